@@ -987,7 +987,7 @@ def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any
     path = tmp_path / "p.nc"
     path.write_text("G21 G90 G49\nG0 X0 Y0 Z90 A0 C0\nG1 X9 F900\nM2\n")
     said = " ".join(run("convert", path, "-o", tmp_path / "o.csv").err.split())
-    assert "tool length 0 mm (no length is in force: G49, or none was given)" in said
+    assert "tool length 0 mm (no length is in force, or none was given)" in said
     said = " ".join(run("convert", path, "--tool-length", 60, "-o", tmp_path / "o.csv").err.split())
     assert "tool length 60 mm (one length for the program)" in said
 
@@ -998,4 +998,4 @@ def test_an_offset_that_does_not_hold_is_named(tmp_path: Path, run: Callable[...
     said = " ".join(
         run("convert", path, "--tool-length", 60, "--wcs", "G54=1,2,3", "-o", tmp_path / "o.csv").err.split()
     )
-    assert "G54 at (0, 0, 50) mm on the table (the program sets it with G10: --wcs does not hold)" in said
+    assert "G54 at (0, 0, 50) mm on the table (the program sets it: --wcs does not hold)" in said

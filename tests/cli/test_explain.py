@@ -113,7 +113,7 @@ def test_words_in_inches_with_a_shift_on_a_turned_part(explain: Callable[..., st
     assert "G1, G20 (inch), G91 (incremental)" in text
     assert "feed 762 mm/min" in text  # 30 in/min
     assert "X 38.1 mm (word X1.5 in), Y 0 mm (kept), Z 50.8 mm (kept)" in text
-    assert "A 30 deg (of the tool axis I J K), C 90 deg (of the tool axis I J K)" in text
+    assert "A 30 deg (of the tool axis), C 90 deg (of the tool axis)" in text
     assert "p = program coordinates + (X 25.4, Y 0, Z 0, A 0, C 0)" in text
     # 2.5 inches in x, turned by 90 degrees into y; the table stands at 90 - 90 degrees
     assert vector(text, "tip on the table     ") == pytest.approx([0, 63.5, 100.8], abs=1e-6)

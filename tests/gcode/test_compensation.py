@@ -110,6 +110,34 @@ def test_a_negative_diameter_changes_the_side_and_none_stays_on_the_contour(view
     assert ends("G41.1 D0") == [[-10, 0, 0], [0, 0, 0], [10, 0, 0], [10, 20, 0], [10, 9, 0], [10, 9, 5]]
 
 
+@pytest.mark.parametrize(("code", "entry", "end", "center", "sweep"), [
+    # a quarter from (10, 40) about (20, 40) to (20, 30): the tool ends 5 mm inside, or outside of its end, in its direction
+    ("G41.1 D10", "G3 X20 Y30 I10", (20, 35), (20, 47.5), math.degrees(math.atan2(10, 7.5))),
+    ("G41.1 D10", "G3 X20 Y30 R10", (20, 35), (20, 47.5), math.degrees(math.atan2(10, 7.5))),
+    ("G41.1 D10", "G3 X20 Y30 I10 P2", (20, 35), (20, 47.5), 360 + math.degrees(math.atan2(10, 7.5))),
+    ("G42.1 D10", "G3 X20 Y30 I10", (20, 25), (20, 25 + 65 / 6), 180 - math.degrees(math.atan2(60, 25))),
+    ("G41.1 D0", "G3 X20 Y30 I10", (20, 30), (20, 40), 90),
+    ("G42.1 D10", "G2 X20 Y50 I10", (20, 45), (20, 32.5), -math.degrees(math.atan2(10, 7.5))),
+])  # fmt: skip
+def test_an_arc_leads_onto_the_contour(view, code, entry, end, center, sweep):
+    """As in LinuxCNC: the centre goes on an arc from where the tool is, which ends beside the programmed one in its direction."""
+    way = 1 if end[1] < 40 else -1
+    moves, findings = view(f"F9 G0 X10 Y40\n{code}\n{entry}\nG1 X40\nY{40 - 50 * way}\nG40\nG0 Z5\nM2", dialect="rs274")
+    assert findings == ()
+    assert moves.kind[1] == MoveKind.ARC
+    assert moves.end[1, :2] == pytest.approx(end)
+    assert moves.arcs.center[0, :2] == pytest.approx(center)
+    assert moves.arcs.sweep[0] == pytest.approx(sweep)
+    assert moves.end[2, 1] == pytest.approx(end[1])  # the line goes on beside the contour
+
+
+def test_other_controls_begin_compensation_on_a_straight_move(view):
+    """Fanuc and Siemens refuse an arc as first move."""
+    for dialect, code in (("fanuc", "G41 D1"), ("siemens", "G41")):
+        found = view(f"T1 M6\nG0 X10. Y40. F9.\n{code}\nG3 X20. Y30. I10. J0.\nG40\nG0 Z5.\nM30", dialect=dialect)[1]
+        assert [(item.code, item.line) for item in found] == [("VP026", 4)], dialect
+
+
 def test_an_arc_that_touches_the_offset_line_is_reached_however_its_numbers_round(view):
     # the offset circle (radius 15 about 0, 0) touches the offset line X15; a 9th decimal makes them miss each other
     for y in (-17.320508075, -17.320508076):
@@ -127,7 +155,7 @@ def test_moves_off_the_plane_follow_their_amended_corner(view):
 
 
 @pytest.mark.parametrize(("program", "code", "line"), [
-    ("G41.1 D9\nG1 X4", "VP026", 3), ("G41.1 D9\nG2 X20 I10", "VP026", 3), ("G41.1 D9\nG1 X20\nA5", "VP026", 4),
+    ("G41.1 D9\nG1 X4", "VP026", 3), ("G41.1 D12\nG2 X4 Y4 I4", "VP026", 3), ("G41.1 D15\nG3 X8 Y4 J10", "VP026", 3), ("G41.1 D11\nG3 X6 Y2 J10", "VP026", 3), ("G41.1 D9\nG1 X20\nA5", "VP026", 4),
     ("G41.1 D9\nG1 X20\nX21\nY30", "VP026", 5), ("G41.1 D30\nG1 X20\nG3 X30 Y10 J10", "VP026", 4),
     ("G41.1 D2\nG1 X20\nX30\nG40\nG2 X40 I5", "VP026", 6), ("G41.1 D2\nG41.1 D2", "VP017", 3), ("G19 G41.1 D2", "VP017", 2),
     ("G41.1 D2\nG55", "VP017", 3), ("G41.1 D2\nG92 X5", "VP017", 3), ("G41.1 D2\nG53 G0 X5", "VP017", 3),

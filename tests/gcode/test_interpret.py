@@ -299,6 +299,31 @@ def test_events_come_in_order_of_execution(view):
     assert moves.spindle.tolist() == [500.0, 0.0, 20.0, 20.0]  # M6 on line 1 stops the spindle before M3 starts it
 
 
+def test_g96_is_an_event_and_g97_ends_it(view):
+    """As in LinuxCNC: S in the block of G96, D the most turns a minute; the same S then is 1/min again."""
+    moves, findings = view("G21 G96 D-2500 S100 M3\nG0 X1\nS120\nG97\nG1 F9 X2\nG20\nG96 S50\nM5\nM2", dialect="rs274")
+    assert findings == ()
+    modes = [event.data for event in moves.events if event.kind == "spindle mode"]
+    assert modes == [
+        {"code": "G96", "speed": 100.0, "unit": "m/min", "most_per_minute": 2500.0}, {"code": "G97"}, {"code": "G96", "speed": 50.0, "unit": "ft/min"},
+    ]  # fmt: skip
+    speeds = [
+        (event.line, event.data["speed"], event.data.get("unit")) for event in moves.events if event.kind == "spindle"
+    ]
+    assert speeds == [(1, 100, "m/min"), (3, 120, "m/min"), (4, 120, None), (7, 50, "ft/min"), (8, 50, "ft/min")]
+    assert moves.spindle.tolist() == [0.0, 120.0]  # not known while G96 holds
+    assert [(item.code, item.line) for item in moves.findings] == [("VP045", 1), ("VP045", 7)]
+
+
+@pytest.mark.parametrize(
+    ("program", "code", "line"),
+    [("G96", "VP005", 1), ("G96 D5", "VP005", 1), ("G97 D5", "VP006", 1), ("G96 S-5", "VP007", 1)],
+)
+def test_g96_needs_s(view, program, code, line):
+    found = view(f"{program}\nG0 X1\nM2", dialect="rs274")[1]
+    assert [(item.code, item.line) for item in found] == [(code, line)]
+
+
 def test_a_tool_change_stops_the_spindle(view):
     assert view("M3 S100 G0 X1\nM6 T1\nX2\nM2")[0].spindle.tolist() == [100.0, 0.0]
 

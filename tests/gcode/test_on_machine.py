@@ -10,9 +10,11 @@ import re
 import numpy as np
 import pytest
 
-from verne_post.app.assemble import assemble, interpreter_view
+from verne_post import check
+from verne_post.app.assemble import assemble, interpreter_view, machine_setup
 from verne_post.config.load import machine_from_toml
 from verne_post.config.machine_paths import machine_files
+from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
@@ -608,3 +610,19 @@ def test_home_of_one_axis_of_a_turned_system_needs_an_upright_table(machine, pla
     except InputError as error:
         found = [(item.code, item.line) for item in error.findings]
     assert found == (code and [(code, 3)])
+
+
+def test_feed_per_turn_under_g96_is_refused(machine):
+    """Its feed rate would follow the distance from X0; by the minute G96 changes no motion."""
+    head = b"G21 G90\nG96 S100 M3\nG0 X0 Y0 Z60 A0 C0\n"
+    options = Options(tool_length=80.0, dialect="rs274")
+    found = check(head + b"G95 F0.1\n" + b"G1 X1\nX2\nX3\nX4\n" * 9 + b"M2", machine, options).findings
+    assert {(item.code, item.severity) for item in found if item.code != "VP033"} == {
+        ("VP017", "error"),
+        ("VP045", "warning"),
+    }
+    assert min(item.line for item in found if item.code == "VP017") == 5
+    slow = interpret_program(head + b"F100\nG1 X1\nM2", machine_setup(machine, options))
+    plain = interpret_program(head.replace(b"G96", b"G97") + b"F100\nG1 X1\nM2", machine_setup(machine, options))
+    assert (slow.end == plain.end).all()
+    assert slow.feed[-1] == plain.feed[-1] == 100.0

@@ -1,5 +1,7 @@
 """Siemens programs: every word against its RS274 twin, or against numbers worked out by hand from the rules of the control."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -87,9 +89,9 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("SCALE X0", "VP007", "scale"), ("SCALE X2\nG2 X10 I5", "VP017", "ellipse"), ("SCALE X2\nAROT Z30", "VP017", "skews"), ("G4 X1", "VP005", "F"), ("G4 F-1", "VP007", "negative"), ("G4 S5", "VP017", "spindle"), ("F-5", "VP007", "negative"),
     ("GOTOF X9", "VP023", "X9"), ("GOTOB N5", "VP023", "before"), ("IF 1", "VP023", "ENDIF"), ("ENDIF", "VP023", "IF"), ("FOR R1=1", "VP001", "TO"), ("REPEAT A9", "VP023", "A9"), ("MCALL SUB1", "VP002", "SUB1"), ("G75", "VP005", "axes"), ("G75 Z0 FP=3", "VP015", "fixed points"), ("MCALL CYCLE800()", "VP002", "modal"),
     ("D2", "VP012", "edge"), ("T=\"MILL\"", "VP012", "siemens.tools"), ("S2=500", "VP002", "spindle 2"), ("M77", "VP002", "remap"), ("M3 M4", "VP003", "group"), ("TRAORI(2)", "VP002", "one transformation"), ("L99", "VP023", "L99"), ("G558 X1", "VP007", "G505"),
-    ("SETAL(61000,\"no\")", "VP027", "no"), ("LOOP\nENDLOOP", "VP024", "repeated"), ("$P_UIFR[1,X,RT]=5", "VP002", "TR"), ("X=$AC_TIME", "VP025", "$AC_TIME"), ("X1 P3", "VP006", "P3"), ("R99999=1", "VP025", "R0"), ("DEF REAL X9X\nDEF REAL X9X", "VP004", "twice"),
+    ("SETAL(61000,\"no\")", "VP027", "no"), ("LOOP\nENDLOOP", "VP024", "repeated"), ("$P_UIFR[1,X,RT]=5", "VP002", "TR"), ("CTRANS(X,5)", "VP001", "$P_PFRAME=CTRANS"), ("$P_PFRAME=5", "VP001", "expected a frame"), ("$P_PFRAME=CTRANS(X)", "VP001", "','"), ("$P_PFRAME=CROT(A,5)", "VP001", "axis"), ("$P_PFRAME=CTRANS(X,1,X,2)", "VP004", "twice"), ("$P_PFRAME=CSCALE(X,0)", "VP007", "greater"), ("$P_UIFR[1]=CROT(X,5)", "VP002", "about Z"), ("$P_UIFR[1]=CSCALE(X,2)", "VP002", "about Z"), ("$P_IFRAME=CMIRROR(X)", "VP002", "about Z"), ("$P_UIFR[99]=CTRANS(X,1)", "VP025", "no such work offset"), ("$P_PFRAME=$P_UIFR[99]", "VP025", "no such work offset"), ("X=$AC_TIME", "VP025", "$AC_TIME"), ("X1 P3", "VP006", "P3"), ("R99999=1", "VP025", "R0"), ("DEF REAL X9X\nDEF REAL X9X", "VP004", "twice"),
     ("DEF AXIS Q", "VP002", "AXIS"), ("X=R[1.5]", "VP007", "whole"), ("SUPA G91 X1", "VP017", "absolute"), ("SUPA G2 X1", "VP017", "G0 or G1"), ("AP=5", "VP005", "AP="), ("RP=5 AP=5 X3", "VP003", "one way"), ("CYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,5)", "VP007", "_DIR"),
-    ("TRANS X1\nCYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,1)", "VP017", "TRANS"), ("CYCLE832(0.1,25)", "VP002", "_TOLM"), ("CYCLE82(10)", "VP005", "RFP"), ("CYCLE82(10,10,1,-5)", "VP007", "one height"), ("CYCLE82(10,0,1,5)", "VP007", "wrong side"),
+    ("TRANS X1\nCYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,1)", "VP017", "TRANS"), ("CYCLE832(0.1,25)", "VP002", "_TOLM"), ("CYCLE832(0.1,5)", "VP002", "last digit"), ("CYCLE832(0.1,3000001)", "VP002", "_TOLM"), ("CYCLE832(0.1,112021)", "VP002", "_TOLM"), ("CUTMOD=2", "VP002", "CUTMOD=2"), ("CUTMOD", "VP001", "CUTMOD"), ("SPOS=IC(90)", "VP002", "DC()"), ("SPOS[2]=90", "VP002", "SPOS"), ("M40=1", "VP002", "spindle 40"), ("M41", "VP002", "gears"), ("CYCLE82(10)", "VP005", "RFP"), ("CYCLE82(10,10,1,,5)", "VP007", "one height"), ("CYCLE82(10,10,1,5,0,0,0,1,1)", "VP007", "one height"), ("CYCLE82(10,10,1,10)", "VP007", "wrong side"), ("CYCLE82(10,0,1,5)", "VP007", "wrong side"),
     ("Z-5\nCYCLE82(10,0,1,-9)", "VP017", "below"), ("CYCLE83(10,0,1,-9,,-20)", "VP007", "first depth"), ("CYCLE82(1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)", "VP005", "values"), ("CYCLE85(10,0,1,-5,,0)", "VP009", "FFR"), ("PROC X1", "VP001", "first block"), ("%", "VP001", "begins a program"),
     ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"), ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"), ("EXTCALL \"A\"", "VP023", "A.SPF"),
 ])  # fmt: skip
@@ -214,13 +216,13 @@ def test_a_program_with_splines_alone_is_recognised(view):
 
 def test_path_control(view):
     text = ("G0 X0 Y0 Z0\nG64 X1\nG9 X2\nX3\nG641 ADIS=0.4 X4\nG642 CTOL=0.02 OTOL=0.5 X5\nG642 CTOL=-1 OTOL=-1 X6\nG60 X7\nG64\n"
-            "CYCLE832(0.05,_ORI_FINISH,1.5)\nX8\nCYCLE832(0.05,1)\nX9\nCYCLE832()\nX10\nM30")  # fmt: skip
+            "CYCLE832(0.05,_ORI_FINISH,1.5)\nX8\nCYCLE832(0.05,112011,1.5)\nX8.5\nCYCLE832(0.05,2112101)\nX8.7\nCYCLE832(0.05,1)\nX9\nCYCLE832()\nX10\nM30")  # fmt: skip
     moves, errors = view(text, dialect="siemens")
     assert errors == ()
     stop, blend = PathMode.EXACT_STOP, PathMode.BLEND
     assert modes(moves) == [
         (stop, None, None), (blend, None, None), (stop, None, None), (blend, None, None), (blend, 0.1, None), (blend, 0.02, 0.5),
-        (blend, None, None), (stop, None, None), (blend, 0.05, 1.5), (blend, 0.05, None), (blend, None, None),
+        (blend, None, None), (stop, None, None), (blend, 0.05, 1.5), (blend, 0.05, 1.5), (blend, 0.05, None), (blend, 0.05, None), (blend, None, None),
     ]  # fmt: skip
 
 
@@ -273,6 +275,43 @@ def test_comments_before_the_first_header_are_no_program(view):
     assert moves.end[-1, 0] == 3.0
 
 
+def test_m_functions_that_are_not_executed_can_be_given_a_meaning(view):
+    moves, errors = view("M41\nM40\nG0 X1", dialect="siemens", remap={"M41": "event"})
+    assert errors == ()
+    assert [(event.kind, event.line) for event in moves.events[:2]] == [("remapped", 1), ("without effect", 2)]
+
+
+@pytest.mark.parametrize(
+    "word", ["SPOS=90", "SPOS=DC(90)", "SPOS=ACP(90)", "SPOS=ACN(90)", "SPOS=AC(90)", "SPOS[1]=DC(90)"]
+)
+def test_the_spindle_stops_at_an_angle(view, word):
+    moves, errors = view(f"S500 M3\n{word}\nG0 X1", dialect="siemens")
+    assert errors == ()
+    assert [event.data for event in moves.events if event.kind == "orient"] == [{"angle": 90.0}]
+
+
+@pytest.mark.parametrize("key", ["edges", "tools"])
+def test_d_has_the_number_of_the_edge_or_of_the_tool(view, key):
+    numbers = {"edges": 1, "tools": 2}
+    own, other = numbers[key], 3 - numbers[key]
+    for text, length in (
+        (f"T2 M6 D{own}", 25),
+        (f"T2 D{own}\nM6", 25),
+        (f"T2\nM6\nD0\nD{own}", 25),
+        (f"T2 M6\nD{own}\nD0", 0),
+        (f"D{own}\nT0 M6", 0),
+    ):
+        moves, errors = view(f"{text}\nG0 X1", dialect="siemens", control={"siemens": {"d_numbers": key}})
+        assert errors == ()
+        assert moves.frames[moves.frame[-1]].tool_length == length, text
+    for text in (f"T2 M6 D{other}", f"T2 D{other}\nM6", f"T2 M6\nD{other}"):
+        found = view(f"{text}\nG0 X1", dialect="siemens", control={"siemens": {"d_numbers": key}})[1]
+        assert [item.code for item in found] == ["VP012"]
+        assert "d_numbers" in found[0].message
+    flat = view("G0 X=$TC_DP3[2]", dialect="siemens", control={"siemens": {"d_numbers": key}})
+    assert (flat[1] == ()) == (key == "tools")
+
+
 def test_d0_leaves_the_radius_out(view):
     contour = "G41 G1 X10 Y10 F100\nX30\nY30\nG40 X50"
     tools = {2: make_tool(2, 25.0, 10.0)}
@@ -283,3 +322,13 @@ def test_d0_leaves_the_radius_out(view):
     assert abs(beside.end[1, 1] - 15.0) < 1e-9
     for edge, radius in ((0, 0.0), (1, 5.0)):
         assert view(f"T2 M6\nD{edge}\nG0 X=$P_TOOLR", dialect="siemens", tools=tools)[0].end[-1, 0] == radius
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ("G41 G1 X5", "no tool is in the spindle; load one"), ("T7 M6\nG41 G1 X5", "--tool-table"),
+    ("TRAORI\nA3=0.1 C3=1\nG41 G1 X5", "A3= B3= C3="), ("TRAORI\nA3=0.1 C3=1\nBSPLINE X5 A5\nX6\nX7\nG1", "A3= B3= C3="),
+])  # fmt: skip
+def test_messages_name_words_of_the_language(view, text, said):
+    found = view(f"{HEAD}{text}\nM30", dialect="siemens", tools=None)[1]
+    assert said in found[0].message
+    assert not re.search(r"I J K|G41\.1|G42\.1|G43|G49|G10|G53", found[0].message)

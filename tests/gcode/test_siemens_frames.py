@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.gcode.conftest import make_tool
 from tests.gcode.test_on_machine import machine_coordinates
 from verne_post import convert, gcode
 from verne_post.app.assemble import machine_setup
@@ -78,6 +79,13 @@ FRAMES = [
     ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nTRANS X3\nAROT Z20", [("X", 10), ("move", (3, 0, 0)), ("Z", 20)]),
     ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nROT Z20\nTRANS\nCYCLE800()", []),
     ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nCYCLE800(0,\"0\")", []),
+    ("$P_PFRAME=CTRANS(X,1,Y,2,Z,3)", [("move", (1, 2, 3))]),
+    ("TRANS X9\n$P_PFRAME=CTRANS(X,10):CROT(Z,30,X,20):CTRANS(Y,5)", [("move", (10, 0, 0)), ("Z", 30), ("X", 20), ("move", (0, 5, 0))]),
+    ("R1=30\nTRANS X2\n$P_PFRAME=$P_PFRAME:CROT(Z,R1+5):CMIRROR(X)", [("move", (2, 0, 0)), ("Z", 35), ("scale", (-1, 1, 1))]),
+    ("$P_PFRAME=CMIRROR(Y):CSCALE(X,2,Y,2,Z,2)", [("scale", (1, -1, 1)), ("scale", (2, 2, 2))]),
+    ("TRANS X4\n$P_PFRAME=CTRANS()", []),
+    ("TRANS X4\nG70\n$P_PFRAME=CTRANS(X,1)\nG710", [("move", (25.4, 0, 0))]),
+    ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\n$P_PFRAME=CTRANS(X,3)", [("X", 10), ("move", (3, 0, 0))]),
 ]  # fmt: skip
 
 
@@ -129,6 +137,41 @@ def test_arcs_keep_their_points(view, text, steps, arc):
     if feature is not None:
         middle = np.array(feature.rotation).reshape(3, 3) @ middle + np.array(feature.origin)
     assert middle == pytest.approx(expected((4, 3, 0)), abs=1e-9)
+
+
+def test_work_offsets_are_frames_of_a_shift_and_a_turn(machine):
+    """Stored ones hold from the next G54 on, the active one at once; A and C shift with them."""
+    lines = [
+        "$P_UIFR[1]=CTRANS(X,10,Y,20,C,15):CROT(Z,30)", "X1 Y2", "G54", "X1 Y2 C5", "$P_IFRAME=$P_UIFR[1]:CTRANS(X,3)", "X1 Y2", "$P_UIFR[1,Z,RT]=$P_UIFR[1,Z,RT]+60", "G54",
+        "X1 Y2", "$P_PFRAME=CTRANS(C,7)", "C0",
+    ]  # fmt: skip
+    text = "\n".join(["TRAORI", "G0 X0 Y0 Z50 A0 C0", *lines])
+    given = Options(tool_length=LENGTH, dialect="siemens")
+    moves = gcode.interpret_program(text.encode(), machine_setup(machine, given))
+    at = {
+        line: machine.coordinates.to_machine(moves.end[row], moves.frames[moves.frame[row]])
+        for row, line in enumerate(moves.line.tolist())
+    }
+    zero = machine.coordinates.to_machine(np.zeros(9), moves.frames[0])[:2]  # G54 as it was given
+    assert at[4][:2] - zero == pytest.approx((1, 2), abs=1e-9)
+    # with the table level and C turned back, places of the machine are those of the part
+    for line, steps, c in (
+        (6, [("move", (10, 20, 0)), ("Z", 30)], 20), (8, [("move", (10, 20, 0)), ("Z", 30), ("move", (3, 0, 0))], 20), (11, [("move", (10, 20, 0)), ("Z", 90)], 20),
+    ):  # fmt: skip
+        place = about("Z", -c * machine.coordinates.c_sign, (*at[line][:2], 0.0))
+        assert place[:2] == pytest.approx(chain(*steps)((1, 2, 0))[:2], abs=1e-9)
+        assert at[line][5] == pytest.approx(c, abs=1e-9)
+    assert at[13][5] == pytest.approx(22, abs=1e-9)
+
+
+def test_a_frame_is_set_after_the_spline_before_it_and_not_under_compensation(view):
+    spline = "G0 X0 Y0 Z0 F100\nBSPLINE X10 Y10\nX20 Y5\nX30 Y0\n"
+    moves, errors = view(f"{spline}$P_PFRAME=CTRANS(X,5)\nG1 X40", dialect="siemens")
+    assert errors == ()
+    assert moves.frames[moves.frame[-2]].feature is None  # of the spline
+    assert part_point(moves, len(moves) - 1)[0] == 45.0
+    found = view("T1 M6\nG0 X0 Y0 Z0 F100\nG41 G1 X5\n$P_PFRAME=CTRANS(X,5)\nG40 X9", dialect="siemens")[1]
+    assert [(item.code, item.line) for item in found] == [("VP017", 4)]
 
 
 def test_euler_angles_where_the_settings_say_so(view):
@@ -339,9 +382,20 @@ def test_the_tool_length_counts_in_places_of_the_machine_until_d0(machine):
         assert found[2][0][0] == pytest.approx(ORIGIN[0] + 11, abs=1e-9)
 
 
+def test_an_empty_spindle_has_no_length(machine):
+    """NX writes D1 before the first T."""
+    head, tools = "D1\nG0 X0 Y0 Z60 A0 C0 F500\n", {1: make_tool(1, 30.0)}
+    options = Options(tools=tools, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens")
+    moves = gcode.interpret_program(f"{head}T1 M6\nD1\nG0 Z50\nG1 X1".encode(), machine_setup(machine, options))
+    assert [moves.frames[frame].tool_length for frame in moves.frame.tolist()] == [0.0, 30.0, 30.0]
+    with pytest.raises(InputError) as raised:  # D1 gives no length to a cut
+        gcode.interpret_program(f"{head}G1 X1\nT1 M6".encode(), machine_setup(machine, options))
+    assert [(item.code, item.line) for item in raised.value.findings] == [("VP012", 3)]
+    assert "T and M6" in raised.value.findings[0].message
+
+
 @pytest.mark.parametrize(("text", "code", "part"), [
     ("CYCLE800(0,\"\",0,57,0,0,0,20,0,0,0,0,0,1)\nA0", "VP017", "CYCLE800()"), ("TRAORI\nA5\nSUPA Z5", "VP017", "TRAFOOF"),
-    ("TRAORI\nA3=1 C3=5\nTRAFOOF\nX1", "VP013", "name A and C"), ("TRAORI\nA3=1 C3=5\nTRAFOOF\nA0", "VP013", "name A and C"),
     ("TRAORI\nORIMKS\nROT Z10\nA3=1 C3=5", "VP017", "ORIWKS"), ("CYCLE800(0,\"\",10,57,0,0,0,20,0,0,0,0,0,1)", "VP017", "TRAORI"),
     ("TRAORI\nA20\nCYCLE82(70,0,2,-5)", "VP017", "CYCLE82"), ("G1 A5 F100", "VP017", "TRAORI"),
 ])  # fmt: skip

@@ -16,6 +16,7 @@ from verne_post import gcode
 from verne_post.app.row_format import drives_of
 from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
+from verne_post.app.table_places import lay_out, with_table
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
@@ -38,7 +39,7 @@ from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import worst
 from verne_post.model.vibration import Shaper
 from verne_post.toolpath.approach import add_approach_and_departure, joints_at_place
-from verne_post.toolpath.branch_choice import choose_branches, report_branch_changes
+from verne_post.toolpath.branch_choice import report_branch_changes
 from verne_post.toolpath.branches import BranchPlan
 from verne_post.toolpath.contour import Smoothing, make_exact_contour, smooth_contour
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
@@ -171,7 +172,8 @@ def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Findi
 
 def modal_state(source: Text, program: Program, line: int) -> State:
     """The interpreter's modal state after a line of a program that has been read."""
-    return state_after(source, machine_setup(program.machine, program.options), program.moves, line)
+    setup = with_table(machine_setup(program.machine, program.options), program.moves)
+    return state_after(source, setup, program.moves, line)
 
 
 def _text_options(options: Options) -> dict[str, Any]:
@@ -219,8 +221,10 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     setup = machine_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
     machine = choose_axis_correction(machine, options, moves)
-    restart = None if options.from_line is None else restart_at(source, setup, moves, options.from_line)
-    path, branches = choose_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind, team=team)
+    moves, path, branches = lay_out(source, setup, moves, machine, options, team)
+    restart = (
+        None if options.from_line is None else restart_at(source, with_table(setup, moves), moves, options.from_line)
+    )
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
     if restart is not None and path.moves_with_length[-1] < restart.move:

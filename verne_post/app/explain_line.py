@@ -114,7 +114,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
     for letter in machine.coordinates.axes:
         unit = "deg" if letter in "ABC" else "mm"
         if by_vector and letter in "ABC":
-            how = "of the tool axis I J K"
+            how = "of the tool axis"
         elif letter in named:
             scale = " in" if line.state.inch and letter not in "ABC" else ""
             how = f"{word} {letter}{short_text(named[letter])}{scale}{''.join(machine_words)}"

@@ -10,6 +10,7 @@ from verne_post.app.assemble import machine_setup
 from verne_post.app.check import check_source
 from verne_post.app.result import Progress
 from verne_post.app.source_text import check_source_text
+from verne_post.app.table_places import lay_out
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import InputError, finding
@@ -18,7 +19,6 @@ from verne_post.model.moves import Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import COORDINATES, SYSTEM_NAMES, WorkOffset
 from verne_post.model.toolpath import ToolPath
-from verne_post.toolpath.branch_choice import choose_branches
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.work_offset import (
     DECIMALS,
@@ -62,8 +62,7 @@ def propose(
         The program cannot be read; VP018 where it uses several work systems, or nothing of it follows the part.
     """
     check_source_text(source, options.source_name)
-    moves = gcode.interpret_program(source, machine_setup(machine, options))
-    path = _path_of(moves, machine, options)
+    moves, path = _read(source, machine, options)
     if not len(path):
         raise InputError(finding("VP021", "the program contains no motion"))
     systems = sorted({moves.frames[index].system for index in np.unique(moves.frame[path.move])})
@@ -76,7 +75,7 @@ def propose(
     points = sample_part_points(path, here, _path_at(source, machine, options, system, elsewhere), elsewhere)
     if not len(points.tip):
         raise InputError(
-            finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset (G10), or only "
+            finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset, or only "
                     "names machine coordinates")
         )  # fmt: skip
     raised = options.air if options.air_along == "table" else 0.0
@@ -116,13 +115,14 @@ def _round_place(place: Place, free: str) -> Place:
 def _path_at(source: Text, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:
     offset = WorkOffset((place.x, place.y, place.z), place.c / RAD_PER_DEG)
     moved = options.changed(wcs={**options.wcs, system: offset})
-    return _path_of(gcode.interpret_program(source, machine_setup(machine, moved)), machine, moved)
+    return _read(source, machine, moved)[1]
 
 
-def _path_of(moves: Moves, machine: Machine, options: Options) -> ToolPath:
-    """The tool path of moves, on the branches of the table that keep the limits, lifted where ``air`` asks for it."""
-    path = choose_branches(moves, machine, options.orientation, allow_rewind=options.allow_rewind)[0]
-    return lift_path(path, options.air, along_tool=options.air_along == "tool") if options.air else path
+def _read(source: Text, machine: Machine, options: Options) -> tuple[Moves, ToolPath]:
+    """Moves, and their tool path on the branches of the table that keep the limits, lifted where ``air`` asks for it."""
+    setup = machine_setup(machine, options)
+    moves, path, _branches = lay_out(source, setup, gcode.interpret_program(source, setup), machine, options)
+    return moves, lift_path(path, options.air, along_tool=options.air_along == "tool") if options.air else path
 
 
 def _ranges(

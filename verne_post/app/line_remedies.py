@@ -159,7 +159,7 @@ def _offset(line: Line, shift: remedies.Shift) -> str:
     given = line.options.wcs.get(frame.system)
     before = np.asarray(given.origin_mm if given else (0.0, 0.0, 0.0))
     if np.abs(before - origin).max() > LIMIT_SLACK_MM:
-        return f"the G10 of the program puts {name} at {mm_text(origin)}, to become {mm_text(origin + np.array(shift.vector))}"
+        return f"the program puts {name} at {mm_text(origin)}, to become {mm_text(origin + np.array(shift.vector))}"
     return f'--wcs "{name}={",".join(short_text(value) for value in numbers)}"'
 
 

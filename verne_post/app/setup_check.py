@@ -32,7 +32,8 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     found = [missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
     if bare >= 0 and options.tool_length is None:
         text = (
-            "the tool has no length (G49): its tip is the gauge line of the spindle; write G43, or give --tool-length"
+            "the tool has no length: its tip is the gauge line of the spindle; put its length in force before, or give "
+            "--tool-length"
         )
         line = int(moves.line[bare])
         found.append(finding("VP034", text, line=line, last_line=line, worst_line=line))

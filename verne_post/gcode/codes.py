@@ -64,7 +64,7 @@ RS274: Final = CodeTable(
         "feed mode": (930, 940, 950),
         "units": (200, 210),
         "lathe diameter": (70, 80),
-        "spindle mode": (970,),
+        "spindle mode": (960, 970),
         "cutter compensation": (400, 410, 411, 420, 421),
         "tool length": (430, 431, 432, 434, 435, 490),
         "retract": (980, 990),
@@ -83,7 +83,7 @@ RS274: Final = CodeTable(
     refused_g={
         62: "splines of Fanuc controls; see --dialect fanuc",
         **dict.fromkeys((330, 331), "spindle-synchronised motion and rigid tapping"),
-        **dict.fromkeys((760, 700, 701, 702, 710, 711, 712, 720, 721, 722, 960), "lathe codes"),
+        **dict.fromkeys((760, 700, 701, 702, 710, 711, 712, 720, 721, 722), "lathe codes"),
         **dict.fromkeys((382, 383, 384, 385), "probing: where the tool touches is only known at the machine"),
         **dict.fromkeys((171, 181, 191), "planes of U, V, W"),
         **dict.fromkeys((680, 682, 690, 531, 541), "tilted work planes and other codes of Fanuc controls; see --dialect fanuc"),
@@ -91,7 +91,7 @@ RS274: Final = CodeTable(
     refused_m=dict.fromkeys(range(100, 200), "external programs: they are never run"),
     words_of_g={
         20: "IJKRP", 30: "IJKRP", 40: "P", 50: "IJPQ", 51: "IJ", 52: "PL", 100: "LPRIJQ", 430: "H", 432: "H", 434: "H", 435: "H", 640: "PQ",
-        410: "D", 411: "D", 420: "D", 421: "D", 730: "RLQ", 740: "RLP", 810: "RL", 820: "RLP", 830: "RLQ", 840: "RLP",
+        410: "D", 411: "D", 420: "D", 421: "D", 960: "D", 730: "RLQ", 740: "RLP", 810: "RL", 820: "RLP", 830: "RLQ", 840: "RLP",
         850: "RL", 860: "RLP", 870: "RLIJK", 880: "RLP", 890: "RLP",
     },
     words_of_m={

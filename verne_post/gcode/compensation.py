@@ -18,6 +18,8 @@ from verne_post.gcode.recorder import Recorder
 
 Point = tuple[float, float]
 _FULL: Final = 2 * math.pi
+#: An entry arc that bends towards its centre by less than this share of its chord is none: LinuxCNC has the same bound.
+_LEAST_BEND: Final = 1e-4
 
 
 class Offset(Struct, frozen=True):
@@ -83,11 +85,7 @@ class Compensation(Struct):
         t = ((q[0] - p[0]) / length, (q[1] - p[1]) / length)
         target = self._beside(q, t)
         if self.segment is None:
-            if length <= abs(self.radius) and not self.perpendicular:
-                raise BlockError(
-                    "VP026", f"the entry move of the cutter compensation is {length:.4f} mm long; it must be longer than the "
-                    f"radius, {abs(self.radius):.4f} mm",
-                )  # fmt: skip
+            self._check_entry(length)
             self._begin(Offset(p, target, t, entry=True))
             return self._point_at(end, target)
         start_uv = self._join(recorder, feed, p, t, None, 0)
@@ -101,7 +99,7 @@ class Compensation(Struct):
     ) -> tuple[list[float], Arc]:
         """An arc between programmed points; returns where the centre ends and its arc."""
         u, v, *_ = PLANES[self.plane]
-        if self.segment is None:
+        if self.segment is None and self.perpendicular:
             raise BlockError("VP026", "the entry move of the cutter compensation must be straight, not an arc")
         p, q, c = (start[u], start[v]), (end[u], end[v]), (arc.center[u], arc.center[v])
         sense = 1 if arc.sweep > 0 else -1
@@ -111,6 +109,14 @@ class Compensation(Struct):
                 "VP026", f"the radius of the tool, {abs(self.radius):.4f} mm, is not less than that of the arc, "
                 f"{math.dist(p, c):.4f} mm",
             )  # fmt: skip
+        if self.segment is None:
+            entry = self._enter_on_arc(p, q, c, sense, abs(arc.turns))
+            center = list(arc.center)
+            assert entry.center is not None
+            center[u], center[v] = entry.center
+            self._begin(entry)
+            swept = math.degrees(sense * entry.sweep)
+            return self._point_at(end, entry.end), Arc(arc.plane, (center[0], center[1], center[2]), arc.turns, swept)
         first, last = _tangent(p, c, sense), _tangent(q, c, sense)
         start_uv = self._join(recorder, feed, p, first, c, sense, radius)
         target = self._beside(q, last)
@@ -127,6 +133,29 @@ class Compensation(Struct):
         radius, height = math.dist((start[u], start[v]), (arc.center[u], arc.center[v])), end[normal] - start[normal]
         centre = radius - (self.radius if arc.sweep > 0 else -self.radius)
         return helix_length(centre, arc.sweep, height) / helix_length(radius, arc.sweep, height)
+
+    def _enter_on_arc(self, p: Point, q: Point, c: Point, sense: int, turns: int) -> Offset:
+        """An arc as entry move: from where the tool stands to beside the end of the programmed arc, in the direction that this has there."""
+        self._check_entry(math.dist(p, q))
+        last = _tangent(q, c, sense)
+        target, normal = self._beside(q, last), self._normal(last)
+        inwards = sense * normal[0], sense * normal[1]  # from the end of the arc towards its centre
+        du, dv = p[0] - target[0], p[1] - target[1]
+        length, depth = math.hypot(du, dv), du * inwards[0] + dv * inwards[1]
+        if depth <= _LEAST_BEND * length:
+            raise BlockError("VP026", "the entry arc of the cutter compensation is too short for the radius of the tool, "
+                             f"{abs(self.radius):.4f} mm: no arc leads to its end in its direction")  # fmt: skip
+        radius = length * length / (2.0 * depth)
+        center = target[0] + radius * inwards[0], target[1] + radius * inwards[1]
+        swept = _angle(p, target, center, sense) + _FULL * (turns - 1)
+        return Offset(p, target, last, entry=True, center=center, sense=sense, sweep=swept)
+
+    def _check_entry(self, length: float) -> None:
+        if length <= abs(self.radius) and not self.perpendicular:
+            raise BlockError(
+                "VP026", f"the entry move of the cutter compensation is {length:.4f} mm long; it must be longer than the "
+                f"radius, {abs(self.radius):.4f} mm",
+            )  # fmt: skip
 
     def enter_beside(self, corner: Point, row: int, centre: list[float], line: int) -> None:
         """The centre stands beside the first point of the contour already, at the end of the recorder's ``row``."""

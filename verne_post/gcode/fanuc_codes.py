@@ -50,6 +50,7 @@ def make_table() -> CodeTable:
             **dict.fromkeys((740, 760, 840, 870, 880, 841, 842), "tapping and boring cycles that stop or orient the spindle"),
             **dict.fromkeys((510, 511, 160, 680), "scaling, mirror images, polar coordinates, rotation of coordinates"),
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H as RS274/NGC has not"),
+            960: "constant surface speed",
             **dict.fromkeys((611, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },
         refused_m={29: "rigid tapping", 97: "local subprogram calls"},

@@ -112,6 +112,8 @@ class Interpreter(ModalCodes):
         self._guard_spline(g)
         motion = self._plan(block, g, m)
         self._set_feed(block, g)
+        if "spindle mode" in g:
+            self._set_spindle_mode(block, g["spindle mode"])
         self._execute_auxiliary(block, m)
         if 40 in g.values():
             self._dwell(block)

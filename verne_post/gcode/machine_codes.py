@@ -5,9 +5,10 @@ from typing import Final
 from msgspec.structs import replace
 
 from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.codes import g_name
 from verne_post.gcode.frame_codes import FrameCodes, whole
 from verne_post.gcode.missing_setup import missing_tool
-from verne_post.gcode.state import Saved, tool_facts
+from verne_post.gcode.state import Saved, tool_facts, unit_of_speed
 from verne_post.model.moves import FeedMode
 
 #: Codes of the group "spindle" that are the spindle's; the others save and restore modes.
@@ -20,7 +21,7 @@ _MAX_WAIT: Final = 4
 #: What M70 and M73 save of the state. The motion mode is not among it.
 _SAVED: Final = (
     "plane", "absolute", "absolute_centers", "feed_mode", "inch", "control", "feed", "feed_angular", "spindle_speed",
-    "spindle_on", "spindle_reversed", "mist", "flood", "diameter_mode", "initial_level",
+    "surface_speed", "spindle_on", "spindle_reversed", "mist", "flood", "diameter_mode", "initial_level",
 )  # fmt: skip
 
 
@@ -44,6 +45,22 @@ class MachineCodes(FrameCodes):
                 raise block.error("VP007", f"F{value:g}: a feed rate is not negative", "F")
             state.feed_angular = value
             state.feed = value if state.feed_mode == FeedMode.INVERSE else self._length(value)
+
+    def _set_spindle_mode(self, block: Block, code: int) -> None:
+        """G96: S is the speed of the surface, D the most turns a minute; G97: S is turns a minute."""
+        state, data = self.state, dict[str, object]()
+        if code == 960 and "S" not in block.words:
+            raise BlockError("VP005", "G96 needs S, the speed of the surface")
+        changed, state.surface_speed = state.surface_speed != (code == 960), code == 960
+        if code == 960:
+            data = {"speed": block.words["S"]} | unit_of_speed(state)
+            data |= {"most_per_minute": abs(block.words["D"])} if "D" in block.words else {}
+            text = "G96: the spindle is to follow the distance of the tool from X0; setpoints have no spindle speed, the event has S and D"
+            self.recorder.warn("VP045", text, block.line, None)
+        self.recorder.event(block.line, "spindle mode", code=g_name(code), **data)
+        state.spindle_speed = block.words.get("S", state.spindle_speed)
+        if changed and state.spindle_on:  # also where the number is the same, it means something else
+            self._switch_spindle(block.line, on=True, backwards=state.spindle_reversed)
 
     def _execute_auxiliary(self, block: Block, m: dict[str, list[int]]) -> None:
         state = self.state
@@ -107,7 +124,7 @@ class MachineCodes(FrameCodes):
         if on:
             state.spindle_reversed = backwards
         direction = "stop" if not on else "counterclockwise" if backwards else "clockwise"
-        self.recorder.event(line, "spindle", direction=direction, speed=state.spindle_speed)
+        self.recorder.event(line, "spindle", direction=direction, speed=state.spindle_speed, **unit_of_speed(state))
 
     # --- switches and signals --------------------------------------------------------------------
 

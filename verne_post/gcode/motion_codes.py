@@ -5,7 +5,14 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, POLE_SINE, UPRIGHT_DEG, VECTOR_LENGTH
+from verne_post.base.tolerances import (
+    ARC_RADIUS_INCH_MM,
+    ARC_RADIUS_MM,
+    POLE_SINE,
+    UPRIGHT_DEG,
+    VECTOR_LENGTH,
+    ZERO_LENGTH_MM,
+)
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.arcs import Arc, center_arc, radius_arc
 from verne_post.gcode.block import Block, BlockError
@@ -14,7 +21,7 @@ from verne_post.gcode.compensation import Compensation
 from verne_post.gcode.frame_codes import MAX_LENGTH_MM, whole
 from verne_post.gcode.lengths import arc_length, effective_feed, length_of, line_lengths
 from verne_post.gcode.machine_codes import MachineCodes
-from verne_post.model.moves import AXES, FeedMode, MoveKind
+from verne_post.model.moves import AXES, FeedMode, MoveKind, TablePlace
 from verne_post.model.part_setup import tool_text
 
 _X, _Y, _Z = 0, 1, 2
@@ -33,6 +40,8 @@ class MotionCodes(MachineCodes):
     begins_at_once: ClassVar[bool] = True
     #: G41.1 and G42.1 are there, which take the diameter itself.
     diameter_codes: ClassVar[bool] = True
+    #: Words that give a tool axis.
+    axis_words: ClassVar[str] = "I J K"
     #: What gives a tool length.
     length_words: ClassVar[str] = "G43 H with --tool-table, --tool-length MM, or G49 for length 0"
 
@@ -70,7 +79,7 @@ class MotionCodes(MachineCodes):
                 raise BlockError(
                     "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
                 )
-        self._end_vector_for_machine(block, chosen, g_name(code))
+        self._end_vector_for_machine(block.line, chosen)
         self._move_to_machine(block.line, MoveKind.RAPID, self._home_targets(block, code, home, chosen))
 
     def _home_targets(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
@@ -107,7 +116,7 @@ class MotionCodes(MachineCodes):
             self._check_vector_axes(block, axes, machine=machine)
         if machine:
             self._refuse_compensation("G53")
-            self._end_vector_for_machine(block, axes, "G53")
+            self._end_vector_for_machine(block.line, axes)
             self._move_to_machine(block.line, kind, {axis: self._axis_value(block, axis) for axis in axes})
             return
         if False in state.known:
@@ -149,15 +158,46 @@ class MotionCodes(MachineCodes):
         if not machine:
             state.tool_axis = None
 
-    def _end_vector_for_machine(self, block: Block, axes: list[int], code: str) -> None:
-        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, anything else is refused."""
-        if self.state.tool_axis is None or not set(axes) - {_Z}:
+    def _end_vector_for_machine(self, line: int, axes: list[int]) -> None:
+        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, anything else settles the table."""
+        if self.state.tool_axis is None or (not set(axes) - {_Z} and not self._depends_on_side()):
             return
-        if not {_X, _Y, _A, _C} <= set(axes):
-            letter = AXES[next(axis for axis in axes if axis != _Z)]
-            raise block.error("VP017", f"{code} {letter} while a tool axis (I J K) holds: the table may stand on either side; name only Z, "
-                "or X, Y, A and C together after G43.4 or G49", letter)  # fmt: skip
-        self.state.tool_axis = None
+        if {_X, _Y, _A, _C} <= set(axes):
+            self.state.tool_axis = None
+        else:
+            self._settle_table(line)
+
+    def _depends_on_side(self) -> bool:
+        """Whether Z of the machine is another one on the other side of the table: where the axes of the table do not meet."""
+        coordinates, frame = self.setup.coordinates, self.state.frame
+        here = coordinates.to_machine(np.array(self.state.position), frame)
+        turned = here.copy()
+        turned[[_A, _C]] = -here[_A], here[_C] + 180.0
+        other = np.array(self.state.position)
+        other[[_A, _C]] = coordinates.to_program(turned, frame)[[_A, _C]]
+        return bool(abs(coordinates.to_machine(other, frame)[_Z] - here[_Z]) > ZERO_LENGTH_MM)
+
+    def _settle_table(self, line: int) -> None:
+        """A tool axis gives way to the place of the table that it has.
+
+        Of all that hold the axis, only the whole program decides which one that is: the place that has been found for it
+        (``setup.table_places``), and as long as there is none the nearest. A rapid to it has no length in the end: it begins
+        where the table stands.
+        """
+        state, coordinates, recorder = self.state, self.setup.coordinates, self.recorder
+        machine = coordinates.to_machine(np.array(state.position), state.frame)
+        places, number = self.setup.table_places, len(recorder.table_places)
+        pair = places[number] if number < len(places) else (float(machine[_A]), float(machine[_C]))
+        recorder.table_places.append(TablePlace(recorder.count, pair))
+        state.tool_axis = None
+        if pair == (machine[_A], machine[_C]):
+            return
+        machine[[_A, _C]] = pair
+        place = coordinates.to_program(machine, state.frame)
+        end = list(state.position)  # the tip stays at its place of the part
+        end[_A], end[_C] = float(place[_A]), float(place[_C])
+        recorder.add(state, line, MoveKind.RAPID, end, math.nan)
+        state.position = end
 
     def _point_tool(self, block: Block, end: list[float]) -> list[float]:
         """Take the tool axis I J K: the end point with a pair A, C that holds it."""
@@ -183,6 +223,9 @@ class MotionCodes(MachineCodes):
             raise BlockError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
         if state.feed == 0.0:
             raise BlockError("VP009", f"{name} with feed rate zero; give F")
+        if state.feed_mode == FeedMode.PER_REVOLUTION and state.surface_speed and self.setup.machine:
+            raise BlockError("VP017", f"{name} with feed per revolution (G95) under G96: the feed rate would follow the spindle, and that the distance "
+                             "of the tool from X0; write G94, or G97 with S")  # fmt: skip
         turning = state.spindle_on and state.spindle_speed > 0
         if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
             raise BlockError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
@@ -329,7 +372,7 @@ class MotionCodes(MachineCodes):
                 "VP017", f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
             )
         if state.vectors or state.tool_axis is not None:
-            raise BlockError("VP017", f"{name} while a tool axis (I J K) holds")
+            raise BlockError("VP017", f"{name} while a tool axis ({self.axis_words}) holds")
         radius = 0.5 * self._cutter_diameter(block, code)
         state.compensation = Compensation(
             code,
@@ -347,10 +390,12 @@ class MotionCodes(MachineCodes):
             return self._length(block.words["D"])
         number = (whole(block, "D") if "D" in block.words else 0) or state.loaded_tool or 0
         if number == 0:
-            raise BlockError(
-                "VP012", f"{g_name(code)} without D, and no tool is in the spindle; load one, or write {g_name(code + 1)} "
-                "with the diameter (D0 for a path on the contour)",
-            )  # fmt: skip
+            other = (
+                f", or write {g_name(code + 1)} with the diameter (D0 for a path on the contour)"
+                if self.diameter_codes
+                else ""
+            )
+            raise BlockError("VP012", f"{g_name(code)} without D, and no tool is in the spindle; load one{other}")
         name = tool_text(number, state.tool_names)
         if state.tools is None or number not in state.tools:
             other = f", or use {g_name(code + 1)} D" if self.diameter_codes else ""
@@ -375,5 +420,5 @@ class MotionCodes(MachineCodes):
             if self.setup.machine and (abs(machine[_A]) > UPRIGHT_DEG or abs(machine[_C]) > UPRIGHT_DEG):
                 raise BlockError(
                     "VP017", f"tool-centre-point control is off (user-defined code), and the table stands at A {machine[_A]:g}, "
-                    f"C {machine[_C]:g}: this machine always controls the tool centre point; use G53, or turn to A0 C0 before",
+                    f"C {machine[_C]:g}: this machine always controls the tool centre point; turn to A0 C0 before, or use machine coordinates",
                 )  # fmt: skip

@@ -355,7 +355,7 @@ def _find_refused(
         bad = feeds & ~has_feed if bad is None else bad | (feeds & ~has_feed)
     if setup.machine:
         beyond = (lines.beyond_inch if state.inch else lines.beyond_mm)[first:last]
-        turning = state.spindle_on and state.spindle_speed > 0
+        turning = state.spindle_on and state.spindle_speed > 0 and not state.surface_speed
         if (state.feed_mode == FeedMode.PER_REVOLUTION and not turning) or not state.length_given:
             beyond = beyond | feeds
         bad = beyond if bad is None else bad | beyond

@@ -28,6 +28,7 @@ from verne_post.model.moves import (
     Moves,
     PathControl,
     Stock,
+    TablePlace,
 )
 from verne_post.model.splines import GrowingSplines, Splines
 
@@ -52,6 +53,7 @@ class Modes(Protocol):
     control: PathControl
     spindle_speed: float
     spindle_on: bool
+    surface_speed: bool
     tool_axis: tuple[float, float, float] | None
 
 
@@ -134,6 +136,8 @@ class Recorder(Struct):
     fixes_c: int | None = None
     #: Work systems to which the program has given an origin.
     placed: set[int] = field(default_factory=set)
+    #: Where tool axes gave way to places of the table.
+    table_places: list[TablePlace] = field(default_factory=list)
     stock: Stock | None = None
     #: Arcs beside the contour whose feed rate is not F.
     arc_feeds: dict[ArcFeed, ArcFeedUse] = field(default_factory=dict)
@@ -169,7 +173,12 @@ class Recorder(Struct):
             frame_at = self.frame_index(modes.frame)
             control_at = self.controls.setdefault(modes.control, len(self.controls))
             self._last = modes.frame, frame_at, modes.control, control_at
-        return modes.feed_mode, modes.spindle_speed if modes.spindle_on else 0.0, frame_at, control_at
+        return (
+            modes.feed_mode,
+            modes.spindle_speed if modes.spindle_on and not modes.surface_speed else 0.0,
+            frame_at,
+            control_at,
+        )
 
     def keep_pieces(self, pieces: Splines) -> int:
         """Keep pieces of B-splines, and return the number of the first; :meth:`add` records the motion along each."""
@@ -339,5 +348,6 @@ class Recorder(Struct):
             arcs=arcs, splines=self.splines.splines(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
             placed_systems=frozenset(self.placed), arc_feeds=tuple(self.arc_feeds.values()),
+            table_places=tuple(self.table_places),
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

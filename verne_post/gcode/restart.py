@@ -8,7 +8,7 @@ from verne_post.base.long_text import Text
 from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.read import replay
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State, tool_facts
+from verne_post.gcode.state import State, tool_facts, unit_of_speed
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import Event, Moves
 
@@ -100,7 +100,7 @@ def _active_functions(state: State, line: int) -> tuple[Event, ...]:
         functions.append(("tool", tool_facts(state, state.loaded_tool)))
     if state.spindle_on:
         direction = "counterclockwise" if state.spindle_reversed else "clockwise"
-        functions.append(("spindle", {"direction": direction, "speed": state.spindle_speed}))
+        functions.append(("spindle", {"direction": direction, "speed": state.spindle_speed} | unit_of_speed(state)))
     functions += [("coolant", {"state": name}) for on, name in ((state.mist, "mist"), (state.flood, "flood")) if on]
     if not state.overrides["feed"] or not state.overrides["speed"]:
         functions.append(("override", dict(state.overrides)))

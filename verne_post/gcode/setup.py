@@ -65,6 +65,9 @@ class Setup(TextOptions, frozen=True, kw_only=True):
         Initial frame of each work system, by its number.
     given_systems : frozenset of int
         Work systems whose origin was given: parameters do not change them.
+    table_places : tuple
+        A and C (machine coordinates, degrees) at which the table stands, for each tool axis that gives way to them, in order
+        of execution; none for those that have not been found yet.
     """
 
     coordinates: Coordinates
@@ -76,3 +79,4 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     tool_length: float | None
     frames: dict[int, Frame]
     given_systems: frozenset[int] = frozenset()
+    table_places: tuple[tuple[float, float], ...] = ()

@@ -53,7 +53,8 @@ class SplineCodes(MotionCodes):
         turning = next((axis for axis in (3, 4, 5) if any(point[axis] != start[axis] for point in points)), None)
         if turning is not None and state.tool_axis is not None:
             raise BlockError(
-                "VP013", f"{AXES[turning]} in {name} while a tool axis (I J K) holds; name A and C in a G1 before"
+                "VP013",
+                f"{AXES[turning]} in {name} while a tool axis ({self.axis_words}) holds; name A and C in a G1 before",
             )
         if state.tcp_off:
             for point in points[1:]:

@@ -101,6 +101,8 @@ class State(Struct):
     home: tuple[float, ...] | None = None
     home2: tuple[float, ...] | None = None
     spindle_speed: float = 0.0
+    #: G96: S is a speed of the surface, in m/min or ft/min, and the spindle follows the distance of the tool from X0.
+    surface_speed: bool = False
     spindle_on: bool = False
     spindle_reversed: bool = False
     mist: bool = False
@@ -161,3 +163,8 @@ class State(Struct):
 def tool_facts(state: State, number: int) -> dict[str, object]:
     """What an event says of a tool: its number, and its name where the program has given one."""
     return {"number": number} | ({"name": state.tool_names[number]} if number in state.tool_names else {})
+
+
+def unit_of_speed(state: State) -> dict[str, object]:
+    """What an event says of the unit of S where that is not 1/min."""
+    return {"unit": "ft/min" if state.inch else "m/min"} if state.surface_speed else {}

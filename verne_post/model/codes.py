@@ -99,7 +99,7 @@ CODES: Final[dict[str, Code]] = _table(
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "Give --tool-length or --tool-table, or tool_length in the set-up beside the program (INPUT.toml); the program may say it too (G10 L1, TOOL DEF).",
+        "Give --tool-length or --tool-table, or tool_length in the set-up beside the program (INPUT.toml); the program may say it too (G10 L1, $TC_DP3, TOOL DEF).",
     ),
     (
         "VP013",
@@ -244,8 +244,8 @@ CODES: Final[dict[str, Code]] = _table(
         "VP034",
         "no tool length",
         "warning",
-        "The program cuts with a tool of no length: G49 is in force, and no --tool-length was given.",
-        "Write G43 with a tool table, or give --tool-length; where the gauge line is meant, --tool-length 0.",
+        "The program cuts with a tool of no length: none is in force (after G49 or D0), and no --tool-length was given.",
+        "Put the length of a tool table in force (G43 H; M6 and D1; TOOL CALL), or give --tool-length; where the gauge line is meant, --tool-length 0.",
     ),
     (
         "VP035",
@@ -260,6 +260,13 @@ CODES: Final[dict[str, Code]] = _table(
         "warning",
         "The program cuts before it names A or C, and names them later with another angle than 0: the table is taken to stand there from the start.",
         "Name A and C in a G0 before the first cut: G0 A0 C0 where the table is to be level. Where it really stands at the angle of the message, name that one.",
+    ),
+    (
+        "VP045",
+        "spindle speed is not known",
+        "warning",
+        "G96 asks for a speed of the surface, as on a lathe: a control turns the spindle by the distance of the tool from X0. Setpoints have no spindle speed; the events have S and D.",
+        "Write G97 and S, the turns a minute, where the program is for a mill.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (

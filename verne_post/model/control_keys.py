@@ -8,7 +8,7 @@ from msgspec import Struct, field
 #: Values that a key may have, where it is not any text or number.
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
-    "offsets_in_g91": ("", "travelled", "kept"),
+    "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
 }  # fmt: skip
 
 
@@ -32,6 +32,9 @@ class SiemensKeys(Struct, frozen=True):
     offsets_in_g91 : str
         Whether the first incremental value of an axis after a change of frame, work offset or tool length travels that change:
         "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
+    d_numbers : str
+        What D is: "edges", 1 for the one edge that the tool table has of each tool; "tools", the number of the tool itself
+        (a flat structure of D numbers).
     modulo_axes : str
         Rotary axes whose absolute values count within the present turn.
     tools : mapping
@@ -44,6 +47,7 @@ class SiemensKeys(Struct, frozen=True):
     orientation_by_group: bool = False
     projected: Literal["", "traces", "axes"] = ""
     offsets_in_g91: Literal["", "travelled", "kept"] = ""
+    d_numbers: Literal["edges", "tools"] = "edges"
     modulo_axes: str = ""
     tools: Mapping[str, int] = field(default_factory=dict)
 

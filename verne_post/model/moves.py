@@ -194,6 +194,21 @@ def tool_of_event(event: Event) -> str:
     return tool_text(int(str(event.data["number"])), tool_names([event]))
 
 
+class TablePlace(Struct, frozen=True):
+    """Where a tool axis gave way to a place of the table: which one that is decides what place of the part the machine is at.
+
+    Attributes
+    ----------
+    before : int
+        Index of the move that follows.
+    machine : tuple of float
+        A and C at which the table was taken to stand, machine coordinates, degrees.
+    """
+
+    before: int
+    machine: tuple[float, float]
+
+
 class Arcs(Struct, frozen=True):
     """The arcs among the moves, in order; row ``Moves.arc[i]`` belongs to move i.
 
@@ -276,7 +291,7 @@ class Moves(Struct, frozen=True):
     feed_mode : ndarray of int8, shape (n,)
         :class:`FeedMode`.
     spindle : ndarray, shape (n,)
-        Spindle speed (1/min) in force, 0 when it stands.
+        Spindle speed (1/min) in force, 0 when it stands, or is not known (G96).
     frame : ndarray of int32, shape (n,)
         Index into ``frames``.
     control : ndarray of int32, shape (n,)
@@ -297,6 +312,8 @@ class Moves(Struct, frozen=True):
         Work systems to which the program gives an origin.
     parameters : mapping
         What a parameter file would keep after the program.
+    table_places : tuple of TablePlace
+        Where a tool axis gave way to a place of the table.
     findings : tuple of Finding
         Warnings about the text.
     stock : Stock or None
@@ -332,6 +349,7 @@ class Moves(Struct, frozen=True):
     splines: Splines = field(default_factory=lambda: no_splines(len(AXES)))
     stock: Stock | None = None
     arc_feeds: tuple[ArcFeedUse, ...] = ()
+    table_places: tuple[TablePlace, ...] = ()
 
     def __len__(self) -> int:
         return len(self.line)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
-from verne_post.model.moves import tool_names, tool_of_event
+from verne_post.model.moves import Event, tool_names, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, tool_text
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
@@ -133,13 +133,18 @@ def _restart(summary: Summary) -> Facts:
     """Where a restart begins, and what must be as the skipped blocks would have left it."""
     if summary.options.from_line is None:
         return []
-    forms = {"spindle": "spindle {direction} at {speed:g}/min", "coolant": "coolant {state}",
+    forms = {"spindle": "spindle {direction} at {speed:g}{per}", "coolant": "coolant {state}",
              "override": "overrides switched off by M48 to M53", "signal": "output {output} as line {line} sets it",
              "remapped": "{code} of line {line}"}  # fmt: skip
-    states = [tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, **event.data)
+    states = [tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, per=_per(event), **event.data)
               for event in summary.switched]  # fmt: skip
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
     return [("restart", f"taken up at line {summary.options.from_line}{needed}")]
+
+
+def _per(event: Event) -> str:
+    """The unit of a spindle speed."""
+    return f" {event.data['unit']}" if "unit" in event.data else "/min"
 
 
 def _dry_run(summary: Summary) -> Facts:
@@ -287,7 +292,7 @@ def _tools(summary: Summary) -> str:
     ]
     source = " (one length for the program)" if summary.options.tool_length is not None else ""
     if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
-        source = " (no length is in force: G49, or none was given)"
+        source = " (no length is in force, or none was given)"
     return f"{', '.join(lengths)}{source}"
 
 
@@ -303,7 +308,7 @@ def _offsets(summary: Summary) -> str:
         if who == "nobody":
             place = f"{name} at the rotary centre on the table face (no offset was given)"
         elif who == "program" and frame.system in summary.options.wcs:
-            place += " (the program sets it with G10: --wcs does not hold)"
+            place += " (the program sets it: --wcs does not hold)"
         places[place] = None
     return "; ".join(places)
 

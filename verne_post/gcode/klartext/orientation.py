@@ -57,12 +57,8 @@ class KlartextOrientation(KlartextCycles):
     def set_tcp(self, *, on: bool) -> None:
         """M128 and M129; a tool vector without angles ends with them."""
         if not on and self.state.tool_axis is not None:
-            self._settle_vector()
+            self._settle_table(self.block.line)
         super().set_tcp(on=on)
-
-    def _settle_vector(self) -> None:
-        """The angles that the axes of the machine have now count from here on."""
-        self.state.tool_axis = None
 
     def take_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
         """The tool axis of a block, by vectors or by spatial angles; None where it gives none."""

@@ -84,7 +84,7 @@ class _Hole:
             raise BlockError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
         to._check_feed(self.block, 10)
         if to.state.tool_axis is not None and not to.follows_part:
-            to._refuse_open_table(self.block)
+            to._settle_table(self.block.line)
         if (tool := to.tilted_tool(self.normal)) is not None:
             raise BlockError(
                 "VP017", f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; write CYCLE800 or turn the table", self.given.call.column,
@@ -99,9 +99,6 @@ class _Hole:
             if not given.given(name):
                 raise given.error("VP005", f"{name} is needed", name)
         self.retract, self.reference = self._length("RTP"), self._length("RFP")
-        if self.retract == self.reference:
-            raise given.error("VP007", "RTP and RFP are one height: there is no direction to drill", "RTP")
-        self.up = 1.0 if self.retract > self.reference else -1.0
         modes = given.whole("_AMODE")
         if not 0 <= modes <= 99_999 or given.whole("_GMODE"):
             raise given.error(
@@ -112,6 +109,7 @@ class _Hole:
         self.digits = [modes // 10**place % 10 for place in range(5)]
         if max(self.digits) > 2:
             raise given.error("VP002", f"_AMODE {modes}: digits are 0, 1 and 2", "_AMODE")
+        self.up = self._find_up()
         self.clear = self.reference + self.up * abs(self._length("SDIS"))
         self.bottom = self._depth("DP", "DPR", self.digits[0])
         if (self.reference - self.bottom) * self.up <= 0:
@@ -121,12 +119,31 @@ class _Hole:
                 "DP",
             )
 
+    def _find_up(self) -> float:
+        """Out of the hole along the drill axis: to the retract plane, or, where that is the reference plane, away from an absolute depth."""
+        if self.retract != self.reference:
+            return 1.0 if self.retract > self.reference else -1.0
+        if not self._is_absolute("DP", "DPR", self.digits[0]):
+            raise self.given.error(
+                "VP007",
+                "RTP and RFP are one height, and a depth below it has no direction; give DP, the absolute depth, alone",
+                "RTP",
+            )
+        return 1.0 if self._length("DP") < self.reference else -1.0
+
+    def _is_absolute(self, absolute: str, relative: str, digit: int) -> bool:
+        """Whether a depth is given as a height."""
+        given = self.given
+        return digit == 2 or (
+            digit == 0 and given.given(absolute) and not (given.given(relative) and given.number(relative))
+        )
+
     def _depth(self, absolute: str, relative: str, digit: int) -> float:
         """A depth: absolute, or below the reference plane."""
         given = self.given
         if digit == 1:
             return self.reference - self.up * abs(self._length(absolute))
-        if digit == 2 or (given.given(absolute) and not (given.given(relative) and given.number(relative))):
+        if self._is_absolute(absolute, relative, digit):
             if not given.given(absolute):
                 raise given.error("VP005", f"{absolute} is needed", absolute)
             return self._length(absolute)

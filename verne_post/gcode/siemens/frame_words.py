@@ -1,12 +1,13 @@
 """TRANS, ROT, SCALE, MIRROR and their additive forms, numbers of work offsets, the plane of CYCLE800."""
 
-import numpy as np
+from msgspec.structs import replace
 
+from verne_post.base.arrays import Array
 from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.siemens.frames import rotation_about
+from verne_post.gcode.siemens.frames import Frames, rotation_about
 from verne_post.gcode.siemens.places import SiemensPlaces
 from verne_post.gcode.siemens.words import Words
-from verne_post.model.moves import AXES
+from verne_post.model.moves import AXES, ZERO9, Frame
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 
@@ -22,31 +23,27 @@ class SiemensFrameWords(SiemensPlaces):
         """Execute TRANS, ROT, SCALE, MIRROR or an additive one."""
         word = words.code("frame")
         assert word is not None
-        self._refuse_compensation(word)
-        chain = self.modes.frames.begin(word)
         kind = word[1:] if word in ("ATRANS", "AROT", "ASCALE", "AMIRROR") else word
         values = {axis: item for axis, letter in enumerate(AXES[:6]) if (item := words.take(letter)) is not None}
-        for item in values.values():
+        for axis, item in values.items():
             if item.mode not in ("", "AC"):
                 raise item.error("VP001", f"{item.mode}: values of {word} are plain numbers")
-        if kind != "TRANS" and any(axis > 2 for axis in values):
-            item = next(item for axis, item in values.items() if axis > 2)
-            raise item.error("VP006", f"{word} does not use {item.name}")
-        numbers = {axis: item.value for axis, item in values.items()}
-        if kind == "TRANS":
-            shift = [self.modes.length * numbers.get(axis, 0.0) for axis in range(3)]
-            chain = chain.move(shift, [numbers.get(axis, 0.0) for axis in (3, 4, 5)])
-        elif kind == "ROT":
-            chain = chain.turn(self._rotation(words, numbers, word))
-        elif kind == "SCALE":
-            for axis, factor in numbers.items():
-                if factor <= 0:
-                    raise values[axis].error(
-                        "VP007", f"{word} {values[axis].name}{factor:g}: a scale is greater than 0"
-                    )
-            chain = chain.stretch([numbers.get(axis, 1.0) for axis in range(3)])
+            if kind != "TRANS" and axis > 2:
+                raise item.error("VP006", f"{word} does not use {item.name}")
+            if kind == "SCALE" and item.value <= 0:
+                raise item.error("VP007", f"{word} {item.name}{item.value:g}: a scale is greater than 0")
+        chain, in_plane = self.modes.frames.begin(word), words.take("RPL") if kind == "ROT" else None
+        if in_plane is not None and values:
+            raise in_plane.error("VP003", f"{word} takes RPL=, or angles about X, Y, Z")
+        if in_plane is not None:
+            chain = chain.turn(rotation_about((2, 1, 0)[self.state.plane], in_plane.value))
         else:
-            chain = chain.mirror(sorted(numbers))
+            chain = self.changed_by(chain, kind, {axis: item.value for axis, item in values.items()})
+        self.change_frames(chain, word)
+
+    def change_frames(self, chain: Frames, word: str) -> None:
+        """Put another chain of frames in force while the machine stands still; ``word`` for messages."""
+        self._refuse_compensation(word)
         before = self.modes.frames
         self.modes.frames = chain
         try:
@@ -55,14 +52,27 @@ class SiemensFrameWords(SiemensPlaces):
             self.modes.frames = before
             raise
 
-    def _rotation(self, words: Words, angles: dict[int, float], word: str) -> np.ndarray:
-        """The turn of ROT: RPL in the plane, or angles about X, Y, Z in the order of the machine data."""
-        in_plane = words.take("RPL")
-        if in_plane is not None:
-            if angles:
-                raise in_plane.error("VP003", f"{word} takes RPL=, or angles about X, Y, Z")
-            return rotation_about((2, 1, 0)[self.state.plane], in_plane.value)
-        x, y, z = (angles.get(axis, 0.0) for axis in range(3))
+    def changed_by(self, chain: Frames, kind: str, values: dict[int, float]) -> Frames:
+        """A chain after TRANS, ROT, SCALE or MIRROR with values of axes: lengths in the unit of the program, degrees, factors."""
+        if kind == "TRANS":
+            shift = [self.modes.length * values.get(axis, 0.0) for axis in range(3)]
+            return chain.move(shift, [values.get(axis, 0.0) for axis in (3, 4, 5)])
+        if kind == "ROT":
+            return chain.turn(self._rotation(*(values.get(axis, 0.0) for axis in range(3))))
+        if kind == "SCALE":
+            return chain.stretch([values.get(axis, 1.0) for axis in range(3)])
+        return chain.mirror(sorted(values))
+
+    def _rotation(self, x: float, y: float, z: float) -> Array:
+        """The turn of ROT by angles about X, Y, Z, in the order of the machine data."""
         if self.keys.rotation == "euler":
             return rotation_about(2, x) @ rotation_about(0, y) @ rotation_about(2, z)
         return rotation_about(2, z) @ rotation_about(1, y) @ rotation_about(0, x)
+
+    def store_offset(self, frame: Frame) -> None:
+        """A stored work offset changes; what is written holds from the next G54 on."""
+        state, modes = self.state, self.modes
+        if frame.system == modes.system and modes.offset is None:
+            modes.offset = state.systems[frame.system]
+        state.systems[frame.system] = replace(frame, g92=ZERO9)
+        self.recorder.placed.add(frame.system)

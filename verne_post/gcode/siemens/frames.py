@@ -142,6 +142,14 @@ class Frames(Struct, frozen=True):
         chain = replace(self, program=self.program.then(np.zeros(3), np.diag(signs)))
         return replace(chain, mirrored=axes[-1]) if axes else chain
 
+    def then(self, other: "Frames") -> "Frames":
+        """The programmable frame of another chain inside of this one."""
+        program = self.program.then(np.array(other.program.shift), other.program.linear)
+        a, b, c = (old + new for old, new in zip(self.rotary, other.rotary, strict=True))
+        mirrors = np.linalg.det(other.program.linear) < 0
+        mirrored = other.mirrored if mirrors else self.mirrored
+        return replace(self, program=program, rotary=(a, b, c), mirrored=mirrored)
+
     @property
     def total(self) -> Affine:
         """Everything after the work offset."""

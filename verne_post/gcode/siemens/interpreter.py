@@ -5,13 +5,10 @@ from typing import ClassVar, Final
 import numpy as np
 from msgspec.structs import replace
 
-from verne_post.base.numbers import is_count
-from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.frame_codes import MAX_DWELL_S
-from verne_post.gcode.missing_setup import number_of_tool
+from verne_post.gcode.siemens.auxiliary import SiemensAuxiliary
 from verne_post.gcode.siemens.modes import ARC_FEEDS
-from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
 
@@ -22,15 +19,16 @@ _SHARE_OF_ADIS: Final = 0.25
 MOTIONS: Final = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 _TOLERANCES: Final = ("ADIS", "CTOL", "OTOL")
 #: Words of auxiliary functions, and groups that have to do with motion alone.
-_AUXILIARY: Final = frozenset(("S", "T", "SPOS", "H", "D"))
+_AUXILIARY: Final = frozenset(("S", "T", "SPOS", "H", "D", "CUTMOD"))
 _OF_MOTION: Final = frozenset(("motion",))
-_FEED_MODES: Final = {"G93": 930, "G94": 940, "G95": 950}
 
 
-class SiemensInterpreter(SiemensSplines):
+class SiemensInterpreter(SiemensAuxiliary):
     """Executes blocks, given as :class:`~verne_post.gcode.siemens.words.Words`."""
 
     perpendicular_entry: ClassVar[bool] = True  # NORM
+    diameter_codes: ClassVar[bool] = False
+    axis_words: ClassVar[str] = "A3= B3= C3="
     length_words: ClassVar[str] = "T and M6 with --tool-table, or --tool-length MM"
 
     def run(self, words: Words) -> bool:
@@ -138,90 +136,6 @@ class SiemensInterpreter(SiemensSplines):
         elif modes.exact in ("G642", "G643", "G645"):
             tolerance = modes.ctol
         self.state.control = PathControl(PathMode.BLEND, tolerance, tolerance, modes.otol)
-
-    # --- auxiliary functions --------------------------------------------------------------------------
-
-    def _run_auxiliary(self, words: Words, block: Block) -> None:
-        made = Block(words.line, columns=block.columns)
-        if (speed := words.words.get("S")) is not None and words.code("dwell") is None:
-            words.take("S")
-            made.words["S"] = speed.value
-        if (tool := words.take("T")) is not None:
-            made.words["T"] = float(self._tool_number(tool))
-        if (position := words.take("SPOS")) is not None:
-            self.recorder.event(words.line, "orient", angle=position.value)
-            self.state.spindle_on = False
-        if (function := words.take("H")) is not None:
-            self.recorder.event(words.line, "auxiliary", code=f"H{function.value:g}")
-        groups: dict[str, list[int]] = {}
-        for number, column in words.m:
-            if number in (0, 1, 2, 17, 30) or self._execute_user_code(made, "M", float(number)):
-                continue
-            groups.setdefault(self.table.group_of_m[self._m_code(float(number), column)], []).append(number)
-        for group, codes in groups.items():
-            if len(codes) > 1 and group != "coolant":
-                raise BlockError(
-                    "VP003", f"M{codes[0]} and M{codes[1]} are of one group ({group})", block.columns.get("M")
-                )
-        self._execute_auxiliary(made, groups)
-        self._select_edge(words, loaded=bool(groups.get("tool change")))
-
-    def _run_feed(self, words: Words, block: Block) -> None:
-        mode = words.code("feed mode")
-        if mode is None and "F" not in words.words:
-            return
-        groups = {} if mode is None else {"feed mode": _FEED_MODES[mode]}
-        made = Block(words.line, columns=block.columns)
-        if (feed := words.words.get("F")) is not None and words.code("dwell") is None:
-            words.take("F")
-            made.words["F"] = block.words["F"] = feed.value
-        self._set_feed(made, groups)
-        self.modes.feed_mode = self.state.feed_mode
-        if "F" in made.words and self.modes.feed != 1.0 and self.state.feed_mode.name != "INVERSE":
-            self.state.feed *= self.modes.feed
-
-    def _tool_number(self, word: Word) -> int:
-        """T5, T="5", T="name"."""
-        name = word.text
-        if name is None or is_count(name):
-            number = word.value if name is None else float(name)
-            if abs(number - round(number)) > WHOLE_NUMBER or number < 0:
-                raise word.error("VP007", f"T{number:g}: a tool number is whole and not negative")
-            return round(number)
-        return number_of_tool(name, f'T="{name}"', "siemens", self.setup, self.state, word.column)
-
-    def _cutter_diameter(self, block: Block, code: int) -> float:
-        """Of the tool in the spindle; with D0 the path is on the contour."""
-        if self.state.loaded_tool and not self.modes.edge:
-            return 0.0
-        return super()._cutter_diameter(block, code)
-
-    def _select_edge(self, words: Words, *, loaded: bool) -> None:
-        """D: the length of the tool is in force with D1, which M6 brings with it; D0 takes it away."""
-        edge = words.take("D")
-        if (edge is None and not loaded) or ("T" in words.words and not loaded and (edge is None or edge.value)):
-            return  # D beside T alone is that of the tool which M6 will bring
-        number = 1 if edge is None else round(edge.value)
-        if edge is not None and (abs(edge.value - number) > WHOLE_NUMBER or number not in (0, 1)):
-            raise edge.error(
-                "VP012", f"D{edge.value:g}: the tool table has one edge a tool, D1; D0 switches the offset off"
-            )
-        self._refuse_compensation("a change of tool offset")
-        state, block = self.state, Block(words.line)
-        self.modes.edge = number == 1
-        empty = not state.loaded_tool
-        if number == 0 or (empty and loaded):
-            self._set_tool_length(block, 490)
-        elif state.tools is None and not self.setup.machine:
-            state.length_given = True
-        else:
-            if empty and self.setup.machine and self.setup.tool_length is None:
-                column = None if edge is None else edge.column
-                raise BlockError(
-                    "VP012", "D1, and no tool is in the spindle; write T and M6 first, or use --tool-length", column
-                )
-            self._set_tool_length(block, 430)
-        self.set_chain()
 
     # --- work offsets, transformation -------------------------------------------------------------------
 

@@ -19,6 +19,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.frames import Affine, Split, split
 from verne_post.gcode.siemens.modes import Modes
+from verne_post.gcode.siemens.vocabulary import REFUSED
 from verne_post.gcode.spatial_arc import SpatialArc, arc_through, plane_of_arc
 from verne_post.gcode.standing_table import standing_table
 from verne_post.gcode.state import State
@@ -48,9 +49,15 @@ class SiemensMotion(Interpreter):
     table: ClassVar[CodeTable] = replace(
         RS274,
         g_groups={},
-        m_groups={"stopping": (0, 1, 2, 30), "tool change": (6,), "spindle": (3, 4, 5, 19), "coolant": (7, 8, 9)},
+        m_groups={
+            "stopping": (0, 1, 2, 30),
+            "tool change": (6,),
+            "spindle": (3, 4, 5, 19),
+            "coolant": (7, 8, 9),
+            "gear": (40,),
+        },
         refused_g={},
-        refused_m={},
+        refused_m={int(word[1:]): why for word, why in REFUSED.items() if word[0] == "M" and word[1:].isdigit()},
     )
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
@@ -140,8 +147,6 @@ class SiemensMotion(Interpreter):
             axes = [*axes, _A, _C] if self.setup.machine else axes
         elif {_A, _C} & set(places):
             self._take_rotary(end, places)
-        elif state.tool_axis is not None and not self.follows_part:
-            self._refuse_open_table(block)
         if _C in places:
             self.recorder.fix_c(block.line)
         self._record(block.line, kind, end, axes, absolute=True)
@@ -165,6 +170,8 @@ class SiemensMotion(Interpreter):
     def _begin_turn(self, block: Block, kind: MoveKind, places: dict[int, float]) -> list[float]:
         """The end of a move in core numbers; without TRAORI the frame first follows the table to where it will stand."""
         state = self.state
+        if state.tool_axis is not None and not self.follows_part:
+            self._settle_table(block.line)
         end = list(self._motion_start(kind, absolute=True, machine=False))
         for axis, value in places.items():
             end[axis] = self.to_core(axis, value)
@@ -173,24 +180,20 @@ class SiemensMotion(Interpreter):
         if self.follows_part:
             raise block.error("VP017", "A and C on a plane of CYCLE800 without TRAORI: the plane would no longer stand upright; write CYCLE800() "
                               "first", "A" if _A in places else "C")  # fmt: skip
-        turned = (
-            state.tool_axis is not None or max(abs(end[axis] - state.position[axis]) for axis in (_A, _C)) > _STANDS
-        )
-        if state.tool_axis is not None and not {_A, _C} <= set(places):
-            self._refuse_open_table(block)
+        turned = max(abs(end[axis] - state.position[axis]) for axis in (_A, _C)) > _STANDS
         if turned and kind == MoveKind.FEED:
             raise block.error("VP017", "A and C turn at a feed rate without TRAORI: on a machine with three linear axes the tip would follow a curve; "
                               "write TRAORI, or G0", "A" if _A in places else "C")  # fmt: skip
         if turned:
             self._refuse_compensation("a turn of the table")
-            state.tool_axis = None
             base = replace(state.frame, feature=None)
             self._set_frame(replace(base, feature=self._plane(base, end)))
         return end
 
-    def _refuse_open_table(self, block: Block) -> None:
-        raise BlockError("VP013", "after tool axes or CYCLE800 the table stands on one of two sides, and no A and C say on which; name A and C in "
-                         "one G0 block first, or write CYCLE800 again", None, block.line)  # fmt: skip
+    def _settle_table(self, line: int) -> None:
+        """As in all dialects; places without TRAORI follow the table."""
+        super()._settle_table(line)
+        self.set_chain()
 
     # --- tool axes ----------------------------------------------------------------------------------------
 
@@ -272,8 +275,6 @@ class SiemensMotion(Interpreter):
         start = list(self.state.position)
         if {_A, _C} & set(places):
             self._take_rotary(end, places)
-        elif self.state.tool_axis is not None and not self.follows_part:
-            self._refuse_open_table(block)
         return start, end
 
     def run_spatial_arc(self, block: Block, middle: list[float], places: dict[int, float]) -> None:
@@ -332,7 +333,7 @@ class SiemensMotion(Interpreter):
         if self.modes.tcp and self.setup.machine and (turned or {_A, _C} & set(places)):
             raise BlockError("VP017", "G53, G153 or SUPA under TRAORI while the table is turned: places would be those of the turned part; write "
                              "TRAFOOF first")  # fmt: skip
-        self._end_vector_for_machine(block, list(places), "SUPA")
+        self._end_vector_for_machine(block.line, list(places))
         targets = dict(places)
         if 2 in targets and self.modes.edge:
             targets[2] += state.frame.tool_length

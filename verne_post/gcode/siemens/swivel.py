@@ -34,6 +34,8 @@ _SWIVEL: Final = (
     "_DMODE",
 )
 _TOLERANCE: Final = ("_TOL", "_TOLM", "_OTOL")
+#: _TOLM has seven digits. Those before the last two choose functions of the control, or are kept for what older ones chose.
+_BEYOND_TOLM: Final = 3_000_000
 #: Values of _MODE in its two highest bits.
 _BY_AXIS, _SOLID, _PROJECTED, _DIRECT = range(4)
 #: The first two turns of projected angles: about X then Y, or Y then X.
@@ -109,7 +111,7 @@ class Swivel:
                 given.call.column,
             )
         for axes in ([2], [0, 1])[:kind]:
-            to._end_vector_for_machine(block, axes, f"CYCLE800 with _FR {kind}") if axes == [2] else None
+            to._end_vector_for_machine(block.line, axes)
             to._move_to_machine(block.line, MoveKind.RAPID, {number: home[number] for number in axes})
 
     # --- the plane ----------------------------------------------------------------------------------------
@@ -209,6 +211,8 @@ class Swivel:
         tcp = to.modes.tcp
         if tcp:
             to._require_known(block, [0, 1, 2], "CYCLE800")
+        elif state.tool_axis is not None:  # the linear axes stand still, wherever on the part that is
+            to._settle_table(block.line)
         state.tool_axis = None
         if to.setup.machine and not to.follows_part:
             a, _b, c = to.modes.frames.rotary
@@ -238,11 +242,12 @@ class Swivel:
         given = read_cycle(call, _TOLERANCE, self.variables)
         modes = self.to.modes
         kind = given.whole("_TOLM")
-        ones, tens, hundreds = kind % 10, kind // 10 % 10, kind // 100
-        if ones > 4 or tens > 1 or hundreds > 1 or kind < 0:
+        ones, tens = kind % 10, kind // 10 % 10
+        if ones > 4 or tens > 1 or not 0 <= kind < _BEYOND_TOLM:
             raise given.error(
                 "VP002",
-                f"_TOLM {kind} is not executed; 0 off, 1 finishing, 2, 3 roughing, 4 precision, 10 more: with a tolerance of the axis",
+                f"_TOLM {kind} is not executed; its last digit is 0 off, 1 finishing, 2, 3 roughing or 4 precision, the one before it 0, or 1 "
+                "with a tolerance of the axis",
                 "_TOLM",
             )
         tolerance, axis = given.number("_TOL") * modes.length, given.number("_OTOL")

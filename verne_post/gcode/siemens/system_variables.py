@@ -8,8 +8,9 @@ from msgspec.structs import replace
 
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.frame_values import FrameValues, holds_frame
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
-from verne_post.gcode.siemens.values import Index, Value
+from verne_post.gcode.siemens.values import Index, Names, Value
 from verne_post.model.moves import AXES, ZERO9, Frame
 from verne_post.model.part_setup import Tool
 
@@ -38,7 +39,8 @@ class SystemVariables:
             frame, axis, part = self._offset(name, index, cursor, at)
             if part == "RT" and frame.part_turn:
                 raise cursor.error("VP025", f"{name}[..., RT]: how far the part is turned (--wcs) is not read here", at)
-            return {"TR": frame.origin[axis], "SC": 1.0}.get(part, 0.0)
+            turn = frame.turn if axis == 2 else 0.0
+            return {"TR": frame.origin[axis], "SC": 1.0, "RT": turn}.get(part, 0.0)
         if name in _TOOL_DATA or name in _NO_WEAR:
             tool = (state.tools or {}).get(self._tool(name, index, cursor, at))
             what = _TOOL_DATA.get(name)
@@ -59,26 +61,32 @@ class SystemVariables:
 
     def write_system(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
         """Set a variable."""
-        state = self.to.state
         if isinstance(value, str):
             raise cursor.error("VP007", f"{name} is a number; a text cannot be assigned to it", at)
         if name == "$P_UIFR":
             frame, axis, part = self._offset(name, index, cursor, at)
             if part != "TR":
-                if value != (1.0 if part == "SC" else 0.0):
-                    raise cursor.error("VP002", f"{name}[..., {part}]: work offsets here have a shift (TR) alone", at)
+                if part == "RT" and axis == 2:
+                    self.to.store_offset(replace(frame, turn=value))
+                elif value != (1.0 if part == "SC" else 0.0):
+                    text = f"{name}[..., {AXES[axis]}, {part}]: work offsets here are shifted (TR), and turned about Z (RT)"
+                    raise cursor.error("VP002", text, at)
                 return
             origin = list(frame.origin)
             origin[axis] = value
-            if frame.system == self.to.modes.system and self.to.modes.offset is None:
-                self.to.modes.offset = frame  # what is written holds from the next G54 on
-            state.systems[frame.system] = replace(frame, origin=vector9(origin), g92=ZERO9)
-            self.to.recorder.placed.add(frame.system)
+            self.to.store_offset(replace(frame, origin=vector9(origin)))
             return
         if name in _TOOL_DATA or name in _NO_WEAR:
             self._write_tool(name, index, value, cursor, at)
             return
         raise cursor.error("VP025", f"{name}: this variable of the control cannot be set here", at)
+
+    def assign_frame(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int, names: Names) -> bool:
+        """Read the value of a frame and set a variable to it; False for variables that are no frames."""
+        if not holds_frame(name, index):
+            return False
+        FrameValues(self.to, names).assign(name, index, cursor, at)
+        return True
 
     def _active(self) -> int:
         system = self.to.modes.system
@@ -113,8 +121,9 @@ class SystemVariables:
         return self.to.state.systems[self.to.system_number(number)], AXES.index(letter), part
 
     def _tool(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> int:
-        number, edge = (*index, None, None)[:2]
-        if len(index) != 2 or not isinstance(number, int) or number < 1 or edge != 1:
+        flat = self.to.keys.d_numbers == "tools" and len(index) == 1  # numbers of D without those of tools
+        number, edge = (*index, 1, 1)[:2]
+        if not (flat or len(index) == 2) or not isinstance(number, int) or number < 1 or edge != 1:
             raise cursor.error("VP012", f"{name} needs a tool number and the edge 1: {name}[1, 1]", at)
         return number
 

@@ -6,7 +6,7 @@ from msgspec import Struct, field
 
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.cursor import Cursor
-from verne_post.gcode.siemens.values import Index, Value, read_indices, read_value, round_half_away
+from verne_post.gcode.siemens.values import Index, Names, Value, read_indices, read_value, round_half_away
 from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS
 
 #: Types of DEF and PROC. AXIS, FRAME are refused.
@@ -27,6 +27,9 @@ class SystemVariables(Protocol):
 
     def write_system(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
         """Set one; raises BlockError."""
+
+    def assign_frame(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int, names: Names) -> bool:
+        """Read the value of a frame and set a variable to it; False for variables that are no frames."""
 
 
 class Variable(Struct):
@@ -114,6 +117,8 @@ class Variables(Struct):
         """Read ``[...] = value`` after a name, and assign it; arrays may be given several values."""
         index = read_indices(cursor, self)
         cursor.expect("=", f"and a value after {name}")
+        if name.startswith("$") and self.system.assign_frame(name, index, cursor, at, self):
+            return
         self.write(name, index, read_value(cursor, self), cursor, at)
 
     # --- defining -------------------------------------------------------------------------------------

@@ -47,6 +47,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("DISPLON", "DISPLOF", "SBLON", "SBLOF", "ACTBLOCNO"), "display and single block"),
     **dict.fromkeys(("SPCON", "SPCOF", "GETD", "GET", "RELEASE", "NEWCONF"),
                     "position control of spindles, axes and channels of the control"),
+    **dict.fromkeys(("TOWSTD", "TOWMCS", "TOWWCS", "TOWBCS", "TOWTCS", "TOWKCS"), "directions in which wear of tools counts: there is none"),
     "WRTPR": "a line in a log of the control",
     "SETMS": "the first spindle is the master spindle; SETMS with another number is refused",
     **dict.fromkeys(("EXTERN", "ENDPROC"), "declarations"),
@@ -63,11 +64,11 @@ REFUSED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("G74", "G751"), "reference points; retract with G75, or SUPA G0 Z and D0"),
     **dict.fromkeys(("G140", "G141", "G142", "G143", "G147", "G148", "G247", "G248", "G340", "G341", "G347", "G348", "DISR", "DISCL", "DISRP", "FAD"),
                     "soft approach and retraction; write the moves"),
-    **dict.fromkeys(("G451", "G461", "G462", "DISC", "KONT", "KONTC", "OFFN", "CUT2DF", "CUT2DD", "CUT3DC", "CUT3DF", "CUT3DFS", "CUT3DFF", "CUT3DCC", "CUT3DCCD", "CUTMOD", "CUTCONON", "CUTCONOF"),
+    **dict.fromkeys(("G451", "G461", "G462", "DISC", "KONT", "KONTC", "OFFN", "CUT2DF", "CUT2DD", "CUT3DC", "CUT3DF", "CUT3DFS", "CUT3DFF", "CUT3DCC", "CUT3DCCD", "CUTCONON", "CUTCONOF"),
                     "this kind of cutter compensation; G41 and G42 work in a plane, round outside corners with an arc"),
     **dict.fromkeys(("CHF", "CHR", "RND", "RNDM", "FRC", "FRCM", "ANG"), "chamfers, roundings and angles of contour programming; let the CAM system write lines and arcs"),
     **dict.fromkeys(("POS", "POSA", "POSP", "FA", "OVRA", "MOV", "WAITP", "FOCON", "FOC", "FXS", "FXST", "FXSW", "PTP", "PTPG0", "PTPWOC", "STAT", "TU"), "positioning axes and point-to-point motion"),
-    **dict.fromkeys(("TOROT", "TOROTX", "TOROTY", "TOROTZ", "TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "PAROT", "TCARR", "TCOFRX", "TCOFRY", "TCOFRZ", "TOWSTD", "TOWBCS", "TOWWCS", "TOWMCS", "TOWTCS", "TOWKCS"),
+    **dict.fromkeys(("TOROT", "TOROTX", "TOROTY", "TOROTZ", "TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "PAROT", "TCARR", "TCOFRX", "TCOFRY", "TCOFRZ"),
                     "frames of tool carriers; write CYCLE800 or ROT"),
     **dict.fromkeys(("ROTS", "AROTS", "CROTS", "CFINE", "MEAFRAME", "SETPA", "RPLA"), "this way to give a frame; write TRANS, ROT or CYCLE800"),
     **dict.fromkeys(("A2", "B2", "C2", "ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1", "ORIVIRT2"), "tool axes as angles, whose order builders of machines choose; write A3= B3= C3=, or A and C"),
@@ -83,7 +84,7 @@ REFUSED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("TRAILON", "TRAILOF", "LEADON", "LEADOF", "EGON", "EGDEF", "EGONSYN", "EGONSYNE", "EGOFS", "EGOFC", "COUPON", "COUPOF", "COUPDEF", "COUPDEL", "COUPRES", "COUPONC", "MASLON", "MASLOF", "CPON", "CPOF", "TANG", "TANGON", "TANGOF", "TANGDEL", "TLIFT", "CTABDEF", "CTABEND", "PUNCHACC", "PON", "PONS", "SON", "SONS", "SPN", "SPP", "PDELAYON", "PDELAYOF", "G5", "G7"),
                     "axes that follow others, punching, grinding"),
     **dict.fromkeys(("FZ", "FB", "FD", "FL", "FCUB", "FLIN", "FPO", "FPRAON", "FPRAOF", "FPR", "ST", "SR", "G931", "G942", "G952", "OVR", "OVRRAP"), "this way to give a feed rate; write F with G93, G94 or G95"),
-    **dict.fromkeys(("SPOSA", "SVC", "GWPSON", "GWPSOF", "M70", "M40", "M41", "M42", "M43", "M44", "M45"), "gears and further spindles: there is one spindle"),
+    **dict.fromkeys(("SPOSA", "SVC", "GWPSON", "GWPSOF", "M70", "M41", "M42", "M43", "M44", "M45"), "gears and further spindles: there is one spindle"),
     **dict.fromkeys(("DEFINE", "REDEF", "MODAXVAL", "GOTOS", "CALLPATH", "PCALL", "EXECTAB", "EXECSTRING", "INDICATE", "READ", "WRITE", "DELETE", "ISFILE", "FILEDATE", "ICYCON", "ICYCOF", "REPOSA", "REPOSL", "REPOSQ", "REPOSH", "REPOSHA", "ASPL", "ISOCALL", "SETDNO", "GETT", "GETSELT", "NEWT", "DELT", "SETPIECE", "DELDL", "TOOLENV", "SAVE_TOOLENV", "CONTPRON", "CONTDCON", "EXECUTE", "INTERSEC", "G291", "CALL", "PROTA", "PROTS", "NPROT", "NPROTDEF", "COLLPAIR"),
                     "changes what the program is while it runs, or reads and writes files of the control"),
     **dict.fromkeys(("POCKET1", "POCKET2", "POCKET3", "POCKET4", "SLOT1", "SLOT2", "LONGHOLE", "CONTOUR"), "milling cycles; let the CAM system write the moves"),
@@ -94,6 +95,8 @@ REFUSED: Final[Mapping[str, str]] = {
 CYCLES: Final = (
     "CYCLE81", "CYCLE82", "CYCLE83", "CYCLE85", "CYCLE86", "CYCLE89", "CYCLE840", "HOLES1", "HOLES2", "CYCLE801", "CYCLE800", "CYCLE832", "WORKPIECE",
 )  # fmt: skip
+#: Functions whose value is a frame.
+FRAME_FUNCTIONS: Final = ("CTRANS", "CROT", "CSCALE", "CMIRROR")
 #: Control statements that are executed.
 STATEMENTS: Final = (
     "IF", "ELSE", "ENDIF", "FOR", "ENDFOR", "WHILE", "ENDWHILE", "LOOP", "ENDLOOP", "REPEAT", "REPEATB", "UNTIL", "GOTO", "GOTOF", "GOTOB", "GOTOC", "CASE",
@@ -102,7 +105,7 @@ STATEMENTS: Final = (
 #: Words with a value that are executed.
 ADDRESSES: Final = (
     "X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J", "K", "I1", "J1", "K1", "CR", "AR", "AP", "RP", "TURN", "RPL", "PL", "PW", "SD", "A3", "B3", "C3", "F", "S", "T", "D",
-    "H", "M", "G", "L", "P", "N", "ADIS", "CTOL", "OTOL", "SPOS", "S1", "M1", "T1", "FP", "X1", "Y1", "Z1", "A1", "C1",
+    "CUTMOD", "H", "M", "G", "L", "P", "N", "ADIS", "CTOL", "OTOL", "SPOS", "S1", "M1", "T1", "FP", "X1", "Y1", "Z1", "A1", "C1",
 )  # fmt: skip
 #: Names that stand for numbers of CYCLE832.
 CONSTANTS: Final[Mapping[str, float]] = {

@@ -9,14 +9,41 @@ from msgspec import Struct, field
 from verne_post.base.numbers import is_count
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.siemens.cursor import Cursor
-from verne_post.gcode.siemens.values import Value, read_number, read_value
+from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
 from verne_post.gcode.siemens.variables import Variables, refuse_leftover
-from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUP_OF, NO_EFFECT, STATEMENTS, why_refused
+from verne_post.gcode.siemens.vocabulary import (
+    ADDRESSES,
+    CYCLES,
+    FRAME_FUNCTIONS,
+    GROUP_OF,
+    NO_EFFECT,
+    STATEMENTS,
+    why_refused,
+)
 
 #: How a value of an axis is meant, where G90 and G91 do not say.
 _MODES: Final = ("AC", "IC", "DC", "ACP", "ACN")
-#: Axes that may have them.
-MODAL_ADDRESSES: Final = ("X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J", "K", "I1", "J1", "K1", "AP", "RP")
+#: Words that may have them.
+MODAL_ADDRESSES: Final = (
+    "X",
+    "Y",
+    "Z",
+    "A",
+    "B",
+    "C",
+    "U",
+    "V",
+    "W",
+    "I",
+    "J",
+    "K",
+    "I1",
+    "J1",
+    "K1",
+    "AP",
+    "RP",
+    "SPOS",
+)
 _LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9]|\.[0-9])")
 #: A letter and a number that make one name: a G function of a group, or a subprogram.
 _CODE: Final = re.compile(r"([GML])[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE)
@@ -181,10 +208,10 @@ class WordReader:
         name = f"{letter}{number}"
         if letter == "L":
             words.calls.append(Call(f"L{digits or number}", None, at + 1))
-        elif (why := why_refused(name)) is not None:
-            raise cursor.error("VP002", f"{name} is not executed ({why})", at)
         elif letter == "M":
             words.m.append((number, at + 1))
+        elif (why := why_refused(name)) is not None:
+            raise cursor.error("VP002", f"{name} is not executed ({why})", at)
         else:
             self._add_function(words, name, cursor, at)
 
@@ -205,6 +232,12 @@ class WordReader:
     def _read_indexed(self, name: str, cursor: Cursor, words: Words, at: int) -> None:
         if self.variables.is_known(name):
             self.variables.assign(name, cursor, at)
+            return
+        if name == "SPOS":
+            if read_indices(cursor, self.variables) != (1,):
+                raise cursor.error("VP002", "SPOS[n]: there is one spindle, SPOS[1]", at)
+            cursor.expect("=", "after SPOS[1]")
+            self._add(words, self._read_address(name, cursor, at), cursor, at)
             return
         if name not in NO_EFFECT:
             raise self._unknown(name, cursor, at)
@@ -283,6 +316,8 @@ class WordReader:
         self._add(words, Word(letter, sign * value, at + 1), cursor, at)
 
     def _unknown(self, name: str, cursor: Cursor, at: int) -> BlockError:
+        if name in FRAME_FUNCTIONS:
+            return cursor.error("VP001", f"{name}() is the value of a frame; write $P_PFRAME={name}(...)", at)
         why = why_refused(name)
         if why is not None:
             return cursor.error("VP002", f"{name} is not executed ({why})", at)

@@ -1,0 +1,88 @@
+"""Where the table stands when a program goes on from tool axes in coordinates of the machine: decided with the whole program.
+
+A tool axis leaves the side of the table open, and turns of C. The branches of a program are chosen over all of it; but
+where the machine is on the part after SUPA X0 Y0, or G53, depends on that. So such a program is read, its branches
+are chosen, and where the table stands elsewhere than it was read for, it is read again with the places that were found.
+"""
+
+from typing import Final
+
+import numpy as np
+from msgspec.structs import replace
+
+from verne_post import gcode
+from verne_post.base.long_text import Text
+from verne_post.base.team import ALONE, Team
+from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
+from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
+from verne_post.gcode.setup import Setup
+from verne_post.model.findings import InputError, finding
+from verne_post.model.machine import Machine
+from verne_post.model.moves import Moves, TablePlace
+from verne_post.model.options import Options
+from verne_post.model.toolpath import ToolPath
+from verne_post.toolpath.branch_choice import choose_branches
+from verne_post.toolpath.branches import BranchPlan
+
+#: Times that a program is read again: once finds the places, unless what follows them changes the choice.
+MOST_READINGS: Final = 4
+
+
+def with_table(setup: Setup, moves: Moves) -> Setup:
+    """A set-up with which a program is read again as it was read for these moves."""
+    return replace(setup, table_places=tuple(place.machine for place in moves.table_places))
+
+
+def lay_out(
+    source: Text, setup: Setup, moves: Moves, machine: Machine, options: Options, team: Team = ALONE
+) -> tuple[Moves, ToolPath, BranchPlan | None]:
+    """Choose the branches of a program, and read it again where they put the table elsewhere than it was read for.
+
+    Parameters
+    ----------
+    source : Text
+    setup : Setup
+    moves : Moves
+        The program as it was read first.
+    machine : Machine
+    options : Options
+    team : Team
+        The processes that try branches.
+
+    Raises
+    ------
+    InputError
+        VP013: no choice of branches fits the places of the machine that follow from it.
+    """
+    for _ in range(MOST_READINGS):
+        path, branches = choose_branches(
+            moves, machine, options.orientation, allow_rewind=options.allow_rewind, team=team
+        )
+        found = tuple(_find_place(place, path, machine) for place in moves.table_places)
+        wrong = [
+            place
+            for place, stands in zip(moves.table_places, found, strict=True)
+            if not _are_one(place.machine, stands)
+        ]
+        if not wrong:
+            return moves, path, branches
+        moves = gcode.interpret_program(source, replace(setup, table_places=found))
+    line = int(moves.line[max(wrong[0].before - 1, 0)])
+    text = (
+        "after the tool axis of this line the program names places of the machine, and the side on which the table stands "
+        "depends on them in turn; name A and C in one G0 block before them"
+    )
+    raise InputError(finding("VP013", text, line=line, last_line=line, worst_line=line))
+
+
+def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[float, float]:
+    """Where the table really stands, as :class:`TablePlace` has it; under an upright tool as it was read."""
+    at = int(np.searchsorted(path.move, place.before)) - 1
+    if at < 0 or abs(np.sin(RAD_PER_DEG * place.machine[0])) <= POLE_SINE:
+        return place.machine
+    a, c = (float(angle * column.factor) for angle, column in zip(path.end[at, 3:], machine.columns[-2:], strict=True))
+    return a, c
+
+
+def _are_one(first: tuple[float, float], second: tuple[float, float]) -> bool:
+    return max(abs(one - other) for one, other in zip(first, second, strict=True)) <= DEG_PER_RAD * ZERO_ANGLE

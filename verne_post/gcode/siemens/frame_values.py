@@ -1,0 +1,136 @@
+"""Values of frames: CTRANS, CROT, CSCALE, CMIRROR, chained by a colon, and the variables of the control that hold frames."""
+
+from typing import Final
+
+import numpy as np
+from msgspec.structs import replace
+
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.gcode.offsets import vector9
+from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.frames import Frames, rotation_about, split
+from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.values import Index, Names, read_number
+from verne_post.gcode.siemens.vocabulary import FRAME_FUNCTIONS
+from verne_post.model.moves import AXES, ZERO9, Frame
+
+#: The programmable frame, the work offset in force, and the stored ones, which have an index.
+_PROGRAMMABLE, _ACTIVE, _STORED = "$P_PFRAME", "$P_IFRAME", "$P_UIFR"
+#: 1 - cosine of the angle between the Z of a work offset and that of the machine that is rounding.
+_UPRIGHT: Final = 1e-12
+
+
+def holds_frame(name: str, index: tuple[Index, ...]) -> bool:
+    """True for variables whose value is a whole frame."""
+    return (name in (_PROGRAMMABLE, _ACTIVE) and not index) or (name == _STORED and len(index) == 1)
+
+
+class FrameValues:
+    """Reads and sets frames on an interpreter; ``names`` are the variables of expressions."""
+
+    def __init__(self, interpreter: SiemensInterpreter, names: Names) -> None:
+        self.to, self.names = interpreter, names
+
+    def assign(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> None:
+        """Read the value of a frame, and set a variable to it.
+
+        Raises
+        ------
+        BlockError
+            VP001 and others where it is no frame; VP002 for work offsets that mirror, scale or tilt.
+        """
+        value, to = self._read(cursor), self.to
+        to.end_spline()
+        if name == _PROGRAMMABLE:
+            to.note_numbers()
+            to.change_frames(replace(value, swivel=to.modes.frames.swivel), name)
+            return
+        if name == _ACTIVE:
+            to._refuse_compensation(name)
+            to.note_numbers()
+            to.modes.offset = self._work_offset(value, to.state.systems[to.modes.system], name, cursor, at)
+            to.set_chain()
+            return
+        frame = self._stored(name, index, cursor, at)
+        to.store_offset(self._work_offset(value, frame, name, cursor, at))
+
+    def _read(self, cursor: Cursor) -> Frames:
+        """Frames between colons: each refers to the one before."""
+        frame = self._read_term(cursor)
+        while cursor.take(":"):
+            frame = frame.then(self._read_term(cursor))
+        return frame
+
+    def _read_term(self, cursor: Cursor) -> Frames:
+        cursor.skip()
+        at, name = cursor.at, cursor.name()
+        if name in FRAME_FUNCTIONS:
+            return self._read_function(name, cursor)
+        if name == _PROGRAMMABLE:
+            return replace(self.to.modes.frames, swivel=Frames().swivel)
+        if name in (_ACTIVE, _STORED):
+            return self._frame_of_offset(name, cursor, at)
+        expected = f"expected a frame: {', '.join(FRAME_FUNCTIONS)}, {_PROGRAMMABLE}, {_ACTIVE} or {_STORED}[n]"
+        raise cursor.error("VP001", expected, at)
+
+    def _read_function(self, name: str, cursor: Cursor) -> Frames:
+        """CTRANS(X,10,Y,20) and so on: axes with values; CMIRROR(X) axes alone."""
+        values: dict[int, float] = {}
+        cursor.expect("(", f"after {name}")
+        while not cursor.take(")"):
+            if values:
+                cursor.expect(",", f"or ')' in {name}")
+            cursor.skip()
+            at, letter = cursor.at, cursor.name()
+            if letter not in tuple("XYZABC" if name == "CTRANS" else "XYZ"):
+                raise cursor.error("VP001", f"{name}: expected the name of an axis", at)
+            axis = AXES.index(letter)
+            if axis in values:
+                raise cursor.error("VP004", f"{letter} stands twice in {name}", at)
+            values[axis] = 0.0
+            if name != "CMIRROR":
+                cursor.expect(",", f"and a value after {letter}")
+                values[axis] = read_number(cursor, self.names)
+            if name == "CSCALE" and values[axis] <= 0:
+                raise cursor.error("VP007", f"{name}({letter},{values[axis]:g}): a scale is greater than 0", at)
+        return self.to.changed_by(Frames(), name[1:], values)
+
+    # --- work offsets -----------------------------------------------------------------------------------
+
+    def _frame_of_offset(self, name: str, cursor: Cursor, at: int) -> Frames:
+        """A work offset as the value of a frame."""
+        if name == _ACTIVE:
+            frame = self.to.modes.offset or self.to.state.systems[self.to.modes.system]
+        else:
+            cursor.expect("[", f"after {name}")
+            number = read_number(cursor, self.names)
+            cursor.expect("]", f"after the number of {name}")
+            frame = self._stored(name, (round(number),), cursor, at)
+        if frame.part_turn:
+            raise cursor.error("VP025", f"{name}: how far the part is turned (--wcs) is not read here", at)
+        value = Frames().move(list(frame.origin[:3]), list(frame.origin[3:6]))
+        return value.turn(rotation_about(2, frame.turn))
+
+    def _stored(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Frame:
+        number = index[0]
+        systems = self.to.state.systems
+        if not isinstance(number, int) or number < 0 or self.to.system_number(number) not in systems:
+            raise cursor.error("VP025", f"{name}[{number}]: there is no such work offset", at)
+        return systems[self.to.system_number(number)]
+
+    @staticmethod
+    def _work_offset(value: Frames, frame: Frame, name: str, cursor: Cursor, at: int) -> Frame:
+        """A work offset with the shift and the turn about Z of a frame."""
+        parts = split(value.program, value.mirrored)
+        turn = 0.0
+        if parts.feature is not None:
+            rotation = np.array(parts.feature.rotation).reshape(3, 3)
+            turn = float(DEG_PER_RAD * np.arctan2(rotation[1, 0], rotation[0, 0]))
+        if parts.scale != (1.0, 1.0, 1.0) or (parts.feature is not None and rotation[2, 2] < 1.0 - _UPRIGHT):
+            raise cursor.error(
+                "VP002",
+                f"{name}: a work offset here is shifted, and turned about Z; write the rest as {_PROGRAMMABLE}",
+                at,
+            )
+        origin = vector9([*value.program.shift, *value.rotary, *ZERO9[6:]])
+        return replace(frame, origin=origin, turn=turn, g92=ZERO9)
