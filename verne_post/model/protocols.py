@@ -372,6 +372,13 @@ class TableCoordinates(Coordinates, Protocol):
     def axes(self) -> str:
         """Letters of the axes that the machine has."""
 
+    @property
+    def rotary_offset(self) -> Array:
+        """From the pivot to the rotary centre (3,), tilt frame at A = 0 (z up), mm."""
+
+    def gauge_point(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Tip (..., 3) on the table, nominal angles (..., 2) -> gauge-line point (..., 3) of the nominal machine, from the pivot, upright."""
+
     def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
         """Program (..., 9) -> tip in the table frame (..., 3), nominal angles (..., 2) rad, workpiece sense."""
 

@@ -285,18 +285,14 @@ class KlartextPlanes(KlartextFunctions):
         self._set_frame(base)
         start = np.array(state.position)
         turn = np.array([targets[_A] - start[_A], targets[_C] - start[_C]])
-        n = 1 if not distance else max(math.ceil(float(np.abs(turn).max())), 1)
         self.recorder.fix_c(self.block.line)
-        points = np.repeat(start[None], n, axis=0)
-        points[:, [_A, _C]] += np.arange(1, n + 1)[:, None] / n * turn
-        if distance:
-            held = coordinates.tool_axis(list(start), base)
-            assert held is not None
-            for point in points:
-                axis = coordinates.tool_axis([float(v) for v in point], base)
-                assert axis is not None
-                point[:3] = start[:3] + distance * (axis - held)
-        self.record_points(kind, points, [_A, _C], float(np.linalg.norm(turn)))
+        angle = float(np.linalg.norm(turn))
+        points = np.repeat(start[None], self.places_along(angle), axis=0)
+        points[:, [_A, _C]] += np.linspace(0.0, 1.0, len(points))[:, None] * turn
+        axis = np.array([coordinates.tool_axis([float(v) for v in point], base) for point in points])
+        points[:, :3] += distance * (axis - axis[0])
+        x, y, z = (float(v) for v in start[:3] - distance * axis[0])
+        self.record_carried(kind, MoveKind.SWING, points, [_A, _C], angle, (x, y, z))
         self.refresh_frame()
 
     # --- cycle 19 ------------------------------------------------------------------------------------------------
