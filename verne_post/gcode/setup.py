@@ -6,7 +6,7 @@ from msgspec import Struct, field
 
 from verne_post.model.moves import Frame
 from verne_post.model.part_setup import Tool
-from verne_post.model.protocols import Coordinates
+from verne_post.model.protocols import Coordinates, TableTravel
 
 
 class TextOptions(Struct, frozen=True, kw_only=True):
@@ -65,6 +65,8 @@ class Setup(TextOptions, frozen=True, kw_only=True):
         Initial frame of each work system, by its number.
     given_systems : frozenset of int
         Work systems whose origin was given: parameters do not change them.
+    travel : TableTravel or None
+        Of the table, by which controls choose between its positions; None for a plain interpreter.
     """
 
     coordinates: Coordinates
@@ -76,3 +78,4 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     tool_length: float | None
     frames: dict[int, Frame]
     given_systems: frozenset[int] = frozenset()
+    travel: TableTravel | None = None

@@ -365,6 +365,13 @@ class Coordinates(Protocol):
         """Tool axis (3,) at a program point, program directions, tip to spindle; None where angles have no meaning."""
 
 
+class TableTravel(Protocol):
+    """What an interpreter may ask about the travel of the table."""
+
+    def beyond(self, place: Array, tool_length: float) -> str:
+        """Letters of the rotary axes that would be beyond their travel at machine coordinates (9,); "" where none is."""
+
+
 class TableCoordinates(Coordinates, Protocol):
     """Coordinates of a real machine: they also know where the tool is on the table."""
 
