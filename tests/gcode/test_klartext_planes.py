@@ -181,17 +181,12 @@ def test_without_m128_coordinates_do_not_turn_with_the_table(poses, machine):
 
 
 def test_a_turn_without_m128_leaves_the_machine_where_it_is(poses, machine):
-    """All the way: the tip in the machine does not move."""
     offset = machine.coordinates.rotary_offset
     tips, angles = poses("L X+40 Y+10 FMAX", "L A+30 C-60 FMAX")
-    assert len(tips) > 20
+    assert len(tips) == 2  # tests/toolpath/test_turns.py looks at the way between
     for tip, (a, c) in zip(tips[1:], angles[1:], strict=True):
         in_machine = rx(a) @ (offset + rz(c) @ (tip + ORIGIN)) - offset - ORIGIN
         assert in_machine == pytest.approx([40, 10, 60], abs=1e-8)
-    middles = 0.5 * (tips[1:-1] + tips[2:])
-    for middle, (a, c) in zip(middles, 0.5 * (angles[1:-1] + angles[2:]), strict=True):
-        in_machine = rx(a) @ (offset + rz(c) @ (middle + ORIGIN)) - offset - ORIGIN
-        assert np.linalg.norm(in_machine - [40, 10, 60]) < 0.006
 
 
 def test_m128_and_m129_change_the_meaning_of_coordinates_only(poses, machine):

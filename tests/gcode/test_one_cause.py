@@ -64,6 +64,42 @@ def test_tools_that_the_table_lacks_are_one_finding_with_their_numbers(machine):
     assert found(machine, program, tools=table) == [("VP012", 3, 7, 2)]
 
 
+@pytest.mark.parametrize(("program", "wanted"), [
+    # what comes after the end point of a refused move: arcs by their radius, about a pole, tangential ones, steps
+    ("L X+50 Y+0 FZ0.1\nCR X+60 Y+10 R+10 DR+", [("VP002", 4, 4)]),
+    ("L X+50 Y+0 R+\nCC X+50 Y+10\nC X+60 Y+10 DR+", [("VP002", 4, 4)]),
+    ("L X+50 Y+0 FOO\nCC X+50 Y+10\nC X+60 Y+10 DR+", [("VP001", 4, 4)]),
+    ("L X+50 Y+0 B+5\nCR X+60 Y+10 R+10 DR+", [("VP011", 4, 4)]),
+    ("CC X+20 Y+0\nC X+45 Y+0 DR+\nCC X+45 Y+10\nC X+55 Y+10 DR+", [("VP008", 5, 5)]),
+    ("CC X+20 Y+0\nC X+40 Y+0\nCT X+50 Y+10", [("VP005", 5, 5)]),
+    ("CC X+50 Y+0\nLP PR+10 PA+0 FOO\nCP IPA+90 DR+\nCR X+60 Y+0 R+20 DR+\nL IX+5 FOO\nCR X+65 Y+30 R+15 DR+",
+     [("VP001", 5, 5), ("VP001", 8, 8)]),
+    ("L IX+50 Y+0 FZ0.1\nL IX+10\nCR X+70 Y+10 R+10 DR+", [("VP002", 4, 4)]),
+    ("L X+50 Y+0 RND\nRND R5\nL X+60 Y+10\nCR X+70 Y+20 R+10 DR+", [("VP001", 4, 4)]),
+    ("APPR LT X+50 Y+0 LEN5 FOO\nL X+60\nCR X+70 Y+10 R+10 DR+", [("VP001", 4, 4)]),
+    ("L A+20 C+30 FOO\nM128\nL X+50 Y+0 FMAX\nCR X+60 Y+10 R+10 DR+", [("VP001", 4, 4)]),
+    # modes, poles and computed positions
+    ("L X+50 Y+0 M128 FOO\nLN X+60 Y+10 TX+0 TY+0 TZ+1", [("VP001", 4, 4)]),
+    ("CC X+20 Y+0 Q\nC X+40 Y+0 DR+\nLP PR+5 PA+0", [("VP001", 4, 4)]),
+    ("PLANE SPATIAL SPA+10 SPB+0 TURN FMAX\nL A+Q120 C+Q122 FMAX", [("VP005", 4, 4)]),
+    ("PLANE SPATIAL SPA+0 SPB+200 SPC+0 STAY SEQ+\nL A+Q120 C+Q122 FMAX", [("VP102", 4, 4)]),
+    # a second mistake is not hidden by the first
+    ("L X+50 Y+0 FOO\nCR X+60 Y+10 R+1 DR+\nL X+60 BAR", [("VP001", 4, 4), ("VP008", 5, 5), ("VP001", 6, 6)]),
+])  # fmt: skip
+def test_a_refused_klartext_move_still_sets_its_end_point(machine, program, wanted):
+    head = "BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F500\nL X+0 Y+0 Z+100 A+0 C+0 R0 FMAX M3\n"
+    options = Options(wcs={"G54": (0, 0, 0)}, tool_length=80.0)
+    result = check(f"{head}{program}\nEND PGM A MM".encode(), machine, options)
+    assert [(item.code, item.line, item.last_line) for item in result.findings] == wanted
+
+
+@pytest.mark.parametrize("first", ["L X+0 Y+0 Z+50 F100 FOO", "L X+0 Y+0 Z+50 FZ0.1"])
+def test_a_refused_first_klartext_move_makes_its_axes_known(machine, first):
+    text = f"BEGIN PGM A MM\nTOOL CALL 1 Z S5000\n{first}\nL IX+5\nCR X+15 Y+10 R+10 DR+\nEND PGM A MM\n"
+    findings = check(text.encode(), machine, Options(wcs={"G54": (0, 0, 0)}, tool_length=80.0)).findings
+    assert [item.line for item in findings] == [3]
+
+
 #: The tool n in a program of each dialect, what stands before the first and after the last one, and what the first is called.
 MANY_TOOLS = {
     "rs274": (HEAD, "T{n} M6\nG43 H{n}\nG0 Z50\nG1 X50 F100\nG0 Z100\n", "M30", "tool 1"),

@@ -9,6 +9,7 @@ import pytest
 import verne_post
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool, WorkOffset
+from verne_post.output.summary import summary_text
 from verne_post.report.governing import OTHERS
 from verne_post.report.modal import modal_states
 from verne_post.report.sheet import sheet_html, verdict_html, worst_places
@@ -162,6 +163,28 @@ def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:
         assert "spindle, table, limits" in text
     assert f"{good.x[-1]:.3f} s" in verdict_html(MACHINE, good)
     assert "1 error, " in verdict_html(MACHINE, bad)
+
+
+def test_stops_inside_lines_are_named() -> None:
+    """A hole in pecks has many motions in line 3; the moves around it, and a dwell at the bottom, do not count."""
+    head = "G21 G90\nG0 X0 Y0 Z20 A0 C0\n"
+    drilled = study_of(head + "G83 X10 Y0 Z-9 R2 Q3 F300\nG80\nG0 X0\nM2\n")
+    assert drilled.summary is not None
+    within = drilled.summary.stops_within
+    assert within.line == 3
+    assert within.count == within.most > 5
+    place = next(place for place in worst_places(MACHINE, drilled) if place.what == "line 3 stops inside")
+    assert place.value == f"{within.most} times"
+    assert drilled.line[place.frame] == 3
+    text = " ".join(summary_text(drilled.summary).split())
+    assert f"; {within.count} of the stops are within lines, most in line 3 ({within.most})" in text
+    for body in ("G1 X10 F300\nG4 P0.1\nG1 X20\nG0 X0\n", "G61\nG1 X10 F300\nX10 Y10\nX0\n"):
+        plain = study_of(head + "G49\n" + body + "M2\n")
+        assert plain.summary is not None
+        assert plain.summary.n_stops > 0
+        assert plain.summary.stops_within.count == 0
+        assert "within lines" not in summary_text(plain.summary)
+        assert not any("stops inside" in place.what for place in worst_places(MACHINE, plain))
 
 
 def test_worst_places_are_where_the_rows_are_worst() -> None:

@@ -27,6 +27,7 @@ from verne_post.gcode.setup import Setup, TextOptions
 from verne_post.gcode.state import State
 from verne_post.kinematics.jerk_limit import jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
+from verne_post.kinematics.table_travel import MachineTravel
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, UsageError, finding, merge_same
 from verne_post.model.machine import Home, Machine
@@ -157,7 +158,7 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
         coordinates=machine.coordinates, axes=machine.coordinates.axes, machine=True,
         home=points[0] if machine.home else None, home2=points[1] if machine.home else None,
         tools=dict(options.tools) if options.tools is not None else None, tool_length=options.tool_length, frames=frames,
-        given_systems=frozenset(options.wcs), **_text_options(options),
+        given_systems=frozenset(options.wcs), travel=MachineTravel(machine), **_text_options(options),
     )  # fmt: skip
 
 

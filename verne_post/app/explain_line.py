@@ -89,7 +89,7 @@ def _feed_unit(line: Line) -> str:
     path = line.exact.contour.path
     segment = line.exact.contour.segment[line.last]
     still = np.linalg.norm(path.end[segment, :3] - path.start[segment, :3]) < ZERO_LENGTH_MM
-    return "deg/min" if still and path.kind[segment] == SegmentKind.LINE else "mm/min"
+    return "deg/min" if path.turn[segment] >= 0 or (still and path.kind[segment] == SegmentKind.LINE) else "mm/min"
 
 
 def _program_step(line: Line, angles: Array) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """The facts of a conversion, collected from its plan."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -9,10 +10,11 @@ from verne_post.app.plan import Plan
 from verne_post.base.columns import blocks
 from verne_post.base.long_text import Text
 from verne_post.kinematics.checks.keep_out import tool_of_moves
+from verne_post.model.contour import Contour
 from verne_post.model.moves import Event
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.setpoints import SetpointFormat
-from verne_post.model.summary import Part, Summary
+from verne_post.model.summary import Part, StopsWithin, Summary
 from verne_post.model.verification import NO_LIMIT_NEAR, Verification
 from verne_post.model.vibration import Shaped
 from verne_post.output.rounding import round_setpoints
@@ -59,6 +61,20 @@ def _name_shaper(verdict: Verification | None) -> Verification | None:
     return replace(verdict, slow=slow)
 
 
+def _count_stops_within(contour: Contour) -> StopsWithin:
+    """Stops between two motions of one line of the program, without a dwell there."""
+    counts: Counter[int] = Counter()
+    for begin, end in blocks(len(contour), 1):
+        element = np.arange(begin - 1, end)
+        line, section = contour.line(element), contour.section[element]
+        inside = (line[1:] == line[:-1]) & (line[1:] > 0) & (section[1:] != section[:-1])
+        inside &= ~np.isin(section[1:], contour.dwell_section)
+        lines, numbers = np.unique(line[1:][inside], return_counts=True)
+        counts.update(dict(zip(lines.tolist(), numbers.tolist(), strict=True)))
+    worst, most = max(counts.items(), key=lambda item: item[1], default=(0, 0))
+    return StopsWithin(sum(counts.values()), worst, most)
+
+
 def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
@@ -91,6 +107,7 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         n_rows=plan.timeline.n_rows,
         n_segments=len(path),
         n_stops=contour.n_sections - 1,
+        stops_within=_count_stops_within(contour),
         n_blended=contour.n_blended,
         continuous_time=float(plan.profiles.cycles[plan.profiles.continuous_first >= 0].sum()) * plan.timeline.cycle,
         second_order_bound_s=plan.profiles.second_order_bound_s,

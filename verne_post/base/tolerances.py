@@ -120,8 +120,8 @@ EVEN_PARAMETER: Final = 2e-13
 WHOLE_NUMBER: Final = 1e-4
 #: A canned cycle drills where the tool points: 1 - cosine of the angle between them (0.08 degrees; angles with two decimals).
 DRILL_TILT: Final = 1e-6
-#: Without tool-centre-point control the tip goes on a curve of the workpiece while the table turns; straight pieces of it
-#: are this near to it (mm): half the tolerance at corners.
+#: Without tool-centre-point control the tip goes on a curve of the workpiece while the table turns; it counts as straight
+#: where it is this near to a line (mm): half the tolerance at corners.
 ROTARY_CHORD_MM: Final = 0.005
 #: A table that stands closer to A 0 and C 0 than this (deg) is not turned: half the last of four decimals.
 UPRIGHT_DEG: Final = 5e-5

@@ -6,7 +6,7 @@ from msgspec import Struct, field
 
 from verne_post.model.moves import Frame
 from verne_post.model.part_setup import Tool
-from verne_post.model.protocols import Coordinates
+from verne_post.model.protocols import Coordinates, TableTravel
 
 
 class TextOptions(Struct, frozen=True, kw_only=True):
@@ -68,6 +68,8 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     table_places : tuple
         A and C (machine coordinates, degrees) at which the table stands, for each tool axis that gives way to them, in order
         of execution; none for those that have not been found yet.
+    travel : TableTravel or None
+        Of the table, by which controls choose between its positions; None for a plain interpreter.
     """
 
     coordinates: Coordinates
@@ -80,3 +82,4 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     frames: dict[int, Frame]
     given_systems: frozenset[int] = frozenset()
     table_places: tuple[tuple[float, float], ...] = ()
+    travel: TableTravel | None = None

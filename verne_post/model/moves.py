@@ -24,13 +24,19 @@ ZERO9: Final[Vector9] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class MoveKind(IntEnum):
-    """Kind of a move."""
+    """Kind of a move.
+
+    TURN: the axes of the nominal machine go linearly, so that the turning table carries the part past the tip. SWING: A and C
+    go linearly, and the tool turns about one point of its axis, which keeps its place on the part.
+    """
 
     RAPID = 0
     FEED = 1
     ARC = 2
     DWELL = 3
     SPLINE = 4
+    TURN = 5
+    SWING = 6
 
 
 class FeedMode(IntEnum):
@@ -286,7 +292,7 @@ class Moves(Struct, frozen=True):
     end : ndarray, shape (n, 9)
         mm and degrees.
     feed : ndarray, shape (n,)
-        mm/min, deg/min for rotary-only moves; the speed that results for inverse time; mm per
+        mm/min, deg/min for rotary-only moves, TURN and SWING; the speed that results for inverse time; mm per
         revolution for G95; NaN for rapids; seconds for dwells. Of the tool's centre where compensation leads it.
     feed_mode : ndarray of int8, shape (n,)
         :class:`FeedMode`.
@@ -297,7 +303,7 @@ class Moves(Struct, frozen=True):
     control : ndarray of int32, shape (n,)
         Index into ``controls``.
     arc : ndarray of int32, shape (n,)
-        Index into ``arcs``, -1 for other moves.
+        Index into ``arcs``, -1 for other moves than arcs and SWING; of these only the centre counts, the point that stands still.
     spline : ndarray of int32, shape (n,)
         Index into ``splines``, -1 for other moves. Neighbouring pieces of one B-spline are moves that follow each other.
     tool_axis : ndarray, shape (n, 3)

@@ -365,12 +365,26 @@ class Coordinates(Protocol):
         """Tool axis (3,) at a program point, program directions, tip to spindle; None where angles have no meaning."""
 
 
+class TableTravel(Protocol):
+    """What an interpreter may ask about the travel of the table."""
+
+    def beyond(self, place: Array, tool_length: float) -> str:
+        """Letters of the rotary axes that would be beyond their travel at machine coordinates (9,); "" where none is."""
+
+
 class TableCoordinates(Coordinates, Protocol):
     """Coordinates of a real machine: they also know where the tool is on the table."""
 
     @property
     def axes(self) -> str:
         """Letters of the axes that the machine has."""
+
+    @property
+    def rotary_offset(self) -> Array:
+        """From the pivot to the rotary centre (3,), tilt frame at A = 0 (z up), mm."""
+
+    def gauge_point(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Tip (..., 3) on the table, nominal angles (..., 2) -> gauge-line point (..., 3) of the nominal machine, from the pivot, upright."""
 
     def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
         """Program (..., 9) -> tip in the table frame (..., 3), nominal angles (..., 2) rad, workpiece sense."""

@@ -44,6 +44,14 @@ class TimedEvent(Struct, frozen=True):
     event: Event
 
 
+class StopsWithin(Struct, frozen=True):
+    """Stops between two motions of one line: all of them, the line that has most, and how many that has; all 0 for none."""
+
+    count: int
+    line: int
+    most: int
+
+
 @dataclass(frozen=True, eq=False)
 class Summary:
     """Facts of one conversion.
@@ -54,6 +62,8 @@ class Summary:
         Duration of the file, s.
     n_stops : int
         Standstills between the first and the last motion.
+    stops_within : StopsWithin
+        Those of them between two motions of one line.
     feed_segments, feed_reached : int
         Segments with a feed rate, and those that reach it.
     n_blended : int
@@ -105,6 +115,7 @@ class Summary:
     n_rows: int
     n_segments: int
     n_stops: int
+    stops_within: StopsWithin
     feed_segments: int
     feed_reached: int
     n_blended: int

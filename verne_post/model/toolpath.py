@@ -25,6 +25,7 @@ class SegmentKind(IntEnum):
     ARC = 1
     JOINT = 2
     SPLINE = 3
+    TURN = 4
 
 
 class ArcSegments(Struct, frozen=True):
@@ -68,6 +69,30 @@ class GreatCircles(Struct, frozen=True):
     first: Array
     side: Array
     angle: Array
+
+
+class TurnSegments(Struct, frozen=True):
+    """Geometry of segments along which the table turns otherwise than the tool, table frame.
+
+    ``tip(u) = shift + Rz(-C) (Rx(-A) place - offset)``, where ``place`` (seen from the pivot, upright frame), A and C go linearly
+    from u = 0 to 1. These A and C are those of the program; the table may stand on another branch.
+
+    Attributes
+    ----------
+    first, last : ndarray, shape (m, 3)
+        ``place`` at both ends, mm.
+    angles, last_angles : ndarray, shape (m, 2)
+        A and C at both ends, rad.
+    offset, shift : ndarray, shape (m, 3)
+        mm.
+    """
+
+    first: Array
+    last: Array
+    angles: Array
+    last_angles: Array
+    offset: Array
+    shift: Array
 
 
 class SplineSegments(Struct, frozen=True):
@@ -141,6 +166,8 @@ class ToolPath(Struct, frozen=True):
         Row of ``arcs``, -1 for other segments.
     spline : ndarray of int32, shape (n,)
         Row of ``splines``, -1 for other segments.
+    turn : ndarray of int32, shape (n,)
+        Row of ``turns``, -1 for other segments.
     circle : ndarray of int32, shape (n,)
         Row of ``circles``, -1 where A and C are linear along the segment, or those of a spline.
     free : ndarray of bool, shape (n,)
@@ -172,6 +199,8 @@ class ToolPath(Struct, frozen=True):
     arcs: ArcSegments
     spline: Ints
     splines: SplineSegments
+    turn: Ints
+    turns: TurnSegments
     circle: Ints
     circles: GreatCircles
     free: Mask
@@ -240,7 +269,7 @@ class ToolPath(Struct, frozen=True):
         return numbers.column()
 
     def part(self, first: int, last: int) -> "ToolPath":
-        """Segments ``first`` to ``last`` (excluded) as a path without dwells; arcs, splines, great circles and joints keep their rows."""
+        """Segments ``first`` to ``last`` (excluded) as a path without dwells; the tables of their shapes keep their rows."""
         return replace(
             self, **{name: getattr(self, name)[first:last] for name in SEGMENT_COLUMNS},
             dwell_section=self.dwell_section[:0], dwell_seconds=self.dwell_seconds[:0], dwell_line=self.dwell_line[:0],
@@ -250,7 +279,7 @@ class ToolPath(Struct, frozen=True):
 #: What a tool path keeps for every segment: type, and width where it is not one number.
 SEGMENT_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "line": (np.int32,), "kind": (np.int8,), "start": (float, 5), "end": (float, 5), "tool_length": (float,),
-    "feed_time": (float,), "length": (float,), "arc": (np.int32,), "spline": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
+    "feed_time": (float,), "length": (float,), "arc": (np.int32,), "spline": (np.int32,), "turn": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
     "move": (np.int32,), "section": (np.int32,),
 }  # fmt: skip
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _KINDS = {
     MoveKind.RAPID: "rapid", MoveKind.FEED: "feed", MoveKind.ARC: "arc", MoveKind.DWELL: "dwell", MoveKind.SPLINE: "spline",
+    MoveKind.TURN: "turn", MoveKind.SWING: "swing",
 }  # fmt: skip
 _MODES = {FeedMode.PER_MINUTE: "per_min", FeedMode.INVERSE: "inverse", FeedMode.PER_REVOLUTION: "per_rev"}
 #: Points of an element along which the tool turns: at most this far apart, mm and rad.
@@ -44,7 +45,7 @@ def _move(table: Moves, row: int) -> dict[str, object]:
     record: dict[str, object] = {"line": int(table.line[row]), "kind": _KINDS[kind], "end": table.end[row].tolist()}
     if kind == MoveKind.DWELL:
         return {"line": int(table.line[row]), "kind": "dwell", "seconds": float(table.feed[row])}
-    record["feed"] = None if kind == MoveKind.RAPID else float(table.feed[row])
+    record["feed"] = finite_or_none(table.feed[row])
     record["feed_mode"] = _MODES[FeedMode(table.feed_mode[row])]
     if np.isfinite(table.tool_axis[row, 0]):
         record["axis"] = table.tool_axis[row].tolist()

@@ -54,6 +54,7 @@ def side_car_text(summary: Summary) -> str:
         "machining_time_s": summary.cycle_time,
         "segments": summary.n_segments,
         "stops": summary.n_stops,
+        "stops_within_lines": summary.stops_within.count,
         "corners_blended": summary.n_blended,
         "continuous_motion_s": summary.continuous_time,
         "second_order_bound_s": summary.second_order_bound_s,

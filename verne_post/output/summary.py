@@ -114,9 +114,11 @@ def _wrap(text: str) -> str:
 
 
 def _motion(summary: Summary) -> str:
+    within = summary.stops_within
+    where = f"; {within.count} of the stops are within lines, most in line {within.line} ({within.most})"
     return (
         f"{summary.cycle_time:.3f} s, {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; "
-        f"{summary.n_segments} segments, {summary.n_stops} stops between them"
+        f"{summary.n_segments} segments, {summary.n_stops} stops between them{where if within.count else ''}"
     )
 
 

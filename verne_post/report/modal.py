@@ -66,6 +66,8 @@ def _motion(moves: Moves, number: int) -> str:
         MoveKind.FEED: "straight feed",
         MoveKind.DWELL: "dwell",
         MoveKind.SPLINE: "spline",
+        MoveKind.TURN: "turn of the table",
+        MoveKind.SWING: "turn of the tool about a point",
     }[kind]
 
 

@@ -117,6 +117,9 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         )
     if study.governing is not None:
         yield from _slow_stretches(study, study.governing)
+    if study.summary is not None and (within := study.summary.stops_within).count:
+        frame = int(np.abs(study.line - within.line).argmin())
+        yield Place(f"line {within.line} stops inside", f"{within.most} time{'' if within.most == 1 else 's'}", frame)
     if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
         yield Place("peak platform tilt", f"{study.alpha_deg[frame]:.2f} deg", frame)

@@ -21,13 +21,16 @@ from verne_post.base.tolerances import (
 )
 from verne_post.model.moves import Frame, MoveKind, Moves
 from verne_post.model.protocols import TableCoordinates
-from verne_post.model.toolpath import SEGMENT_COLUMNS, ArcSegments, GreatCircles, ToolPath, sections_at
+from verne_post.model.toolpath import SEGMENT_COLUMNS, ArcSegments, GreatCircles, ToolPath, TurnSegments, sections_at
 from verne_post.toolpath.segments import PlacedMoves, make_segments
 from verne_post.toolpath.splines import GrowingSplineSegments, find_ends, place_pieces
 
 #: Columns of the arcs and great circles of a tool path.
 _ARCS: Final = {
     "center": (float, 3), "e1": (float, 3), "e2": (float, 3), "rise": (float, 3), "r0": (float,), "r1": (float,), "sweep": (float,),
+}  # fmt: skip
+_TURNS: Final = {
+    "first": (float, 3), "last": (float, 3), "angles": (float, 2), "last_angles": (float, 2), "offset": (float, 3), "shift": (float, 3),
 }  # fmt: skip
 _CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,)}
 
@@ -150,8 +153,8 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
     dwell = moves.dwells
     dwell_before = np.searchsorted(placed.row, dwell)
     segments, arcs, circles = GrowingTable(**SEGMENT_COLUMNS), GrowingTable(**_ARCS), GrowingTable(**_CIRCLES)
-    splines = GrowingSplineSegments()
-    section = n_arcs = n_circles = 0
+    splines, turns = GrowingSplineSegments(), GrowingTable(**_TURNS)
+    section = n_arcs = n_turns = n_circles = 0
     for begin, stop in blocks(len(placed)):
         seen = max(begin - 1, 0)  # whether a segment continues depends on the one before
         block = make_segments(placed.select(slice(seen, stop)), coordinates, orientation)
@@ -160,19 +163,22 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
         at = dwell_before[(dwell_before > 0) & (dwell_before >= begin) & (dwell_before < stop)]
         block.continues[at - begin] = False
         sections = np.cumsum(~block.continues) + section
-        before = {"arc": n_arcs, "spline": splines.count, "circle": n_circles}
+        before = {"arc": n_arcs, "spline": splines.count, "turn": n_turns, "circle": n_circles}
         numbers = {name: np.where((row := block.columns[name]) < 0, -1, row + n) for name, n in before.items()}
         segments.extend(**block.columns | numbers, section=sections - 1)
         arcs.extend(**asdict(block.arcs))
         splines.extend(block.splines)
+        turns.extend(**asdict(block.turns))
         circles.extend(**asdict(block.circles))
         section = int(sections[-1])
         n_arcs, n_circles = n_arcs + len(block.arcs.sweep), n_circles + len(block.circles.angle)
+        n_turns += len(block.turns.first)
     columns = segments.columns()
     return ToolPath(
         **columns,
         arcs=ArcSegments(**arcs.columns()),
         splines=splines.segments(),
+        turns=TurnSegments(**turns.columns()),
         circles=GreatCircles(**circles.columns()),
         joints=np.empty((0, 2, 0)),
         dwell_section=sections_at(columns["section"], dwell_before),

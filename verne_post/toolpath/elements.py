@@ -50,12 +50,13 @@ def split_into_elements(path: ToolPath, corners: Corners) -> dict[str, Any]:
 
 
 def measure_rotation(path: ToolPath) -> Array:
-    """Rotation (n,) of each segment: table angles, and the direction of arcs and splines, rad."""
+    """Rotation (n,) of each segment: table angles, and the direction of arcs, splines and turns, rad."""
     turn = np.abs(path.end[:, 3:] - path.start[:, 3:]).sum(axis=1)
     curved = path.arc >= 0
     turn[curved] += np.abs(path.arcs.sweep[path.arc[curved]])
     splined = path.spline >= 0
     turn[splined] = path.splines.turn[path.spline[splined]]
+    turn[path.turn >= 0] *= 2.0  # the tip goes round with the table
     joint = path.kind == SegmentKind.JOINT
     if joint.any():
         ends = path.joints[path.joint[joint]]
@@ -64,14 +65,14 @@ def measure_rotation(path: ToolPath) -> Array:
 
 
 def find_feeds(path: ToolPath) -> Feeds:
-    """The feed rate of the tip along lines, arcs and splines, of the table angles where the tip stands still."""
+    """The feed rate of the tip along lines, arcs and splines, of the table angles along turns and where the tip stands still."""
     delta = path.end - path.start
     turn = row_norm(delta[:, 3:])
     tip = row_norm(delta[:, :3])
     arc = path.arc >= 0
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (ROTARY_METRIC_MM * turn[arc]) ** 2, 0.0))
     tip[path.spline >= 0] = path.length[path.spline >= 0]
-    by_tip = (tip > ZERO_LENGTH_MM) | (turn == 0.0)
+    by_tip = ((tip > ZERO_LENGTH_MM) | (turn == 0.0)) & (path.turn < 0)
     fed = path.feed_time > 0
     seconds = np.where(fed, path.feed_time, 1.0)
     rate = np.where(fed, np.where(by_tip, tip, turn) / seconds, np.inf)

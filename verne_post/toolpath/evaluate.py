@@ -1,14 +1,18 @@
 """Poses along segments, evaluated exactly."""
 
+from collections.abc import Callable
 from math import comb
 from typing import Final
 
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.rotations import wrap_angle
-from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
+from verne_post.base.rotations import rotate_x, rotate_z, wrap_angle
+from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath, TurnSegments
 from verne_post.toolpath.splines import spline_derivatives, spline_poses
+
+#: A quarter of a turn, rad.
+_QUARTER: Final = 0.5 * np.pi
 
 
 def pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
@@ -18,7 +22,7 @@ def pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
 
 
 def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
-    """Tip and nominal angles at parameter u of segments (LINE, ARC and SPLINE).
+    """Tip and nominal angles at parameter u of segments (LINE, ARC, SPLINE and TURN).
 
     Parameters
     ----------
@@ -43,6 +47,9 @@ def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
         curved = np.flatnonzero(path.kind[segment] == SegmentKind.SPLINE)
         poses[curved] = spline_poses(path.splines, path.spline[segment[curved]], u[curved])
         poses[curved, 3:] += start[curved, 3:]
+    if len(path.turns.first):
+        carried = np.flatnonzero(path.turn[segment] >= 0)
+        poses[carried, :3] = turn_tip(path.turns, path.turn[segment[carried]], u[carried])
     if len(path.circles.angle):
         swung = np.flatnonzero(path.circle[segment] >= 0)
         poses[swung, 3:] = circle_angles(path, segment[swung], u[swung])
@@ -53,7 +60,7 @@ def coordinate_slope(path: ToolPath, segment: Ints, u: Array) -> Array:
     """Derivative (n, 5) of :func:`coordinates` by u."""
     slope = path.end.take(segment, axis=0)
     slope -= path.start.take(segment, axis=0)
-    if len(path.arcs.sweep) or len(path.splines) or len(path.circles.angle):
+    if len(path.arcs.sweep) or len(path.splines) or len(path.turns.first) or len(path.circles.angle):
         curved = np.flatnonzero((path.kind[segment] != SegmentKind.LINE) | (path.circle[segment] >= 0))
         slope[curved] = pose_derivatives(path, segment[curved], u[curved])[0]
     return slope
@@ -90,6 +97,46 @@ def arc_tip(arcs: ArcSegments, row: Ints, u: Array) -> Array:
     )
 
 
+def turn_tip(turns: TurnSegments, row: Ints, u: Array) -> Array:
+    """Tip (n, 3) at parameter u (n,) of the turns in ``row`` (n,)."""
+    place = turns.first[row] + u[:, None] * (turns.last - turns.first)[row]
+    angles = turns.angles[row] + u[:, None] * (turns.last_angles - turns.angles)[row]
+    return np.asarray(turns.shift[row] + rotate_z(rotate_x(place, -angles[:, 0]) - turns.offset[row], -angles[:, 1]))
+
+
+def turn_derivatives(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
+    """First three derivatives of :func:`turn_tip` by u, each (n, 3): products of rotations that are differentiated one by one."""
+    step = (turns.last - turns.first)[row]
+    place = turns.first[row] + u[:, None] * step
+    rate = (turns.last_angles - turns.angles)[row]
+    angles = turns.angles[row] + u[:, None] * rate
+    still = np.zeros_like(place)
+    # each list holds a vector and its first three derivatives by u
+    tilted = _derive_turned([place, step, still, still], rotate_x, 0, -angles[:, 0], -rate[:, 0])
+    tilted[0] = tilted[0] - turns.offset[row]
+    _tip, first, second, third = _derive_turned(tilted, rotate_z, 2, -angles[:, 1], -rate[:, 1])
+    return first, second, third
+
+
+def _derive_turned(
+    vector: list[Array], rotate: Callable[[Array, Array], Array], axis: int, angle: Array, rate: Array
+) -> list[Array]:
+    """A vector and its first three derivatives (each (n, 3)) after a rotation about an axis; its angle (n,) has a constant rate (n,).
+
+    The m-th derivative of a rotation by its angle is the part across the axis, turned by m quarter turns more.
+    """
+    turned: list[Array] = []
+    for order in range(4):
+        total = np.zeros_like(vector[0])
+        for of_rotation in range(order + 1):
+            part = rotate(vector[order - of_rotation], angle + of_rotation * _QUARTER)
+            if of_rotation:
+                part[:, axis] = 0.0
+            total += comb(order, of_rotation) * rate[:, None] ** of_rotation * part
+        turned.append(total)
+    return turned
+
+
 #: Step of the differences on great circles, of u: the error of the sixth-order formula is then below 1e-10.
 _STEP: Final = 1e-2
 _OFFSETS: Final = np.arange(-4, 5) * _STEP
@@ -111,6 +158,10 @@ def pose_derivatives(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Ar
     if len(curved):
         row = path.spline[segment[curved]]
         first[curved], second[curved], third[curved] = spline_derivatives(path.splines, row, u[curved])
+    carried = np.flatnonzero(path.kind[segment] == SegmentKind.TURN)
+    if len(carried):
+        row = path.turn[segment[carried]]
+        first[carried, :3], second[carried, :3], third[carried, :3] = turn_derivatives(path.turns, row, u[carried])
     swung = np.flatnonzero(path.circle[segment] >= 0)
     if len(swung):
         around = u[swung, None] + _OFFSETS

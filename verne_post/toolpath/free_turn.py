@@ -114,7 +114,7 @@ def _require_free(path: ToolPath, fixes: int | None) -> None:
 def _sample(path: ToolPath) -> _Points:
     """Sample tips along the path, and the tool lengths there."""
     parts = np.clip(np.ceil(path.length / STEP_MM), 1, MOST_POINTS).astype(int)
-    curved = (path.kind == SegmentKind.ARC) | (path.kind == SegmentKind.SPLINE)
+    curved = np.isin(path.kind, (SegmentKind.ARC, SegmentKind.SPLINE, SegmentKind.TURN))
     parts[curved] = np.maximum(parts[curved], 16)
     segment, index = ragged(parts + 1)
     tip, _angles = pose(path, segment, index / parts[segment])

@@ -9,11 +9,12 @@ from verne_post.toolpath.metric import metric_length
 
 
 def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
-    """Make every straight rapid of a path a JOINT segment, from standstill to standstill.
+    """Make every straight rapid, and every one that turns the table under a standing spindle, a JOINT segment, from standstill to standstill.
 
     A rapid with an end out of reach stays as it is; the constraint check names the reason.
     """
-    rapid = np.flatnonzero((path.feed_time == 0) & (path.kind == SegmentKind.LINE))
+    straight = (path.kind == SegmentKind.LINE) | (path.kind == SegmentKind.TURN)
+    rapid = np.flatnonzero((path.feed_time == 0) & straight)
     ends = [
         machine.five_axis.solve(pose[rapid, :3], pose[rapid, 3:], path.tool_length[rapid])
         for pose in (path.start, path.end)
@@ -23,8 +24,9 @@ def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
     if not len(rapid):
         return path
     joints = np.stack([q[solved] for q, _platform, _ok in ends], axis=1)
-    kind, length, joint, circle = path.kind.copy(), path.length.copy(), path.joint.copy(), path.circle.copy()
-    kind[rapid], circle[rapid] = SegmentKind.JOINT, -1
+    kind, length, joint = path.kind.copy(), path.length.copy(), path.joint.copy()
+    circle, turn = path.circle.copy(), path.turn.copy()
+    kind[rapid], circle[rapid], turn[rapid] = SegmentKind.JOINT, -1, -1
     length[rapid] = metric_length(joints[:, 1] - joints[:, 0])
     joint[rapid] = len(path.joints) + np.arange(len(rapid))
     earlier = path.joints if len(path.joints) else joints[:0]
@@ -35,6 +37,6 @@ def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
     breaks[0] = False
     section = np.cumsum(breaks).astype(np.int32)
     return replace(
-        path, kind=kind, length=length, joint=joint, circle=circle, joints=np.concatenate([earlier, joints]), section=section,
+        path, kind=kind, length=length, joint=joint, circle=circle, turn=turn, joints=np.concatenate([earlier, joints]), section=section,
         dwell_section=path.dwells_among(section),
     )  # fmt: skip

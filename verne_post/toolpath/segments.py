@@ -9,16 +9,20 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_SINE, POSE_DECIMALS_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, ROTARY_METRIC_MM, SECONDS_PER_MINUTE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, MoveKind, Moves, PathMode
 from verne_post.model.protocols import TableCoordinates
-from verne_post.model.toolpath import ArcSegments, GreatCircles, SegmentKind, SplineSegments
-from verne_post.toolpath.evaluate import arc_derivatives
+from verne_post.model.toolpath import ArcSegments, GreatCircles, SegmentKind, SplineSegments, TurnSegments
+from verne_post.toolpath.evaluate import arc_derivatives, turn_derivatives
 from verne_post.toolpath.splines import make_spline_segments, place_pieces, spline_derivatives, turn_pieces
 
 Rows = NDArray[np.intp]
+
+#: Where the speed of the tip along a turn is looked at, as shares.
+_PLACES_OF_TURN: Final = np.linspace(0.0, 1.0, 33).tolist()
 
 #: Normal of the planes XY, ZX, YZ in program coordinates.
 _NORMALS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -62,7 +66,7 @@ class Segments(Struct, frozen=True):
     ----------
     columns : dict
         Columns of a ToolPath (n,) by name, but for the sections.
-    arcs, splines, circles : ArcSegments, SplineSegments, GreatCircles
+    arcs, splines, turns, circles : ArcSegments, SplineSegments, TurnSegments, GreatCircles
         Those of these segments.
     continues : ndarray of bool, shape (n,)
         The segment continues the one before without a stop.
@@ -71,18 +75,20 @@ class Segments(Struct, frozen=True):
     columns: dict[str, NDArray[Any]]
     arcs: ArcSegments
     splines: SplineSegments
+    turns: TurnSegments
     circles: GreatCircles
     continues: Mask
 
     def without_first(self) -> "Segments":
         """All but the first; the table of splines keeps what only that one has."""
-        arc, circle = self.columns["arc"], self.columns["circle"]
-        arcs, circles = int(arc[0] >= 0), int(circle[0] >= 0)
+        arc, turn, circle = (self.columns[name] for name in ("arc", "turn", "circle"))
+        arcs, turns, circles = (int(column[0] >= 0) for column in (arc, turn, circle))
         rest = {name: column[1:] for name, column in self.columns.items()}
         return Segments(
-            rest | {"arc": arc[1:] - arcs, "circle": circle[1:] - circles},
+            rest | {"arc": arc[1:] - arcs, "turn": turn[1:] - turns, "circle": circle[1:] - circles},
             ArcSegments(**{name: column[arcs:] for name, column in asdict(self.arcs).items()}),
             self.splines,
+            TurnSegments(**{name: column[turns:] for name, column in asdict(self.turns).items()}),
             GreatCircles(**{name: column[circles:] for name, column in asdict(self.circles).items()}),
             self.continues[1:],
         )
@@ -109,12 +115,18 @@ def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientatio
     spline = np.full(len(row), -1, dtype=np.int32)
     spline[splined] = np.arange(len(splined))
     kind[splined] = SegmentKind.SPLINE
+    carried = np.flatnonzero((moves.kind[row] == MoveKind.TURN) | (moves.kind[row] == MoveKind.SWING))
+    turns = _place_turns(placed, carried, coordinates)
+    turn = np.full(len(row), -1, dtype=np.int32)
+    turn[carried] = np.arange(len(carried))
+    kind[carried] = SegmentKind.TURN
     free = np.isfinite(moves.tool_axis[row, 0])
     circle, circles = _find_great_circles(placed, free, orientation)
     delta = placed.end - placed.start
     tip_length = np.linalg.norm(delta[:, :3], axis=1)
     tip_length[curved] = _measure_arcs(arcs)
     tip_length[splined] = splines.length
+    tip_length[carried] = _measure_turns(turns)
     angle = np.linalg.norm(delta[:, 3:], axis=1)
     axis_angle = angle.copy()
     axis_angle[circle >= 0] = circles.angle
@@ -130,12 +142,13 @@ def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientatio
         "length": length,
         "arc": arc,
         "spline": spline,
+        "turn": turn,
         "circle": circle,
         "free": free,
         "joint": np.full(len(row), -1, dtype=np.int32),
         "move": row,
     }
-    return Segments(columns, arcs, splines, circles, _find_continuations(placed, columns, arcs, splines))
+    return Segments(columns, arcs, splines, turns, circles, _find_continuations(placed, columns, arcs, splines))
 
 
 def _find_great_circles(placed: PlacedMoves, free: Mask, orientation: str) -> tuple[NDArray[np.int32], GreatCircles]:
@@ -182,15 +195,11 @@ def _refuse_circle(moves: Moves, move: np.intp, why: str) -> InputError:
 def _place_arcs(placed: PlacedMoves, curved: Rows, coordinates: TableCoordinates) -> ArcSegments:
     """Arcs of the moves ``curved`` in the table frame, from centre, plane and sweep in program coordinates."""
     moves, row, start, end = placed.moves, placed.row[curved], placed.start[curved], placed.end[curved]
-    center, normal = np.empty((len(row), 3)), np.empty((len(row), 3))
+    center, normal = _place_centers(moves, row, coordinates), np.empty((len(row), 3))
     for index in np.unique(moves.frame[row]):
         in_frame = np.flatnonzero(moves.frame[row] == index)
-        frame = moves.frames[index]
-        program = moves.end[row[in_frame]].copy()
         arc = moves.arc[row[in_frame]]
-        program[:, :3] = moves.arcs.center[arc]
-        center[in_frame] = np.round(coordinates.to_table(program, frame)[0], POSE_DECIMALS_MM)
-        normal[in_frame] = coordinates.displacement(_NORMALS[moves.arcs.plane[arc]], frame)
+        normal[in_frame] = coordinates.displacement(_NORMALS[moves.arcs.plane[arc]], moves.frames[index])
     to_start = start[:, :3] - center
     to_end = end[:, :3] - center
     height = np.sum(to_start * normal, axis=1, keepdims=True)
@@ -204,10 +213,48 @@ def _place_arcs(placed: PlacedMoves, curved: Rows, coordinates: TableCoordinates
     return ArcSegments(center, e1, np.cross(normal, e1), rise, r0, r1, sweep)
 
 
+def _place_centers(moves: Moves, row: Rows, coordinates: TableCoordinates) -> Array:
+    """Centres (m, 3) of the moves ``row`` in the table frame."""
+    center = np.empty((len(row), 3))
+    for index in np.unique(moves.frame[row]):
+        in_frame = np.flatnonzero(moves.frame[row] == index)
+        program = moves.end[row[in_frame]].copy()
+        program[:, :3] = moves.arcs.center[moves.arc[row[in_frame]]]
+        center[in_frame] = np.round(coordinates.to_table(program, moves.frames[index])[0], POSE_DECIMALS_MM)
+    return center
+
+
 def _measure_arcs(arcs: ArcSegments) -> Array:
     """Largest derivative of the tip path by u, mm: the tip speed follows from it."""
     around = np.maximum(arcs.r0, arcs.r1) * np.abs(arcs.sweep)
     return np.sqrt(around**2 + (arcs.r1 - arcs.r0) ** 2 + np.sum(arcs.rise**2, axis=1))
+
+
+def _place_turns(placed: PlacedMoves, carried: Rows, coordinates: TableCoordinates) -> TurnSegments:
+    """Turns of the moves ``carried`` in the table frame: what goes linearly from end to end.
+
+    In a TURN that is the tip on the nominal machine. In a SWING a point of the tool axis stands still on the part.
+    """
+    start, end = placed.start[carried], placed.end[carried]
+    first, last = (coordinates.gauge_point(pose[:, :3], pose[:, 3:], 0.0) for pose in (start, end))
+    offset, shift = np.tile(coordinates.rotary_offset, (len(carried), 1)), np.zeros((len(carried), 3))
+    swings = np.flatnonzero(placed.moves.kind[placed.row[carried]] == MoveKind.SWING)
+    if len(swings):
+        shift[swings] = _place_centers(placed.moves, placed.row[carried[swings]], coordinates)
+        axis = axis_of_angles(start[swings, 3], start[swings, 4])
+        distance = np.sum((start[swings, :3] - shift[swings]) * axis, axis=1)
+        first[swings] = last[swings] = distance[:, None] * [0.0, 0.0, 1.0]
+        offset[swings] = 0.0
+    return TurnSegments(first, last, start[:, 3:], end[:, 3:], offset, shift)
+
+
+def _measure_turns(turns: TurnSegments) -> Array:
+    """Largest derivative (m,) of the tip by u, mm, at so many places that none between is larger by more than 0.1 %."""
+    row = np.arange(len(turns.first))
+    largest = np.zeros(len(row))
+    for share in _PLACES_OF_TURN:
+        largest = np.maximum(largest, row_norm(turn_derivatives(turns, row, np.full(len(row), share))[0]))
+    return largest
 
 
 def _find_feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -> Array:
@@ -215,8 +262,10 @@ def _find_feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -
     feed = moves.feed[row].copy()
     per_revolution = moves.feed_mode[row] == FeedMode.PER_REVOLUTION
     feed[per_revolution] *= moves.spindle[row][per_revolution]
-    distance = np.where((tip_length > ZERO_LENGTH_MM) | (angle == 0.0), tip_length, DEG_PER_RAD * angle)
-    return np.where(moves.kind[row] == MoveKind.RAPID, 0.0, SECONDS_PER_MINUTE * distance / feed)
+    carried = (moves.kind[row] == MoveKind.TURN) | (moves.kind[row] == MoveKind.SWING)
+    by_tip = ((tip_length > ZERO_LENGTH_MM) | (angle == 0.0)) & ~carried
+    distance = np.where(by_tip, tip_length, DEG_PER_RAD * angle)
+    return np.where(np.isnan(feed), 0.0, SECONDS_PER_MINUTE * distance / feed)
 
 
 def _find_continuations(
@@ -242,7 +291,8 @@ def _find_continuations(
     fits = np.asarray((np.abs(leaving - arriving) < CONTINUATION).all(axis=2))
     smooth[beside] = fits[:, :2].all(axis=1) & (fits[:, 2] | (splined[beside] | splined[beside + 1]))
     same_kind = (kind[1:] == kind[:-1]) | splined[1:] | splined[:-1]
-    same_kind &= (circle[1:] < 0) & (circle[:-1] < 0)
+    even = (circle < 0) & (kind != SegmentKind.TURN)
+    same_kind &= even[1:] & even[:-1]
     pace = columns["feed_time"] / length
     same_pace = np.abs(pace[1:] - pace[:-1]) <= CONTINUATION * pace[1:]
     exact_stop = np.array([control.mode == PathMode.EXACT_STOP for control in moves.controls])[moves.control[row]]

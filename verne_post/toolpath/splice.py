@@ -17,7 +17,7 @@ from verne_post.toolpath.metric import metric_length
 
 #: What a path keeps for each segment or dwell and takes over as it is when paths are joined.
 _COLUMNS: Final = (
-    "line", "kind", "start", "end", "tool_length", "feed_time", "length", "arc", "spline", "circle", "free", "move",
+    "line", "kind", "start", "end", "tool_length", "feed_time", "length", "arc", "spline", "turn", "circle", "free", "move",
     "dwell_seconds", "dwell_line",
 )  # fmt: skip
 
@@ -67,6 +67,7 @@ def rapid_segments(steps: Sequence[Step], like: ToolPath, segment: int) -> ToolP
         length=np.array([metric_length(step.delta) for step in steps]),
         arc=np.full(n, -1, dtype=np.int32),
         spline=np.full(n, -1, dtype=np.int32),
+        turn=np.full(n, -1, dtype=np.int32),
         circle=np.full(n, -1, dtype=np.int32),
         free=np.full(n, like.free[segment]),
         joints=np.array(joints, dtype=float).reshape(len(joints), 2, joints[0].shape[1] if joints else 0),
@@ -91,7 +92,7 @@ def slice_path(path: ToolPath, first: int, last: int) -> ToolPath:
 
 
 def join_paths(parts: Sequence[ToolPath], like: ToolPath) -> ToolPath:
-    """Put paths one after the other, with a stop in between; arcs, splines and great circles are those of ``like``."""
+    """Put paths one after the other, with a stop in between; arcs, splines, turns and great circles are those of ``like``."""
     columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
     sections = np.cumsum([0, *(part.n_sections for part in parts)])
     for name in ("section", "dwell_section"):

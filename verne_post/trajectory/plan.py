@@ -108,7 +108,8 @@ class ContourSection:
         self.joints, self.first, self.cycle = joints, first, cycle
         contour = joints.contour
         self.breaks = running_sums(contour.length[first:last])
-        curves = len(contour.path.arcs.sweep) + len(contour.path.splines)
+        path = contour.path
+        curves = len(path.arcs.sweep) + len(path.splines) + len(path.turns.first)
         self.turning = Turning(contour, first, last) if curves else None
 
     @property

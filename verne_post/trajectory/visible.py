@@ -77,6 +77,8 @@ class Turning:
         turned = np.zeros(len(segment))
         arc = np.flatnonzero(path.arc[segment] >= 0)
         turned[arc] = u[arc] * np.abs(path.arcs.sweep[path.arc[segment[arc]]])
+        carried = np.flatnonzero(path.turn[segment] >= 0)
+        turned[carried] = u[carried] * _table_turn(self.contour, segment[carried])
         spline = np.flatnonzero(path.spline[segment] >= 0)
         if len(spline):
             piece = path.spline[segment[spline]]
@@ -85,6 +87,12 @@ class Turning:
             way = (u[spline] - splines.low[part]) * splines.length[piece]
             turned[spline] = before + _spline_rate(self.contour, part) * way
         return turned
+
+
+def _table_turn(contour: Contour, segment: Ints) -> Array:
+    """Rad by which the table turns along segments (n,), both axes together: so far the tip goes round with it at most."""
+    path = contour.path
+    return np.asarray(np.abs(path.end[segment, 3:] - path.start[segment, 3:]).sum(axis=1))
 
 
 def _spline_rate(contour: Contour, part: Ints) -> Array:
@@ -99,6 +107,8 @@ def visible_speed(contour: Contour, element: Ints, w: Array, cycle: float) -> Ar
     arc = path.arc[segment]
     curved = np.flatnonzero(arc >= 0)
     rate[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
+    carried = np.flatnonzero(path.turn[segment] >= 0)
+    rate[carried] = _table_turn(contour, segment[carried]) / path.length[segment[carried]]
     splined = np.flatnonzero(path.spline[segment] >= 0)
     if len(splined):
         u = contour.parameter(element[splined], w[splined])
@@ -138,7 +148,7 @@ def hidden(
     bound = tuning.BULGE * np.maximum(size, np.append(np.full((2, 1), np.inf), size[:, :-1], axis=1)) + LEAST
     # a path of this length is nowhere farther than this from its chord; not so where s is not the length
     shape, segment = contour.shape, contour.segment[element]
-    curved = (shape.arc[segment] >= 0) | (shape.spline[segment] >= 0)
+    curved = (shape.arc[segment] >= 0) | (shape.spline[segment] >= 0) | (shape.turn[segment] >= 0)
     even = (shape.circle[segment] < 0) & ~(contour.blended[element] & curved)
     most = 0.5 * np.sqrt(np.maximum(way**2 - size[0] ** 2 - (ROTARY_METRIC_MM * size[1]) ** 2, 0.0))
     # within this of both bounds, the root of the sum of their squares is within 1

@@ -128,7 +128,7 @@ class BetweenRowsCheck:
     def _are_straight(self, segment: Ints) -> Mask:
         """Segments (m,) that are straight, or arcs no farther from their chords than their tolerance."""
         path = self.reference.path
-        straight = (path.spline[segment] < 0) & (path.circle[segment] < 0)
+        straight = (path.spline[segment] < 0) & (path.turn[segment] < 0) & (path.circle[segment] < 0)
         on_arc = np.flatnonzero(path.arc[segment] >= 0)
         arcs, row = path.arcs, path.arc[segment[on_arc]]
         height = np.maximum(arcs.r0, arcs.r1)[row] * (1.0 - np.cos(np.minimum(0.5 * np.abs(arcs.sweep[row]), np.pi)))

@@ -12,7 +12,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm, row_sum
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.poses import JointPoses
-from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath
+from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath, TurnSegments
 from verne_post.verification.splines import (
     MeasuredSplines,
     lengths_at,
@@ -69,6 +69,9 @@ def unwrapped_u(
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
         u[arc] = _arc_u(path, segment[arc], measured.select(arc), _first_rows(arc, fresh), u_before)
+    turn = np.flatnonzero(path.turn[segment] >= 0)
+    if len(turn):
+        u[turn] = _turn_u(path, segment[turn], measured.select(turn))
     spline = np.flatnonzero(path.spline[segment] >= 0)
     if len(spline):
         first, some = _first_rows(spline, fresh), None if bounds is None else (bounds[0][spline], bounds[1][spline])
@@ -141,6 +144,53 @@ def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_bef
     return u
 
 
+def _turn_u(path: ToolPath, segment: Ints, measured: Measured) -> Array:
+    """As :func:`unwrapped_u`, on turns of the table: A and C go linearly, and the tip refines what they say."""
+    start, turn = path.start[segment, 3:], path.end[segment, 3:] - path.start[segment, 3:]
+    u = np.asarray(np.sum((measured.angles - start) * turn, axis=1) / np.sum(turn**2, axis=1))
+    for _ in range(ARC_STEPS):
+        at, slope = _turn_point(path.turns, path.turn[segment], u)
+        rest = RADIAN_MM**2 * (measured.angles - start - u[:, None] * turn)
+        square = np.sum(slope**2, axis=1) + RADIAN_MM**2 * np.sum(turn**2, axis=1)
+        u = u + (np.sum((measured.tip - at) * slope, axis=1) + np.sum(rest * turn, axis=1)) / square
+    return u
+
+
+def _turn_point(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, Array]:
+    """Points (n, 3) of turns and their derivatives by u, in components.
+
+    The table carries a place in the machine: the place turns back by A about x, comes to the rotary centre, and turns back by C.
+    """
+    delta = turns.last[row] - turns.first[row]
+    (x, y, z), (dx, dy, dz) = (turns.first[row] + u[:, None] * delta).T, delta.T
+    rate_a, rate_c = (turns.last_angles[row] - turns.angles[row]).T
+    a, c = turns.angles[row, 0] + u * rate_a, turns.angles[row, 1] + u * rate_c
+    sin_a, cos_a, sin_c, cos_c = np.sin(a), np.cos(a), np.sin(c), np.cos(c)
+    tilted_y, tilted_z = cos_a * y + sin_a * z, cos_a * z - sin_a * y
+    px, py, pz = np.stack([x, tilted_y, tilted_z]) - turns.offset[row].T
+    vx, vy, vz = dx, cos_a * dy + sin_a * dz + rate_a * tilted_z, cos_a * dz - sin_a * dy - rate_a * tilted_y
+    point = turns.shift[row] + np.stack([cos_c * px + sin_c * py, cos_c * py - sin_c * px, pz], axis=1)
+    slope_x = cos_c * vx + sin_c * vy + rate_c * (cos_c * py - sin_c * px)
+    slope_y = cos_c * vy - sin_c * vx - rate_c * (cos_c * px + sin_c * py)
+    return point, np.stack([slope_x, slope_y, vz], axis=1)
+
+
+#: Places and weights of Gauss's rule over 0 to 1.
+_GAUSS_PLACES, _GAUSS_WEIGHTS = (
+    0.5 * (part + shift) for part, shift in zip(np.polynomial.legendre.leggauss(24), (1.0, 0.0), strict=True)
+)
+
+
+def _turn_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
+    """As :func:`lengths_to`, on turns of the table, whose tip does not move evenly."""
+    row, even = path.turn[segment], RADIAN_MM * row_norm(path.end[segment, 3:] - path.start[segment, 3:])
+    length = np.zeros(len(segment))
+    for place, weight in zip(_GAUSS_PLACES, _GAUSS_WEIGHTS, strict=True):
+        slope = _turn_point(path.turns, row, place * u)[1]
+        length += weight * u * np.hypot(row_norm(slope), even)
+    return length
+
+
 def _measure(path: ToolPath, segment: Ints) -> tuple[MeasuredSplines, Ints]:
     """The splines among segments (n,), measured, and the piece of each."""
     pieces, piece = np.unique(path.spline[segment], return_inverse=True)
@@ -183,6 +233,8 @@ def metric_lengths(path: ToolPath) -> Array:
     length = np.where(path.kind == SegmentKind.JOINT, 0.0, path.length)
     arc = np.flatnonzero(path.arc >= 0)
     length[arc] = _arc_lengths(path, arc, np.ones(len(arc)))
+    turn = np.flatnonzero(path.turn >= 0)
+    length[turn] = _turn_lengths(path, turn, np.ones(len(turn)))
     spline = np.flatnonzero(path.spline >= 0)
     if len(spline):
         splines, piece = _measure(path, spline)
@@ -208,6 +260,8 @@ def lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) ->
     length = u * metric_length[segment]
     arc = np.flatnonzero(path.arc[segment] >= 0)
     length[arc] = _arc_lengths(path, segment[arc], u[arc])
+    turn = np.flatnonzero(path.turn[segment] >= 0)
+    length[turn] = _turn_lengths(path, segment[turn], u[turn])
     spline = np.flatnonzero(path.spline[segment] >= 0)
     if len(spline):
         splines, piece = _measure(path, segment[spline])
@@ -231,7 +285,7 @@ def _arc_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
 def paces(path: ToolPath) -> tuple[Array, Array, Array]:
     """Seconds that each segment takes at its feed, over its motion: three arrays (n,), two of them 0 for every segment.
 
-    Per mm of the tip; where the tip stands, per rad of A and C together, and on a great circle per rad of the tool axis.
+    Per mm of the tip; where the tip stands or the table turns under it, per rad of A and C together, and on a great circle per rad of the tool axis.
     """
     delta = path.end - path.start
     turn = row_norm(delta[:, 3:])
@@ -242,7 +296,7 @@ def paces(path: ToolPath) -> tuple[Array, Array, Array]:
     if len(spline):
         splines, piece = _measure(path, spline)
         tip[spline] = splines.total(piece)
-    by_tip = (tip > ZERO_LENGTH_MM) | (turn == 0.0)
+    by_tip = ((tip > ZERO_LENGTH_MM) | (turn == 0.0)) & (path.turn < 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         tip_pace = np.where(by_tip, path.feed_time / tip, 0.0)
         rotary_pace = np.where(by_tip, 0.0, path.feed_time / turn)
@@ -284,6 +338,9 @@ def programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Arr
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
         tip[arc] = _arc_point(path.arcs, path.arc[segment[arc]], u[arc])[0]
+    turn = np.flatnonzero(path.turn[segment] >= 0)
+    if len(turn):
+        tip[turn] = _turn_point(path.turns, path.turn[segment[turn]], u[turn])[0]
     spline = np.flatnonzero(path.spline[segment] >= 0)
     if len(spline):
         mine = segment[spline]

@@ -13,6 +13,7 @@ from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.flow import MAX_DEPTH
 from verne_post.gcode.klartext.elements import Point
 from verne_post.gcode.klartext.program import Jump, Klartext
+from verne_post.gcode.klartext.recovery import KlartextRecovery
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.recorder import Recorder
@@ -40,7 +41,7 @@ class KlartextFlow:
     """Where a program goes on."""
 
     def __init__(self, main: KlartextText, interpreter: Klartext) -> None:
-        self.main, self.interpreter = main, interpreter
+        self.main, self.interpreter, self.recovery = main, interpreter, KlartextRecovery(interpreter)
         self.text, self.line = main, 1
         self.shown: int | None = None
         self.ended = False
@@ -230,9 +231,10 @@ def _execute_statement(flow: KlartextFlow) -> None:
         following = flow.line
         try:
             interpreter.execute_statement(statement, shown, corner_next=lambda: text.is_corner_next(following))
-        except BlockError:
-            interpreter.recover(statement.keyword)
-            raise
+        except BlockError as error:
+            if not flow.recovery.pass_failed(statement, error):
+                raise
+            return
         interpreter.failed = interpreter.failed and statement.keyword in ("RND", "CHF", "DEP", "")
         if interpreter.jump is not None and not interpreter.ended:
             if interpreter.jump.kind == "end":

@@ -2,7 +2,7 @@
 
 Without it a control moves the axes of the machine: its coordinates do not turn with the table. Where the table stands
 still, that is a rigid map of the workpiece, so it is one more map of the frame. Where the table turns, the tip goes on
-a curve of the workpiece, which is recorded in short pieces.
+a curve of the workpiece, which is one move of its own kind.
 """
 
 import math
@@ -12,8 +12,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import ROTARY_CHORD_MM, ZERO_ANGLE, ZERO_LENGTH_MM
-from verne_post.base.units import RAD_PER_DEG, SECONDS_PER_MINUTE
+from verne_post.base.tolerances import ROTARY_CHORD_MM, ZERO_LENGTH_MM
+from verne_post.gcode.arcs import Arc
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.klartext.q_parameters import QParameters
@@ -24,8 +24,8 @@ from verne_post.gcode.state import State
 from verne_post.model.moves import MoveKind
 
 _A, _C = 3, 5
-#: A turn of the table is recorded in so many pieces at most.
-_MAX_PIECES: Final = 2000
+#: At a place in each degree, of up to eleven turns. The chords between them are shorter than the way of the tip by 1e-5 of it.
+_MOST_PLACES: Final = 4000
 
 
 class KlartextFrames(Interpreter):
@@ -141,49 +141,52 @@ class KlartextFrames(Interpreter):
         start = self.machine_position()
         base = replace(state.frame, feature=None)
         self._set_frame(base)
-        n = self._pieces(start, target)
-        shares = np.arange(1, n + 1)[:, None] / n
-        points = coordinates.to_program(start + shares * (target - start), base)
-        points[:, [_A, _C]] = (
-            np.array(state.position)[[_A, _C]]
-            + shares * (coordinates.to_program(target, base) - np.array(state.position))[[_A, _C]]
-        )
         change = target - start
+        shares = np.linspace(0.0, 1.0, self.places_along(float(np.linalg.norm(change[[_A, _C]]))))[:, None]
+        points = coordinates.to_program(start + shares * change, base)
         way = float(np.linalg.norm(change[:3]))
-        size = (
-            float(np.linalg.norm(change[[0, 1, 2, _A, _C]]))
-            if way > ZERO_LENGTH_MM
-            else float(np.linalg.norm(change[[_A, _C]]))
-        )
-        self.record_points(kind, points, axes, size)
+        counted = [0, 1, 2, _A, _C] if way > ZERO_LENGTH_MM else [_A, _C]
+        self.record_carried(kind, MoveKind.TURN, points, axes, float(np.linalg.norm(change[counted])))
 
-    def record_points(self, kind: MoveKind, points: Array, axes: list[int], size: float) -> None:
-        """Record straight pieces to points (n, 9); at a feed rate they take as long as ``size`` (mm or degrees) at F does."""
-        state, line = self.state, self.block.line
-        seconds = SECONDS_PER_MINUTE * size / state.feed / len(points) if kind == MoveKind.FEED and state.feed else 0.0
-        for point in points:
-            end = [float(value) for value in point]
-            feed = math.nan
-            if kind == MoveKind.FEED:
-                tip = math.dist(state.position[:3], end[:3])
-                turn = math.dist(state.position[3:6], end[3:6])
-                feed = state.feed
-                if not (self.metres and tip > ZERO_LENGTH_MM) and seconds:
-                    feed = SECONDS_PER_MINUTE * (tip if tip > ZERO_LENGTH_MM else turn) / seconds
-            self.recorder.add(state, line, kind, end, feed or state.feed)
-            self._arrive(end, axes, absolute=True)
+    @staticmethod
+    def places_along(angle: float) -> int:
+        """At so many places the way of the tip is looked at while A and C turn by an angle, degrees."""
+        return min(3 + math.ceil(angle), _MOST_PLACES)
+
+    def record_carried(
+        self,
+        kind: MoveKind,
+        carried: MoveKind,
+        points: Array,
+        axes: list[int],
+        size: float,
+        held: tuple[float, float, float] | None = None,
+    ) -> None:
+        """Record a move that turns the table, RAPID or FEED; at a feed rate it takes as long as ``size`` (mm or degrees) at F does.
+
+        It is straight where ``points`` (n, 9), at even shares of it from its start on, say so within ROTARY_CHORD_MM, else of the
+        kind ``carried``. ``held`` is the point that stands still in a SWING, mm.
+        """
+        state = self.state
+        tip, shares = points[:, :3], np.linspace(0.0, 1.0, len(points))[:, None]
+        aside = np.linalg.norm(tip - tip[0] - shares * (tip[-1] - tip[0]), axis=1).max()
+        end = [float(value) for value in points[-1]]
+        feed = math.nan
+        if kind == MoveKind.FEED:
+            way = float(np.linalg.norm(np.diff(tip, axis=0), axis=1).sum())
+            turn = math.dist(points[0, 3:6], points[-1, 3:6])
+            if self.metres and way > ZERO_LENGTH_MM:
+                size = way
+            # what the feed rate of the recorded move counts
+            shown = turn if aside > ROTARY_CHORD_MM or way <= ZERO_LENGTH_MM else way
+            feed = state.feed * shown / size if size else state.feed
+        about = None if held is None else Arc(0, held, 1, 0.0)
+        if aside > ROTARY_CHORD_MM:
+            self.recorder.add(state, self.block.line, carried, end, feed, about)
+        else:
+            self.recorder.add(state, self.block.line, kind, end, feed)
+        self._arrive(end, axes, absolute=True)
         state.arc_may_follow = True
-
-    def _pieces(self, start: Array, target: Array) -> int:
-        """How many straight pieces keep the tip on its curve."""
-        turn = RAD_PER_DEG * float(np.linalg.norm((target - start)[[_A, _C]]))
-        if not self.setup.machine or turn < ZERO_ANGLE:
-            return 1
-        coordinates, base = self.setup.coordinates, replace(self.state.frame, feature=None)
-        shares = np.linspace(0.0, 1.0, 9)[:, None]
-        tips = coordinates.to_program(start + shares * (target - start), base)[:, :3]
-        chord = np.linalg.norm(tips[:-2] - 2 * tips[1:-1] + tips[2:], axis=1).max() / 8  # of one of eight pieces
-        return int(np.clip(math.ceil(8 * math.sqrt(chord / ROTARY_CHORD_MM)), 1, _MAX_PIECES))
 
     def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None) -> None:
         """Turn A and C to program positions (degrees) without tool-centre-point control.

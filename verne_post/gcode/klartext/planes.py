@@ -10,17 +10,16 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import POLE_SINE
-from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.klartext import transformations
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Map
+from verne_post.gcode.table_positions import TablePosition, choose_position, find_positions
 from verne_post.model.moves import MoveKind
 
 _A, _C = 3, 5
-_FULL_TURN: Final = 360.0
 #: Two motions of the rotary axes that differ by less (degrees) are equally long.
 _SAME_MOTION: Final = 1e-6
 _WORD: Final = re.compile(
@@ -28,6 +27,10 @@ _WORD: Final = re.compile(
     rf"|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
 )
 _KIND: Final = re.compile(r"[ \t]*(SPATIAL|EULER|VECTOR|POINTS|RELATIVE?|AXIAL|RESET|PROJECTED)(?![A-Z])")
+
+
+def _name_angles(position: TablePosition) -> str:
+    return f"A{position.program[_A]:+.3f} C{position.program[_C]:+.3f}"
 
 
 class PlaneWords(Struct):
@@ -89,7 +92,7 @@ class KlartextPlanes(KlartextFunctions):
             normal = (
                 self._outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
             )
-            angles = self._choose_angles(normal, sense, tilt if table else None)
+            angles = self._choose_angles(normal, sense, tilt if table else None, tip_stays=move == "MOVE")
         self._position(statement, words, move, angles, tilt)
         if words.flags or words.values:
             name = words.flags[0] if words.flags else next(iter(words.values))
@@ -191,31 +194,42 @@ class KlartextPlanes(KlartextFunctions):
 
     # --- rotary axes -----------------------------------------------------------------------------------------
 
-    def _choose_angles(self, normal: Array, sense: str | None, table: Array | None) -> tuple[float, float]:
-        """A and C (program, degrees) that hold the tool along a direction of the workpiece.
+    def _choose_angles(
+        self, normal: Array, sense: str | None, table: Array | None, *, tip_stays: bool = False
+    ) -> tuple[float, float]:
+        """A and C (program, degrees) that hold the tool along a direction of the workpiece, within the travel of the table.
 
         The shorter way, positive A where both are as long; SEQ+ and SEQ- choose the sign of A.
+
+        Raises
+        ------
+        BlockError
+            VP102, VP103: with SEQ the table does not get there.
         """
         state, coordinates = self.state, self.setup.coordinates
         if not self.setup.machine:
             return state.position[_A], state.position[_C]
         base = replace(state.frame, feature=None)
         here = [float(v) for v in coordinates.to_program(self.machine_position(), base)]
-        held = coordinates.point_axis(here, normal, base)
-        machine = coordinates.to_machine(np.array(held), base)
-        if abs(math.sin(RAD_PER_DEG * machine[_A])) <= POLE_SINE:
-            return self._upright_angles(held, base, table)
-        other = machine.copy()
-        other[_A], other[_C] = -machine[_A], machine[_C] + 0.5 * _FULL_TURN
-        solutions = []
-        for pose in (machine, other):
-            if sense is not None and (pose[_A] > 0) != sense.endswith("+"):
-                continue
-            a, c = (float(v) for v in coordinates.to_program(pose, base)[[_A, _C]])
-            c -= _FULL_TURN * round((c - here[_C]) / _FULL_TURN)
-            solutions.append((round((abs(a - here[_A]) + abs(c - here[_C])) / _SAME_MOTION), -float(pose[_A]), a, c))
-        _motion, _sign, a, c = min(solutions)
-        return a, c
+        positions = find_positions(self.setup, here, normal, base, tip_stays=tip_stays)
+        if len(positions) == 1:
+            return self._upright_angles(coordinates.point_axis(here, normal, base), base, table)
+
+        def rank(one: TablePosition) -> tuple[float, ...]:
+            motion = abs(one.program[_A] - here[_A]) + one.turned
+            return round(motion / _SAME_MOTION), -one.tilt
+
+        mine = [one for one in positions if sense is None or (one.tilt > 0) == sense.endswith("+")]
+        chosen = choose_position(mine, rank)
+        if sense is not None and chosen.beyond:
+            self._show_angles((chosen.program[_A], chosen.program[_C]))  # what follows is not refused for want of them
+            other = choose_position([one for one in positions if one not in mine], rank)
+            way = "" if other.beyond else f"; {_name_angles(other)} is legal: leave out {sense}"
+            raise BlockError(
+                "VP102" if "A" in chosen.beyond else "VP103",
+                f"{sense} needs {_name_angles(chosen)}, where {' and '.join(chosen.beyond)} is beyond the travel{way}",
+            )
+        return chosen.program[_A], chosen.program[_C]
 
     def _upright_angles(self, held: list[float], base: object, table: Array | None) -> tuple[float, float]:
         """The tool is vertical, C free: at 0, or with TABLE ROT so that X of the plane lies along X of the machine."""
@@ -285,18 +299,14 @@ class KlartextPlanes(KlartextFunctions):
         self._set_frame(base)
         start = np.array(state.position)
         turn = np.array([targets[_A] - start[_A], targets[_C] - start[_C]])
-        n = 1 if not distance else max(math.ceil(float(np.abs(turn).max())), 1)
         self.recorder.fix_c(self.block.line)
-        points = np.repeat(start[None], n, axis=0)
-        points[:, [_A, _C]] += np.arange(1, n + 1)[:, None] / n * turn
-        if distance:
-            held = coordinates.tool_axis(list(start), base)
-            assert held is not None
-            for point in points:
-                axis = coordinates.tool_axis([float(v) for v in point], base)
-                assert axis is not None
-                point[:3] = start[:3] + distance * (axis - held)
-        self.record_points(kind, points, [_A, _C], float(np.linalg.norm(turn)))
+        angle = float(np.linalg.norm(turn))
+        points = np.repeat(start[None], self.places_along(angle), axis=0)
+        points[:, [_A, _C]] += np.linspace(0.0, 1.0, len(points))[:, None] * turn
+        axis = np.array([coordinates.tool_axis([float(v) for v in point], base) for point in points])
+        points[:, :3] += distance * (axis - axis[0])
+        x, y, z = (float(v) for v in start[:3] - distance * axis[0])
+        self.record_carried(kind, MoveKind.SWING, points, [_A, _C], angle, (x, y, z))
         self.refresh_frame()
 
     # --- cycle 19 ------------------------------------------------------------------------------------------------

@@ -17,7 +17,6 @@ from verne_post.gcode.klartext.patterns import KlartextPatterns
 from verne_post.gcode.klartext.q_parameters import assign, execute_fn, label_of
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words, read_words
-from verne_post.gcode.missing_setup import ASSUMED_TOOL
 from verne_post.model.moves import AXES, MoveKind
 
 _PATHS: Final = ("L", "LN", "LP", "C", "CP", "CR", "CT", "CTP")
@@ -64,19 +63,6 @@ class Klartext(KlartextPatterns):
             STATEMENTS[statement.keyword](self, statement)
         if self.ended:
             self.check_nothing_waits("the end of the program")
-
-    def recover(self, keyword: str) -> None:
-        """After an error: what the statement would have set is not missed by the next ones, which would be refused for it."""
-        self.failed = True
-        if keyword in _PATHS or keyword in ("RND", "CHF", "APPR", "DEP"):
-            self.pending = self.corner = self.approach = None
-        elif keyword == "CYCL DEF":
-            self.cycle_unread = True
-        elif keyword == "TOOL CALL":
-            self.state.length_given = True
-            if self.setup.tool_length is None:
-                self.state.tools = {self.state.selected_tool or 0: ASSUMED_TOOL, **(self.state.tools or {})}
-                self.state.loaded_tool = self.state.selected_tool
 
     # --- path functions ----------------------------------------------------------------------------------------
 

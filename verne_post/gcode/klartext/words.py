@@ -1,6 +1,7 @@
 """Words of path functions: coordinates (absolute or I for incremental), feed, compensation, M functions."""
 
 import re
+from contextlib import suppress
 from typing import Final
 
 from msgspec import Struct, field
@@ -18,6 +19,9 @@ _WORD: Final = re.compile(
     rf"|(?P<name>IPR|IPA|PR|PA|CCA|LEN|NX|NY|NZ|TX|TY|TZ|DL|DR2|DR|MB|LA|FU|FZ|I?[XYZABCUVW]|[FSRT])[ \t]*:?[ \t]*(?P<value>{VALUE})"
     rf"|(?P<axis>[ABC])(?=[ \t]|$))"
 )  # fmt: skip
+
+#: Up to the next blank.
+_UNREAD: Final = re.compile(r"[ \t]+|[^ \t]+")
 
 
 class MWord(Struct, frozen=True):
@@ -109,6 +113,20 @@ def read_words(statement: Statement, numbers: Numbers) -> Words:
         begin = match.start() + len(match.group()) - len(match.group().lstrip())
         _add(statement, words, match, begin, numbers)
         at = match.end()
+    return words
+
+
+def read_usable_words(statement: Statement, numbers: Numbers) -> Words:
+    """As :func:`read_words`, of a statement that has been refused: what cannot be read is left out."""
+    words, text, at = Words(), statement.rest, 0
+    while at < len(text):
+        match = _WORD.match(text, at)
+        if match is not None:
+            with suppress(BlockError):
+                _add(statement, words, match, match.start(), numbers)
+            at = match.end()
+        else:
+            at += _UNREAD.match(text[at:]).end()  # type: ignore[union-attr]
     return words
 
 

@@ -13,6 +13,7 @@ from verne_post.gcode.siemens.frames import Affine, rotation_about
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
+from verne_post.gcode.table_positions import choose_position, find_positions
 from verne_post.model.moves import ZERO9, MoveKind
 
 _SWIVEL: Final = (
@@ -204,11 +205,11 @@ class Swivel:
     def _turn_table(self, block: Block, direction: int) -> None:
         """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays where it is on the part.
 
-        To the level plane A and C go to 0, which is the only place that means the same on all controls. Of the two pairs of A and C that do this, ``direction`` takes the one with the smaller (-1) or the larger (1) A.
+        To the level plane A and C go to 0, which is the only place that means the same on all controls. Of the pairs of A and C that
+        do this and lie within the travel, ``direction`` takes the one with the smaller (-1) or the larger (1) A.
         """
         to = self.to
-        state, coordinates = to.state, to.setup.coordinates
-        tcp = to.modes.tcp
+        state, tcp = to.state, to.modes.tcp
         if tcp:
             to._require_known(block, [0, 1, 2], "CYCLE800")
         elif state.tool_axis is not None:  # the linear axes stand still, wherever on the part that is
@@ -219,18 +220,9 @@ class Swivel:
             turns = 360.0 * round(to.state.position[5] / 360.0)
             to.run_line(block, MoveKind.RAPID, {3: -a, 5: turns - c})
             return
-        here = coordinates.to_machine(np.array(state.position), state.frame)
-        pairs = [coordinates.point_axis(list(state.position), np.array([0.0, 0.0, 1.0]), state.frame)]
-        machine = coordinates.to_machine(np.array(pairs[0]), state.frame)
-        if to.setup.machine and abs(machine[3]) > _UPRIGHT:
-            machine[3] = -machine[3]
-            machine[5] += 180.0 - 360.0 * round((machine[5] + 180.0 - here[5]) / 360.0)
-            other = coordinates.to_program(machine, state.frame)
-            pairs.append([*pairs[0][:3], float(other[3]), pairs[0][4], float(other[5]), *pairs[0][6:]])
-        end = min(pairs, key=lambda pair: -direction * pair[3])
-        if not tcp and to.setup.machine:  # the linear axes stand still
-            here[3:6] = coordinates.to_machine(np.array(end), state.frame)[3:6]
-            end = [float(value) for value in coordinates.to_program(here, state.frame)]
+        upright = np.array([0.0, 0.0, 1.0])
+        positions = find_positions(to.setup, list(state.position), upright, state.frame, tip_stays=tcp)
+        end = choose_position(positions, lambda one: (-direction * one.tilt, one.turned)).program
         to.recorder.fix_c(block.line)
         to._record(block.line, MoveKind.RAPID, end, [3, 5] if to.setup.machine else [], absolute=True)
         to.heading = None

@@ -62,9 +62,15 @@ def of_line(joints: JointPath, line: int) -> JointPath:
 
 
 def movable(line: JointPath) -> bool:
-    """Whether the line is tied to the part; a rewind in joint values, or the approach of --from, is not."""
+    """Whether the line is tied to the part; a rewind in joint values, the table under a standing spindle, or
+    the approach of --from, is not.
+    """
     path, segment = line.contour.path, line.contour.segment
-    return bool((path.kind[segment] != SegmentKind.JOINT).all() and (path.move[segment] >= 0).all())
+    return bool(
+        (path.kind[segment] != SegmentKind.JOINT).all()
+        and (path.turn[segment] < 0).all()
+        and (path.move[segment] >= 0).all()
+    )
 
 
 def straight(line: JointPath) -> bool:

@@ -1,0 +1,91 @@
+"""The positions of the table that hold a tool axis, and which of them its travel allows: what PLANE and CYCLE800 choose from.
+
+(A, C) and (-A, C + 180) hold the same axis, and so does every whole turn of C. A control takes one that the table reaches.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array
+from verne_post.base.tolerances import POLE_SINE
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.gcode.setup import Setup
+from verne_post.model.moves import Frame
+
+_A, _C = 3, 5
+_FULL_TURN: Final = 360.0
+
+
+class TablePosition(Struct, frozen=True, eq=False):
+    """One position.
+
+    Attributes
+    ----------
+    program : list of float
+        Nine-vector in the frame.
+    tilt : float
+        A of the machine, degrees; its sign tells the two sides apart.
+    turned : float
+        How far C is from where it stood, degrees.
+    beyond : str
+        Letters of the axes that would be beyond their travel.
+    """
+
+    program: list[float]
+    tilt: float
+    turned: float
+    beyond: str
+
+
+def find_positions(
+    setup: Setup, start: list[float], vector: Array, frame: Frame, *, tip_stays: bool
+) -> list[TablePosition]:
+    """Positions that hold a tool axis (3,), program directions: of each side the nearest C, and what is legal a turn beside.
+
+    One position where the tool comes to stand upright on the table.
+
+    Parameters
+    ----------
+    start : list of float
+        Where the machine is, nine-vector in the frame.
+    tip_stays : bool
+        The tip keeps its place on the part; else the linear axes of the machine stand.
+    """
+    coordinates = setup.coordinates
+    here = np.array(coordinates.to_machine(np.array(start), frame))
+    first = np.array(coordinates.to_machine(np.array(coordinates.point_axis(start, vector, frame)), frame))
+    sides = [first]
+    if setup.machine and abs(math.sin(RAD_PER_DEG * first[_A])) > POLE_SINE:
+        other = first.copy()
+        other[_A], other[_C] = -first[_A], first[_C] + 0.5 * _FULL_TURN
+        sides.append(other)
+    found = []
+    for side in sides:
+        words = coordinates.to_program(side, frame)
+        nearest = float(words[_C]) - _FULL_TURN * round((float(words[_C]) - start[_C]) / _FULL_TURN)
+        for turn in (0.0, -_FULL_TURN, _FULL_TURN):
+            program = np.array(start)
+            program[[_A, _C]] = words[_A], nearest + turn
+            place = np.array(coordinates.to_machine(program, frame))
+            if not tip_stays:
+                place[:3] = here[:3]
+                program = np.array(coordinates.to_program(place, frame))
+            beyond = setup.travel.beyond(place, frame.tool_length) if setup.travel is not None else ""
+            if beyond and turn:
+                continue
+            values = [float(value) for value in program]
+            found.append(TablePosition(values, float(side[_A]), abs(values[_C] - start[_C]), beyond))
+            if len(sides) == 1:
+                return found
+    return found
+
+
+def choose_position(
+    positions: list[TablePosition], rank: Callable[[TablePosition], tuple[float, ...]]
+) -> TablePosition:
+    """The one that ranks first of those within the travel; of all where none is: the check of limits then says by how much."""
+    return min((one for one in positions if not one.beyond), key=rank, default=min(positions, key=rank))

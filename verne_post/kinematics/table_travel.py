@@ -1,0 +1,27 @@
+"""Whether the travel of the table allows a place: what a control asks before it chooses one of two positions of the table."""
+
+from msgspec import Struct
+
+from verne_post.base.arrays import Array
+from verne_post.base.tolerances import LIMIT_SLACK
+from verne_post.model.machine import Machine
+from verne_post.model.moves import ZERO9, Frame
+
+
+class MachineTravel(Struct, frozen=True, eq=False):
+    """The travel of a machine's table; implements ``TableTravel``."""
+
+    machine: Machine
+
+    def beyond(self, place: Array, tool_length: float) -> str:
+        """The letters, of A and C, that would be beyond their travel at a place of the nominal machine (9,), mm and degrees.
+
+        Where no sliders reach the place, the nominal angles are compared.
+        """
+        machine, frame = self.machine, Frame(tool=(0.0, 0.0, tool_length, *ZERO9[3:]))
+        tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(place[None], frame), frame)
+        q, _platform, ok = machine.five_axis.solve(tip, angles, tool_length)
+        table = q[0, -2:] if ok[0] else angles[0]
+        limits = machine.limits
+        out = (table < limits.lower[-2:] - LIMIT_SLACK) | (table > limits.upper[-2:] + LIMIT_SLACK)
+        return "".join(letter for letter, beyond in zip("AC", out, strict=True) if beyond)
