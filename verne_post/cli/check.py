@@ -11,6 +11,7 @@ from verne_post.cli.common import PROGRAM, expect_machine, load, name_machine, p
 from verne_post.cli.files import RunFiles, Unreadable, is_dash, shown_name
 from verne_post.cli.options import (
     FILE,
+    INPUT,
     WRITING,
     GroupedCommand,
     build_options,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 
 @click.command("check", cls=GroupedCommand)
-@click.argument("inputs", nargs=-1, required=True, metavar="INPUT|DIR...")
+@click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT|DIR...")
 @click.option(
     "--output-format",
     type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github"]),

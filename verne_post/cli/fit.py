@@ -7,7 +7,7 @@ import click
 from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.numbers import numbers_of
-from verne_post.cli.options import GroupedCommand, program_options
+from verne_post.cli.options import INPUT, GroupedCommand, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import status_of
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command("fit", cls=GroupedCommand)
-@click.argument("input_name", metavar="INPUT")
+@click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option(
     "--free",
     default="xyzc",

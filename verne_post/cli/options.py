@@ -5,11 +5,12 @@ that become values (``--wcs G54=X,Y,Z``), and files that are read into options (
 """
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args, get_origin
 
 import click
+from click.shell_completion import CompletionItem
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
@@ -88,6 +89,31 @@ class _FolderName(_FileName):
 FOLDER: Final = _FolderName(file_okay=False, path_type=Path)
 
 
+class _InputName(click.types.StringParamType):
+    """The name of a file, or of what a function lists; a shell completes it, and it is taken as it stands."""
+
+    def __init__(self, name: str, known: Callable[[], Iterable[str]] = tuple) -> None:
+        self.name = name
+        self.known = known
+
+    def shell_complete(self, _ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Names that begin so, and files; bash forgets what stands before the files."""
+        names = [CompletionItem(name) for name in self.known() if name.startswith(incomplete)]
+        return [CompletionItem(incomplete, type="file"), *names]
+
+
+def _machine_names() -> Iterable[str]:
+    from verne_post.config.machine_paths import machine_files
+
+    return machine_files()
+
+
+#: Type of an argument that names a program; "-" is standard input.
+INPUT: Final = _InputName("program")
+#: Type of a word that names a machine, or its file.
+MACHINE: Final = _InputName("machine", _machine_names)
+
+
 class GroupedOption(click.Option):
     """An option that help shows under the heading of its group."""
 
@@ -144,8 +170,12 @@ def flag_of(name: str) -> str:
     return f"--{name.replace('_', '-')}" if flag is None else flag or name
 
 
+#: Options that name more than a file -> their type.
+_COMPLETED: Final[dict[str, Any]] = {"machine_name": MACHINE, "setup_file": INPUT}
+
+
 def _file_option(one: FileOption) -> Callable[..., Any]:
-    kind = FILE if one.metavar == "FILE" else click.STRING
+    kind = FILE if one.metavar == "FILE" else _COMPLETED.get(one.name, click.STRING)
     return click.option(
         one.flag, one.name, cls=GroupedOption, group=one.group, type=kind, metavar=one.metavar, multiple=one.multiple, help=one.help,
     )  # fmt: skip

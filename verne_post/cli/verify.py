@@ -13,7 +13,7 @@ from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import NUMBER
-from verne_post.cli.options import FILE, GroupedCommand, options_of, program_options
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, options_of, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, gravest, status_of
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @click.command("verify", cls=GroupedCommand)
-@click.argument("setpoints", metavar="AXES.CSV")
+@click.argument("setpoints", type=INPUT, metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
 @click.option(
     "--meta",
