@@ -16,9 +16,9 @@ from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.result import Progress, Result, Setpoints, Sink
 from verne_post.app.row_format import drives_of
-from verne_post.app.source_text import without_mark
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
+from verne_post.base.text_marks import without_mark
 from verne_post.config import load_machine
 from verne_post.config.subprograms import subprograms_of
 from verne_post.model.findings import UsageError

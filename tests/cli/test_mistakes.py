@@ -22,6 +22,7 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         (("p.nc", "--tool-length", 60, "--wcs", "G54=0,0"), "expected x,y,z or x,y,z,c, got 2 numbers"),
         # 4: a machine that is not there
         (("p.nc", *PLACE, "--machine", "vern"), "machines by name: linear_delta, serial, verne"),
+        (("p.nc", *PLACE, "--machine", "VERNE.toml"), "; did you mean verne?"),
         # 5: a misspelt option, a misspelt command
         (("p.nc", "--tool-lenght", 60), "--tool-lenght"),
         (("chek", "p.nc"), "no such file, and no command; did you mean check?"),

@@ -15,6 +15,7 @@ from msgspec import Struct
 
 from verne_post.base.numbers import is_count
 from verne_post.base.printable import printable
+from verne_post.base.text_marks import text_of
 from verne_post.base.type_words import alternatives, bare
 from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import INTEGER, NUMBER, numbers_of
@@ -262,7 +263,7 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         values.pop("tool_length", None)  # a length or table of a set-up or of the command line replaces it
     values |= {key: value for key, value in given.items() if key in OPTIONS and value not in (None, (), [])}
     try:
-        values |= _parse_texts(values) | _from_files(files, given)
+        values |= _parse_texts(values) | _from_files(files, given, placed.named)
         own = Offsets(_written_offsets(given.get("wcs") or ()), given.get("measured_offset"))
         values["wcs"] = _work_offsets(files, (*placed.offsets, own))
         values |= _bodies(values, settings, placed)
@@ -284,18 +285,18 @@ def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
-    """Options that are read from files."""
+def _from_files(files: RunFiles, given: dict[str, Any], named: dict[str, str]) -> dict[str, Any]:
+    """Options that are read from files; ``named`` says which of them a set-up names, and where."""
     found: dict[str, Any] = {}
 
     def content(name: str, flag: str) -> tuple[bytes, str] | None:
         path = given.get(name)
-        return None if path is None else (files.read(path, flag), shown_name(path))
+        return None if path is None else (files.read(path, named.get(name, flag)), shown_name(path))
 
     if (table := content("tool_table", "--tool-table")) is not None:
         from verne_post.gcode.tools import read_tool_table
 
-        found["tools"] = read_tool_table(table[0].decode("utf-8", errors="replace"), table[1])
+        found["tools"] = read_tool_table(text_of(table[0], "replace"), table[1])
     if (lengths := content("tool_lengths", "--tool-lengths")) is not None:
         from verne_post.config.part_setup import read_lengths
 
@@ -307,7 +308,7 @@ def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
     if (parameters := content("parameter_file", "--parameters")) is not None:
         from verne_post.gcode.parameter_file import read_parameter_file
 
-        found["parameters"] = read_parameter_file(parameters[0].decode("utf-8", errors="replace"), parameters[1])
+        found["parameters"] = read_parameter_file(text_of(parameters[0], "replace"), parameters[1])
     if (shapes := content("shapes_file", "--tool-shapes")) is not None:
         from verne_post.config.tool_shapes import read_tool_shapes
 
@@ -380,7 +381,7 @@ def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkO
         from verne_post.config.part_setup import read_offsets
 
         shown = shown_name(one.measured)
-        measured = read_offsets(files.read(one.measured, "--measured-offset"), shown)
+        measured = read_offsets(files.read(one.measured, one.key), shown)
         for system in one.written.keys() & measured.keys():
             text = f"{shown} has this work offset too; give it once"
             if one.place:
