@@ -8,6 +8,7 @@ import io
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from typing import get_args
 
 from verne_post.app.assemble import assemble
 from verne_post.app.check import check_source
@@ -28,7 +29,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import COORDINATES
 from verne_post.model.verification import Verification
 from verne_post.output.setpoints import read_csv
-from verne_post.toolpath.work_offset import Proposal
+from verne_post.toolpath.work_offset import Aim, Proposal
 
 #: A program: its bytes, its text, or where its file is.
 Source = bytes | str | os.PathLike[str]
@@ -144,7 +145,7 @@ def verify(
 
 def fit(
     source: Source, machine: MachineLike, options: Options | None = None, free: str = COORDINATES,
-    ranges: Mapping[str, tuple[float, float]] | None = None, *, least_time: bool = False,
+    ranges: Mapping[str, tuple[float, float]] | None = None, *, aim: Aim = "move",
 ) -> Proposal:  # fmt: skip
     """Find a work offset with which the whole program is legal.
 
@@ -156,8 +157,8 @@ def fit(
         Letters of what may change: x, y, z (mm) and c (the part's turn).
     ranges : mapping, optional
         (low, high) by letter, mm and degrees.
-    least_time : bool
-        Minimise time instead of maximising the smallest margin.
+    aim : {"move", "margin", "time"}
+        The smallest move of the part that makes the program legal, none where it is; the largest margin; or the least time.
 
     Raises
     ------
@@ -165,7 +166,9 @@ def fit(
     """
     text, chosen = _program(source, options)
     allowed = check_ranges(free, {} if ranges is None else ranges)
-    return propose(text, _machine(machine), chosen, free, allowed, least_time=least_time)
+    if aim not in get_args(Aim):
+        raise UsageError("aim", f"{aim!r}: expected one of {', '.join(get_args(Aim))}")
+    return propose(text, _machine(machine), chosen, free, allowed, aim=aim)
 
 
 # --- arguments -----------------------------------------------------------------------------------------

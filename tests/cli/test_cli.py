@@ -686,7 +686,7 @@ HELP = {
         *PROGRAM_OPTIONS,
     ],
     "report": ["-o", "--static", "--override", "--keep-out", *PROGRAM_OPTIONS],
-    "fit": ["--free", "--range", "--minimise", "--json", "--keep-out", *PROGRAM_OPTIONS],
+    "fit": ["--free", "--range", "--minimise", "--maximise", "--json", "--keep-out", *PROGRAM_OPTIONS],
 }
 
 
