@@ -1,5 +1,7 @@
 """Numbers of explanations as text."""
 
+from collections.abc import Iterable
+
 from verne_post.base.arrays import Array
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
@@ -22,6 +24,11 @@ def degrees_text(angle: float | Array) -> str:
 def short_text(value: float, decimals: int = 6) -> str:
     """A number as a person would write it, without the last digits of the arithmetic."""
     return f"{clean(value, decimals):.{decimals}f}".rstrip("0").rstrip(".")
+
+
+def plain_list(values: Iterable[float], decimals: int = 6) -> str:
+    """Numbers as a person would write them, one after the other."""
+    return ", ".join(short_text(value, decimals) for value in values)
 
 
 def clean(value: float, decimals: int = 6) -> float:
