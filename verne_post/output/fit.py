@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from verne_post.base.numbers import fixed
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
@@ -139,9 +140,8 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
 
 def _number(value: float) -> str:
     """A number without trailing zeros; what the search found has been rounded, what was given is as it was given."""
-    text = f"{value:.{WRITTEN_DECIMALS}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
+    return fixed(value, WRITTEN_DECIMALS).rstrip("0").rstrip(".")
 
 
 def _margin(value: float) -> str:
-    return f"{value:.3f}" if np.isfinite(value) else "no reach"
+    return fixed(value, 3) if np.isfinite(value) else "no reach"
