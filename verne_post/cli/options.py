@@ -15,11 +15,10 @@ from msgspec import Struct
 
 from verne_post.base.numbers import is_count
 from verne_post.base.printable import printable
-from verne_post.base.text_marks import text_of
 from verne_post.base.type_words import alternatives, bare
 from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import INTEGER, NUMBER, numbers_of
-from verne_post.cli.setups import Offsets, Placed, place_options
+from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, place_options
 from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.option_checks import check_box, check_work_offsets, system_number
 from verne_post.model.options import OPTIONS, About, Group, Option, Options, about
@@ -74,6 +73,10 @@ FILES: Final = (
     FileOption("--settings", "settings", "FILE", "Settings file; default: the nearest verne-post.toml, from the current folder upwards.",
                Group.ADVANCED),
 )  # fmt: skip
+
+
+#: Name of an option that names a file -> how it is written.
+_FLAGS: Final = {one.name: one.flag for one in FILES}
 
 
 class _FolderName(_FileName):
@@ -287,33 +290,18 @@ def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
 
 def _from_files(files: RunFiles, given: dict[str, Any], named: dict[str, str]) -> dict[str, Any]:
     """Options that are read from files; ``named`` says which of them a set-up names, and where."""
-    found: dict[str, Any] = {}
+    if given.get("tool_length") is not None and given.get("tool_lengths") is not None:
+        raise click.UsageError("--tool-length and --tool-lengths exclude each other: the first holds for every tool")
+    contents = {
+        key: (files.read(path, named.get(name, _FLAGS[name])), shown_name(path))
+        for key, name in KEYS_OF_FILES.items()
+        if (path := given.get(name)) is not None
+    }
+    if not contents:
+        return {}
+    from verne_post.config.setup_values import values_of_files
 
-    def content(name: str, flag: str) -> tuple[bytes, str] | None:
-        path = given.get(name)
-        return None if path is None else (files.read(path, named.get(name, flag)), shown_name(path))
-
-    if (table := content("tool_table", "--tool-table")) is not None:
-        from verne_post.gcode.tools import read_tool_table
-
-        found["tools"] = read_tool_table(text_of(table[0], "replace"), table[1])
-    if (lengths := content("tool_lengths", "--tool-lengths")) is not None:
-        from verne_post.config.part_setup import read_lengths
-
-        if given.get("tool_length") is not None:
-            raise click.UsageError(
-                "--tool-length and --tool-lengths exclude each other: the first holds for every tool"
-            )
-        found["tools"] = read_lengths(*lengths, found.get("tools", {}))
-    if (parameters := content("parameter_file", "--parameters")) is not None:
-        from verne_post.gcode.parameter_file import read_parameter_file
-
-        found["parameters"] = read_parameter_file(text_of(parameters[0], "replace"), parameters[1])
-    if (shapes := content("shapes_file", "--tool-shapes")) is not None:
-        from verne_post.config.tool_shapes import read_tool_shapes
-
-        found["tool_shapes"] = read_tool_shapes(*shapes)
-    return found
+    return values_of_files(contents)
 
 
 def _bodies(values: dict[str, Any], settings: "Settings | None", placed: Placed) -> dict[str, Any]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 #: The value of --setup that leaves every set-up out.
 NONE: Final = "none"
 #: Key of a set-up that names a file -> where the command line's own file is.
-_FILES: Final = {
+KEYS_OF_FILES: Final = {
     "tool_table": "tool_table", "tool_lengths": "tool_lengths", "tool_shapes": "shapes_file", "parameters": "parameter_file",
 }  # fmt: skip
 
@@ -95,11 +95,14 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     keep_out: dict[str, BoxFile] = {}
     stock: BoxFile | None = None
     for setup in setups:
-        values = {**setup.options, **{_FILES[key]: path for key, path in setup.files.items() if key in _FILES}}
+        values = {
+            **setup.options,
+            **{KEYS_OF_FILES[key]: path for key, path in setup.files.items() if key in KEYS_OF_FILES},
+        }
         if any(key in values for key in TOOL_KEYS):
             below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
         below |= values
-        named |= {_FILES[key]: setup.place_of(key) for key in setup.files if key in _FILES}
+        named |= {KEYS_OF_FILES[key]: setup.place_of(key) for key in setup.files if key in KEYS_OF_FILES}
         offsets.append(
             Offsets(setup.wcs, setup.files.get("measured_offset"), setup.name, setup.place_of("measured_offset"))
         )

@@ -1,6 +1,6 @@
 """The facts of one conversion: the summary paragraph and `--meta` are made from them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from msgspec import Struct
@@ -44,7 +44,7 @@ class TimedEvent(Struct, frozen=True):
     event: Event
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Summary:
     """Facts of one conversion.
 
@@ -126,3 +126,7 @@ class Summary:
     shaped: Shaped | None = None
     placed_systems: frozenset[int] = frozenset()
     timed: tuple[TimedEvent, ...] = ()
+    describe: Callable[["Summary"], str] = field(kw_only=True)
+
+    def __repr__(self) -> str:
+        return self.describe(self).rstrip("\n")

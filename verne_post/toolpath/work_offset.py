@@ -170,6 +170,8 @@ class Proposal(Struct, frozen=True, eq=False):
         None where the program cannot run.
     largest : Fit
         The place with the largest smallest margin.
+    text : str
+        What ``fit`` says of it: what is printed.
     """
 
     system: int
@@ -180,6 +182,10 @@ class Proposal(Struct, frozen=True, eq=False):
     seconds_before: float | None
     seconds: float | None
     largest: Fit
+    text: str = ""
+
+    def __repr__(self) -> str:
+        return self.text or super().__repr__()
 
 
 class Search:
