@@ -4,7 +4,8 @@ A transcript is a block of kind ``console``: lines that begin with ``$ `` are co
 standard output and standard error. The blocks of a page run one after the other, in one folder that holds the samples and the
 machine files. ``$ cat NAME`` of a file that does not exist makes it, with the text below. A comment ``<!-- run: COMMAND -->``
 before a block is run too, unseen. A line ``...`` stands for lines that are left out, ``...`` inside a line for anything.
-``$PICTURES`` is the folder of the pictures. With ``--check`` nothing is written; the exit status says whether all pages are as
+``$PICTURES`` is the folder of the pictures. Numbers may differ in their last digits, but on a page that says
+"To the last digit, the transcripts of this page are those of SOFTWARE", where that is the software here. With ``--check`` nothing is written; the exit status says whether all pages are as
 committed.
 """
 
@@ -12,6 +13,7 @@ import contextlib
 import io
 import math
 import os
+import platform
 import re
 import shlex
 import shutil
@@ -20,6 +22,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from unittest import mock
 
@@ -30,6 +33,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"])
 #: Numbers of a transcript may differ so much: another processor, another last digit; a stale page is farther off.
 RELATIVE, ABSOLUTE = 1e-4, 0.005
+#: A page whose numbers are those of the software that it names, to the last digit.
+_EXACT = re.compile(r"(?<=^To the last digit, the transcripts of this page are those of `)[^`]*", re.MULTILINE)
 #: What the commands may use, beside the samples themselves.
 FOLDERS = ("gcode_samples", "machine_configs", "tests/reference")
 #: A command of verne-post that needs no shell: it is run in this process, which has loaded the modules.
@@ -65,8 +70,17 @@ def steps_of(text: str) -> Iterator[Step]:
             yield Step(command, end - len(printed), end, printed)
 
 
-def run_step(step: Step, folder: Path, pictures: Path) -> str:
-    """What a command prints in a folder; pictures of the docs go into one of their own."""
+def software() -> str:
+    """What equal bytes depend on, as a page names it."""
+    library = os.confstr("CS_GNU_LIBC_VERSION") if sys.platform == "linux" else platform.platform()
+    return f"numpy {version('numpy')}, scipy {version('scipy')}, {library}, {platform.machine()}"
+
+
+def run_step(step: Step, folder: Path, pictures: Path, exact: bool = False) -> str:
+    """What a command prints in a folder; pictures of the docs go into one of their own.
+
+    For equal bytes every command has a process of its own: in this one numpy may have been loaded with other kernels.
+    """
     made = re.fullmatch(r"cat (\S+)", step.command)
     if made and not (folder / made[1]).exists():
         (folder / made[1]).write_text(step.printed, encoding="utf-8")
@@ -76,7 +90,8 @@ def run_step(step: Step, folder: Path, pictures: Path) -> str:
         "VERNE_POST_CEILING": str(folder.parent), "NO_COLOR": "1",
     }  # fmt: skip
     with mock.patch.dict(os.environ, settings):
-        said = (_run_here if _PLAIN.fullmatch(step.command) else _run_in_shell)(step.command, folder)
+        in_here = _PLAIN.fullmatch(step.command) and not exact
+        said = (_run_here if in_here else _run_in_shell)(step.command, folder)
     return said if not said or said.endswith("\n") else said + "\n"
 
 
@@ -94,12 +109,17 @@ def _run_here(command: str, folder: Path) -> str:
     return raw.getvalue().decode("utf-8")
 
 
-def same_words(one: str, other: str) -> bool:
-    """Whether two lines say the same, but for the last digits of numbers and the width of columns; ``...`` stands for anything."""
+def same_words(one: str, other: str, exact: bool = False) -> bool:
+    """Whether two lines say the same; ``...`` stands for anything.
+
+    Without ``exact`` the last digits of numbers and the width of columns may differ.
+    """
     pieces = one.split("...")
     if len(pieces) > 1:
         pattern = ".*".join(re.escape(piece) for piece in pieces)
         return re.fullmatch(pattern, other) is not None
+    if exact:
+        return one == other
     words, others = (_WORDS.findall(line) for line in (one, other))
     return len(words) == len(others) and all(map(_same, words, others))
 
@@ -111,8 +131,8 @@ def _same(one: str, other: str) -> bool:
         return one == other
 
 
-def fill_in(printed: str, said: str) -> str | None:
-    """The printed text with the numbers of what was said, where the words are the same; None where they are not."""
+def fill_in(printed: str, said: str, exact: bool = False) -> str | None:
+    """The printed text, where it says the same as what was said; None where it does not."""
     lines, out, at, gap = said.splitlines(), list[str](), 0, False
     for line in printed.splitlines():
         if line.strip() == "...":
@@ -120,7 +140,7 @@ def fill_in(printed: str, said: str) -> str | None:
             out.append(line)
             continue
         places = range(at, len(lines)) if gap else range(at, min(at + 1, len(lines)))
-        found = next((k for k in places if same_words(line, lines[k])), None)
+        found = next((k for k in places if same_words(line, lines[k], exact)), None)
         if found is None:
             return None
         at, gap = found + 1, False
@@ -128,9 +148,9 @@ def fill_in(printed: str, said: str) -> str | None:
     return None if at < len(lines) and not gap else "".join(line + "\n" for line in out)
 
 
-def refresh(printed: str, said: str) -> str:
+def refresh(printed: str, said: str, exact: bool = False) -> str:
     """The text that a page should have: what was said, with what was left out left out again."""
-    kept = fill_in(printed, said)
+    kept = fill_in(printed, said, exact)
     if kept is not None:
         return kept
     blocks = [block.splitlines() for block in re.split(r"^\.\.\.\n", printed, flags=re.MULTILINE)]
@@ -158,6 +178,8 @@ def refresh(printed: str, said: str) -> str:
 def refresh_page(text: str, pictures: Path, only_compare: bool = False) -> tuple[str, list[str]]:
     """A page with what its commands print now, and what was wrong with it; its pictures are put into a folder."""
     wrong = []
+    named = _EXACT.search(text)
+    exact = named is not None and (named[0] == software() or not only_compare)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "here"
         for name in FOLDERS:
@@ -166,15 +188,15 @@ def refresh_page(text: str, pictures: Path, only_compare: bool = False) -> tuple
             shutil.copy(sample, folder)
         made, moved = text, 0
         for step in steps_of(text):
-            said = run_step(step, folder, pictures)
-            if step.is_hidden or fill_in(step.printed, said) is not None:
+            said = run_step(step, folder, pictures, exact)
+            if step.is_hidden or fill_in(step.printed, said, exact) is not None:
                 continue
             wrong.append(f"$ {step.command}\n{said}")
             if not only_compare:
-                new = refresh(step.printed, said)
+                new = refresh(step.printed, said, exact)
                 made = made[: step.begin + moved] + new + made[step.end + moved :]
                 moved += len(new) - len(step.printed)
-    return made, wrong
+    return made if only_compare else _EXACT.sub(software(), made), wrong
 
 
 def main(arguments: list[str]) -> int:

@@ -5,6 +5,7 @@ import inspect
 import math
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +70,99 @@ def test_the_mark_before_utf_8_means_nothing(tmp_path: Path) -> None:
     for source in ("\ufeff" + SHORT, b"\xef\xbb\xbf" + SHORT.encode(), tmp_path / "part.nc"):
         assert vp.check(source, "verne", OPTIONS).ok
     assert vp.verify("\ufeff" + rows, SHORT, "verne", OPTIONS).ok
+
+
+@pytest.fixture
+def part(tmp_path: Path) -> Path:
+    """A program with its set-up beside it, and what the set-up names."""
+    path = tmp_path / "part.nc"
+    path.write_text(SHORT.replace("\nG0", "\nT1 M6\nG43 H1\nG0"), encoding="utf-8")
+    (tmp_path / "tools.tbl").write_text("T1 P1 Z66 D6\n", encoding="utf-8")
+    (tmp_path / "part.nc.toml").write_text(
+        'tool_length = 80\ntolerance = 0.02\n[wcs]\nG54 = [1, 2, 60]\nG55 = [3, 4, 61]\n'
+        "[keep_out.vise]\nmin = [200, 200, 0]\nmax = [210, 210, 9]\n", encoding="utf-8",
+    )  # fmt: skip
+    return path
+
+
+def test_a_path_brings_its_set_up_as_on_the_command_line(part: Path, run: Callable[..., Any]) -> None:
+    answer = run(part, "-o", part.with_suffix(".csv"))
+    assert answer.code == 0, answer.err
+    result = vp.convert(part, "verne")
+    assert result.setpoints is not None
+    assert result.setpoints.to_csv() == part.with_suffix(".csv").read_text(encoding="utf-8")
+    assert result.summary is not None
+    taken = result.summary.options
+    assert (taken.tool_length, taken.tolerance, taken.setup_source) == (80, 0.02, "part.nc.toml")
+    assert [box.name for box in taken.keep_out] == ["vise"]
+    assert vp.check(part, "verne").ok
+    assert vp.verify(result.setpoints, part, "verne").ok
+    assert not vp.verify(result.setpoints, part, "verne", vp.Options(tool_length=80), setup="none").ok
+    assert "tool length 80 mm" in str(vp.explain(part, "verne", 5))
+    assert vp.fit(part, "verne").before.place.x == 1.0
+
+
+def test_options_of_the_caller_go_before_the_set_up(part: Path) -> None:
+    def taken(options: vp.Options | None = None, **more: Any) -> vp.Options:
+        result = vp.check(part, "verne", options, **more)
+        assert result.summary is not None, result
+        return result.summary.options
+
+    box = vp.Box("vise", (300, 300, 0), (310, 310, 9))
+    given = taken(vp.Options(tolerance=0.03, wcs={"G54": (5, 6, 62)}, keep_out=(box,)))
+    assert (given.tool_length, given.tolerance, given.keep_out) == (80, 0.03, (box,))
+    assert {system: offset.origin_mm for system, offset in given.wcs.items()} == {1: (5, 6, 62), 2: (3, 4, 61)}
+    with_table = vp.Options(tools={1: vp.Tool(1, 1, (0, 0, 70, 0, 0, 0, 0, 0, 0))})
+    assert taken(with_table).tool_length is None
+    none = taken(vp.Options(tool_length=70, wcs={"G54": (0, 0, 60)}), setup="none")
+    assert (none.tool_length, none.tolerance, none.setup_source, none.keep_out) == (70, None, "", ())
+    other = part.with_name("other.toml")
+    other.write_text('tool_table = "tools.tbl"\n[wcs]\nG54 = [0, 0, 60]\n', encoding="utf-8")
+    tools = taken(setup=other).tools
+    assert tools is not None
+    assert tools[1].offset[2] == 66
+    for_text = vp.check(part.read_text(encoding="utf-8"), "verne", setup=other).summary
+    assert for_text is not None
+    assert for_text.options.setup_source == "other.toml"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("tool_lenght = 80\n", "part.nc.toml: tool_lenght: this is no option"),
+        ('tool_table = "none.tbl"\n', "part.nc.toml: tool_table = "),
+        ('measured_offset = "wcs.csv"\n[wcs]\nG54 = [0, 0, 60]\n', "wcs.csv has this work offset too; give it once"),
+    ],
+)
+def test_a_bad_set_up_makes_a_result(part: Path, text: str, said: str) -> None:
+    (part.parent / "wcs.csv").write_text("system,x_mm,y_mm,z_mm\nG54,0,0,30\n", encoding="utf-8")
+    Path(f"{part}.toml").write_text(text, encoding="utf-8")
+    for result in (vp.convert(part, "verne"), vp.check(part, "verne")):
+        (item,) = result.findings
+        assert (item.code, result.exit_code) == ("VP503", 2)
+        assert said in item.message
+    with pytest.raises(vp.InputError, match=r"part\.nc\.toml"):
+        vp.explain(part, "verne", 3)
+    with pytest.raises(vp.UsageError, match="'beside', 'none' or a pathlib"):
+        vp.check(part, "verne", setup="nothing")  # type: ignore[arg-type]
+
+
+def test_what_is_printed_is_what_the_commands_say(
+    part: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(part.parent)
+    source = Path("part.nc")
+    said = run(source, "-o", "axes.csv").err
+    result = vp.convert(source, "verne")
+    assert f"{result.summary}\n" == said
+    assert repr(result.summary) == str(result.summary)
+    passes = vp.verify(Path("axes.csv"), source, "verne")
+    assert f"{passes}\n" == run("verify", "axes.csv", "--against", source).err
+    moved = vp.verify(Path("axes.csv"), source, "verne", vp.Options(wcs={"G54": (1, 2, 61)}))
+    wrong = run("verify", "axes.csv", "--against", source, "--wcs", "G54=1,2,61")
+    assert wrong.code == 1
+    assert f"{moved}\n" == wrong.err
+    assert f"{vp.fit(source, 'verne')}\n" == run("fit", source).out
 
 
 def test_a_name_of_a_file_is_not_taken_for_a_program(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,6 @@
 """The Python API: what the commands do, for programs that import verne_post.
 
-A program is given as bytes, as text, or as a path; a path brings the subprograms beside it, as on the command line. Bad input
+A program is given as bytes, as text, or as a path; a path brings the subprograms and the set-up beside it, as on the command line. Bad input
 becomes findings of the result, as on the command line; a call that means nothing raises UsageError.
 """
 
@@ -8,27 +8,35 @@ import io
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from typing import get_args
+
+from msgspec.structs import replace
 
 from verne_post.app.assemble import assemble
 from verne_post.app.check import check_source
 from verne_post.app.convert import convert_source
 from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
-from verne_post.app.result import Progress, Result, Setpoints, Sink
+from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.row_format import drives_of
-from verne_post.app.source_text import without_mark
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
+from verne_post.base.text_marks import without_mark
 from verne_post.config import load_machine
+from verne_post.config.setup_values import Setup, with_setup
 from verne_post.config.subprograms import subprograms_of
-from verne_post.model.findings import UsageError
+from verne_post.model.findings import InputError, UsageError
 from verne_post.model.machine import Machine
 from verne_post.model.option_checks import check_ranges
 from verne_post.model.options import Options
 from verne_post.model.part_setup import COORDINATES
+from verne_post.model.verdict import ExitStatus, status_of
 from verne_post.model.verification import Verification
+from verne_post.output.findings import text_line
+from verne_post.output.fit import text as fit_text
 from verne_post.output.setpoints import read_csv
-from verne_post.toolpath.work_offset import Proposal
+from verne_post.output.summary import verdict_line
+from verne_post.toolpath.work_offset import Aim, Proposal
 
 #: A program: its bytes, its text, or where its file is.
 Source = bytes | str | os.PathLike[str]
@@ -38,7 +46,7 @@ MachineLike = Machine | str | os.PathLike[str]
 
 def convert(
     source: Source, machine: MachineLike, options: Options | None = None, sink: Sink | None = None,
-    progress: Progress | None = None,
+    progress: Progress | None = None, *, setup: Setup = "beside",
 ) -> Result:  # fmt: skip
     """Convert a program to verified setpoints.
 
@@ -48,11 +56,15 @@ def convert(
         G-code. A ``str`` is the text of a program, never the name of a file.
     machine : Machine, str or path
     options : Options, optional
+        What is not as by default goes before the set-up.
     sink : callable, optional
         Takes blocks of rows (:class:`~verne_post.model.setpoints.SetpointBlock`) as they are made; discard them unless the
         result is ok. Without a sink the rows are collected in ``Result.setpoints``.
     progress : callable, optional
         Called with (stage, done, total).
+    setup : {"beside", "none"} or path
+        The set-up of the program: ``part.nc.toml`` beside a path ``part.nc``, where there is one, as the commands read it;
+        none; or another file. Settings files are read by the commands alone.
 
     Returns
     -------
@@ -73,15 +85,19 @@ def convert(
     >>> result.ok, len(result.setpoints) > 1000
     (True, True)
     """
-    text, chosen = _program(source, options)
     _callable(sink, "sink")
     _callable(progress, "progress")
+    try:
+        text, chosen = _program(source, options, setup)
+    except InputError as error:
+        return refused(error)
     return convert_source(text, _machine(machine), chosen, sink, progress)
 
 
 def check(
-    source: Source, machine: MachineLike, options: Options | None = None, progress: Progress | None = None
-) -> Result:
+    source: Source, machine: MachineLike, options: Options | None = None, progress: Progress | None = None, *,
+    setup: Setup = "beside",
+) -> Result:  # fmt: skip
     """Check a program against every limit, without making setpoints; arguments and result as of :func:`convert`.
 
     Examples
@@ -92,12 +108,17 @@ def check(
     >>> result.ok, result.findings[0].code
     (False, 'VP101')
     """
-    text, chosen = _program(source, options)
     _callable(progress, "progress")
+    try:
+        text, chosen = _program(source, options, setup)
+    except InputError as error:
+        return refused(error)
     return check_source(text, _machine(machine), chosen, progress)
 
 
-def explain(source: Source, machine: MachineLike, line: int, options: Options | None = None) -> Explanation:
+def explain(
+    source: Source, machine: MachineLike, line: int, options: Options | None = None, *, setup: Setup = "beside"
+) -> Explanation:
     """Explain one source line: words, pose, findings with what would make the line legal, and every solution of the machine.
 
     Raises
@@ -107,22 +128,23 @@ def explain(source: Source, machine: MachineLike, line: int, options: Options | 
     UsageError
         The line has no motion; names the nearest lines that have.
     """
-    text, chosen = _program(source, options)
+    text, chosen = _program(source, options, setup)
     if isinstance(line, bool) or not isinstance(line, int):
         raise UsageError("line", f"{line!r}: expected the number of a source line")
     return explain_source(text, _machine(machine), chosen, line)
 
 
 def verify(
-    setpoints: Setpoints | Source, source: Source, machine: MachineLike, options: Options | None = None
-) -> Verification:
+    setpoints: Setpoints | Source, source: Source, machine: MachineLike, options: Options | None = None, *,
+    setup: Setup = "beside",
+) -> Verification:  # fmt: skip
     """Verify setpoints as written (CSV) against the program that they were made from.
 
     Parameters
     ----------
     setpoints : Setpoints, bytes, str or path
         What :func:`convert` returned, or the text or file of a setpoint CSV.
-    source, machine, options
+    source, machine, options, setup
         As they were converted with.
 
     Raises
@@ -135,51 +157,61 @@ def verify(
         stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
     except UnicodeDecodeError as error:
         raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
-    text, chosen = _program(source, options)
+    text, chosen = _program(source, options, setup)
     loaded = _machine(machine)
     program = assemble(text, loaded, chosen)
     drives = drives_of(loaded, chosen)
-    return verify_setpoints(program, read_csv(stream, "setpoints", loaded.columns, program.cycle, drives))
+    name = str(setpoints) if isinstance(setpoints, os.PathLike) else "setpoints"
+    verdict = verify_setpoints(program, read_csv(stream, name, loaded.columns, program.cycle, drives))
+    passes = status_of(verdict.findings) == ExitStatus.CLEAN
+    lines = [text_line(chosen.source_name, item) for item in verdict.findings]
+    verdict.text = "\n".join([*lines, verdict_line(name, verdict, loaded, passes=passes)])
+    return verdict
 
 
 def fit(
     source: Source, machine: MachineLike, options: Options | None = None, free: str = COORDINATES,
-    ranges: Mapping[str, tuple[float, float]] | None = None, *, least_time: bool = False,
+    ranges: Mapping[str, tuple[float, float]] | None = None, *, aim: Aim = "move", setup: Setup = "beside",
 ) -> Proposal:  # fmt: skip
     """Find a work offset with which the whole program is legal.
 
     Parameters
     ----------
-    source, machine, options
+    source, machine, options, setup
         As for :func:`convert`; ``wcs`` says where the part is now.
     free : str
         Letters of what may change: x, y, z (mm) and c (the part's turn).
     ranges : mapping, optional
         (low, high) by letter, mm and degrees.
-    least_time : bool
-        Minimise time instead of maximising the smallest margin.
+    aim : {"move", "margin", "time"}
+        The smallest move of the part that makes the program legal, none where it is; the largest margin; or the least time.
 
     Raises
     ------
     InputError
     """
-    text, chosen = _program(source, options)
+    text, chosen = _program(source, options, setup)
     allowed = check_ranges(free, {} if ranges is None else ranges)
-    return propose(text, _machine(machine), chosen, free, allowed, least_time=least_time)
+    if aim not in get_args(Aim):
+        raise UsageError("aim", f"{aim!r}: expected one of {', '.join(get_args(Aim))}")
+    loaded = _machine(machine)
+    found = propose(text, loaded, chosen, free, allowed, aim=aim)
+    return replace(found, text=fit_text(chosen.source_name, loaded, found).rstrip("\n"))
 
 
 # --- arguments -----------------------------------------------------------------------------------------
 
 
-def _program(source: Source, options: Options | None) -> tuple[Text, Options]:
-    """The text of a program, and its options; a path brings its subprograms."""
+def _program(source: Source, options: Options | None, setup: Setup) -> tuple[Text, Options]:
+    """The text of a program, and its options; a path brings its subprograms and its set-up."""
     if options is not None and not isinstance(options, Options):
         raise UsageError("options", f"expected Options, got {type(options).__name__}")
     chosen = options or Options()
     text = _read(source, "source")
-    if not isinstance(source, os.PathLike):
+    path = Path(source) if isinstance(source, os.PathLike) else None
+    chosen = with_setup(chosen, path, setup)
+    if path is None:
         return text, chosen
-    path = Path(source)
     found = subprograms_of(text, path.resolve().parent, (), lambda file, _name: file.read_bytes())
     return text, chosen.changed(subroutines={**found, **chosen.subroutines}, source_name=str(path))
 

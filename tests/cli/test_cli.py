@@ -686,7 +686,7 @@ HELP = {
         *PROGRAM_OPTIONS,
     ],
     "report": ["-o", "--static", "--override", "--keep-out", *PROGRAM_OPTIONS],
-    "fit": ["--free", "--range", "--minimise", "--json", "--keep-out", *PROGRAM_OPTIONS],
+    "fit": ["--free", "--range", "--minimise", "--maximise", "--json", "--keep-out", *PROGRAM_OPTIONS],
 }
 
 
@@ -999,3 +999,15 @@ def test_an_offset_that_does_not_hold_is_named(tmp_path: Path, run: Callable[...
         run("convert", path, "--tool-length", 60, "--wcs", "G54=1,2,3", "-o", tmp_path / "o.csv").err.split()
     )
     assert "G54 at (0, 0, 50) mm on the table (the program sets it: --wcs does not hold)" in said
+
+
+def test_no_text_for_people_has_a_minus_zero(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """The start, below its last decimal, and a table that turns against the programmed sense."""
+    program = tmp_path / "p.nc"
+    program.write_text("G21 G90\nG0 X0 Y-0.00002 Z60 A-0.00002 C-0.00002\nG1 X9 F900\nM2\n", encoding="utf-8")
+    words = ("--tool-length", 70, "--wcs", "G54=0,0,40", "--machine", "serial")
+    for command in (["convert", program, "-o", tmp_path / "a.csv"], ["explain", f"{program}:3"], ["fit", program]):
+        answer = run(*command, *words)
+        assert answer.code == 0, answer.err
+        assert not re.search(r"-0(\.0*)?(?![.\d])", answer.out + answer.err), command
+    assert "a_deg 0.0000, c_deg 0.0000" in " ".join(run(program, "-o", tmp_path / "b.csv", *words).err.split())

@@ -62,7 +62,7 @@ def test_the_block_in_the_program_does_the_same(
         text.replace("machine_zero = [0.0, 0.0, 550.0]", "machine_zero = [3.0, -4.0, 540.0]"), encoding="utf-8"
     )
     place = ("--tool-length", 70, "--machine", machine)
-    found = told(run("fit", tilted, *place, "--wcs", "G54=5,5,40", "--json"))
+    found = told(run("fit", tilted, *place, "--wcs", "G54=5,5,40", "--maximise", "margin", "--json"))
     assert abs(float(found["wcs"].split(",")[-1])) > 1  # the part is turned, or the test says little
     by_option = run("dump", "joints", tilted, *place, "--smoothing", "off", "--wcs", found["wcs"]).out.splitlines()
     with_block = tmp_path / "block.nc"
@@ -85,7 +85,7 @@ def test_the_margin_is_larger_than_anywhere_near(tilted: Path) -> None:
     """Against a plain scan of places around and far from the proposal, by judging margins on dense points."""
     machine = verne_post.load_machine()
     options = Options(tool_length=70.0, wcs={1: WorkOffset((5.0, 5.0, 40.0))})
-    found = propose(TILTED.encode(), machine, options, "xy")
+    found = propose(TILTED.encode(), machine, options, "xy", aim="margin")
     assert found.after.smallest > found.before.smallest
     margins, _names = margin_functions(machine)
     best = found.after.place
@@ -105,12 +105,26 @@ def test_the_margin_is_larger_than_anywhere_near(tilted: Path) -> None:
 
 
 def test_the_same_program_has_the_same_fit(tilted: Path, run: Callable[..., Any]) -> None:
-    place = ("fit", tilted, "--tool-length", 70, "--wcs", "G54=5,5,40")
+    place = ("fit", tilted, "--tool-length", 70, "--wcs", "G54=5,5,40", "--maximise", "margin")
     assert run(*place).out == run(*place).out
 
 
 def test_what_is_not_free_stays(tilted: Path, run: Callable[..., Any]) -> None:
-    found = told(run("fit", tilted, "--tool-length", 70, "--wcs", "G54=5,-6,40,12", "--free", "y", "--json"))
+    found = told(
+        run(
+            "fit",
+            tilted,
+            "--tool-length",
+            70,
+            "--wcs",
+            "G54=5,-6,40,12",
+            "--free",
+            "y",
+            "--maximise",
+            "margin",
+            "--json",
+        )
+    )
     x, y, z, c = (float(value) for value in found["wcs"].partition("=")[2].split(","))
     assert (x, z, c) == (5.0, 40.0, 12.0)
     assert y != -6.0
@@ -118,6 +132,57 @@ def test_what_is_not_free_stays(tilted: Path, run: Callable[..., Any]) -> None:
     x, y, z, c = (float(value) for value in found["wcs"].partition("=")[2].split(","))
     assert 7 <= x <= 9
     assert -5 <= c <= 5
+
+
+def test_the_smallest_move_is_legal_and_none_near_the_start_is(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """Shifts that are a tenth smaller are all refused: against checks of the whole program in twelve directions."""
+    answer = run("fit", *TRAVEL, "--wcs", "G54=0,0,420", "--json")
+    found = told(answer)
+    shift, turn = np.array(found["moved"][:3]), found["moved"][3]
+    assert turn == 0.0
+    assert (np.round(shift, 1) == shift).all()
+    assert run("check", *TRAVEL, "--wcs", found["wcs"]).code == 0
+    assert 15.0 < np.linalg.norm(shift) < 25.0
+    machine = verne_post.load_machine()
+    rng = np.random.default_rng(3)
+    ways = rng.normal(size=(12, 3))
+    ways[0] = shift
+    for way in ways:
+        x, y, z = np.array([0.0, 0.0, 420.0]) + 0.9 * np.linalg.norm(shift) * way / np.linalg.norm(way)
+        assert not verne_post.check(TRAVEL[0], machine, Options(tool_length=50.0, wcs={1: WorkOffset((x, y, z))})).ok
+
+
+def test_what_it_says_of_the_largest_margin_is_what_it_finds_when_asked(run: Callable[..., Any]) -> None:
+    wcs = ("--wcs", "G54=0,0,420")
+    by_move = told(run("fit", *TRAVEL, *wcs, "--json"))
+    by_margin = told(run("fit", *TRAVEL, *wcs, "--maximise", "margin", "--json"))
+    assert by_margin["wcs"] == by_move["largest_margin"]["wcs"] != by_move["wcs"]
+    assert by_margin["moved"] == by_move["largest_margin"]["moved"]
+    assert min(item["after"] for item in by_margin["margins"]) == by_move["largest_margin"]["margin"] > 0.6
+    said = run("fit", *TRAVEL, *wcs).out
+    assert re.search(r"fits if the part is moved by \S+, \S+, \S+ mm, the smallest move found:\n  --wcs G54=", said)
+    assert (
+        "The largest margin, 0.677, is with the part moved by 45.969, 42.802, -406.172 mm, turned by 45.935 deg" in said
+    )
+
+
+def test_a_part_that_may_stay_stays(tilted: Path, run: Callable[..., Any]) -> None:
+    answer = run("fit", tilted, "--tool-length", 70, "--wcs", "G54=5,5,40")
+    assert "fits where the part is:\n  --wcs G54=5,5,40,0" in answer.out
+    assert "(--maximise margin)" in answer.out
+    outside = told(run("fit", tilted, "--tool-length", 70, "--wcs", "G54=5,5,40", "--range", "x=7,9", "--json"))
+    assert outside["moved"] == [2.0, 0.0, 0.0, 0.0]
+
+
+def test_a_part_is_turned_where_no_shift_will_do(tmp_path: Path, run: Callable[..., Any]) -> None:
+    program = tmp_path / "p.nc"
+    program.write_text("G21 G90\nG0 X0 Y0 Z60 A0 C250\nG1 X9 A30 F900\nM2\n", encoding="utf-8")
+    text = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_text(encoding="utf-8")
+    machine = tmp_path / "m.toml"
+    machine.write_text(text.replace("# c_deg absent: unlimited", "c_deg = [-200.0, 200.0]"), encoding="utf-8")
+    found = told(run("fit", program, "--tool-length", 70, "--machine", machine, "--wcs", "G54=0,0,60", "--json"))
+    assert found["moved"][:3] == [0.0, 0.0, 0.0]
+    assert found["moved"][3] == pytest.approx(50.0, abs=0.1)
 
 
 def test_least_time_is_no_longer(tmp_path: Path, run: Callable[..., Any]) -> None:
@@ -139,7 +204,7 @@ def test_a_dry_run_is_fitted_where_it_is_lifted(tmp_path: Path, run: Callable[..
     words = ("--tool-length", "80", "--wcs", "G54=10,-20,30,15", "--range", "z=0,500")
     found = []
     for more in ((), ("--air", "500", "--air-along", "table")):
-        answer = run("fit", path, *words, *more)
+        answer = run("fit", path, *words, *more, "--maximise", "margin")
         assert answer.code == 0, answer.out
         found += re.findall(r"^  --wcs (\S+)", answer.out, re.MULTILINE)
     assert found[0] != found[1]
@@ -213,6 +278,7 @@ def test_a_range_without_the_present_offset_holds(tilted: Path, run: Callable[..
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        (("--minimise", "time", "--maximise", "margin"), "exclude each other"),
         (("--free", "xq"), "expected some of the letters x, y, z, c"),
         (("--free", ""), "expected some of the letters"),
         (("--range", "x=3"), "expected low and high of x, got 1 numbers"),

@@ -22,10 +22,14 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         (("p.nc", "--tool-length", 60, "--wcs", "G54=0,0"), "expected x,y,z or x,y,z,c, got 2 numbers"),
         # 4: a machine that is not there
         (("p.nc", *PLACE, "--machine", "vern"), "machines by name: linear_delta, serial, verne"),
+        (("p.nc", *PLACE, "--machine", "VERNE.toml"), "; did you mean verne?"),
         # 5: a misspelt option, a misspelt command
         (("p.nc", "--tool-lenght", 60), "--tool-lenght"),
         (("chek", "p.nc"), "no such file, and no command; did you mean check?"),
+        (("--machine", "serial", "chek", "p.nc"), "chek: no such file, and no command; did you mean check?"),
         (("--tool-length", "60", "check", "p.nc"), "check comes first: verne-post check --tool-length 60 p.nc"),
+        (("--exit-zero", "check", "p.nc"), "check comes first: verne-post check --exit-zero p.nc"),
+        (("--machin", "serial", "p.nc"), "--machine"),
         # 6: output that cannot be, or would destroy something
         (("p.nc", *PLACE, "-o", "no/axes.csv"), "the folder does not exist"),
         (("p.nc", *PLACE, "-o", "p.nc"), "this is the file of INPUT; choose another name"),
@@ -58,6 +62,22 @@ def test_likely_mistakes(
     if words[0] != "check":
         assert answer.out == ""
     assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    "option", [["--machine", "serial"], ["-o", "check"], ["--meta", "report"], ["--events", "fit.csv"]]
+)
+def test_options_may_stand_before_the_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any], option: list[str]
+) -> None:
+    """Also options that nearly read as a command, and values that do."""
+    monkeypatch.chdir(tmp_path)
+    Path("p.nc").write_text(GOOD)
+    first = run(*option, "p.nc", *PLACE)
+    assert first.code == 0, first.err
+    assert first.out == run("p.nc", *PLACE, *option).out
+    Path("report").write_text(GOOD)
+    assert run("report", "--help").out.startswith("Usage: verne-post report")
 
 
 def test_without_arguments_the_help_is_shown(run: Callable[..., Any]) -> None:

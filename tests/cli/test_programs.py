@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -248,20 +249,32 @@ def test_the_hook_runs_what_exists() -> None:
     }
 
 
-def test_completion_knows_commands_and_choices() -> None:
-    def completed(words: str, at: int) -> str:
-        environment = {
-            **os.environ,
-            "COMP_WORDS": words,
-            "COMP_CWORD": str(at),
-            "_VERNE_POST_COMPLETE": "bash_complete",
-        }
-        command = [
-            sys.executable,
-            "-c",
-            "import sys; sys.argv[0] = 'verne-post'; from verne_post.cli.main import run; run()",
-        ]
-        return subprocess.run(command, env=environment, capture_output=True, text=True, check=False).stdout
+def completed(*words: str) -> list[str]:
+    """What bash is offered for the last word, as lines of kind and value."""
+    environment = {
+        **os.environ,
+        "COMP_WORDS": shlex.join(["verne-post", *words[:-1]]) + " " + words[-1],
+        "COMP_CWORD": str(len(words)),
+        "_VERNE_POST_COMPLETE": "bash_complete",
+    }
+    command = [
+        sys.executable,
+        "-c",
+        "import sys; sys.argv[0] = 'verne-post'; from verne_post.cli.main import run; run()",
+    ]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert not done.stderr
+    return done.stdout.splitlines()
 
-    assert completed("verne-post ch", 1) == "plain,check\n"
-    assert "plain,fanuc" in completed("verne-post check --dialect fa", 3)
+
+def test_completion_knows_commands_choices_machines_and_files() -> None:
+    """A program may stand where a command does, and options before it."""
+    assert completed("ch") == ["file,ch", "plain,check"]
+    assert "plain,fanuc" in completed("check", "--dialect", "fa")
+    names = ["file,", "plain,linear_delta", "plain,serial", "plain,verne"]
+    for words in (["--machine"], ["check", "--machine"], ["part.nc", "--machine"], ["machine", "show"]):
+        assert completed(*words, "") == names, words
+    assert completed("check", "--machine", "se") == ["file,se", "plain,serial"]
+    assert completed("--machine", "serial", "pa") == ["file,pa"]
+    assert "plain,--tool-length" in completed("--tool")
+    assert completed("explain", "pa") == ["file,pa"]

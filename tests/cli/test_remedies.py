@@ -2,11 +2,11 @@
 
 import math
 import re
-import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
@@ -23,9 +23,13 @@ SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
 def test_the_proposed_offset_makes_the_program_legal(sample: str, given: list[str], run: Callable[..., Any]) -> None:
     before = run("check", SAMPLES / sample, "--setup", "none", *given)
     assert before.code == 1
-    proposed = set(re.findall(r'= tried: .*?(--wcs "[^"]+") makes the program legal', before.out))
+    proposed = set(re.findall(r"= tried: .*?legal if the part is moved by (.*) mm \(then (G54 = .*)\)", before.out))
     assert len(proposed) == 1, before.out
-    place = shlex.split(proposed.pop())
+    moved, then = proposed.pop()
+    now = [float(word) for word in given[-1].partition("=")[2].split(",")] if "--wcs" in given else [0.0, 0.0, 0.0]
+    ends = [float(word) for word in then.partition("=")[2].split(",")]
+    assert [float(word) for word in moved.split(",")] == pytest.approx(np.subtract(ends, now).tolist(), abs=1e-6)
+    place = ["--wcs", then]
     kept = given[:2]  # the tool length
     assert run("check", SAMPLES / sample, "--setup", "none", *kept, *place).code == 0
 
@@ -37,7 +41,7 @@ def test_a_dry_run_needs_less_of_a_lift(tmp_path: Path, run: Callable[..., Any])
     moved = {}
     for air in (0, 5):
         said = run("explain", f"{program}:4", "--tool-length", 80, "--wcs", "G54=0,0,50", "--air", air).out
-        found = re.search(r"the part moved by \([^)]*, \+([0-9.]+)\) mm", said)
+        found = re.search(r"the part moved by [^)]*, ([0-9.]+) mm \(then G54 = ", said)
         assert found, said
         moved[air] = float(found[1])
         assert f"tip over the table face              {air - 10:.6f} mm" in said
@@ -111,4 +115,4 @@ def test_a_missing_offset_is_said_first_and_named_in_the_remedy(run: Callable[..
     answer = run("convert", SAMPLES / "two_faces.nc", "--setup", "none", "--tool-length", "80")
     assert answer.code == 1
     assert "VP033" in answer.err.splitlines()[0]
-    assert "tried: no work offset was given: --wcs" in answer.err
+    assert "tried: no work offset was given; legal if the part is moved by" in answer.err

@@ -115,7 +115,11 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
             "[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ndistance_mm = 1e6",
             "keep_out.vise.distance_mm = 1000000.0",
         ),
-        ('tool_table = "none.tbl"', "none.tbl: No such file or directory"),
+        ('tool_table = "none.tbl"', "part.nc.toml: tool_table = none.tbl: No such file or directory"),
+        ('tool_lengths = "none.csv"', "part.nc.toml: tool_lengths = none.csv: No such file or directory"),
+        ('tool_shapes = "none.toml"', "part.nc.toml: tool_shapes = none.toml: No such file or directory"),
+        ('parameters = "none.var"', "part.nc.toml: parameters = none.var: No such file or directory"),
+        ('measured_offset = "none.csv"', "part.nc.toml: measured_offset = none.csv: No such file or directory"),
         ("[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 0]", "keep_out.vise"),
     ],
 )
@@ -125,6 +129,45 @@ def test_mistakes_name_the_file_and_the_key(folder: Path, run: Callable[..., Any
     assert answer.code == 2
     assert said in answer.err
     assert not Path("axes.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('[setup."*.nc"]\ntool_table = "none.tbl"', "verne-post.toml, setup.'*.nc': tool_table = "),
+        ('[check]\nbaseline = "none.json"', "settings: check.baseline = "),
+        ('machine = "serail"', "settings: machine = 'serail': No such file or directory"),
+    ],
+)
+def test_a_file_that_the_settings_name_and_nobody_has_is_named_with_its_key(
+    folder: Path, run: Callable[..., Any], text: str, said: str
+) -> None:
+    Path("verne-post.toml").write_text(text + "\n", encoding="utf-8")
+    answer = run("check", "part.nc")
+    assert answer.code == 2
+    assert said in answer.err + answer.out
+    assert "No such file or directory" in answer.err + answer.out
+
+
+def test_files_may_begin_with_the_mark_that_editors_write(folder: Path, run: Callable[..., Any]) -> None:
+    """A set-up, settings, a machine and what they name: as without the mark."""
+    shipped = Path(__file__).resolve().parents[2] / "machine_configs" / "verne.toml"
+    Path("part.nc").write_text(PROGRAM.replace(" G49", "").replace("G0 X0", "T1 M6\nG43 H1\nG0 X0"), encoding="utf-8")
+    texts = {
+        "verne-post.toml": 'machine = "mine.toml"\n',
+        "mine.toml": shipped.read_text(encoding="utf-8"),
+        "part.nc.toml": 'tool_table = "tools.tbl"\ntool_shapes = "shapes.toml"\nmeasured_offset = "wcs.csv"\n',
+        "tools.tbl": "T1 P1 Z66 D6\n",
+        "shapes.toml": "[tool.1]\ncutter = { diameter = 6, length = 20 }\n",
+        "wcs.csv": "system,x_mm,y_mm,z_mm\nG54,0,0,30\n",
+    }
+    for encoding in ("utf-8", "utf-8-sig"):
+        for name, text in texts.items():
+            Path(name).write_text(text, encoding=encoding)
+        taken = options_of(run)
+        assert (taken["tools"], taken["wcs"]) == ({"1": [66, 6]}, {"G54": [0, 0, 30, 0]})
+    Path("part.nc.toml").write_text(texts["part.nc.toml"], encoding="utf-16")
+    assert "part.nc.toml: not a TOML file: text in UTF-16; save it as UTF-8" in run("check", "part.nc").out
 
 
 def test_every_mistake_is_told_at_once(folder: Path, run: Callable[..., Any]) -> None:

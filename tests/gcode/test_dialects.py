@@ -187,6 +187,22 @@ def rotated(point, i, j, k, origin):
     return [a + b for a, b in zip(turned, origin, strict=True)]
 
 
+@pytest.mark.parametrize("line", ["(a (b) c)", "(a (b) X50)", "(3 (4) mm)"])
+def test_fanuc_names_the_parenthesis_that_ends_a_nested_comment(view, line):
+    """Read on, its words would be those of the block, or a mistake in a word that nobody wrote."""
+
+    def mistake(line):
+        return view(f"G21 G90\n{line}\nM30\n", dialect="fanuc")[1][0]
+
+    found = mistake(line)
+    assert (found.code, found.line, found.column > 6) == ("VP001", 2, True)
+    assert found.message.startswith(
+        "the comment that begins in column 1 ends at the ')' of column 6, because comments do not nest"
+    )
+    assert mistake("X1 (a b)) Y2").message == "')' without a comment that it would end"
+    assert mistake("(a (b)) X1 X2").message == "X stands twice in the block"
+
+
 @pytest.mark.parametrize("angles", [(0, 25, 0), (30, 20, -40), (90, 15, 10)])
 def test_a_tilted_plane_gives_the_setpoints_of_its_vector_twin(machine, angles):
     i, j, k = angles

@@ -188,9 +188,20 @@ def test_it_names_the_dialect_that_reads_the_text(view):
     assert "--dialect aptcl" in item.message
 
 
+@pytest.mark.parametrize("text", [
+    "Hello dear reader\nthis is a letter, of 3 pages.\nBye", "import os\n\nprint(os.stat)\n", "x,y,z\n1.0,2.0,3.0\n4.0,5.0,6.0\n",
+    "Teil 12, Werkzeug: Schaftfräser\nNullpunkt oben links\n",
+])  # fmt: skip
+@pytest.mark.parametrize("dialect", ["auto", "rs274", "fanuc", "siemens", "heidenhain", "aptcl"])
+def test_a_text_of_no_language_is_one_finding(view, text, dialect):
+    (item,) = view(text, dialect=dialect)[1]
+    assert (item.code, item.line) == ("VP032", 1)
+    assert text.splitlines()[0][:20] in item.message
+
+
 @pytest.mark.parametrize("program", [
     "G0 X1 P5\n(TRAORI)\nM2", "G0 X1 P5\nM0 ; GOTO/0,0\nM2", "(#RTCP ON)\nG0 Q5\nM2", "o1 if [1]\nG0 Q1\no1 endif\nM2", "M140 P1\nM2",
-    "#1=5\nG0 X#1 Q2\nM2", "G0 X1\n\x01\nM2",
+    "#1=5\nG0 X#1 Q2\nM2", "G1 X1,5 F100\nX2,5\nX3,5\nM2", "X\nM2", "G1 X 5mm\nY 5mm\nM2", "G0 X1\n\x01\nM2",
 ])  # fmt: skip
 def test_a_mistake_in_a_program_of_the_language_is_shown(view, program):
     (item,) = view(program, dialect="rs274")[1]

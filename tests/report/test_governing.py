@@ -1,6 +1,7 @@
 """Which limit governs and what it costs, the spectrum, the modal state and the set-up sheet: each by a route of its own."""
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -157,10 +158,12 @@ def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:
         study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 A99 F600\nM2\n"),
     )
     warned = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F600\nM2\n", wcs={})
-    for seen, word in ((good, "Go"), (warned, "Go, with warnings"), (bad, "No go")):
+    measured = replace(MACHINE, provenance={**MACHINE.provenance, "limits": "measured"})
+    for seen, word, assumed in ((good, "Go", True), (warned, "Go, with warnings", True), (bad, "No go", False)):
         text = re.sub("<[^>]*>", "|", verdict_html(MACHINE, seen))
-        assert text.startswith(f"|{word}|")
+        assert text.startswith(f"|{word}{', on assumed limits' * assumed}|")
         assert "spindle, table, limits" in text
+        assert re.sub("<[^>]*>", "|", verdict_html(measured, seen)).startswith(f"|{word}|")
     assert f"{good.x[-1]:.3f} s" in verdict_html(MACHINE, good)
     assert "1 error, " in verdict_html(MACHINE, bad)
 

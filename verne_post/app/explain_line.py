@@ -5,10 +5,11 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.app.explain_numbers import clean, degrees_text, joint_text, mm_text, short_text
+from verne_post.app.explain_numbers import degrees_text, joint_text, mm_text, short_text
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution
 from verne_post.app.line_remedies import Line, proposals
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import fixed
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
@@ -141,7 +142,7 @@ def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> 
     gauge = machine.five_axis.platform_gauge(tip, angles, tool)
     yield f"  tip on the table     {mm_text(tip)}"
     yield (f"  tool axis            k = (sin A sin C, sin A cos C, cos A) = "
-           f"({', '.join(f'{clean(value):.6f}' for value in axis)})")  # fmt: skip
+           f"({', '.join(fixed(value, 6) for value in axis)})")  # fmt: skip
     yield (f"  nominal angles       A {degrees_text(angles[0])} deg, C {degrees_text(angles[1])} deg "
            "(workpiece sense)")  # fmt: skip
     yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {mm_text(gauge)}"

@@ -1,6 +1,9 @@
 """Numbers of explanations as text."""
 
+from collections.abc import Iterable
+
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import fixed
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 
@@ -8,22 +11,22 @@ from verne_post.model.machine import Machine
 def joint_text(machine: Machine, k: int, value: float, decimals: int = 6) -> str:
     column = machine.columns[k]
     unit = " deg" if column.unit == "deg" else ""
-    return f"{column.joint} {clean(value * column.factor, decimals):.{decimals}f}{unit}"
+    return f"{column.joint} {fixed(value * column.factor, decimals)}{unit}"
 
 
 def mm_text(point: Array) -> str:
-    return f"({', '.join(f'{clean(value):.6f}' for value in point)}) mm"
+    return f"({', '.join(f'{fixed(value, 6)}' for value in point)}) mm"
 
 
 def degrees_text(angle: float | Array) -> str:
-    return f"{clean(DEG_PER_RAD * float(angle)):.6f}"
+    return fixed(DEG_PER_RAD * float(angle), 6)
 
 
 def short_text(value: float, decimals: int = 6) -> str:
     """A number as a person would write it, without the last digits of the arithmetic."""
-    return f"{clean(value, decimals):.{decimals}f}".rstrip("0").rstrip(".")
+    return fixed(value, decimals).rstrip("0").rstrip(".")
 
 
-def clean(value: float, decimals: int = 6) -> float:
-    """Rounded, and never minus zero."""
-    return round(float(value), decimals) + 0.0
+def plain_list(values: Iterable[float], decimals: int = 6) -> str:
+    """Numbers as a person would write them, one after the other."""
+    return ", ".join(short_text(value, decimals) for value in values)

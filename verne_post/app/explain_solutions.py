@@ -5,8 +5,9 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.app.explain_numbers import clean, degrees_text, joint_text, mm_text
+from verne_post.app.explain_numbers import degrees_text, joint_text, mm_text
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import fixed
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -35,15 +36,15 @@ def explain_table_solution(
     yield f"  platform             P {mm_text(platform.position)}, platform tilt alpha {degrees_text(float(platform.alpha))} deg"
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         margin = abs(column.factor) * float(min(value - low, high - value))
-        margin_text = f"margin to its travel {margin:.6f} {column.unit}" if np.isfinite(margin) else "unlimited"
-        yield f"  {column.header:<20} {clean(value * column.factor):.6f}   {margin_text}"
+        margin_text = f"margin to its travel {fixed(margin, 6)} {column.unit}" if np.isfinite(margin) else "unlimited"
+        yield f"  {column.header:<20} {fixed(value * column.factor, 6)}   {margin_text}"
     for measure, value in measures:
         what = f"{measure.name} ({measure.axis})" if measure.axis else measure.name
         unit = f" {measure.unit}" if measure.unit else ""
         bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
-        yield f"  {what:<36} {clean(value):.6f}{unit}{bound} ({measure.code})"
+        yield f"  {what:<36} {fixed(value, 6)}{unit}{bound} ({measure.code})"
     parallel, serial = machine.five_axis.conditioning(q, platform)
-    yield f"  conditioning (1 even, 0 singular)    parallel {float(parallel):.4f}, serial {float(serial):.4f}"
+    yield f"  conditioning (1 even, 0 singular)    parallel {fixed(float(parallel), 4)}, serial {fixed(float(serial), 4)}"
 
 
 def _measures(machine: Machine, tip: Array, angles: Array, tool: float, lift: float) -> list[tuple[Margin, float]]:

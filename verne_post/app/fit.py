@@ -8,7 +8,7 @@ import numpy as np
 from verne_post import gcode
 from verne_post.app.assemble import machine_setup
 from verne_post.app.check import check_source
-from verne_post.app.result import Progress
+from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
 from verne_post.base.long_text import Text
@@ -20,9 +20,11 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import COORDINATES, SYSTEM_NAMES, WorkOffset
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.lift import lift_path
+from verne_post.toolpath.smallest_move import SmallestMove
 from verne_post.toolpath.work_offset import (
     DECIMALS,
     WRITTEN_DECIMALS,
+    Aim,
     PartPoints,
     Place,
     Proposal,
@@ -40,9 +42,9 @@ _LIFT_MM = 300.0
 
 def propose(
     source: Text, machine: Machine, options: Options, free: str = COORDINATES,
-    ranges: Mapping[str, tuple[float, float]] | None = None, *, least_time: bool = False, progress: Progress | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None, *, aim: Aim = "move", progress: Progress | None = None,
 ) -> Proposal:  # fmt: skip
-    """Find the work offset that leaves the largest margin to every limit, or takes least time.
+    """Find the work offset of the smallest move that makes a program legal, of the largest margin, or of the least time.
 
     Parameters
     ----------
@@ -52,8 +54,9 @@ def propose(
         Letters of what may change: x, y, z (mm, table frame) and c (the part's turn).
     ranges : mapping, optional
         (low, high) by letter, mm and degrees; as :func:`~verne_post.model.option_checks.check_ranges` takes them.
-    least_time : bool
-        Minimise time, with a small margin to every limit, instead of maximising the margin.
+    aim : {"move", "margin", "time"}
+        The smallest move of the part, none where the program is legal; the largest margin to every limit; or the least
+        time, with a small margin. Where no move is found, the place of the largest margin is judged.
     progress : callable, optional
 
     Raises
@@ -82,15 +85,30 @@ def propose(
     low, high = _ranges(points, machine, ranges or {}, here, free, raised)
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
     notify = None if progress is None else partial(progress, "seeking a place")
-    after = search.find_best(here, least_time=least_time, notify=notify)
-    after = search.evaluate(_round_place(after.place, free), after.counts)
-    before_check, after_check = (
-        check_source(source, machine, one, progress) for one in (options, at_place(options, system, after.place))
-    )
-    return Proposal(
-        system, search.evaluate(here, after.counts), after, after_check.findings,
-        *(result.summary.cycle_time if result.summary else None for result in (before_check, after_check)),
-    )  # fmt: skip
+    largest = search.find_best(here, notify)
+    largest = search.evaluate(_round_place(largest.place, free), largest.counts)
+    before_check = check_source(source, machine, options, progress)
+
+    def checked(place: Place) -> Result:
+        return check_source(source, machine, at_place(options, system, place), progress)
+
+    after, after_check = largest, None
+    if aim == "time":
+        after = search.evaluate(_round_place(search.find_fastest(largest).place, free), largest.counts)
+    elif aim == "move":
+        if before_check.ok and search.holds(here):
+            after, after_check = search.evaluate(here, largest.counts), before_check
+        else:
+            near = SmallestMove(search, here, largest.counts).proposals() if largest.margins.min() >= 0.0 else ()
+            for numbers in near:
+                place = _round_place(Place(*numbers.tolist()), free)
+                if (tried := checked(place)).ok:
+                    after, after_check = search.evaluate(place, largest.counts), tried
+                    break
+    result = checked(after.place) if after_check is None else after_check
+    seconds_before, seconds = (one.summary.cycle_time if one.summary else None for one in (before_check, result))
+    before = search.evaluate(here, largest.counts)
+    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest)
 
 
 def at_place(options: Options, system: int, place: Place) -> Options:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from msgspec import Struct
 
-from verne_post.app.explain_numbers import clean, mm_text, short_text
+from verne_post.app.explain_numbers import mm_text, plain_list, short_text
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.state import State
@@ -130,8 +130,8 @@ def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
 
     least = remedies.smallest_shift(joints, np.eye(3), also_warnings=warnings)
     if least is not None:
-        moved = ", ".join(f"{clean(value):+.3f}" for value in least.vector)
-        yield f"the part moved by ({moved}) mm on the table: {_offset(line, least)}{_leaves(least)}"
+        moved = plain_list(least.vector, 3)
+        yield f"the part moved by {moved} mm ({_offset(line, least)}){_leaves(least)}"
         single = [
             f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_leaves(one)}"
             for letter, direction, one in alone(joints)
@@ -160,7 +160,7 @@ def _offset(line: Line, shift: remedies.Shift) -> str:
     before = np.asarray(given.origin_mm if given else (0.0, 0.0, 0.0))
     if np.abs(before - origin).max() > LIMIT_SLACK_MM:
         return f"the program puts {name} at {mm_text(origin)}, to become {mm_text(origin + np.array(shift.vector))}"
-    return f'--wcs "{name}={",".join(short_text(value) for value in numbers)}"'
+    return f"then {name} = {plain_list(numbers)}"
 
 
 def _leaves(shift: remedies.Shift) -> str:

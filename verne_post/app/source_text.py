@@ -4,21 +4,15 @@ import re
 from typing import Final
 
 from verne_post.base.long_text import Text
+from verne_post.base.text_marks import UTF16, is_utf16
 from verne_post.gcode.words import whole_lines
 from verne_post.model.findings import InputError, finding
 
 #: So much of a source is looked at.
 _LOOKED_AT: Final = 4096
-_UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
-_UTF8_MARK: Final = b"\xef\xbb\xbf"
 #: A carriage return that ends no line: most readers would take what follows for the same block.
 _STRAY_RETURN: Final = re.compile(rb"\r(?![\r\n]|\Z)")
 _LINE_ENDS_OF_OTHERS: Final = ("\r", "\v", "\f", "\x85", "\u2028", "\u2029")
-
-
-def without_mark(begin: bytes) -> bytes:
-    """The first bytes of a text without the mark that editors write before UTF-8."""
-    return begin.removeprefix(_UTF8_MARK)
 
 
 def check_source_begin(begin: bytes, name: str) -> None:
@@ -57,19 +51,3 @@ def check_source_text(source: Text, name: str) -> None:
             why = "a carriage return stands inside the line; a line ends with a line feed, alone or after a carriage return"
             raise InputError(finding("VP022", f"{name}: {why}", line=line, last_line=line, worst_line=line))
         line += text.count(b"\n")
-
-
-def is_utf16(begin: bytes) -> bool:
-    """Whether a file that begins so is text in UTF-16, with or without a byte-order mark."""
-    if begin[:2] in _UTF16_MARKS:
-        return True
-    zeros = [begin[side::2].count(0) for side in (0, 1)]
-    # ASCII in UTF-16: every other byte is zero, no other is
-    return len(begin) >= 4 and min(zeros) == 0 and max(zeros) >= len(begin) // 2
-
-
-#: The message about such a file.
-UTF16: Final = (
-    "text in UTF-16; save it as UTF-8. The > of PowerShell writes UTF-16: "
-    "let verne-post, or the program that made the file, write it with -o"
-)

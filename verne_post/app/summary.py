@@ -18,6 +18,7 @@ from verne_post.model.summary import Part, StopsWithin, Summary
 from verne_post.model.verification import NO_LIMIT_NEAR, Verification
 from verne_post.model.vibration import Shaped
 from verne_post.output.rounding import round_setpoints
+from verne_post.output.summary import summary_text, verdict_line
 from verne_post.trajectory.shaper import vibration_left
 
 
@@ -79,6 +80,8 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves
+    if verdict is not None:
+        verdict.text = verdict_line(program.options.source_name, verdict, program.machine, passes=verdict.ok)
     before, parts = _parts(plan)
     shaped = _shaped(plan)
     feeds = reached = 0
@@ -103,6 +106,7 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         source=source,
         machine=program.machine,
         options=program.options,
+        describe=summary_text,
         cycle_time=plan.timeline.first_row[-1] * plan.timeline.cycle,
         n_rows=plan.timeline.n_rows,
         n_segments=len(path),

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.constraints import check_program, excess_of, guarded_joints
-from verne_post.app.explain_numbers import short_text
+from verne_post.app.explain_numbers import plain_list
 from verne_post.app.line_remedies import Line, turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
@@ -121,11 +121,11 @@ def _offset(source: Text, program: Program, errors: Sequence[Finding]) -> str | 
         found = _legal_origin(source, program, origin, system, turn, concerned, basis)
         if found is not None:
             place, left = found
-            numbers = ",".join(short_text(value) for value in (*place, *([turn] if turn else [])))
-            stay = f"; {', '.join(left)} stay" if left else ""
-            what = "makes the program legal" if not left else "brings all else inside the limits"
-            none_given = "no work offset was given: " if given is None else ""
-            return f'{none_given}--wcs "{SYSTEM_NAMES[system]}={numbers}" {what}{stay}'
+            then = f"{SYSTEM_NAMES[system]} = {plain_list((*place, *([turn] if turn else [])))}"
+            moved = f"if the part is moved by {plain_list(place - origin)} mm (then {then})"
+            none_given = "no work offset was given; " if given is None else ""
+            what = f"only {', '.join(left)} stay" if left else "legal"
+            return f"{none_given}{what} {moved}"
     return None
 
 

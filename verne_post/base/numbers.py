@@ -1,4 +1,4 @@
-"""Numbers written as text: ASCII digits. Python reads more: underscores, digits of other scripts, numbers of any length."""
+"""Numbers as text. Those that are read have ASCII digits: Python reads more: underscores, digits of other scripts, numbers of any length."""
 
 import math
 from typing import Final
@@ -26,6 +26,12 @@ def read_number(text: str) -> float:
     if not math.isfinite(value):
         raise ValueError(f"{text!r} is not a number")
     return value
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number with so many decimals, which is never minus zero: nobody can tell what would be negative."""
+    text = f"{float(value):.{decimals}f}"
+    return text.removeprefix("-") if not text.strip("-0.") else text
 
 
 def is_count(text: str) -> bool:

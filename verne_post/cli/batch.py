@@ -15,7 +15,16 @@ from verne_post.cli.common import expect_machine, load, name_machine, quiet_opti
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
 from verne_post.cli.numbers import Whole
-from verne_post.cli.options import FILE, FOLDER, WRITING, GroupedCommand, build_options, options_of, program_options
+from verne_post.cli.options import (
+    FILE,
+    FOLDER,
+    INPUT,
+    WRITING,
+    GroupedCommand,
+    build_options,
+    options_of,
+    program_options,
+)
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, gravest
@@ -28,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @click.command("batch", cls=GroupedCommand)
-@click.argument("inputs", nargs=-1, required=True, metavar="DIR|FILE...")
+@click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="DIR|FILE...")
 @click.option(
     "-o",
     "--output",

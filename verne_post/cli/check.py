@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any
 import click
 from msgspec.structs import replace
 
+from verne_post.base.text_marks import text_of
 from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, expect_machine, load, name_machine, program_text, quiet_option, refuse
 from verne_post.cli.files import RunFiles, Unreadable, is_dash, shown_name
 from verne_post.cli.options import (
     FILE,
+    INPUT,
     WRITING,
     GroupedCommand,
     build_options,
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @click.command("check", cls=GroupedCommand)
-@click.argument("inputs", nargs=-1, required=True, metavar="INPUT|DIR...")
+@click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT|DIR...")
 @click.option(
     "--output-format",
     type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github"]),
@@ -204,11 +206,10 @@ def _policy_of(
     wrong = find_mistakes(codes["select"], codes["ignore"], weights)
     if wrong:
         raise click.UsageError("; ".join(wrong))
+    place = "--baseline" if baseline is not None else "settings: check.baseline"
     known = baseline if baseline is not None else Path(file.baseline) if file is not None and file.baseline else None
     fingerprints = (
-        frozenset()
-        if known is None
-        else read_baseline(files.read(known, "--baseline").decode("utf-8", errors="replace"), shown_name(known))
+        frozenset() if known is None else read_baseline(text_of(files.read(known, place), "replace"), shown_name(known))
     )
     return Policy(codes["select"], codes["ignore"], weights, fingerprints), fail_level or (
         file.fail_level if file else None

@@ -66,7 +66,10 @@ def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | Non
         return named
     claim_input(files, given or {})
     settings = settings_of(files, (given or {}).get("settings"))
-    return DEFAULT_MACHINE if settings is None else settings.machine
+    if settings is None:
+        return DEFAULT_MACHINE
+    expect_machine(settings.machine, f"settings: machine = {settings.file.machine!r}")
+    return settings.machine
 
 
 def program_text(
@@ -96,8 +99,8 @@ def program_text(
     return source, options.changed(subroutines=found)
 
 
-def expect_machine(name: str) -> None:
-    """See whether a machine file can be read, without what reads it; not for standard input.
+def expect_machine(name: str, what: str = "") -> None:
+    """See whether a machine file can be read, without what reads it; not for standard input. ``what`` says where it is named.
 
     Raises
     ------
@@ -107,7 +110,7 @@ def expect_machine(name: str) -> None:
         return
     from verne_post.config.machine_paths import expect_file, machine_path, names_hint
 
-    expect_file(machine_path(name), f"machine file {name!r}", names_hint())
+    expect_file(machine_path(name), what or f"machine file {name!r}", names_hint(Path(name).name))
 
 
 def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
@@ -131,9 +134,10 @@ def _text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
     InputError
         VP022: what begins as no text is not read on, nor more megabytes than allowed.
     """
-    from verne_post.app.source_text import check_source_begin, without_mark
+    from verne_post.app.source_text import check_source_begin
     from verne_post.base.columns import temporary_storage
     from verne_post.base.long_text import text_in
+    from verne_post.base.text_marks import without_mark
     from verne_post.model.findings import InputError, finding
 
     with files.opened(name, PROGRAM) as file:

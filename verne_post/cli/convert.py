@@ -9,13 +9,13 @@ from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, print_findings, quiet_option, read_program, refuse
 from verne_post.cli.conversion import Outputs, convert_to_files, format_option
 from verne_post.cli.files import RunFiles, is_dash, shown_name
-from verne_post.cli.options import FILE, WRITING, GroupedCommand, options_of, program_options
+from verne_post.cli.options import FILE, INPUT, WRITING, GroupedCommand, options_of, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.options import Group
 
 
 @click.command("convert", cls=GroupedCommand, own=Group.OUTPUT)
-@click.argument("input_name", metavar="INPUT")
+@click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option("-o", "--output", type=FILE, metavar="OUT", help="File to write, in place of standard output.")
 @click.option("--meta", type=FILE, metavar="FILE", help="Write facts of the conversion as JSON beside it.")
 @click.option(

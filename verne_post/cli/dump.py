@@ -7,7 +7,7 @@ import click
 
 from verne_post.cli.common import print_findings, read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
-from verne_post.cli.options import GroupedCommand, program_options
+from verne_post.cli.options import INPUT, GroupedCommand, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, status_of
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @click.command("dump", cls=GroupedCommand)
 @click.argument("stage", type=click.Choice(["moves", "poses", "joints"]))
-@click.argument("input_name", metavar="INPUT")
+@click.argument("input_name", type=INPUT, metavar="INPUT")
 @program_options("solver", "quality", "jobs", "override", "slow_start")
 def command(stage: str, input_name: str, **given: Any) -> int:
     """Print one stage of a program as JSON lines.

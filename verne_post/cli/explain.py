@@ -10,7 +10,7 @@ import click
 from verne_post.base.numbers import is_count
 from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
-from verne_post.cli.options import GroupedCommand, program_options
+from verne_post.cli.options import INPUT, GroupedCommand, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.findings import UsageError
 from verne_post.model.verdict import ExitStatus
@@ -33,7 +33,7 @@ class ExplainCommand(GroupedCommand):
 
 
 @click.command("explain", cls=ExplainCommand)
-@click.argument("what", metavar="INPUT:LINE|CODE")
+@click.argument("what", type=INPUT, metavar="INPUT:LINE|CODE")
 @program_options("solver", "quality", "jobs")
 def command(what: str, **given: Any) -> int:
     """Work one line of a program through, or say what a finding code means.

@@ -21,6 +21,8 @@ from verne_post.cli.temporary import temporary_file
 _STREAMS: Final = re.compile(r"/dev/(std(in|out|err)|fd/[0-9]+)|/proc/(self|thread-self|[0-9]+)/fd/[0-9]+")
 
 _Name = str | Path
+#: Between a file and its key that names another file, as a purpose: "part.nc.toml: tool_table".
+KEY_OF_FILE: Final = ": "
 #: In place of a file: standard input or standard output.
 DASH: Final = "-"
 
@@ -55,7 +57,8 @@ class RunFiles:
 
     "-" is standard input where a file is read, and standard output where one is written; each serves one purpose in a run.
 
-    ``what`` says in messages what a file is for: an option such as "--meta", or words such as "the rows of a.nc".
+    ``what`` says in messages what a file is for: an option such as "--meta", a key of a file such as "part.nc.toml: tool_table", or words
+    such as "the rows of a.nc".
     """
 
     def __init__(self) -> None:
@@ -243,7 +246,7 @@ def reading(name: _Name, what: str = "") -> Iterator[None]:
         yield
     except OSError as error:
         why = "is closed" if is_dash(name) and error.errno == errno.EBADF else error.strerror or error
-        shown = _show(what if what.startswith("-") else "", "standard input" if is_dash(name) else name)
+        shown = _show(what if _is_place(what) else "", "standard input" if is_dash(name) else name)
         raise Unreadable(f"{shown}: {why}") from None
 
 
@@ -306,10 +309,17 @@ def _encode(parts: Iterable[str] | Iterable[bytes]) -> Iterator[bytes]:
 
 
 def _show(what: str, name: _Name) -> str:
-    """A file with its purpose: "--meta a.json", "out/a.csv (the rows of a.nc)"."""
+    """A file with its purpose: "--meta a.json", "part.nc.toml: tool_table = a.tbl", "out/a.csv (the rows of a.nc)"."""
     if not what:
         return str(name)
-    return f"{what} {name}".rstrip() if what.startswith("-") or not str(name) else f"{name} ({what})"
+    if not _is_place(what) and str(name):
+        return f"{name} ({what})"
+    return f"{what} = {name}" if KEY_OF_FILE in what else f"{what} {name}".rstrip()
+
+
+def _is_place(what: str) -> bool:
+    """Whether a purpose is the option or the key at which the file is named, rather than words about it."""
+    return what.startswith("-") or KEY_OF_FILE in what
 
 
 def _meeting(what: str, name: _Name, other: str) -> FileError:

@@ -7,7 +7,7 @@ import click
 from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.numbers import numbers_of
-from verne_post.cli.options import GroupedCommand, program_options
+from verne_post.cli.options import INPUT, GroupedCommand, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import status_of
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command("fit", cls=GroupedCommand)
-@click.argument("input_name", metavar="INPUT")
+@click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option(
     "--free",
     default="xyzc",
@@ -33,15 +33,24 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--minimise",
-    type=click.Choice(["time"]),
-    help="Seek the least time, with a small margin to every limit, instead of the largest margin.",
+    type=click.Choice(["move", "time"]),
+    help="Seek the smallest move of the part that makes the program legal (the default), or the least time, with a small margin to every limit.",
+)
+@click.option(
+    "--maximise", type=click.Choice(["margin"]), help="Seek the place with the largest margin to every limit."
 )
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
 @program_options("jobs")
 def command(
-    input_name: str, free: str, ranges: tuple[str, ...], minimise: str | None, as_json: bool, **given: Any
+    input_name: str,
+    free: str,
+    ranges: tuple[str, ...],
+    minimise: str | None,
+    maximise: str | None,
+    as_json: bool,
+    **given: Any,
 ) -> int:
-    """Find a work offset with which the whole program is legal, with the largest margin to every limit.
+    """Find a work offset with which the whole program is legal: that of the smallest move of the part.
 
     --wcs says where the part is now; what is not free stays so. The proposed offset has been checked like any program.
     Exit status: 0 it fits, 1 no place was found, 2 unusable input.
@@ -50,6 +59,9 @@ def command(
     from verne_post.model.option_checks import check_ranges
 
     name = shown_name(input_name)
+    if minimise and maximise:
+        raise click.UsageError(f"--minimise {minimise} and --maximise {maximise} exclude each other")
+    aim: Any = minimise or maximise or "move"
     try:
         allowed = check_ranges(free, _ranges(ranges))
     except UsageError as error:
@@ -61,8 +73,7 @@ def command(
         from verne_post.output import fit as output
 
         with progress_line("reading") as progress:
-            least = minimise == "time"
-            proposal = propose(source, machine, options, free, allowed, least_time=least, progress=progress)
+            proposal = propose(source, machine, options, free, allowed, aim=aim, progress=progress)
     except InputError as error:
         return refuse(name, error, source)
     click.echo((output.as_json if as_json else output.text)(name, machine, proposal), nl=False)

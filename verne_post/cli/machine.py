@@ -10,7 +10,7 @@ from verne_post.cli.common import load, name_machine, refuse, sigma_option
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.numbers import NUMBER, Whole, numbers_of
-from verne_post.cli.options import FILE, FOLDER, build_options, machine_option, options_of
+from verne_post.cli.options import FILE, FOLDER, MACHINE, build_options, machine_option, options_of
 from verne_post.cli.pictures import expect_picture
 from verne_post.cli.progress import progress_line
 from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path
@@ -41,7 +41,7 @@ def list_() -> int:
 
 
 @command.command("show")
-@click.argument("name", default=DEFAULT_MACHINE, metavar="NAME|FILE")
+@click.argument("name", type=MACHINE, default=DEFAULT_MACHINE, metavar="NAME|FILE")
 @click.option(
     "--plot",
     type=FILE,
@@ -127,7 +127,7 @@ def _draw(
 
 
 @command.command("validate")
-@click.argument("name", metavar="NAME|FILE")
+@click.argument("name", type=MACHINE, metavar="NAME|FILE")
 def validate(name: str) -> int:
     """Check a machine file: every key and bound, and that both home positions can be reached; say what the machine can do."""
     from verne_post.model.findings import InputError

@@ -10,7 +10,7 @@ from verne_post.cli.common import expect_machine, name_machine, refuse, require_
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import NUMBER, Whole
 from verne_post.cli.opened_machine import OpenedMachine
-from verne_post.cli.options import FILE, machine_option
+from verne_post.cli.options import FILE, MACHINE, machine_option
 from verne_post.cli.pictures import expect_picture
 from verne_post.model.verdict import ExitStatus
 
@@ -163,6 +163,7 @@ def tolerances(
 )
 @click.option(
     "--simulate",
+    type=MACHINE,
     metavar="NAME|FILE",
     help="With --plan: fill the readings in as this machine would, with noise of --sigma-mm, --sigma-rho, --sigma-angle-mrad.",
 )

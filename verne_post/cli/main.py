@@ -12,6 +12,7 @@ import sys
 from typing import Any, Final
 
 import click
+from click.shell_completion import CompletionItem
 
 from verne_post import __version__
 from verne_post.base.printable import printable, printable_lines
@@ -28,6 +29,9 @@ COMMANDS: Final = {
     "explain": "explain", "fit": "fit", "batch": "batch",
     "report": "report",
 }  # fmt: skip
+
+#: The command of a command line that names none.
+DEFAULT: Final = "convert"
 
 
 class PipeClosed(Exception):
@@ -65,25 +69,56 @@ class DefaultGroup(click.Group):
             raise PipeClosed from error
         return result
 
-    def _no_program(self, args: list[str]) -> None:
-        """Refuse a first word that is neither a file nor a command, but nearly a command; and a command after its options."""
-        first = args[0]
-        later = next((word for word in args[1:] if word in COMMANDS), None)
-        if first.startswith("-") and first != "-" and later is not None:
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Commands, and what may stand first in place of one: a program, or an option of the default command."""
+        found = [CompletionItem(incomplete, type="file"), *super().shell_complete(ctx, incomplete)]
+        if incomplete.startswith("-"):
+            known = {item.value for item in found}
+            default = _default_command(self, ctx)
+            found += [item for item in default.command.shell_complete(default, incomplete) if item.value not in known]
+        return found
+
+    def _no_program(self, ctx: click.Context, args: list[str]) -> None:
+        """Refuse a program that is neither a file nor a command, but nearly a command; and a command after its options."""
+        program = _program_in(_default_command(self, ctx), args)
+        if program is None or os.path.exists(program):
+            return
+        if program in COMMANDS:
+            at = len(args) - 1 - args[::-1].index(program)
             raise click.UsageError(
-                f"{later} comes first: verne-post {later} {' '.join(word for word in args if word != later)}"
+                f"{program} comes first: verne-post {' '.join([program, *args[:at], *args[at + 1 :]])}"
             )
-        near = difflib.get_close_matches(first, COMMANDS, n=1)
-        if near and not os.path.exists(first):
-            raise click.UsageError(f"{first}: no such file, and no command; did you mean {near[0]}?")
+        near = difflib.get_close_matches(program, COMMANDS, n=1)
+        if near:
+            raise click.UsageError(f"{program}: no such file, and no command; did you mean {near[0]}?")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Put the default command in front of arguments that name none."""
         options = {name for parameter in self.get_params(ctx) for name in parameter.opts}
         if args and args[0] not in COMMANDS and args[0] not in options:
-            self._no_program(args)
-            args = ["convert", *args]
+            if not ctx.resilient_parsing:  # a shell completes words as they stand
+                self._no_program(ctx, args)
+            args = [DEFAULT, *args]
         return super().parse_args(ctx, args)
+
+
+def _default_command(group: DefaultGroup, ctx: click.Context) -> click.Context:
+    """The default command, as if it had been named."""
+    command = group.get_command(ctx, DEFAULT)
+    assert command is not None
+    return click.Context(command, info_name=DEFAULT, parent=ctx)
+
+
+def _program_in(default: click.Context, args: list[str]) -> str | None:
+    """The word of a command line without a command that is no option and no value of one; None where there is none.
+
+    Options that the default command has not are those of a command that comes later.
+    """
+    try:
+        program: str | None = default.command.make_parser(default).parse_args(list(args))[0].get("input_name")
+    except click.UsageError:
+        program = next((word for word in args if word in COMMANDS), None)
+    return program
 
 
 @click.group(cls=DefaultGroup, context_settings={"help_option_names": ["-h", "--help"]})

@@ -5,11 +5,12 @@ that become values (``--wcs G54=X,Y,Z``), and files that are read into options (
 """
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args, get_origin
 
 import click
+from click.shell_completion import CompletionItem
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
@@ -17,7 +18,7 @@ from verne_post.base.printable import printable
 from verne_post.base.type_words import alternatives, bare
 from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import INTEGER, NUMBER, numbers_of
-from verne_post.cli.setups import Offsets, Placed, place_options
+from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, place_options
 from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.option_checks import check_box, check_work_offsets, system_number
 from verne_post.model.options import OPTIONS, About, Group, Option, Options, about
@@ -74,6 +75,10 @@ FILES: Final = (
 )  # fmt: skip
 
 
+#: Name of an option that names a file -> how it is written.
+_FLAGS: Final = {one.name: one.flag for one in FILES}
+
+
 class _FolderName(_FileName):
     """The name of a folder, which cannot be a stream."""
 
@@ -86,6 +91,31 @@ class _FolderName(_FileName):
 
 #: Type of an option that names a folder.
 FOLDER: Final = _FolderName(file_okay=False, path_type=Path)
+
+
+class _InputName(click.types.StringParamType):
+    """The name of a file, or of what a function lists; a shell completes it, and it is taken as it stands."""
+
+    def __init__(self, name: str, known: Callable[[], Iterable[str]] = tuple) -> None:
+        self.name = name
+        self.known = known
+
+    def shell_complete(self, _ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Names that begin so, and files; bash forgets what stands before the files."""
+        names = [CompletionItem(name) for name in self.known() if name.startswith(incomplete)]
+        return [CompletionItem(incomplete, type="file"), *names]
+
+
+def _machine_names() -> Iterable[str]:
+    from verne_post.config.machine_paths import machine_files
+
+    return machine_files()
+
+
+#: Type of an argument that names a program; "-" is standard input.
+INPUT: Final = _InputName("program")
+#: Type of a word that names a machine, or its file.
+MACHINE: Final = _InputName("machine", _machine_names)
 
 
 class GroupedOption(click.Option):
@@ -144,8 +174,12 @@ def flag_of(name: str) -> str:
     return f"--{name.replace('_', '-')}" if flag is None else flag or name
 
 
+#: Options that name more than a file -> their type.
+_COMPLETED: Final[dict[str, Any]] = {"machine_name": MACHINE, "setup_file": INPUT}
+
+
 def _file_option(one: FileOption) -> Callable[..., Any]:
-    kind = FILE if one.metavar == "FILE" else click.STRING
+    kind = FILE if one.metavar == "FILE" else _COMPLETED.get(one.name, click.STRING)
     return click.option(
         one.flag, one.name, cls=GroupedOption, group=one.group, type=kind, metavar=one.metavar, multiple=one.multiple, help=one.help,
     )  # fmt: skip
@@ -232,7 +266,7 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         values.pop("tool_length", None)  # a length or table of a set-up or of the command line replaces it
     values |= {key: value for key, value in given.items() if key in OPTIONS and value not in (None, (), [])}
     try:
-        values |= _parse_texts(values) | _from_files(files, given)
+        values |= _parse_texts(values) | _from_files(files, given, placed.named)
         own = Offsets(_written_offsets(given.get("wcs") or ()), given.get("measured_offset"))
         values["wcs"] = _work_offsets(files, (*placed.offsets, own))
         values |= _bodies(values, settings, placed)
@@ -254,35 +288,20 @@ def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _from_files(files: RunFiles, given: dict[str, Any]) -> dict[str, Any]:
-    """Options that are read from files."""
-    found: dict[str, Any] = {}
+def _from_files(files: RunFiles, given: dict[str, Any], named: dict[str, str]) -> dict[str, Any]:
+    """Options that are read from files; ``named`` says which of them a set-up names, and where."""
+    if given.get("tool_length") is not None and given.get("tool_lengths") is not None:
+        raise click.UsageError("--tool-length and --tool-lengths exclude each other: the first holds for every tool")
+    contents = {
+        key: (files.read(path, named.get(name, _FLAGS[name])), shown_name(path))
+        for key, name in KEYS_OF_FILES.items()
+        if (path := given.get(name)) is not None
+    }
+    if not contents:
+        return {}
+    from verne_post.config.setup_values import values_of_files
 
-    def content(name: str, flag: str) -> tuple[bytes, str] | None:
-        path = given.get(name)
-        return None if path is None else (files.read(path, flag), shown_name(path))
-
-    if (table := content("tool_table", "--tool-table")) is not None:
-        from verne_post.gcode.tools import read_tool_table
-
-        found["tools"] = read_tool_table(table[0].decode("utf-8", errors="replace"), table[1])
-    if (lengths := content("tool_lengths", "--tool-lengths")) is not None:
-        from verne_post.config.part_setup import read_lengths
-
-        if given.get("tool_length") is not None:
-            raise click.UsageError(
-                "--tool-length and --tool-lengths exclude each other: the first holds for every tool"
-            )
-        found["tools"] = read_lengths(*lengths, found.get("tools", {}))
-    if (parameters := content("parameter_file", "--parameters")) is not None:
-        from verne_post.gcode.parameter_file import read_parameter_file
-
-        found["parameters"] = read_parameter_file(parameters[0].decode("utf-8", errors="replace"), parameters[1])
-    if (shapes := content("shapes_file", "--tool-shapes")) is not None:
-        from verne_post.config.tool_shapes import read_tool_shapes
-
-        found["tool_shapes"] = read_tool_shapes(*shapes)
-    return found
+    return values_of_files(contents)
 
 
 def _bodies(values: dict[str, Any], settings: "Settings | None", placed: Placed) -> dict[str, Any]:
@@ -350,7 +369,7 @@ def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkO
         from verne_post.config.part_setup import read_offsets
 
         shown = shown_name(one.measured)
-        measured = read_offsets(files.read(one.measured, "--measured-offset"), shown)
+        measured = read_offsets(files.read(one.measured, one.key), shown)
         for system in one.written.keys() & measured.keys():
             text = f"{shown} has this work offset too; give it once"
             if one.place:

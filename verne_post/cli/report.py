@@ -8,14 +8,14 @@ import click
 from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, quiet_option, read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
-from verne_post.cli.options import FILE, GroupedCommand, program_options
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, program_options
 from verne_post.cli.pictures import expect_picture, require_package
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import status_of
 
 
 @click.command("report", cls=GroupedCommand)
-@click.argument("input_name", metavar="INPUT")
+@click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option("-o", "--output", type=FILE, metavar="OUT.html", help="The page.")
 @click.option("--static", type=FILE, metavar="OUT.png|OUT.svg", help="A picture of the path and the axes, for CI.")
 @quiet_option

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 #: The value of --setup that leaves every set-up out.
 NONE: Final = "none"
 #: Key of a set-up that names a file -> where the command line's own file is.
-_FILES: Final = {
+KEYS_OF_FILES: Final = {
     "tool_table": "tool_table", "tool_lengths": "tool_lengths", "tool_shapes": "shapes_file", "parameters": "parameter_file",
 }  # fmt: skip
 
@@ -34,11 +34,14 @@ class Offsets(Struct, frozen=True):
         A file of measured ones.
     place : str
         Of the set-up, in messages; empty for the command line.
+    key : str
+        The option or key that names the file, in messages.
     """
 
     written: "Mapping[int, WorkOffset]"
     measured: Path | None
     place: str = ""
+    key: str = "--measured-offset"
 
 
 class Placed(Struct, frozen=True):
@@ -54,6 +57,8 @@ class Placed(Struct, frozen=True):
         Bodies of the set-ups.
     source : str
         Which set-ups there are; empty without any.
+    named : dict
+        Parameter of the command that names a file -> the key of a set-up that gave it, for messages.
     """
 
     given: dict[str, Any]
@@ -61,6 +66,7 @@ class Placed(Struct, frozen=True):
     keep_out: dict[str, "BoxFile"] = field(default_factory=dict)
     stock: "BoxFile | None" = None
     source: str = ""
+    named: dict[str, str] = field(default_factory=dict)
 
 
 def place_options(files: RunFiles, given: dict[str, Any], program: str, settings: "Settings | None") -> Placed:
@@ -84,22 +90,30 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     from verne_post.config.program_setup import TOOL_KEYS
 
     below: dict[str, Any] = {}
+    named: dict[str, str] = {}
     offsets: list[Offsets] = []
     keep_out: dict[str, BoxFile] = {}
     stock: BoxFile | None = None
     for setup in setups:
-        values = {**setup.options, **{_FILES[key]: path for key, path in setup.files.items() if key in _FILES}}
+        values = {
+            **setup.options,
+            **{KEYS_OF_FILES[key]: path for key, path in setup.files.items() if key in KEYS_OF_FILES},
+        }
         if any(key in values for key in TOOL_KEYS):
             below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
         below |= values
-        offsets.append(Offsets(setup.wcs, setup.files.get("measured_offset"), setup.name))
+        named |= {KEYS_OF_FILES[key]: setup.place_of(key) for key in setup.files if key in KEYS_OF_FILES}
+        offsets.append(
+            Offsets(setup.wcs, setup.files.get("measured_offset"), setup.name, setup.place_of("measured_offset"))
+        )
         keep_out |= setup.keep_out
         stock = setup.stock or stock
     above = {key: value for key, value in given.items() if value not in (None, (), [])}
     if any(key in above for key in TOOL_KEYS):
         below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
     source = ", ".join(setup.name for setup in setups)
-    return Placed({**given, **below, **above}, tuple(offsets), keep_out, stock, source)
+    named = {key: place for key, place in named.items() if key not in above}
+    return Placed({**given, **below, **above}, tuple(offsets), keep_out, stock, source, named)
 
 
 def _setups(files: RunFiles, asked: str | None, program: str, settings: "Settings | None") -> "Iterator[ProgramSetup]":

@@ -9,11 +9,12 @@ from typing import IO, TYPE_CHECKING, Any
 import click
 
 from verne_post.base.numbers import is_count
+from verne_post.base.text_marks import UTF16, is_utf16, text_of
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import NUMBER
-from verne_post.cli.options import FILE, GroupedCommand, options_of, program_options
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, options_of, program_options
 from verne_post.cli.progress import progress_line
 from verne_post.model.verdict import ExitStatus, gravest, status_of
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @click.command("verify", cls=GroupedCommand)
-@click.argument("setpoints", metavar="AXES.CSV")
+@click.argument("setpoints", type=INPUT, metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
 @click.option(
     "--meta",
@@ -95,7 +96,6 @@ def command(
     from verne_post.app.assemble import assemble
     from verne_post.app.constraints import check_program
     from verne_post.app.row_format import drives_of
-    from verne_post.app.source_text import UTF16, is_utf16
     from verne_post.app.verify import verify_setpoints
     from verne_post.output.parts import parts_of, read_parts
     from verne_post.output.setpoints import read_csv
@@ -105,7 +105,7 @@ def command(
     try:
         found = []
         if meta is not None:
-            side_car = read_side_car(files.read(meta, "--meta").decode("utf-8", errors="replace"), str(meta))
+            side_car = read_side_car(text_of(files.read(meta, "--meta"), "replace"), str(meta))
             found = changed_since(side_car, source, machine, options)
         try:
             with progress_line("reading", quiet=quiet):
@@ -179,7 +179,7 @@ def _follow_log(
     named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)
     if len(named) != len([part for part in columns.split(",") if part]):
         raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")
-    text = files.read(measured, "--measured").decode("utf-8", errors="replace")
+    text = text_of(files.read(measured, "--measured"), "replace")
     numbers = read_log(text, str(measured), machine.columns, column_names(machine.columns, drives)[1:-1], named)
     with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
         blocks = list(read_csv(stream, setpoints, machine.columns, program.cycle, drives))

@@ -1,8 +1,7 @@
 """[as_built] of a machine file: how far the parts are from their nominal places, in this file or one that it names."""
 
-import tomllib
 from collections.abc import Callable
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import numpy as np
 from msgspec import Meta
@@ -10,6 +9,7 @@ from msgspec.structs import replace
 
 from verne_post.base.units import MILLI
 from verne_post.config.sentences import Table, WrongTableError, check_table
+from verne_post.config.toml_text import read_toml
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.as_built.soundness import find_fault
 from verne_post.kinematics.five_axis import HybridMachine
@@ -80,9 +80,9 @@ def read_as_built(table: object, file_name: str, read: Callable[[str], bytes]) -
                            "then [as_built] has no other key here")  # fmt: skip
         raw = read(name)
         try:
-            data: dict[str, Any] = tomllib.loads(raw.decode("utf-8"))
-        except (ValueError, RecursionError) as error:
-            raise _mistake(name, f"not a TOML file: {error}") from None
+            data = read_toml(raw)
+        except ValueError as error:
+            raise _mistake(name, str(error)) from None
         if list(data) != ["as_built"]:
             raise _mistake(name, "expected one table, [as_built], and nothing else")
         table, file_name = data["as_built"], name

@@ -3,7 +3,6 @@
 import hashlib
 import math
 import os
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from msgspec.structs import asdict
 
+from verne_post.base.suggestions import suggest
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path, names_hint, read_machine_file
@@ -27,6 +27,7 @@ from verne_post.config.schema import (
     limits_file,
 )
 from verne_post.config.sentences import Table, WrongTableError, check_table
+from verne_post.config.toml_text import read_toml
 from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
@@ -68,7 +69,7 @@ def load_machine(
             reads(path)
         return read_machine_file(path, what, hint)
 
-    raw = read(path, f"machine file {str(name_or_path)!r}", names_hint())
+    raw = read(path, f"machine file {str(name_or_path)!r}", names_hint(path.name))
     return machine_from_toml(
         raw, path.name, lambda name: read(path.parent / name, f"{path.name}: as_built.file {name!r}")
     )
@@ -83,9 +84,9 @@ def _no_files(name: str) -> bytes:
 def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] = _no_files) -> Machine:
     """Build a machine from the bytes of its file; ``read`` gives the bytes of files that it names."""
     try:
-        data = tomllib.loads(raw.decode("utf-8"))
-    except (ValueError, RecursionError) as error:  # a number or a nesting beyond any machine file counts too
-        raise InputError(finding("VP501", f"{file_name}: not a TOML file: {error}")) from None
+        data = read_toml(raw)
+    except ValueError as error:
+        raise InputError(finding("VP501", f"{file_name}: {error}")) from None
     content, kind, module_file, limits, rods = _checked(data, file_name)
     as_built = None
     if content.as_built is not None:
@@ -273,7 +274,9 @@ def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, T
     name = data.get("kind")
     kind = KINDS.get(name) if isinstance(name, str) else None
     if kind is None and isinstance(name, str):
-        message = f"{file_name}: kind = {name!r}: unknown; expected one of {', '.join(KINDS)}"
+        message = (
+            f"{file_name}: kind = {name!r}: unknown; expected one of {', '.join(KINDS)}{suggest(name.lower(), KINDS)}"
+        )
         mistakes.append(finding("VP501", message))
     module = limits = rods = None
     if kind is not None:

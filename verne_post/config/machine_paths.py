@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
+from verne_post.base.suggestions import suggest
 from verne_post.config.files import read_file
 from verne_post.model.findings import InputError, finding
 
@@ -28,9 +29,10 @@ def machine_path(name_or_path: str | os.PathLike[str]) -> Path:
     return known[name_or_path] if isinstance(name_or_path, str) and name_or_path in known else Path(name_or_path)
 
 
-def names_hint() -> str:
-    """What an error adds: the names that there are."""
-    return f"; machines by name: {', '.join(machine_files())}"
+def names_hint(named: str) -> str:
+    """What an error adds: the names that there are, and the one that was meant by a file of another name."""
+    known = machine_files()
+    return f"; machines by name: {', '.join(known)}{suggest(named.removesuffix('.toml').lower(), known)}"
 
 
 def read_machine_file(path: Path, what: str, hint: str) -> bytes:

@@ -1,6 +1,5 @@
 """The set-up of one program: its work offsets, tools, fixtures and options, in a file beside it or in a table of the settings file."""
 
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -10,6 +9,7 @@ from msgspec import Meta, Struct, field
 from verne_post.config.box_file import BoxFile
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
+from verne_post.config.toml_text import read_toml
 from verne_post.model.findings import InputError, finding
 from verne_post.model.option_checks import check_work_offsets
 from verne_post.model.options import OPTIONS, about
@@ -66,6 +66,10 @@ class ProgramSetup(Struct, frozen=True):
     keep_out: Mapping[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
 
+    def place_of(self, key: str) -> str:
+        """A key of it, in messages."""
+        return f"{self.name}: {key}"
+
 
 def read_setup(path: Path, read: Callable[[Path], bytes], name: str) -> ProgramSetup:
     """The set-up in a file, which messages call ``name``.
@@ -76,9 +80,9 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str) -> ProgramS
         With one finding (VP503) a mistake.
     """
     try:
-        data = tomllib.loads(read(path).decode("utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise InputError(finding("VP503", f"{name}: not a TOML file: {error}")) from None
+        data = read_toml(read(path))
+    except ValueError as error:
+        raise InputError(finding("VP503", f"{name}: {error}")) from None
     return setup_of(data, name, path.parent)
 
 

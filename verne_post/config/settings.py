@@ -1,6 +1,5 @@
 """The settings file, verne-post.toml: options, user-defined codes, fixtures and stock, what counts. Every error names file, key and value."""
 
-import tomllib
 from collections.abc import Callable
 from fnmatch import fnmatch
 from pathlib import Path
@@ -15,6 +14,7 @@ from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_files
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.program_setup import ProgramSetup, setup_of
 from verne_post.config.sentences import Table, WrongTableError, check_table
+from verne_post.config.toml_text import read_toml
 from verne_post.gcode.codes import refuse_known_codes
 from verne_post.model.control_keys import KEYS, read_keys
 from verne_post.model.findings import InputError, finding
@@ -102,8 +102,8 @@ def _has_settings(raw: bytes) -> bool:
     if b"verne-post" not in raw:
         return False
     try:
-        tool = tomllib.loads(raw.decode("utf-8")).get("tool")
-    except (ValueError, RecursionError):
+        tool = read_toml(raw).get("tool")
+    except ValueError:
         return b"[tool.verne-post" in raw
     return isinstance(tool, dict) and "verne-post" in tool
 
@@ -117,7 +117,7 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
         With one finding (VP503) a mistake.
     """
     try:
-        data = tomllib.loads(read(path).decode("utf-8"))
+        data = read_toml(read(path))
         if path.name == PROJECT_FILE:
             tool = data.get("tool")
             table = tool.get("verne-post") if isinstance(tool, dict) else None
@@ -129,8 +129,8 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
         raise InputError(finding("VP503", f"settings file {str(path)!r}: {error.strerror or error}")) from None
     except WrongTableError as error:
         raise InputError(*(finding("VP503", f"{path.name}: {text}") for text in error.sentences)) from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(finding("VP503", f"{path.name}: not a TOML file: {error}")) from None
+    except ValueError as error:
+        raise InputError(finding("VP503", f"{path.name}: {error}")) from None
     wrong = [
         finding("VP503", f"{path.name}: remap.{why}")
         for code, meaning in file.remap.items()

@@ -1,12 +1,12 @@
 """The extended tool table (``--tool-shapes``): cutter, shank and holder of each tool. Every error names file, key and value."""
 
-import tomllib
-from typing import Annotated, Any
+from typing import Annotated
 
 from msgspec import Meta
 
 from verne_post.base.numbers import is_count
 from verne_post.config.sentences import Table, WrongTableError, check_table
+from verne_post.config.toml_text import read_toml
 from verne_post.model.findings import InputError, finding
 from verne_post.model.part_setup import MAX_TOOL, TOOL_PARTS, Cylinder, ToolShape
 
@@ -43,12 +43,12 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
         With one finding (VP504) a mistake.
     """
     try:
-        data: dict[str, Any] = tomllib.loads(raw.decode("utf-8"))
+        data = read_toml(raw)
         file = check_table(ShapesFile, data, "a file of tool shapes")
     except WrongTableError as error:
         raise InputError(*(finding("VP504", f"{name}: {text}") for text in error.sentences)) from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(finding("VP504", f"{name}: not a TOML file: {error}")) from None
+    except ValueError as error:
+        raise InputError(finding("VP504", f"{name}: {error}")) from None
     shapes = {}
     for key, tool in file.tool.items():
         if not (is_count(key) and key == str(int(key))):

@@ -269,6 +269,8 @@ def _describe_strange(character: str, first: bool) -> str:
         return f"'{character}': a number without a letter before it"
     if character == "/" and not first:
         return "'/' may only be the first character of a block"
+    if character == ")":
+        return "')' without a comment that it would end"
     if character == "%":
         return "'%' must stand alone on its line"
     return f"{character!r} does not begin a word; expected a letter and a number"
@@ -315,7 +317,9 @@ def _read_comment(text: str, at: int) -> tuple[str, int]:
         return text[at + 1 :].rstrip("\r"), len(text)
     for end in range(at + 1, len(text)):
         if text[end] == "(":
-            raise BlockError("VP001", "'(' inside a comment: comments do not nest", end + 1)
+            raise BlockError(
+                "VP001", f"'(' inside the comment that begins in column {at + 1}: comments do not nest", end + 1
+            )
         if text[end] == ")":
             return text[at + 1 : end], end + 1
     raise BlockError("VP001", "the comment is not closed on its line; expected ')'", at + 1)

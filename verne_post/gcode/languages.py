@@ -13,6 +13,15 @@ from verne_post.model.findings import Finding, finding
 _SEARCHED: Final = 1 << 16
 
 
+#: Codes of errors in lines that are not understood.
+_UNREADABLE: Final = ("VP001", "VP002")
+#: A word of a program, outside comments.
+_WORD: Final = re.compile(rb"(?<![A-Z])[A-Z][ \t]*+[-+=]?[ \t]*+(?:\.?\d|[#\[])", re.IGNORECASE)
+_COMMENT: Final = re.compile(rb"\([^)\n]*\)?|;.*")
+#: A text of whose lines a larger share has words is a program with mistakes.
+_FEW: Final = 0.1
+
+
 class _Language(Struct, frozen=True):
     """One language: its name, what only its texts have (case ignored), and the dialect that reads it, if any.
 
@@ -92,7 +101,25 @@ def find_other_language(
         else:
             right = f", which is not read; dialects are {', '.join(sorted(known))}"
         return finding("VP032", text + right, line=line, last_line=line, worst_line=line)
-    return None
+    if recognised or (own is not None and re.search(own.sign, head, re.MULTILINE | re.IGNORECASE)):
+        return None
+    return _of_no_language(head, errors, known)
+
+
+def _of_no_language(head: bytes, errors: Sequence[Finding], known: Collection[str]) -> Finding | None:
+    """The finding of a text that has hardly a word of any program, and cannot be read for that; None for others."""
+    unreadable = [item for item in errors if item.code in _UNREADABLE and item.line]
+    lines = [(number, line) for number, line in enumerate(head.split(b"\n"), 1) if line.strip()]
+    worded = sum(_WORD.search(_COMMENT.sub(b"", line)) is not None for _number, line in lines)
+    wrong = sum(
+        any((item.line or 0) <= number <= (item.last_line or 0) for item in unreadable) for number, _line in lines
+    )
+    if not unreadable or worded > _FEW * len(lines) or 2 * wrong <= len(lines):
+        return None
+    first = min(item.line or 0 for item in unreadable)
+    shown = _quote(next(line for number, line in lines if number == first).decode("utf-8", errors="replace").strip())
+    text = f"this looks like no program: hardly a line has words such as G1 X2 ({shown}); dialects are {', '.join(sorted(known))}"
+    return finding("VP032", text, line=first, last_line=first, worst_line=first)
 
 
 def _quote(text: str, most: int = 40) -> str:

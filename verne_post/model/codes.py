@@ -230,7 +230,8 @@ CODES: Final[dict[str, Code]] = _table(
         "VP032",
         "program in another language",
         "error",
-        "The text cannot be read, and it has what only programs of another control, or files of another kind, have.",
+        "The text cannot be read, and it has what only programs of another control, or files of another kind, have; or it has hardly a "
+        "word of any program.",
         "Post the program for one of the controller dialects that the message names.",
     ),
     (

@@ -135,6 +135,11 @@ class Machine:
     vibration: Vibration | None = None
 
     @property
+    def assumed(self) -> tuple[str, ...]:
+        """Groups of the machine file whose values nobody has measured."""
+        return tuple(group for group, source in self.provenance.items() if source.startswith("assumed"))
+
+    @property
     def margins(self) -> tuple[Margin, ...]:
         """What the module's ``geometry_margins`` measure, with the thresholds of this machine."""
         return self.five_axis.margin_names(self.limits.serial_singularity, self.limits.parallel_singularity)

@@ -1,6 +1,6 @@
 """The facts of one conversion: the summary paragraph and `--meta` are made from them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from msgspec import Struct
@@ -52,7 +52,7 @@ class StopsWithin(Struct, frozen=True):
     most: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Summary:
     """Facts of one conversion.
 
@@ -140,3 +140,7 @@ class Summary:
     placed_systems: frozenset[int] = frozenset()
     arc_feeds: tuple[ArcFeedUse, ...] = ()
     timed: tuple[TimedEvent, ...] = ()
+    describe: Callable[["Summary"], str] = field(kw_only=True)
+
+    def __repr__(self) -> str:
+        return self.describe(self).rstrip("\n")

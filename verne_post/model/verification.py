@@ -12,7 +12,7 @@ from verne_post.model.findings import Finding
 NO_LIMIT_NEAR: Final = "control cycle"
 
 
-@dataclass
+@dataclass(repr=False)
 class Verification:
     """The result of verifying a setpoint file.
 
@@ -30,6 +30,8 @@ class Verification:
         Seconds below the programmed feed rate, by the limit that was nearest: "jerk of rho2", ..., or ``NO_LIMIT_NEAR`` where none is.
     first_row : ndarray, shape (n_joints,)
         File units.
+    text : str
+        Findings and verdict, as ``verify`` says them: what is printed.
     """
 
     n_rows: int = 0
@@ -44,6 +46,10 @@ class Verification:
     slow: dict[str, float] = field(default_factory=dict)
     first_row: Array = field(default_factory=lambda: np.zeros(0))
     findings: list[Finding] = field(default_factory=list)
+    text: str = ""
+
+    def __repr__(self) -> str:
+        return self.text or f"{self.n_rows} rows, {len(self.findings)} findings"
 
     @property
     def ok(self) -> bool:

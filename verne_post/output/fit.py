@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from verne_post.base.numbers import fixed
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
@@ -12,13 +13,25 @@ from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.verdict import worst
 from verne_post.output.cells import finite_or_none
 from verne_post.output.findings import text_line
-from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Proposal
+from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Place, Proposal
 
 
-def _wcs_option(proposal: Proposal) -> str:
+def _wcs_option(proposal: Proposal, place: Place) -> str:
     """``G54=x,y,z,c`` for ``--wcs``."""
-    place = proposal.after.place
     return f"{SYSTEM_NAMES[proposal.system]}={','.join(_number(value) for value in (place.x, place.y, place.z, place.c * DEG_PER_RAD))}"
+
+
+def _move_text(proposal: Proposal, place: Place) -> str:
+    """How the part is moved from where it is."""
+    x, y, z, turn = _moved(proposal, place)
+    turned = f", turned by {_number(turn)} deg" if turn else ""
+    return f"moved by {_number(x)}, {_number(y)}, {_number(z)} mm{turned}"
+
+
+def _moved(proposal: Proposal, place: Place) -> list[float]:
+    """From where the part is now: mm, mm, mm, deg."""
+    x, y, z, c = (place.array() - proposal.before.place.array()).tolist()
+    return [round(value, WRITTEN_DECIMALS) + 0.0 for value in (x, y, z, c * DEG_PER_RAD)]
 
 
 def _g10_block(proposal: Proposal, machine: Machine) -> str | None:
@@ -42,17 +55,28 @@ def text(program: str, machine: Machine, proposal: Proposal) -> str:
 def _lines(program: str, machine: Machine, proposal: Proposal) -> Iterator[str]:
     before, after = proposal.before, proposal.after
     fits = worst(proposal.findings) != "error"
+    wcs = _wcs_option(proposal, after.place)
     if fits:
-        yield f"{program} on {machine.name} fits with this work offset:"
-        yield f"  --wcs {_wcs_option(proposal)}"
+        if any(_moved(proposal, after.place)):
+            what = {"move": ", the smallest move found", "margin": "", "time": ""}[proposal.aim]
+            yield f"{program} on {machine.name} fits if the part is {_move_text(proposal, after.place)}{what}:"
+        else:
+            yield f"{program} on {machine.name} fits where the part is:"
+        yield f"  --wcs {wcs}"
         same = _g10_block(proposal, machine)
         if same is not None:
             yield f"  {same}    (the same in the program, in place of --wcs)"
     else:
         yield f"{program} on {machine.name}: no work offset was found with which it fits."
-        yield f"The best one, --wcs {_wcs_option(proposal)}, is blocked by:"
+        yield f"The best one, --wcs {wcs}, is blocked by:"
         for item in _blocking(proposal.findings):
             yield f"  {text_line(program, item)}"
+    if fits and proposal.aim != "margin":
+        largest = proposal.largest
+        yield (
+            f"The largest margin, {_margin(largest.smallest)}, is with the part {_move_text(proposal, largest.place)}: "
+            f"--wcs {_wcs_option(proposal, largest.place)} (--maximise margin)."
+        )
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
     yield f"Smallest margin {_margin(after.smallest)} ({where}), before {_margin(before.smallest)}; 0 at a limit, 1 plenty."
     if proposal.seconds is not None:
@@ -86,7 +110,14 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "machine": {"name": machine.name, "sha256": machine.sha256},
         "fits": fits,
         "system": SYSTEM_NAMES[proposal.system],
-        "wcs": _wcs_option(proposal),
+        "aim": proposal.aim,
+        "wcs": _wcs_option(proposal, after.place),
+        "moved": _moved(proposal, after.place),
+        "largest_margin": {
+            "wcs": _wcs_option(proposal, proposal.largest.place),
+            "margin": finite_or_none(proposal.largest.smallest),
+            "moved": _moved(proposal, proposal.largest.place),
+        },
         "block": _g10_block(proposal, machine),
         "seconds": {"before": proposal.seconds_before, "after": proposal.seconds},
         "margins": [
@@ -109,9 +140,8 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
 
 def _number(value: float) -> str:
     """A number without trailing zeros; what the search found has been rounded, what was given is as it was given."""
-    text = f"{value:.{WRITTEN_DECIMALS}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
+    return fixed(value, WRITTEN_DECIMALS).rstrip("0").rstrip(".")
 
 
 def _margin(value: float) -> str:
-    return f"{value:.3f}" if np.isfinite(value) else "no reach"
+    return fixed(value, 3) if np.isfinite(value) else "no reach"

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.numbers import fixed
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
@@ -125,7 +126,7 @@ def _motion(summary: Summary) -> str:
 def _first_row(summary: Summary) -> str:
     names = column_names(summary.machine.columns, summary.format.drives)[1:-1]
     values = [
-        f"{name} {value:.{min(decimals, 4)}f}"
+        f"{name} {fixed(value, min(decimals, 4))}"
         for name, value, decimals in zip(names, summary.start, summary.format.decimals, strict=True)
     ]
     return f"the machine must stand at {', '.join(values)}"
@@ -258,14 +259,14 @@ def _free_turn(summary: Summary) -> Facts:
     factor = summary.machine.columns[-1].factor
     if turn.chosen == turn.before:
         text = (
-            f"C stays at {turn.before * factor:.3f} deg: no other C has a larger smallest margin than "
-            f"{turn.margin:.3f} ({turn.nearest})"
+            f"C stays at {fixed(turn.before * factor, 3)} deg: no other C has a larger smallest margin than "
+            f"{fixed(turn.margin, 3)} ({turn.nearest})"
         )
     else:
-        old = f"{turn.margin_before:.3f}" if np.isfinite(turn.margin_before) else "out of reach"
+        old = fixed(turn.margin_before, 3) if np.isfinite(turn.margin_before) else "out of reach"
         text = (
-            f"C stands at {turn.chosen * factor:.3f} deg: the smallest margin is {turn.margin:.3f} ({turn.nearest}), "
-            f"in place of {old} at C {turn.before * factor:.3f} (0 at a limit, 1 in the middle of a travel)"
+            f"C stands at {fixed(turn.chosen * factor, 3)} deg: the smallest margin is {fixed(turn.margin, 3)} ({turn.nearest}), "
+            f"in place of {old} at C {fixed(turn.before * factor, 3)} (0 at a limit, 1 in the middle of a travel)"
         )
     return [("free C", text)]
 
@@ -399,5 +400,5 @@ def _rounding(summary: Summary) -> Facts:
 
 
 def _provisional(summary: Summary) -> Facts:
-    assumed = [group for group, source in summary.machine.provenance.items() if source.startswith("assumed")]
+    assumed = summary.machine.assumed
     return [("assumed", f"of the machine file, not measured: {', '.join(assumed)}")] if assumed else []

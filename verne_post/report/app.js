@@ -104,7 +104,7 @@
     cell.append(text("dt", name), text("dd", value));
     return cell;
   }));
-  const shown = (value, digits, unit) => Number.isFinite(value) ? value.toFixed(digits) + unit : "out of reach";
+  const shown = (value, digits, unit) => Number.isFinite(value) ? fixed(value, digits) + unit : "out of reach";
   function describe(i) {
     readout.forEach(({ row, value, mark, joint }, k) => {
       const q = arrays.q[joints * i + k];
@@ -113,7 +113,7 @@
       row.classList.toggle("beyond", beyond);
       if (mark) mark.style.left = 100 * Math.min(Math.max((q - joint.low) / (joint.high - joint.low), 0), 1) + "%";
     });
-    const list = [["tip on the table", [0, 1, 2].map(k => arrays.tip[3 * i + k].toFixed(3).replace(/^-(0\.0*)$/, "$1")).join("  ")]];
+    const list = [["tip on the table", [0, 1, 2].map(k => fixed(arrays.tip[3 * i + k], 3)).join("  ")]];
     if (Number.isFinite(arrays.speed[i])) list.push(["tip speed", arrays.speed[i].toFixed(2) + " mm/s"]);
     const name = data.marginNames[arrays.nearest[i]];
     list.push(["margin", shown(arrays.margin[i], 3, "") + (name ? ", " + name : "")], ["platform tilt", shown(arrays.alpha_deg[i], 2, "°")]);

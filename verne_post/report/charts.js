@@ -1,5 +1,9 @@
 // Curves over the program on canvases that share one stretch of it and one cursor. Of many points in a column of pixels the lowest and
 // the highest are drawn, so that no peak is lost.
+
+// A number with so many decimals, which is never minus zero.
+const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
+
 const Charts = (() => {
   const LEFT = 52, RIGHT = 8, TOP = 18, BOTTOM = 18, LEGEND = 16;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -79,7 +83,7 @@ const Charts = (() => {
         context.strokeStyle = style("--grid");
         context.beginPath(); context.moveTo(x, topOf(chart)); context.lineTo(x, height - BOTTOM); context.stroke();
         context.fillStyle = style("--quiet");
-        context.fillText(value.toFixed(across.digits) + (value === across.list[across.list.length - 1] ? " " + unit : ""), Math.min(x, width - 24), height - 8);
+        context.fillText(fixed(value, across.digits) + (value === across.list[across.list.length - 1] ? " " + unit : ""), Math.min(x, width - 24), height - 8);
       }
       if (!chart.series) return;
       const up = ticks(...chart.bounds, (height - topOf(chart) - BOTTOM) / 28);
@@ -89,7 +93,7 @@ const Charts = (() => {
         context.strokeStyle = style("--grid");
         context.beginPath(); context.moveTo(LEFT, y); context.lineTo(width - RIGHT, y); context.stroke();
         context.fillStyle = style("--quiet");
-        context.fillText(value.toFixed(up.digits), LEFT - 5, y);
+        context.fillText(fixed(value, up.digits), LEFT - 5, y);
       }
     }
     const py = (chart, value, height) => height - BOTTOM - (value - chart.bounds[0]) / (chart.bounds[1] - chart.bounds[0]) * (height - topOf(chart) - BOTTOM);
@@ -129,7 +133,7 @@ const Charts = (() => {
     function entries(chart, cursor) {
       return (chart.series || []).map(one => {
         const value = valueAt(one, cursor);
-        return { colour: one.colour, name: one.name + " " + (Number.isFinite(value) ? value.toFixed(chart.digits) : "–") };
+        return { colour: one.colour, name: one.name + " " + (Number.isFinite(value) ? fixed(value, chart.digits) : "–") };
       });
     }
 
@@ -195,7 +199,7 @@ const Charts = (() => {
       chart.canvas = canvas;
       if (chart.series) {
         chart.bounds = chart.bounds || bounds(chart.series, chart.limits || []);
-        const most = chart.series.map(one => one.name + " from " + one.y.reduce((a, b) => b < a ? b : a, Infinity).toFixed(chart.digits) + " to " + one.y.reduce((a, b) => b > a ? b : a, -Infinity).toFixed(chart.digits));
+        const most = chart.series.map(one => one.name + " from " + fixed(one.y.reduce((a, b) => b < a ? b : a, Infinity), chart.digits) + " to " + fixed(one.y.reduce((a, b) => b > a ? b : a, -Infinity), chart.digits));
         canvas.setAttribute("aria-label", chart.title + ": " + most.join(", "));
       } else canvas.setAttribute("aria-label", chart.title);
       charts.push(chart);

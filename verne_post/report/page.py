@@ -14,6 +14,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
+from verne_post.base.numbers import fixed
 from verne_post.kinematics.checks.keep_out import tool_of_moves
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
@@ -198,5 +199,5 @@ def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | 
     a, c = np.degrees(angles)
     return {
         "x": [float(x[0]), float(x[-1])], "y": [float(y[0]), float(y[-1])],
-        "title": f"z {height:.1f} mm, A {a:.1f}, C {c:.1f} deg (workpiece sense)",
+        "title": f"z {fixed(height, 1)} mm, A {fixed(a, 1)}, C {fixed(c, 1)} deg (workpiece sense)",
     }  # fmt: skip

@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import fixed
 from verne_post.base.printable import printable
 from verne_post.kinematics.checks.keep_out import tool_of_moves
 from verne_post.model.machine import Machine
@@ -55,9 +56,10 @@ def verdict_html(machine: Machine, study: Study) -> str:
     else:
         shown = [("program", "refused, nothing is laid out")]
     shown.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
-    assumed = [group for group, source in machine.provenance.items() if source.startswith("assumed")]
-    shown.append(("assumed, not measured", ", ".join(assumed) or "nothing"))
+    shown.append(("assumed, not measured", ", ".join(machine.assumed) or "nothing"))
     word, kind = ("Go, with warnings", "warned") if warnings else ("Go", "go")
+    if "limits" in machine.assumed:
+        word += ", on assumed limits"  # it says that the numbers of the file hold, not that the machine does
     if not study.timed:
         word, kind = "No go", "no-go"
     cells = "".join(f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}</dd></div>" for name, value in shown)
@@ -106,7 +108,7 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         at = int(np.nanargmin(curve.values))
         frame = _frame_of(study, float(curve.x[at]))
         name = study.margin_names[study.nearest[frame]] if study.nearest[frame] >= 0 else "out of reach"
-        yield Place(f"smallest margin: {name}", f"{curve.values[at]:.3f}", frame)
+        yield Place(f"smallest margin: {name}", fixed(curve.values[at], 3), frame)
     for name in ("velocity", "acceleration", "jerk") if study.timed else ():
         shares_of = list(shares(machine, study, name))
         joint = int(np.argmax([np.abs(share).max() for _x, share in shares_of]))
@@ -122,7 +124,7 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         yield Place(f"line {within.line} stops inside", f"{within.most} time{'' if within.most == 1 else 's'}", frame)
     if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
-        yield Place("peak platform tilt", f"{study.alpha_deg[frame]:.2f} deg", frame)
+        yield Place("peak platform tilt", f"{fixed(study.alpha_deg[frame], 2)} deg", frame)
 
 
 def _slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
@@ -183,7 +185,7 @@ def sheet_html(machine: Machine, study: Study) -> str:
         _titled("Tools", ("tool", "length, mm", "diameter, mm"), _tools(study)),
         _titled("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _offsets(machine, study)),
         _titled("Start position", ("joint", "value"), [
-            (column.joint, f"{value:.4f} {column.unit}") for column, value in zip(machine.columns, study.q[0], strict=True)
+            (column.joint, f"{fixed(value, 4)} {column.unit}") for column, value in zip(machine.columns, study.q[0], strict=True)
         ]),
         _titled("Actions of the operator", ("line", "at", "what"), _actions(study)),
     ]  # fmt: skip

@@ -4,6 +4,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.numbers import fixed
 from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.findings import Finding, finding
@@ -64,7 +65,7 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
 
     def show(pair: tuple[float, float]) -> str:
         return ", ".join(
-            f"{name} {value * factor:.3f}" for name, value, factor in zip("AC", pair, factors, strict=True)
+            f"{name} {fixed(value * factor, 3)}" for name, value, factor in zip("AC", pair, factors, strict=True)
         )
 
     findings = []

@@ -6,7 +6,7 @@ Distances to limits are those of ``margins``; what no place changes does not cou
 """
 
 from collections.abc import Callable
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from msgspec import Struct
@@ -23,6 +23,8 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import coordinates
 from verne_post.toolpath.margins import margin_functions
 
+#: What a place is chosen for.
+Aim = Literal["move", "margin", "time"]
 #: Decimals of what is proposed, mm and degrees.
 DECIMALS: Final = 3
 #: Decimals of what is written: below them stand the errors of turning degrees into radians and back.
@@ -155,15 +157,35 @@ class Fit(Struct, frozen=True, eq=False):
 class Proposal(Struct, frozen=True, eq=False):
     """Where the part stands now, a place for it, and the findings of the whole program there.
 
-    ``system`` is the work system that moves; seconds are None where the program cannot run.
+    Attributes
+    ----------
+    system : int
+        Number of the work system that moves.
+    aim : {"move", "margin", "time"}
+        What the place was chosen for: the smallest move, the largest margin, or the least time.
+    before, after : Fit
+    findings : tuple of Finding
+        Of the whole program at the place.
+    seconds_before, seconds : float or None
+        None where the program cannot run.
+    largest : Fit
+        The place with the largest smallest margin.
+    text : str
+        What ``fit`` says of it: what is printed.
     """
 
     system: int
+    aim: Aim
     before: Fit
     after: Fit
     findings: tuple[Finding, ...]
     seconds_before: float | None
     seconds: float | None
+    largest: Fit
+    text: str = ""
+
+    def __repr__(self) -> str:
+        return self.text or super().__repr__()
 
 
 class Search:
@@ -189,15 +211,13 @@ class Search:
         lines = self.points.line[table[0].argmin(axis=0)]
         return Fit(place, margins, lines, np.ones(len(margins), bool) if counts is None else counts, self.names)
 
-    def find_best(
-        self, start: Place, *, least_time: bool = False, notify: Callable[[int, int], None] | None = None
-    ) -> Fit:
-        """The place with the largest smallest margin, or of least time with enough of it; ``notify`` gets done and total."""
+    def find_best(self, start: Place, notify: Callable[[int, int], None] | None = None) -> Fit:
+        """The place with the largest smallest margin; ``notify`` gets done and total."""
         random = np.random.default_rng(0)  # the same program has the same fit
         scattered = self.low + random.random((SCATTERED, 4)) * (self.high - self.low)
         scattered[:, ~self.free] = start.array()[~self.free]
         scattered[0] = np.clip(start.array(), self.low, self.high)
-        rows = np.unique(np.linspace(0, len(self.points.tip) - 1, FIRST_POINTS).astype(np.intp))
+        rows = self.first_rows()
         smallest, lost = self._find_smallest(scattered, rows)
         with np.errstate(invalid="ignore"):
             reached = np.isfinite(smallest).all(axis=1)
@@ -211,28 +231,42 @@ class Search:
         best = scattered[np.argsort(-_rate(smallest, lost, counts), kind="stable")[:FOLLOWED]]
         for done in range(REFINEMENTS):
             if notify is not None:
-                notify(done, REFINEMENTS + least_time)
+                notify(done, REFINEMENTS)
             best = self._improve(best, rows, counts, random)
-            table = self._table(best[:1], self.points)[0]
-            # of every margin, the points that are worst now
-            worse = np.unique(np.argsort(table, axis=0)[: max(ADDED // table.shape[1], 1)])
+            worse = self.worst_rows(best[0])
             if np.isin(worse, rows).all():
                 break
             rows = np.union1d(rows, worse)
-        if least_time:
-            best = self._find_fastest(best, rows, counts, random)
         x, y, z, c = best[0].tolist()
         return self.evaluate(Place(x, y, z, c), counts)
+
+    def holds(self, place: Place) -> bool:
+        """Whether a place lies in the range."""
+        return bool((self.low <= place.array()).all() and (place.array() <= self.high).all())
+
+    def first_rows(self) -> NDArray[np.intp]:
+        """Points to begin with, spread over the program."""
+        return np.unique(np.linspace(0, len(self.points.tip) - 1, FIRST_POINTS).astype(np.intp))
+
+    def worst_rows(self, place: Array) -> NDArray[np.intp]:
+        """Of every margin, the points that are worst at a place (4,)."""
+        table = self._table(place[None], self.points)[0]
+        return np.unique(np.argsort(table, axis=0)[: max(ADDED // table.shape[1], 1)])
+
+    def rate(self, places: Array, counts: Mask, rows: NDArray[np.intp] | None = None) -> Array:
+        """The smallest margin of places (n, 4) over some points, or all; below any margin where a pose is out of reach."""
+        every = np.arange(len(self.points.tip)) if rows is None else rows
+        return _rate(*self._find_smallest(places, every), counts)
 
     def _improve(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
         """Improve places by samples around each in ranges that shrink; returns them best first."""
         width = 0.25 * (self.high - self.low) * self.free
-        worth = _rate(*self._find_smallest(best, rows), counts)
+        worth = self.rate(best, counts, rows)
         for _ in range(ROUNDS):
             around = best[:, None] + width * random.uniform(-1, 1, (len(best), AROUND, 4))
             around = np.clip(around, self.low, self.high)
             around[..., ~self.free] = best[0, ~self.free]
-            value = _rate(*self._find_smallest(around.reshape(-1, 4), rows), counts).reshape(len(best), AROUND)
+            value = self.rate(around.reshape(-1, 4), counts, rows).reshape(len(best), AROUND)
             top = value.argmax(axis=1)
             each = np.arange(len(best))
             better = value[each, top] > worth
@@ -240,21 +274,23 @@ class Search:
             width = width * SHRINK
         return best[np.argsort(-worth, kind="stable")]
 
-    def _find_fastest(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
-        """Find the place of least time among samples with enough margin."""
+    def find_fastest(self, best: Fit) -> Fit:
+        """The place of least time among samples around one of large margin, with enough of it."""
+        random, counts = np.random.default_rng(0), best.counts
         width = 0.5 * (self.high - self.low) * self.free
-        place, time = best[0], self._estimate_seconds(best[0])
-        every = np.arange(len(self.points.tip))
+        place = best.place.array()
+        time, rows = self._estimate_seconds(place), np.union1d(self.first_rows(), self.worst_rows(place))
         for _ in range(ROUNDS):
             around = np.clip(place + width * random.uniform(-1, 1, (AROUND, 4)), self.low, self.high)
             around[:, ~self.free] = place[~self.free]
-            legal = _rate(*self._find_smallest(around, rows), counts) >= ENOUGH
+            legal = self.rate(around, counts, rows) >= ENOUGH
             for candidate in around[legal]:
                 seconds = self._estimate_seconds(candidate)
-                if seconds < time and _rate(*self._find_smallest(candidate[None], every), counts)[0] >= ENOUGH:
+                if seconds < time and self.rate(candidate[None], counts)[0] >= ENOUGH:
                     place, time = candidate, seconds
             width = width * SHRINK
-        return place[None]
+        x, y, z, c = place.tolist()
+        return self.evaluate(Place(x, y, z, c), counts)
 
     def _find_smallest(self, places: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
         """Smallest value (n, k) of every margin at places (n, 4), over some points, and the share of them out of reach (n,)."""

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.text_marks import text_of
 from verne_post.calibration.as_built.data import Prior, prior_of_covariance
 from verne_post.calibration.as_built.machine_text import DECIMALS
 from verne_post.model.deviations import PARAMETERS
@@ -45,7 +46,7 @@ def read_covariance(raw: bytes, deviations: Array) -> Prior:
     """
     n = len(PARAMETERS)
     try:
-        lines = [line for line in raw.decode("utf-8").splitlines() if not line.startswith("#")]
+        lines = [line for line in text_of(raw).splitlines() if not line.startswith("#")]
         header, *rows = list(csv.reader(io.StringIO("\n".join(lines))))
         values = np.array(rows, dtype=float)
         if tuple(header) != PARAMETERS or values.shape != (n + 1, n) or not np.isfinite(values).all():

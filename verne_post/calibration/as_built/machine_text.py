@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.text_marks import text_of
 from verne_post.base.units import MILLI
 from verne_post.config.load import machine_from_toml
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
@@ -30,7 +31,7 @@ def machine_text(raw: bytes, deviations: Deviations, source: str, file_name: str
     InputError
         VP501: the file writes [as_built] in a way that cannot be replaced line by line.
     """
-    text = raw.decode("utf-8")
+    text = text_of(raw)
     kept = "".join(_without_as_built(text)).rstrip() + "\n"
     written = kept + "\n" + "".join(as_built_lines(deviations, source))
     before: dict[str, Any] = tomllib.loads(text)

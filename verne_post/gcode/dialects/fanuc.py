@@ -46,6 +46,8 @@ _COLON: Final = re.compile(r"[ \t]*(:)[ \t]*[0-9]")
 _DELETE: Final = re.compile(r"[ \t]*/([1-9])[ \t]*[^ \t0-9.]")
 #: A comment with others in it, and the parentheses that are left after its first end.
 _NESTED: Final = re.compile(r"\(([^()]*\([^)]*)\)((?:[ \t]*\))*)")
+#: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
+_LEFT_OVER: Final = re.compile(r"[^()]*\)")
 _BLANK: Final = str.maketrans("()", "  ")
 #: A program number with words beside it.
 _NUMBER_AND_WORDS: Final = re.compile(
@@ -115,10 +117,20 @@ class FanucInterpreter(NurbsCodes):
                 f"{macro.group(1).upper()}: custom macro statements are not executed, only parameters and expressions",
                 macro.start(1) + 1,
             )
-        text = self.prepare(text)
+        nested, text = _NESTED.search(text), self.prepare(text)
         if (numbered := _NUMBER_AND_WORDS.match(text)) is not None:
             text = " " * numbered.end(1) + text[numbered.end(1) :]
-        block = super().read(text, line)
+        try:
+            block = super().read(text, line)
+        except BlockError as error:
+            if nested is None or (error.column or 0) <= nested.end() or not _LEFT_OVER.match(text, nested.end()):
+                raise
+            raise BlockError(
+                error.code,
+                f"the comment that begins in column {nested.start() + 1} ends at the ')' of column {nested.end(1) + 1}, because comments do not "
+                f"nest; what follows is read as words, and there {error.message}",
+                error.column,
+            ) from None
         if block.o is not None and block.o.keyword is not None:
             raise BlockError(
                 "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"

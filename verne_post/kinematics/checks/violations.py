@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.numbers import fixed
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.codes import CODES
 from verne_post.model.contour import Contour
@@ -107,7 +108,7 @@ def limit_findings(contour: Contour, check: Check, worst: Worst) -> list[Finding
             at = min(group, key=lambda element: check.sign * value_of[element])
             value, bound = value_of[at] * check.factor, limit * check.factor
             side = "below" if value < bound else "above"
-            message = f"{what} {value:.6f}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
+            message = f"{what} {fixed(value, 6)}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
             findings.append(
                 _finding(contour, group, at, check.code, message, severity=severity, axis=check.axis, value=value,
                          limit=bound, unit=check.unit)
@@ -121,7 +122,7 @@ def table_findings(contour: Contour, below: Worst) -> list[Finding]:
     for group in _stretches(below.by_element):
         at = min(group, key=lambda element: below.by_element[element][0])
         value = below.by_element[at][1]
-        message = f"tip or spindle nose {-value:.6f} mm below the table face, inside the table's radius"
+        message = f"tip or spindle nose {fixed(-value, 6)} mm below the table face, inside the table's radius"
         findings.append(_finding(contour, group, at, "VP210", message, value=value, limit=0.0, unit="mm"))
     return findings
 

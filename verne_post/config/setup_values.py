@@ -1,0 +1,96 @@
+"""What the files of a set-up give as options: for the commands, and for the Python API."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from verne_post.base.text_marks import text_of
+from verne_post.config.files import read_file
+from verne_post.config.part_setup import read_lengths, read_offsets
+from verne_post.config.program_setup import TOOL_KEYS, ProgramSetup, read_setup
+from verne_post.gcode.parameter_file import read_parameter_file
+from verne_post.gcode.tools import read_tool_table
+from verne_post.model.findings import InputError, UsageError, finding
+from verne_post.model.options import OPTIONS, Options
+from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
+
+#: Which set-up holds: the file beside the program, where there is one; none; or the one of a path.
+Setup = Literal["beside", "none"] | os.PathLike[str]
+_WORDS: Final = ("beside", "none")
+
+
+def values_of_files(contents: Mapping[str, tuple[bytes, str]]) -> dict[str, Any]:
+    """Options by name from the bytes and the names of files, by the keys of a set-up that name them.
+
+    Raises
+    ------
+    InputError
+        For a file that is wrong.
+    """
+    found: dict[str, Any] = {}
+    if "tool_table" in contents:
+        raw, name = contents["tool_table"]
+        found["tools"] = read_tool_table(text_of(raw, "replace"), name)
+    if "tool_lengths" in contents:
+        found["tools"] = read_lengths(*contents["tool_lengths"], found.get("tools", {}))
+    if "parameters" in contents:
+        raw, name = contents["parameters"]
+        found["parameters"] = read_parameter_file(text_of(raw, "replace"), name)
+    if "tool_shapes" in contents:
+        from verne_post.config.tool_shapes import read_tool_shapes  # few programs have it
+
+        found["tool_shapes"] = read_tool_shapes(*contents["tool_shapes"])
+    return found
+
+
+def with_setup(options: Options, program: Path | None, setup: Setup) -> Options:
+    """Options with those of a set-up below them: what is not as by default goes before the set-up.
+
+    Parameters
+    ----------
+    program : Path or None
+        Beside which the set-up is looked for; None where the program is no file.
+
+    Raises
+    ------
+    InputError
+        VP503 and what its files have: the set-up cannot be used.
+    UsageError
+        ``setup`` is none of these.
+    """
+    if setup not in _WORDS and not isinstance(setup, os.PathLike):
+        raise UsageError("setup", f"{setup!r}: expected {', '.join(map(repr, _WORDS))} or a pathlib.Path")
+    path = (None if program is None else Path(f"{program}.toml")) if setup == "beside" else Path(setup)
+    if setup == "none" or path is None or (setup == "beside" and not path.is_file()):
+        return options
+    file = read_setup(path, lambda name: _read(name, "set-up"), path.name)
+    given = {name: value for name in OPTIONS if (value := getattr(options, name)) != OPTIONS[name].default()}
+    below, files = dict(file.options), dict(file.files)
+    if given.keys() & {"tool_length", "tools"}:
+        below, files = ({key: one for key, one in part.items() if key not in TOOL_KEYS} for part in (below, files))
+    contents = {key: (_read(named, f"{file.place_of(key)} ="), str(named)) for key, named in files.items()}
+    fixtures = {name: box.box(name) for name, box in file.keep_out.items()} | {
+        box.name: box for box in options.keep_out
+    }
+    return Options(**{
+        "stock": None if file.stock is None else file.stock.box("the stock"), **below, **values_of_files(contents), **given,
+        "wcs": _offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
+        "setup_source": file.name,
+    })  # fmt: skip
+
+
+def _offsets(file: ProgramSetup, measured: tuple[bytes, str] | None) -> dict[int, WorkOffset]:
+    found = {} if measured is None else read_offsets(*measured)
+    for system in file.wcs.keys() & found.keys():
+        assert measured is not None
+        text = f"{measured[1]} has this work offset too; give it once"
+        raise InputError(finding("VP503", f"{file.name}: wcs.{SYSTEM_NAMES[system]}: {text}"))
+    return {**file.wcs, **found}
+
+
+def _read(path: Path, what: str) -> bytes:
+    try:
+        return read_file(path)
+    except OSError as error:
+        raise InputError(finding("VP503", f"{what} {path}: {error.strerror or error}")) from None

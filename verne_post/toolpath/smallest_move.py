@@ -1,0 +1,123 @@
+"""The smallest move of the part with which a program is legal: people set up a part once, and do not like to do it again.
+
+The size of a move is a bound of how far any point of the part is moved: the shift of its zero, and the turn times the
+largest distance of the program from the zero. A part is turned only where no shift alone will do.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verne_post.base.arrays import Array, Mask
+from verne_post.toolpath.work_offset import AROUND, FOLLOWED, REFINEMENTS, ROUNDS, SCATTERED, SHRINK, Place, Search
+
+#: How far inside every limit the points of the program are brought, in margins: the points may miss the worst place. The
+#: larger ones serve where the check of the whole program refuses what a smaller one found.
+RESERVES: Final = (1e-4, 2e-3, 0.02)
+#: A proposed shift is rounded to this, mm, away from where the part is: people do not set hundredths.
+ROUND_MM: Final = 0.1
+#: The nearest sampled moves are so much of the whole range.
+NEAREST: Final = 1e-5
+
+
+class SmallestMove:
+    """Moves of the part of one program from where it is now.
+
+    Parameters
+    ----------
+    search : Search
+    start : Place
+        Where the part is.
+    counts : ndarray of bool, shape (k,)
+        The margins that depend on the place.
+    """
+
+    def __init__(self, search: Search, start: Place, counts: Mask) -> None:
+        self.search, self.start, self.counts = search, start.array(), counts
+        tip = search.points.tip
+        self.reach = float(np.hypot(tip[:, 0], tip[:, 1]).max())
+
+    def size(self, places: Array) -> Array:
+        """How far no point of the part is moved at most, mm, for places (n, 4)."""
+        moved = places - self.start
+        return np.asarray(np.linalg.norm(moved[..., :3], axis=-1) + self.reach * np.abs(moved[..., 3]))
+
+    def proposals(self) -> Iterator[Array]:
+        """Places (4,) that are legal by the points of the program, the smallest move first, in round numbers first."""
+        shifts, every = self.search.free & [True, True, True, False], self.search.free
+        for reserve in RESERVES:
+            found = next(
+                (place for free in (shifts, every) if free.any() and (place := self.find(free, reserve)) is not None),
+                None,
+            )
+            if found is None:
+                return
+            found = self._without_idle(found)
+            moved = found - self.start
+            round_one = found.copy()
+            round_one[:3] = (
+                self.start[:3] + np.sign(moved[:3]) * np.ceil(np.abs(moved[:3]) / ROUND_MM - 1e-6) * ROUND_MM
+            )
+            for place in (round_one, found):
+                if self._is_legal(place):
+                    yield place
+
+    def _without_idle(self, found: Array) -> Array:
+        """A place without what its move does not need: the search leaves a trace in every coordinate."""
+        for kept in sorted(product((False, True), repeat=4), key=sum):
+            place = np.where(kept, found, self.start)
+            if self._is_legal(place):
+                return place
+        return found
+
+    def _is_legal(self, place: Array) -> bool:
+        """Whether a place (4,) lies in the range, and no point of the program is beyond a limit there."""
+        inside = (place >= self.search.low).all() and (place <= self.search.high).all()
+        return bool(inside and self.search.rate(place[None], self.counts)[0] >= 0.0)
+
+    def find(self, free: Mask, reserve: float) -> Array | None:
+        """The nearest place (4,) found at which every margin is at least the reserve; None where none was found."""
+        random = np.random.default_rng(0)  # the same program has the same answer
+        low, high = (np.where(free, end, self.start) for end in (self.search.low, self.search.high))
+        # half of the samples over the whole range, half near the start, in steps of the same ratio
+        far = low + random.random((SCATTERED // 2, 4)) * (high - low)
+        share = NEAREST ** random.random((SCATTERED // 2, 1))
+        near = self.start + share * random.uniform(-1, 1, (SCATTERED // 2, 4)) * (high - low)
+        places = np.clip(np.concatenate([far, near, self.start[None]]), low, high)
+        rows = self.search.first_rows()
+        for _ in range(REFINEMENTS):
+            legal = places[self.search.rate(places, self.counts, rows) >= reserve]
+            if not len(legal):
+                return None
+            best = legal[np.argsort(self.size(legal), kind="stable")[:FOLLOWED]]
+            best = self._improve(best, rows, low, high, reserve, random)
+            worse = self.search.worst_rows(best[0])
+            if np.isin(worse, rows).all():
+                return np.asarray(best[0])
+            rows = np.union1d(rows, worse)
+            places = np.concatenate([best, places])
+        return None
+
+    def _improve(
+        self, best: Array, rows: NDArray[np.intp], low: Array, high: Array, reserve: float, random: np.random.Generator
+    ) -> Array:
+        """Nearer places around legal ones (n, 4), in ranges that shrink with the move; returns them nearest first."""
+        share = 0.5
+        for _ in range(ROUNDS):
+            size = self.size(best)
+            # nearer along the way back, and aside of it by less and less
+            back = self.start + (best - self.start)[:, None] * (1 - share * random.random((len(best), AROUND, 1)))
+            aside = share * random.uniform(-1, 1, (len(best), AROUND, 4)) * size[:, None, None]
+            aside[..., 3] /= max(self.reach, 1.0)
+            around = np.clip(back + aside, low, high)
+            sizes = self.size(around)
+            legal = self.search.rate(around.reshape(-1, 4), self.counts, rows).reshape(sizes.shape) >= reserve
+            sizes = np.where(legal, sizes, np.inf)
+            top, each = sizes.argmin(axis=1), np.arange(len(best))
+            better = sizes[each, top] < size
+            best[better] = around[each, top][better]
+            share *= SHRINK
+        return np.asarray(best[np.argsort(self.size(best), kind="stable")])
