@@ -73,6 +73,38 @@ def test_cubic_and_quadratic_are_bezier_curves(view):
         np.testing.assert_allclose(quadratic[:, axis], s**2 * a + 2 * s * t * b + t**2 * c, atol=1e-12)
 
 
+@pytest.mark.parametrize(("points", "weights", "rest"), [
+    ([(0, 0), (0, 0), (10, 10), (20, 0)], [1, 1, 2, 1], "first"), ([(0, 0), (10, 10), (20, 0), (20, 0)], [1, 2, 1, 1], "last"),
+])  # fmt: skip
+def test_a_control_point_that_repeats_the_first_or_the_last(view, points, weights, rest):
+    """The curve begins, or ends, at rest by its parameter: a straight part of some nm, and the curve itself to the last digit."""
+    lines = "\n".join(f"X{x} Y{y} P{weight}" for (x, y), weight in zip(points[1:], weights[1:], strict=True))
+    moves, findings = view(f"{HEAD}G5.2 {lines.replace(chr(10), ' L4' + chr(10), 1)}\nG5.3\nM2")
+    assert findings == ()
+
+    def on_curve(t):
+        t = np.atleast_1d(t)[:, None]
+        shares = np.hstack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3]) * weights
+        return shares @ np.array(points, float) / shares.sum(axis=1)[:, None]
+
+    kinds = [MoveKind(kind).name for kind in moves.kind[1:]]
+    assert kinds == (["FEED", "SPLINE"] if rest == "first" else ["SPLINE", "FEED"])
+    # the part that is cut off is half a half of a half ... of the parameter
+    shares = [0.5**k for k in range(1, 21)]
+    ends = shares if rest == "first" else [1 - share for share in shares]
+    cut = min(ends, key=lambda t: np.abs(on_curve(t)[0] - moves.end[1, :2]).max())
+    assert on_curve(cut)[0] == pytest.approx(moves.end[1, :2], abs=1e-12)
+    assert np.linalg.norm(moves.end[1, :2] - points[0 if rest == "first" else -1]) < 1e-4
+    u = np.linspace(0, 1, 9)
+    t = cut + (1 - cut) * u if rest == "first" else cut * u
+    np.testing.assert_allclose(places(moves, u)[0], on_curve(t), atol=1e-9)
+    # straight: the middle of the part lies on its chord
+    middle = on_curve(0.5 * cut if rest == "first" else 0.5 * (1 + cut))[0]
+    a, b = np.array(points[0 if rest == "first" else -1], float), moves.end[1, :2]
+    chord = (b - a) / np.linalg.norm(b - a)
+    assert abs((middle - a) @ np.array([-chord[1], chord[0]])) < 1e-9
+
+
 def test_a_cubic_goes_on_where_the_one_before_leads(view):
     given, _ = view(HEAD + "G5 X10 Y0 I2 J5 P-2 Q5\nG5 X20 Y0 I2 J-5 P-2 Q1\nM2")
     left_out, _ = view(HEAD + "G5 X10 Y0 I2 J5 P-2 Q5\nG5 X20 Y0 P-2 Q1\nM2")
@@ -165,7 +197,6 @@ BAD = {
     "a spline after G40": ("G41.1 D2 G1 X5\nG40 G5.1 X10 I5 J5", "VP026"),
     "no feed": ("F0 G5.1 X10 I5 J5", "VP009"),
     "a cusp": ("G5 X10 Y0 I10 J10 P-10 Q10", "VP031"),
-    "no direction at the end": ("G5 X10 Y0 I5 J5 P0 Q0", "VP031"),
     "one place": ("G5 X0 Y0 I0 J0 P0 Q0", "VP031"),
     "G5.3 alone": ("G5.3", "VP031"),
     "a point without weight": ("G5.2 X0 Y1 P1\nX2 Y2\nX2 Y0 P2\nG5.3", "VP005"),

@@ -146,6 +146,16 @@ class EvenParts(Struct, frozen=True, eq=False):
     polynomial: Array
 
 
+def split_bezier(controls: Array, t: float) -> tuple[Array, Array]:
+    """Control points (m, k) of the two parts of a Bezier curve on both sides of a parameter (de Casteljau)."""
+    row, first, second = controls, [controls[0]], [controls[-1]]
+    while len(row) > 1:
+        row = (1.0 - t) * row[:-1] + t * row[1:]
+        first.append(row[0])
+        second.append(row[-1])
+    return np.array(first), np.array(second[::-1])
+
+
 def find_even_parts(controls: Array, measured: int) -> EvenParts:
     """Find out how arc length runs along rational Bezier curves of one degree.
 

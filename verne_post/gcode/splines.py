@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 from msgspec import Struct, field
 
-from verne_post.base.arrays import Array, Mask
-from verne_post.base.bsplines import bezier_controls, find_even_parts, piece_ends
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.bsplines import bezier_controls, find_even_parts, piece_ends, split_bezier
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import STRAIGHT_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -21,6 +21,8 @@ from verne_post.model.splines import Splines
 
 #: A higher degree than any control has; the basis of a piece is evaluated by its degree.
 MAX_DEGREE: Final = 15
+#: An end of a piece that is at rest is cut off where what is cut off is straight: it is halved so often at most.
+_MOST_HALVINGS: Final = 20
 _ROTARY: Final = [3, 4, 5]
 
 
@@ -121,7 +123,7 @@ def cut_spline(spline: BSpline) -> CutSpline:
     _check(spline)
     degree, knots = spline.degree, np.array(spline.knots, dtype=float)
     all_points, all_weights = np.array(spline.points, dtype=float), np.array(spline.weights, dtype=float)
-    last = np.arange(degree, len(all_points))
+    last: Ints = np.arange(degree, len(all_points))
     last = last[knots[last] < knots[last + 1]]  # of the control points that a piece depends on
     owner = last[:, None] + np.arange(-degree, 1)
     knot = last[:, None] + np.arange(1 - degree, degree + 1)
@@ -130,6 +132,8 @@ def cut_spline(spline: BSpline) -> CutSpline:
     if not len(last):
         raise BlockError("VP031", "all control points of the spline are one place", None, spline.lines[0])
     points, weights, knots = all_points[owner], all_weights[owner], knots[knot]
+    if spline.axes is None:
+        points, weights, knots, last = _part_at_rests(points, weights, knots, last)
     controls = bezier_controls(points - points[:, :1], weights, knots)
     parts = find_even_parts(controls, 3)
     straight = ~parts.regular | (degree == 1)
@@ -149,6 +153,43 @@ def cut_spline(spline: BSpline) -> CutSpline:
     return CutSpline(
         pieces, [spline.lines[k] for k in last.tolist()], ends.tolist(), straight, float(length.sum()), axes
     )
+
+
+def _part_at_rests(points: Array, weights: Array, knots: Array, last: Ints) -> tuple[Array, Array, Array, Ints]:
+    """Cut off the ends of pieces at which control points coincide: the curve has no speed by its parameter there, but a direction.
+
+    What is cut off is so short that it is straight; the rest has a speed throughout.
+    """
+    controls = bezier_controls(points - points[:, :1], weights, knots)
+    places = controls[..., :-1] / controls[..., -1:]
+    begins, ends = (np.abs(places[:, a] - places[:, b]).max(axis=1) <= ZERO_LENGTH_MM for a, b in ((0, 1), (-1, -2)))
+    resting = (begins != ends) & (controls.shape[1] > 3)
+    if not resting.any():
+        return points, weights, knots, last
+    parts: list[tuple[Array, Array, Array, int]] = []
+    bezier = np.repeat([0.0, 1.0], controls.shape[1] - 1)
+    for piece, at in enumerate(last.tolist()):
+        cut = _cut_rest(controls[piece], points[piece, 0], at_begin=bool(begins[piece])) if resting[piece] else None
+        own = points[piece], weights[piece], knots[piece]
+        parts += [(*own, at)] if cut is None else [(*_plain(part, points[piece, 0]), bezier, at) for part in cut]
+    split_points, split_weights, split_knots, lasts = zip(*parts, strict=True)
+    return np.array(split_points), np.array(split_weights), np.array(split_knots), np.array(lasts, dtype=last.dtype)
+
+
+def _cut_rest(controls: Array, origin: Array, *, at_begin: bool) -> tuple[Array, Array] | None:
+    """Two parts of a Bezier piece (homogeneous, seen from ``origin``) with an end at rest; None where no part of it is straight."""
+    share = 0.5
+    for _ in range(_MOST_HALVINGS):
+        parts = split_bezier(controls, share if at_begin else 1.0 - share)
+        if _is_straight(_plain(parts[0 if at_begin else 1], origin)[0]):
+            return parts
+        share *= 0.5
+    return None
+
+
+def _plain(controls: Array, origin: Array) -> tuple[Array, Array]:
+    """Control points and weights of homogeneous ones."""
+    return controls[:, :-1] / controls[:, -1:] + origin, controls[:, -1]
 
 
 def _check(spline: BSpline) -> None:
