@@ -987,7 +987,7 @@ def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any
     path = tmp_path / "p.nc"
     path.write_text("G21 G90 G49\nG0 X0 Y0 Z90 A0 C0\nG1 X9 F900\nM2\n")
     said = " ".join(run("convert", path, "-o", tmp_path / "o.csv").err.split())
-    assert "tool length 0 mm (no length is in force: G49, or none was given)" in said
+    assert "tool length 0 mm (a length of 0 mm is in force: G49, a tool of that length, or none was given)" in said
     said = " ".join(run("convert", path, "--tool-length", 60, "-o", tmp_path / "o.csv").err.split())
     assert "tool length 60 mm (one length for the program)" in said
 

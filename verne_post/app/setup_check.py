@@ -32,7 +32,8 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     found = [missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
     if bare >= 0 and options.tool_length is None:
         text = (
-            "the tool has no length (G49): its tip is the gauge line of the spindle; write G43, or give --tool-length"
+            "the tool has a length of 0 mm here (G49, or a table says so): its tip is the gauge line of the spindle; "
+            "write G43 with its length, or give --tool-length"
         )
         line = int(moves.line[bare])
         found.append(finding("VP034", text, line=line, last_line=line, worst_line=line))

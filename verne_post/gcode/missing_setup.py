@@ -26,6 +26,14 @@ def missing_tool(number: int, letter: str, block: Block, setup: Setup, state: St
     return block.error("VP012", f"{name}: {why}", letter, name)
 
 
+def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = None) -> None:
+    """Refuse (VP012) to use the length of a tool that is named without one; a plain interpreter reads it as 0."""
+    if setup.machine and tool.unmeasured:
+        name = tool_text(tool.number, state.tool_names)
+        why = f"{name}: {tool.unmeasured} gives it no length; write one there, mm from the gauge line to the tip"
+        raise BlockError("VP012", f"{why} (in a tool table Z; Z0 where the gauge line is meant)", column, about=name)
+
+
 def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: State, column: int | None) -> int:
     """The number of a tool that a program calls by its name, which is kept for messages.
 

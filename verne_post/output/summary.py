@@ -286,7 +286,7 @@ def _tools(summary: Summary) -> str:
     ]
     source = " (one length for the program)" if summary.options.tool_length is not None else ""
     if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
-        source = " (no length is in force: G49, or none was given)"
+        source = " (a length of 0 mm is in force: G49, a tool of that length, or none was given)"
     return f"{', '.join(lengths)}{source}"
 
 
