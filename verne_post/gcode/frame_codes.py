@@ -108,6 +108,8 @@ class FrameCodes:
     def _set_tool_length(self, block: Block, code: int) -> None:
         state = self.state
         state.length_given = True
+        if code in (434, 435):
+            self.recorder.says_tcp = True
         if code == 490:
             offset = ZERO9
         elif code == 431:

@@ -27,6 +27,8 @@ from verne_post.model.moves import AXES
 _MAX_M_CODES: Final = 4
 #: Numbers of G words -> codes of motion that need nothing but their own words.
 _PLAIN_MOTIONS: Final = {0.0: 0, 1.0: 10, 2.0: 20, 3.0: 30}
+#: M codes with which LinuxCNC's examples of switchable kinematics select one, and what it is there.
+_KINEMATICS: Final = {428: "tcp on", 429: "tcp off", 430: "tcp off"}
 #: Words that may stand beside a user-defined code.
 _REMAPPED_WORDS: Final = "PQRLEDHK"
 
@@ -326,6 +328,11 @@ class Interpreter(ModalCodes):
         if abs(number - code) > WHOLE_NUMBER or number < 0:
             raise BlockError("VP007", f"M{number:g}: an M code is a whole number", column)
         settles = f'[remap] in verne-post.toml can give it a meaning: M{code} = "ignore", or "event"'
+        if code in _KINEMATICS:
+            settles = (
+                f"LinuxCNC switches kinematics with it, and [remap] in verne-post.toml says to which: M{code} = "
+                f'"tcp on" or "tcp off" (in its examples "{_KINEMATICS[code]}")'
+            )
         if code in self.table.refused_m:
             raise BlockError("VP002", f"M{code} is not executed ({self.table.refused_m[code]}); {settles}", column)
         if code not in self.table.group_of_m:
@@ -348,6 +355,7 @@ class Interpreter(ModalCodes):
             return False
         if meaning in ("tcp on", "tcp off"):
             self.state.tcp_off = meaning == "tcp off"
+            self.recorder.says_tcp = True
         if meaning != "ignore":
             words = {key: value for key, value in block.words.items() if key in _REMAPPED_WORDS}
             self.recorder.event(block.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **words)

@@ -119,6 +119,8 @@ class Recorder(Struct):
     warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
+    #: As in Moves; the text of G-code says it with a code, or does not.
+    says_tcp: bool = True
     #: Work systems to which the program has given an origin.
     placed: set[int] = field(default_factory=set)
     stock: Stock | None = None
@@ -318,6 +320,7 @@ class Recorder(Struct):
         return Moves(
             arcs=arcs, splines=self.splines.splines(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
+            says_tcp=self.says_tcp,
             placed_systems=frozenset(self.placed),
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

@@ -256,6 +256,9 @@ class Moves(Struct, frozen=True):
         Warnings about the text.
     stock : Stock or None
         The stock that the program defines.
+    says_tcp : bool
+        False for G-code without a code that turns tool-centre-point control on or off: a control would read X Y Z in its
+        own directions under a turned table. Other languages say in each case which directions are meant.
     splines : Splines
         Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins where the
         move before it ends, and each ends at its ``end``.
@@ -284,6 +287,7 @@ class Moves(Struct, frozen=True):
     findings: tuple[Finding, ...] = ()
     splines: Splines = field(default_factory=lambda: no_splines(len(AXES)))
     stock: Stock | None = None
+    says_tcp: bool = True
 
     def __len__(self) -> int:
         return len(self.line)

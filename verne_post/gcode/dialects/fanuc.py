@@ -309,6 +309,7 @@ class FanucInterpreter(NurbsCodes):
         if code == PLANE_OFF:
             self._set_frame(replace(state.frame, feature=None))
             return
+        self.recorder.says_tcp = True  # a plane of the part
         if state.frame.feature is not None:
             raise BlockError("VP017", "G68.2 under G68.2; write G69 first")
         origin = [self._axis_value(block, axis) if letter in block.words else 0.0 for axis, letter in enumerate("XYZ")]
