@@ -7,8 +7,10 @@ subprograms, which decide where a program goes on, are in :mod:`verne_post.gcode
 
 from typing import ClassVar, Final
 
+import numpy as np
 from msgspec import Struct
 
+from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
@@ -89,6 +91,11 @@ class Interpreter(ModalCodes):
     def find_start(cls, source: Text) -> int:
         """Where the program begins in its text: after what a control does not read."""
         return 0
+
+    @classmethod
+    def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
+        """Lines of a chunk, from 0, that mean more than their words, so that only the exact reader can read them."""
+        return np.empty(0, dtype=np.int32)
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; with the current values of parameters."""

@@ -7,7 +7,7 @@ import numpy as np
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
-from verne_post.model.control_keys import KEYS, read_keys
+from verne_post.model.control_keys import KEYS, FanucKeys, read_keys
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import ZERO9, Moves
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, tool_text
@@ -53,8 +53,9 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         VP012: there is a tool table, and the name has no number.
     """
     names, keys = state.tool_names, read_keys(KEYS[dialect], setup.control.get(dialect, {}))
-    if name in keys.tools:
-        number = keys.tools[name]
+    numbers = {} if isinstance(keys, FanucKeys) else keys.tools  # tools of Fanuc have no names
+    if name in numbers:
+        number = numbers[name]
     elif setup.tools is not None:
         where = f"under [{dialect}.tools] of the settings file"
         raise BlockError("VP012", f"{call}: the tool table knows numbers; give this name one {where}", column)

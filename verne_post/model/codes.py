@@ -270,6 +270,22 @@ CODES: Final[dict[str, Code]] = _table(
         "Where places of the part are meant, write G43.4 for G43, or post with G68.2; a code that the control has for it can be "
         'given the meaning "tcp on" ([remap]). Where directions of the machine are meant, post the program again for one of these.',
     ),
+    (
+        "VP038",
+        "decimal points mixed",
+        "warning",
+        "A Fanuc program has lengths, angles or dwells with a decimal point and others without. By a setting of the control a "
+        "number without a point is as large as it reads, or counts least input increments (0.001 mm).",
+        'Write the points, or say which setting the program is for: [fanuc] decimal_point = "calculator" or "conventional" '
+        "in the settings file.",
+    ),
+    (
+        "VP039",
+        "read otherwise by some controls",
+        "note",
+        "A word or a cycle of a Fanuc program that controls do not execute in one way; the message says what is done here. Each is said once.",
+        "No action is needed where that is what is meant.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

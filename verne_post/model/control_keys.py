@@ -8,7 +8,7 @@ from msgspec import Struct, field
 #: Values that a key may have, where it is not any text or number.
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
-    "offsets_in_g91": ("", "travelled", "kept"),
+    "offsets_in_g91": ("", "travelled", "kept"), "decimal_point": ("", "calculator", "conventional"),
 }  # fmt: skip
 
 
@@ -60,12 +60,26 @@ class HeidenhainKeys(Struct, frozen=True):
     tools: Mapping[str, int] = field(default_factory=dict)
 
 
+class FanucKeys(Struct, frozen=True):
+    """Keys of [fanuc], with their defaults.
+
+    Attributes
+    ----------
+    decimal_point : str
+        What a word without a decimal point is: "calculator", X20 is 20 mm; "conventional", X20 is 20 least input increments,
+        0.02 mm. Empty: as calculator, with a warning where a program has both.
+    """
+
+    decimal_point: Literal["", "calculator", "conventional"] = ""
+
+
 #: By the dialect that has them.
-KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys]]] = {
+KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys] | type[FanucKeys]]] = {
     "siemens": SiemensKeys,
     "heidenhain": HeidenhainKeys,
+    "fanuc": FanucKeys,
 }
-_Keys = TypeVar("_Keys", bound=SiemensKeys | HeidenhainKeys)
+_Keys = TypeVar("_Keys", bound=SiemensKeys | HeidenhainKeys | FanucKeys)
 
 
 def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
