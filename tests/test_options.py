@@ -197,10 +197,16 @@ def remapped(value: Any) -> Any:
 def controls(value: Any) -> Any:
     if not isinstance(value, dict):
         return REFUSED
-    allowed: dict[str, tuple[Any, ...]] = {"rotation": ("rpy", "euler"), "orientation_by_group": (True, False)}
+    allowed: dict[str, dict[str, tuple[Any, ...]]] = {
+        "siemens": {"rotation": ("rpy", "euler"), "orientation_by_group": (True, False)},
+        "fanuc": {"decimal_point": ("", "calculator", "conventional")},
+    }
     good = all(
-        type(dialect) is str and dialect == "siemens" and isinstance(keys, dict)
-        and all(type(key) is str and key in allowed and any(type(one) is type(two) and one == two for two in allowed[key]) for key, one in keys.items())
+        type(dialect) is str and dialect in allowed and isinstance(keys, dict)
+        and all(
+            type(key) is str and key in allowed[dialect] and any(type(one) is type(two) and one == two for two in allowed[dialect][key])
+            for key, one in keys.items()
+        )
         for dialect, keys in value.items()
     )  # fmt: skip
     return value if good else REFUSED

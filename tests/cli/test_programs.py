@@ -173,6 +173,63 @@ def test_without_tool_centre_point_control_nothing_moves_over_a_turned_table(
     assert "main.ngc:3: VP017 error" in run("check", turning, *PLACE, "--settings", settings).out
 
 
+def test_codes_that_switch_kinematics_are_given_that_meaning(run: Callable[..., Any], program: Any) -> None:
+    """M428 was said to be settled by "ignore" or "event", under which a turned table is read otherwise than the control does."""
+    answer = run("check", program(HEAD + "M429\nM428\nM430\nM431\nM2\n"), *PLACE)
+    assert answer.code == 2
+    for code, example in (("M428", "on"), ("M429", "off"), ("M430", "off")):
+        assert f'says to which: {code} = "tcp on" or "tcp off" (in its examples "tcp {example}")' in answer.out
+    assert 'M431 = "ignore", or "event"' in answer.out
+
+
+POSITIONAL = "G21 G90 F600\n{code}\nG0 X0 Y0 Z60 A0 C0\nG1 X10\nG0 Z90\n{turn}\nG1 Z50\n{more}G1 X20\nM2\n"
+
+
+@pytest.mark.parametrize(
+    ("code", "turn", "more", "warned"),
+    [
+        ("G43", "G0 A30 C60", "", "A30 C60"),
+        ("G49", "G0 A30 C60", "", "A30 C60"),
+        ("G43", "G1 A-30", "", "A-30 C0"),  # a turn alone at a feed rate is positional too
+        ("G43", "G0 C60", "", "A0 C60"),  # X and Y are other places of the part than on a control
+        ("G43", "G0 X0 C60", "G1 X15\n", "A0 C60"),  # but not in the centre, where Z moves
+        ("G43", "G0 A0 C360", "", None),
+        ("G43", "G0 A0 C0", "", None),
+        ("G43.4", "G0 A30 C60", "", None),
+        ("G43.5\nG43", "G0 A30 C60", "", None),
+        ("M428", "G0 A30 C60", "", None),
+        ("G43", "G0 A30 C60", "G1 X15 A31\n", None),  # it turns while it cuts: no positional program
+    ],
+)
+def test_a_positional_program_that_does_not_say_tool_centre_point_control(
+    run: Callable[..., Any], program: Any, tmp_path: Path, code: str, turn: str, more: str, warned: str | None
+) -> None:
+    """A control without it would cut elsewhere; one warning a program, at the first cut under the turned table."""
+    settings = tmp_path / "s.toml"
+    settings.write_text('[remap]\nM428 = "tcp on"\n')
+    answer = run("check", program(POSITIONAL.format(code=code, turn=turn, more=more)), *PLACE, "--settings", settings)
+    assert answer.code == 0, answer.out
+    assert answer.out.count("VP037 warning") == (warned is not None)
+    if warned is not None:
+        line = 8 if more else 7
+        assert f"main.ngc:{line}: VP037 warning: X Y Z cut while the table stands at {warned}, " in answer.out
+        assert "write G43.4 for G43 where the part is meant" in answer.out
+
+
+@pytest.mark.parametrize(
+    ("head", "warned"),
+    [("G43 H1", True), ("G43.4 H1", False), ("G68.2 X0 Y0 Z0 I0 J30 K0\nG53.1\nG69\nG43 H1", False)],
+)
+def test_a_positional_fanuc_program(run: Callable[..., Any], tmp_path: Path, head: str, warned: bool) -> None:
+    path = tmp_path / "p.nc"
+    path.write_text(
+        f"%\nO1\nG21 G90 F600.\nG0 X0 Y0 Z60. A0 C0\n{head}\nG0 A30. C60.\nG0 X5. Y0 Z50.\nG1 X20.\nM30\n%\n"
+    )
+    answer = run("check", path, *PLACE)
+    assert answer.code == 0, answer.out
+    assert ("VP037 warning" in answer.out) == warned
+
+
 @pytest.mark.parametrize(("text", "part"), [
     ('[remap]\nM3 = "ignore"', "has a meaning of its own"), ('[remap]\nG1 = "event"', "has a meaning of its own"),
     ('[remap]\nM428 = "tcp"', "remap.M428"), ('[remap]\nM0428 = "ignore"', "without leading zeros"), ('[map]\nM428 = "ignore"', "map"),

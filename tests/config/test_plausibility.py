@@ -1,6 +1,10 @@
-"""VP505: values of the machine file that are most often another unit."""
+"""VP505: values of the machine file, of options and of set-ups that are most often another unit."""
 
 import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -41,11 +45,82 @@ def test_shipped_machines_are_plausible(name):
         ("rho_mm = [50.0, 1250.0]", "rho_mm = [0.05, 1.25]", "if m were meant, write it as 1200 mm"),
         ("radius = 250.0", "radius = 0.25", "table.radius"),
         ("tip_mm = 0.01", "tip_mm = 10.0", "if um were meant, write it as 0.01 mm"),
+        ("axis_deg = 0.05", "axis_deg = 180.0", "if arcsec were meant, write it as 0.05 deg"),
+        (
+            "cycle_s = 0.001",
+            "cycle_s = 1.0",
+            "control.cycle_s: 1 s is above 0.1 s, which no control has; if ms were meant, write it as 0.001 s",
+        ),
+        ("pivot = [0.0, 0.0, 1600.0]", "pivot = [0.0, 0.0, 1.6]", "table.pivot: up to 1.6 mm is below 5 mm"),
+        ("machine_zero = [0.0, 0.0, 550.0]", "machine_zero = [0.0, 0.0, 0.55]", "if m were meant, write it as 550 mm"),
     ],
 )
 def test_another_unit_is_warned_of(old, new, words):
     found, _machine = warned((old, new))
     assert any(words in text for text in found), found
+
+
+def test_a_module_in_metres_is_named_before_what_follows_from_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
+) -> None:
+    """Without it nothing but "home.g28 is out of reach", or beyond a limit, was said."""
+    head, begin, module = VERNE.partition("\n[module]")
+    module, end, rest = module.partition("\n[spindle]")
+    metres = re.sub(r"-?\d+\.\d+(?=\s)", lambda number: repr(float(number[0]) / 1000.0), module)
+    monkeypatch.chdir(tmp_path)
+    rest = rest.replace("1600.0]", "1.6]").replace("550.0]", "0.55]")
+    Path("mine.toml").write_text(f"{head}{begin}{metres}{end}{rest}", encoding="utf-8")
+    answer = run("machine", "validate", "mine.toml")
+    assert answer.code == 2
+    first, pivot, zero, *others = answer.err.splitlines()
+    assert "VP505 warning: module: lengths up to 0.95 mm is below 20 mm" in first
+    assert "write it as 950 mm" in first
+    assert "VP505 warning: table.pivot: up to 1.6 mm" in pivot
+    assert "VP505 warning: table.machine_zero: up to 0.55 mm" in zero
+    assert others
+    assert all("VP501 error: home" in line for line in others)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"cycle": 1.0}, "cycle: 1 s is above 0.1 s, which no control has; if ms were meant, write it as 0.001 s"),
+        (
+            {"tolerance": 10.0},
+            "tolerance: 10 mm is above 1 mm, which no machine tool has; if um were meant, write it as 0.01 mm",
+        ),
+        (
+            {"tool_length": 0.08},
+            "tool_length: 0.08 mm is below 2 mm, which no tool has; if m were meant, write it as 80 mm",
+        ),
+        (
+            {"wcs": {"G54": (0.0, 0.0, 0.06)}},
+            "wcs G54: up to 0.06 mm is below 1 mm, which no set-up has; if m were meant, write it as 60 mm",
+        ),
+        (
+            {"tool_length": None, "tools": {1: vp.Tool(1, 1, (0.0, 0.0, 0.08, *(0.0,) * 6))}},
+            "tool 1: a length of 0.08 mm",
+        ),
+        (
+            {"stock": vp.Box("the stock", (-0.05, -0.05, -0.02), (0.05, 0.05, 0.0))},
+            "the stock: a size of 0.1 mm is below 1 mm",
+        ),
+        ({"keep_out": (vp.Box("vise", (-0.05, 0.4, 0.02), (0.05, 0.5, 0.1)),)}, "vise: a size of 0.1 mm"),
+        ({"orientation_tolerance_deg": 10.0}, "orientation_tolerance_deg: 10 deg is above 5 deg"),
+        ({}, None),
+        ({"cycle": 0.01, "tolerance": 1.0, "tool_length": 0.0, "wcs": {"G54": (0.0, 0.0, 0.0)}}, None),
+    ],
+)
+def test_a_set_up_in_another_unit_is_warned_of(options, words):
+    """Each of them passed; --tolerance 10 left the path by 0.93 mm."""
+    given = {"tool_length": 80.0, "wcs": {"G54": (0.0, 0.0, 60.0)}, **options}
+    result = vp.check(b"G21 G90 F600\nT1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n", "verne", vp.Options(**given))
+    texts = [item.message for item in result.findings if item.code == "VP505"]
+    if words is None:
+        assert texts == []
+    else:
+        assert len(texts) == 1
+        assert words in texts[0]
 
 
 def test_limits_that_do_not_fit_each_other():

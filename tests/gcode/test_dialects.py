@@ -15,7 +15,7 @@ import pytest
 import verne_post
 from tests.gcode.conftest import make_tool
 from verne_post import convert
-from verne_post.app.assemble import read_draft
+from verne_post.app.assemble import interpreter_view, read_draft
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
@@ -738,3 +738,98 @@ def test_apt_feed_rates_without_a_unit_after_another_one(first, second, refused,
     with pytest.raises(InputError) as caught:
         read_draft(source.encode(), machine, given)
     assert [(item.code, item.line) for item in caught.value.findings] == [("VP005", 8)]
+
+
+# --- words without a decimal point --------------------------------------------------------------------
+
+
+def fanuc_moves(body, decimal_point):
+    options = Options(dialect="fanuc", tool_length=60.0, control={"fanuc": {"decimal_point": decimal_point}})
+    moves, errors = interpreter_view(f"O1\nG90 G21\n{body}\nM30\n".encode(), options)
+    assert errors == ()
+    return moves
+
+
+@pytest.mark.parametrize(
+    ("bare", "pointed"),
+    [
+        ("G0 X20 Y-5 Z20.", "G0 X.02 Y-.005 Z20."),
+        ("G0 X 2 0 Y+1500", "G0 X.02 Y1.5"),
+        ("G0 X20 (X30)\nY10", "G0 X.02 (X30)\nY.01"),
+        ("G0 A30000 C-1500", "G0 A30. C-1.5"),
+        ("G20\nG0 X20000 A30000", "G20\nG0 X2. A30."),
+        ("G20 G0 X20000", "G20 G0 X2."),
+        ("G20\nG21 G0 X20000", "G20\nG21 G0 X20."),
+        ("G1 X20000 F100\nX1.\nG94 X5 F200", "G1 X20. F100.\nX1.\nG94 X.005 F200."),
+        ("G1 X0 Y0 F9\nG2 X10000 Y0 I5000 J0\nG3 X0 Y0 R5000", "G1 X0 Y0 F9\nG2 X10. Y0 I5. J0\nG3 X0 Y0 R5."),
+        ("G4 X1500\nG4 P200\nG0 X1.", "G4 X1.5\nG4 P200\nG0 X1."),
+        ("G0 Z10.\nG83 X5000 Z-3000 R2000 Q1000 K2 F50\nX7000", "G0 Z10.\nG83 X5. Z-3. R2. Q1. K2 F50\nX7."),
+        ("G10 L2 P1 X5000 Z-2000\nG54 G0 X1.", "G10 L2 P1 X5. Z-2.\nG54 G0 X1."),
+        ("G52 X5000\nG0 X1.", "G52 X5.\nG0 X1."),
+        ("#1=20\nG0 X#1 Y[#1+1] Z-#1", "#1=20\nG0 X20. Y21. Z-20."),  # values have no increments
+        ("G43.5 H1\nG1 X5000 I0 J0 K1 F9", "G43.5 H1\nG1 X5. I0 J0 K1 F9"),
+        ("G68.2 X1000 Y0 Z0 I30000 J20000 K0\nG0 X1.", "G68.2 X1. Y0 Z0 I30. J20. K0\nG0 X1."),
+        (
+            "G6.2 P3 K0 X0 Y0 R1 F9\nK0 X1000 Y2000\nK0 X3000 Y0\nK1\nK1\nK1",
+            "G6.2 P3 K0 X0 Y0 R1 F9\nK0 X1. Y2.\nK0 X3. Y0\nK1\nK1\nK1",
+        ),
+        ("M98 P1002\nG0 X7.\nM30\nO1002\nG0 X20\nM99", "M98 P1002\nG0 X7.\nM30\nO1002\nG0 X.02\nM99"),
+    ],
+)
+def test_words_without_a_point_count_increments(bare, pointed):
+    """Conventional: 0.001 mm and degrees, 0.0001 inch; feeds, numbers and values of variables stay."""
+    found, expected = (fanuc_moves(body, "conventional") for body in (bare, pointed))
+    assert found.end == pytest.approx(expected.end, abs=1e-9)
+    assert found.feed == pytest.approx(expected.feed, nan_ok=True)
+    plain = fanuc_moves(bare, "calculator")
+    assert plain.end.tolist() == fanuc_moves(bare, "").end.tolist()
+
+
+def test_long_stretches_without_points_are_read_alike():
+    """Fast readers see the same words: one line in three has none."""
+    places = [f"X{k}.5 Y{1000 * k}" if k % 3 else f"X{k}. Y{k}." for k in range(300)]
+    body = "G1 F900 X0 Y0\n" + "\n".join(places)
+    found = fanuc_moves(body, "conventional").end[1:, :2]
+    expected = [(k + 0.5 if k % 3 else k, k) for k in range(300)]
+    assert found == pytest.approx(np.array(expected), abs=1e-9)
+
+
+def test_f_per_turn_without_a_point_is_refused():
+    options = Options(dialect="fanuc", tool_length=60.0, control={"fanuc": {"decimal_point": "conventional"}})
+    _moves, errors = interpreter_view(b"O1\nG90 G21 G95 S100 M3\nG1 X5. F20\nM30\n", options)
+    assert [(item.code, item.line, item.column) for item in errors] == [("VP007", 3, 8)]
+
+
+MIXED = "%\nO1 (A10)\nG21 G90 F600 (X5 Y3.2)\nG43.4 H1\nG0 X0 Y0 Z60. A0 C0\n{body}\nM30\n%\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        ("G1 X20", (6, 4, "X20 has no decimal point, and words of line 5 have one: it is read as 20 in the unit")),
+        ("G1 X20.\nG4 X2", (7, 4, "X2 has no")),
+        ("G1 X20.\nG0 C90\nY90", (7, 4, "it is read as 90 degrees")),
+        ("G81 X5. Z50. R55", (6, 14, "R55 has no")),
+        ("G1 X20. Y0 A0 F100\nG4 P100\nG5.1 Q1 R5\nG0 Z70.", None),
+        ("#1=20\nG1 X#1 Y[#1+1]", None),
+    ],
+)
+def test_a_program_that_mixes_numbers_with_and_without_a_point(body, says):
+    source = MIXED.format(body=body).encode()
+    given = {"tool_length": 80.0, "wcs": {"G54": (0.0, 0.0, 60.0)}}
+    found = [item for item in verne_post.check(source, "verne", Options(**given)).findings if item.code == "VP038"]
+    assert [(item.line, item.column) for item in found] == ([says[:2]] if says else [])
+    if says:
+        assert says[2] in found[0].message
+        assert 'decimal_point = "calculator" or "conventional"' in found[0].message
+    chosen = Options(**given, control={"fanuc": {"decimal_point": "calculator"}})
+    assert "VP038" not in [item.code for item in verne_post.check(source, "verne", chosen).findings]
+
+
+def test_what_controls_do_otherwise_is_said_once():
+    body = "G81 X5. Z50. R65. G98\nX6.\nG80\nG0 Z60.\nG81 X5. Z50. R65.\nG80\n#1=1.23456\nG0 X#1\nX[#1+1]\nG0 Z61."
+    result = verne_post.check(
+        MIXED.format(body=body).encode(), "verne", Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 60.0)})
+    )
+    notes = [(item.line, item.severity) for item in result.findings if item.code == "VP039"]
+    assert notes == [(6, "note"), (13, "note")]

@@ -11,6 +11,8 @@ import pytest
 import verne_post
 from verne_post import check, convert
 from verne_post.app.assemble import assemble, machine_setup
+from verne_post.config import machine_files
+from verne_post.config.load import machine_from_toml
 from verne_post.gcode import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -39,6 +41,64 @@ def degrees(path):
 
 def found(prog):
     return [(item.code, item.severity, item.line) for item in prog.findings]
+
+
+# --- turns of more than half a turn ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        (
+            "G0 X0 Y0 Z60 A20 C170\nG1 X1 C175\nX2 C179.5\nX3 C-176\nX4 C-170",
+            "line 5: C turns by -355.5 deg, from 179.5 to -176, while the tip goes 1 mm",
+        ),
+        (
+            "G0 X0 Y0 Z60 A20 C170\nG1 X1 C175\nX2 C179.5\nX3 C-176\nX4 C-170",
+            "C184, 4.5 deg away, holds the same tool axis",
+        ),
+        (
+            "G0 X0 Y0 Z60 A20 C-180\nG1 X1 C180\nG1 X2 C-180",
+            "line 3: C turns by 360 deg, from -180 to 180, while the tip goes 1 mm, and the tilted tool sweeps around with it; C-180, 0 deg away, holds the same tool axis (moves like this: 2)",
+        ),
+        ("G0 X0 Y0 Z60 A20 C0\nG1 C181", "while the tip goes 0 mm"),
+        ("G0 X0 Y0 Z60 A0 C0\nG1 X1 A10 C-200", "C turns by -200 deg"),
+        ("G0 X0 Y0 Z60 A20 C0\nG1 X1 C180", None),
+        ("G0 X0 Y0 Z60 A20 C170\nG1 X1 C179.5\nX3 C184", None),
+        ("G0 X0 Y0 Z60 A20 C170\nG1 X1\nG0 Z90 C-170\nG1 Z60", None),  # a rapid
+        ("G0 X0 Y0 Z60 A0 C170\nG1 X1 C-170", None),  # under a vertical tool C means nothing
+        ("G0 X50 Y0 Z60 A20 C0\nG3 X50 Y0 I-50 J0 C360", None),  # the table goes round with the path
+        ("G0 X50 Y0 Z60 A20 C0\nG3 X0 Y50 I-50 J0 C-280", "C turns by -280 deg"),
+    ],
+)
+def test_a_feed_move_that_turns_the_table_by_more_than_half_a_turn(body, says):
+    findings = [item for item in program(body).findings if item.code == "VP301"]
+    assert [(item.code, item.severity) for item in findings] == ([("VP301", "warning")] if says else [])
+    if says:
+        assert says in f"line {findings[0].line}: {findings[0].message}"
+
+
+def test_a_great_circle_close_to_the_pole_is_the_same_finding():
+    """It turns C by nearly half a turn within a millimetre; one that goes through the pole, or farther around, does not."""
+    begin = f"G43.5\nG0 X0 Y0 Z60 {axis_words(5, 0)}\nG1 "
+    close = program(f"{begin}X1 {axis_words(5, 179.8)}")
+    assert found(close) == [("VP301", "warning", 4)]
+    assert (
+        "C turns by 179.8 deg, from 0 to 179.8, while the tip goes 1 mm: the tool axis passes close to the vertical"
+        in close.findings[0].message
+    )
+    for turn in (180.0, 170.0):
+        assert not found(program(f"{begin}X1 {axis_words(5, turn)}"))
+
+
+def test_the_senses_of_the_machine_hold_in_the_finding():
+    text = (
+        machine_files()["serial"].read_text(encoding="utf-8").replace('c_positive = "workpiece"', 'c_positive = "tool"')
+    )
+    machine = machine_from_toml(text.encode(), "mine.toml")
+    assert machine.columns[-1].factor < 0
+    (finding,) = program("G0 X0 Y0 Z60 A20 C179.5\nG1 X3 C-176", machine, wcs={"G54": (0.0, 0.0, 0.0, 30.0)}).findings
+    assert "C turns by -355.5 deg, from 179.5 to -176" in finding.message
 
 
 # --- against brute force ----------------------------------------------------------------------------
@@ -317,7 +377,7 @@ def test_findings_of_branches_reach_the_result():
 
 def test_words_that_keep_the_limits_stay_as_they_are():
     for machine in (SERIAL, with_ranges(SERIAL, c=(-360, 360))):
-        prog = program("G0 X0 Y0 Z60 A95 C360\nG1 X10 A-95\nX20 C-360", machine)  # exactly at the limits
+        prog = program("G0 X0 Y0 Z60 A95 C360\nG1 X10 A-95\nG0 X20 C-360", machine)  # exactly at the limits
         assert found(prog) == []
         assert degrees(prog.path)[:, 1] == pytest.approx(np.array([[-95, 360], [-95, -360]]), abs=1e-9)
 

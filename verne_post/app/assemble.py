@@ -50,6 +50,7 @@ from verne_post.toolpath.free_turn import choose_free_turn
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.rapids import make_rapids_joint
 from verne_post.toolpath.stops import insert_stops
+from verne_post.toolpath.table_turns import report_table_turns
 from verne_post.trajectory import tuning
 from verne_post.trajectory.shaper import UNSHAPED, shaper_weights
 
@@ -230,7 +231,8 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         raise InputError(finding("VP021", "the program contains no motion"))
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
-    findings = (*check_setup(moves, path, machine, options), *moves.findings)
+    turns = report_table_turns(path, moves, machine)
+    findings = (*check_setup(moves, path, machine, options), *turns, *moves.findings)
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
 
 

@@ -1,19 +1,29 @@
-"""What the set-up leaves open although the program uses it: warnings before anything else is looked at."""
+"""What set-up and program leave open although the program uses it: warnings before anything else is looked at."""
+
+from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
 
 from verne_post.base.columns import blocks
+from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import missing_offset
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Moves
+from verne_post.model.moves import AXES, Moves
 from verne_post.model.options import Options
-from verne_post.model.toolpath import ToolPath
+from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.plausibility import compare_largest
+from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.work_systems import placed_by
+
+_A: Final = AXES.index("A")
+_C: Final = AXES.index("C")
 
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
-    """Work systems that nobody has placed (VP033), and feed motion with a tool of no length (VP034)."""
+    """Work systems that nobody has placed (VP033), feed motion with a tool of no length (VP034), in no said directions (VP037), sizes (VP505)."""
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
     bare = -1
     for begin, end in blocks(len(path)):
@@ -37,4 +47,61 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         )
         line = int(moves.line[bare])
         found.append(finding("VP034", text, line=line, last_line=line, worst_line=line))
-    return found
+    texts = _find_implausible(options)
+    return [*(finding("VP505", text) for text in texts), *found, *_check_directions(moves, path)]
+
+
+def _find_implausible(options: Options) -> Iterator[str]:
+    """Sizes of the set-up that are legal but cannot be meant; keys as the set-up and the Python API have them."""
+    for key, value, name in (
+        ("cycle", options.cycle, "cycle"),
+        ("tolerance", options.tolerance, "tip tolerance"),
+        ("orientation_tolerance_deg", options.orientation_tolerance_deg, "axis tolerance"),
+        ("tool_length", options.tool_length, "tool length"),
+    ):
+        yield from compare_largest(key, () if value is None else (value,), name, "")
+    if options.tool_length is None:
+        for number, tool in (options.tools or {}).items():
+            yield from compare_largest(f"tool {number}", tool.offset[2:3], "tool length", "a length of ")
+    for system, offset in options.wcs.items():
+        yield from compare_largest(f"wcs {SYSTEM_NAMES[system]}", offset.origin_mm, "work offset")
+    for box in (*options.keep_out, *(() if options.stock is None else (options.stock,))):
+        yield from compare_largest(box.name, np.subtract(box.high, box.low).tolist(), "box", "a size of ")
+
+
+def _check_directions(moves: Moves, path: ToolPath) -> list[Finding]:
+    """VP037: cuts under a table that stands turned, in G-code that says nothing of tool-centre-point control.
+
+    A program that turns the table while the tip cuts has no other reading that could be told from this one.
+    """
+    if moves.says_tcp:
+        return []
+    first = -1
+    for begin, end in blocks(len(path)):
+        start, finish, move = path.start[begin:end], path.end[begin:end], path.move[begin:end]
+        travel = np.linalg.norm(finish[:, :3] - start[:, :3], axis=1)
+        # arcs and splines have a length also where they end where they begin
+        cuts = (
+            (path.feed_time[begin:end] > 0)
+            & (move >= 0)
+            & ((travel > ZERO_LENGTH_MM) | (path.kind[begin:end] != SegmentKind.LINE))
+        )
+        turns = (np.abs(finish[:, 3:] - start[:, 3:]) > ZERO_ANGLE).any(axis=1)
+        if (cuts & turns).any():
+            return []
+        tilted = np.abs(np.sin(finish[:, 3])) > ZERO_ANGLE
+        # under a vertical tool C matters where the tip is off the centre of the table
+        turned = np.abs(np.remainder(moves.end[move, _C] + 180.0, 360.0) - 180.0) > ZERO_ANGLE * DEG_PER_RAD
+        away = np.maximum(np.hypot(*start[:, :2].T), np.hypot(*finish[:, :2].T)) > ZERO_LENGTH_MM
+        at = np.flatnonzero(cuts & (tilted | (turned & away)))
+        if first < 0 and len(at):
+            first = int(move[at[0]])
+    if first < 0:
+        return []
+    line, (a, c) = int(moves.line[first]), moves.end[first, [_A, _C]] + 0.0  # no -0
+    text = (
+        f"X Y Z cut while the table stands at A{a:.6g} C{c:.6g}, and nothing says tool-centre-point control: they are read as "
+        "places of the part; a control would read them in the machine's directions; write G43.4 for G43 where the part is "
+        "meant"
+    )
+    return [finding("VP037", text, line=line, last_line=line, worst_line=line)]

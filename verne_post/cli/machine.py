@@ -139,7 +139,7 @@ def validate(name: str) -> int:
 
         found = validate_machine(machine)
         if found:
-            raise InputError(*found)
+            raise InputError(*machine.warnings, *found)  # a length in another unit puts a place out of reach
     except InputError as error:
         refuse(name, error)
         return ExitStatus.UNUSABLE

@@ -137,7 +137,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         drives=_drives(content.drives, columns, joint_limits, file_name),
         bodies=clearance.bodies if clearance else None,
         rod_places=places,
-        warnings=tuple(find_implausible(data["limits"], kind.group, content.table.radius, accuracy.tip_mm)),
+        warnings=tuple(find_implausible(data, kind.group)),
         tolerances=_tolerances(content.tolerances or TolerancesFile()),
         vibration=_vibration(content.vibration),
     )

@@ -63,7 +63,8 @@ def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Too
         diameter = _number(row, "diameter_mm", where) if "diameter_mm" in row else old.diameter
         if not 0 <= diameter <= MAX_TOOL:
             raise _wrong(f"{where}: diameter_mm {diameter:g}: a diameter lies between 0 and {MAX_TOOL:g} mm")
-        table[old.number] = replace(old, offset=(*old.offset[:2], length, *old.offset[3:]), diameter=diameter)
+        offset = (*old.offset[:2], length, *old.offset[3:])
+        table[old.number] = replace(old, offset=offset, diameter=diameter, unmeasured="")
     return table
 
 

@@ -1,77 +1,58 @@
 """Values of a machine file that no machine tool has: most often another unit. Warnings, VP505."""
 
 from collections.abc import Iterator
-from typing import Final
-
-from msgspec import Struct
+from typing import Any, Final
 
 from verne_post.model.findings import Finding, finding
+from verne_post.model.plausibility import compare, compare_largest
 
-
-class Plausible(Struct, frozen=True):
-    """What machine tools have, generously.
-
-    Attributes
-    ----------
-    low, high : float
-        In ``unit``.
-    unit : str
-    other_unit : str
-        A unit that such values are often given in by mistake.
-    factor : float
-        Of ``unit`` in one ``other_unit``.
-    """
-
-    low: float
-    high: float
-    unit: str
-    other_unit: str
-    factor: float
-
-
-_DEG_PER_RAD: Final = 57.29577951308232
-#: By what a key of [limits] ends with: of sliders, and of the rotary axes. The bounds lie a factor of ten and more beyond
-#: anything built, and still tell m from mm and radians from degrees.
-LINEAR: Final = {
-    "mm": Plausible(20.0, 2e4, "mm", "m", 1e3),
-    "velocity": Plausible(5.0, 2e4, "mm/s", "m/s", 1e3),
-    "acceleration": Plausible(20.0, 5e5, "mm/s2", "m/s2", 1e3),
-    "jerk": Plausible(200.0, 1e9, "mm/s3", "m/s3", 1e3),
-}
-ROTARY: Final = {
-    "deg": Plausible(7.0, 1e6, "deg", "rad", _DEG_PER_RAD),
-    "velocity": Plausible(4.0, 2e4, "deg/s", "rad/s", _DEG_PER_RAD),
-    "acceleration": Plausible(12.0, 1e6, "deg/s2", "rad/s2", _DEG_PER_RAD),
-    "jerk": Plausible(180.0, 1e9, "deg/s3", "rad/s3", _DEG_PER_RAD),
-}
+#: What the keys of [limits] end with.
+_OF_AXES: Final = ("mm", "deg", "velocity", "acceleration", "jerk")
 #: Seconds to the full speed, and from rest to the full acceleration.
 _RAMPS: Final = (("velocity", "acceleration", 5e-4, 60.0), ("acceleration", "jerk", 1e-4, 30.0))
-#: Other lengths of the file, mm.
-_TABLE_RADIUS: Final = Plausible(10.0, 1e4, "mm", "m", 1e3)
-_TIP: Final = Plausible(1e-5, 1.0, "mm", "um", 1e-3)
+#: Other keys with a row of their own.
+_OF_BODIES: Final = (
+    "table.pivot", "table.machine_zero", "table.radius", "rods.diameter_mm", "rods.leg23_spacing",
+    "clearance.spindle_diameter_mm", "clearance.platform_diameter_mm",
+)  # fmt: skip
+_OF_THE_REST: Final = {
+    "accuracy.tip_mm": "tip tolerance",
+    "accuracy.axis_deg": "axis tolerance",
+    "control.cycle_s": "cycle",
+}
 
 
-def find_implausible(limits: dict[str, object], group: str, table_radius: float, tip_tolerance: float) -> list[Finding]:
+def find_implausible(data: dict[str, Any], group: str) -> list[Finding]:
     """Warnings about values that are legal but that no machine tool has.
 
     Parameters
     ----------
-    limits : dict
-        [limits] of the machine file, as it is written.
+    data : dict
+        The machine file, as it is written; it has been checked against its schema.
     group : str
         What the keys of the actuators begin with.
-    table_radius, tip_tolerance : float
-        mm.
     """
-    texts: list[str] = []
-    for axis, bounds in ((group, LINEAR), ("a", ROTARY), ("c", ROTARY)):
-        for ending, plausible in bounds.items():
+    limits, texts = data["limits"], list[str]()
+    for axis, kind in ((group, "linear"), ("a", "rotary"), ("c", "rotary")):
+        for ending in _OF_AXES:
+            what = "a travel of " if ending in ("mm", "deg") else ""
             for value in _sizes(limits.get(f"{axis}_{ending}")):
-                texts += _compare(f"limits.{axis}_{ending}", value, plausible, travel=ending in ("mm", "deg"))
+                texts += compare(f"limits.{axis}_{ending}", value, f"{kind} {ending}", what)
         texts += _ramps(limits, axis)
-    texts += _compare("table.radius", table_radius, _TABLE_RADIUS)
-    texts += _compare("accuracy.tip_mm", tip_tolerance, _TIP)
+    lengths = [
+        number for key, value in data["module"].items() if not key.endswith("_deg") for number in _numbers(value)
+    ]
+    texts += compare_largest("module", lengths, "module", "lengths up to ")
+    for key, name in [*((key, key) for key in _OF_BODIES), *_OF_THE_REST.items()]:
+        table, _dot, entry = key.partition(".")
+        numbers = _numbers(data.get(table, {}).get(entry))
+        texts += compare_largest(key, numbers, name, "up to " if len(numbers) > 1 else "")
     return [finding("VP505", text) for text in dict.fromkeys(texts)]
+
+
+def _numbers(value: object) -> list[float]:
+    """The numbers of a key: one, or those of a place or of a list; none where it is absent."""
+    return [float(one) for one in (value if isinstance(value, list) else [value]) if isinstance(one, int | float)]
 
 
 def _sizes(value: object) -> Iterator[float]:
@@ -83,19 +64,6 @@ def _sizes(value: object) -> Iterator[float]:
     elif isinstance(value, list):
         for one in value:
             yield from _sizes(one)
-
-
-def _compare(key: str, value: float, plausible: Plausible, *, travel: bool = False) -> Iterator[str]:
-    """What is wrong with one value."""
-    if plausible.low <= value <= plausible.high:
-        return
-    side, bound = ("below", plausible.low) if value < plausible.low else ("above", plausible.high)
-    what = "a travel of " if travel else ""
-    text = f"{key}: {what}{value:g} {plausible.unit} is {side} {bound:g} {plausible.unit}, which no machine tool has"
-    meant = value * plausible.factor
-    if plausible.low <= meant <= plausible.high:
-        text += f"; if {plausible.other_unit} were meant, write it as {meant:g} {plausible.unit}"
-    yield text
 
 
 def _ramps(limits: dict[str, object], axis: str) -> Iterator[str]:

@@ -141,6 +141,7 @@ def execute_blocks(
 ) -> Execution:
     """Execute the blocks of a program from the first on, until it ends or a stop condition is met."""
     execution = Execution(state, Recorder())
+    execution.recorder.says_tcp = False  # until a code does
     interpreter = language(setup, state, execution.recorder)
     main = ProgramText(source, setup, language)
     flow = Flow(main, interpreter)

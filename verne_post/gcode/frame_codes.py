@@ -14,7 +14,7 @@ from verne_post.base.tolerances import DRILL_TILT, WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
-from verne_post.gcode.missing_setup import missing_tool
+from verne_post.gcode.missing_setup import check_measured, missing_tool
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -108,6 +108,8 @@ class FrameCodes:
     def _set_tool_length(self, block: Block, code: int) -> None:
         state = self.state
         state.length_given = True
+        if code in (434, 435):
+            self.recorder.says_tcp = True
         if code == 490:
             offset = ZERO9
         elif code == 431:
@@ -146,6 +148,7 @@ class FrameCodes:
             return ZERO9
         if state.tools is None or number not in state.tools:
             raise missing_tool(number, "H", block, self.setup, state)
+        check_measured(state.tools[number], self.setup, state, block.columns.get("H"))
         offset = state.tools[number].offset
         if self.setup.machine and offset[2] < 0:
             raise BlockError("VP007", f"tool {number} has the length {offset[2]:g} mm; a length is not negative")
@@ -256,7 +259,7 @@ class FrameCodes:
         if number < 1:
             raise block.error("VP007", f"P{number}: a tool number is 1 or more", "P")
         tools = dict(state.tools or {})
-        old = tools.get(number, Tool(number, number, ZERO9))
+        old = tools.get(number, Tool(number, number, ZERO9, unmeasured=f"G10 L{kind} in line {block.line}"))
         offset = np.array(old.offset)
         values = {axis: self._axis_value(block, axis) for axis in axes}
         if kind == 1:
@@ -283,7 +286,8 @@ class FrameCodes:
         for letter in "IJQ":
             if letter in block.words:
                 raise block.error("VP006", f"G10 L{kind} uses {letter} only on a lathe", letter)
-        tools[number] = dataclasses.replace(old, offset=vector9(offset), diameter=diameter)
+        unmeasured = "" if _NUMBER_OF_AXIS["Z"] in values else old.unmeasured
+        tools[number] = dataclasses.replace(old, offset=vector9(offset), diameter=diameter, unmeasured=unmeasured)
         state.tools = tools
 
     def _execute_g92(self, block: Block, code: int) -> None:

@@ -7,8 +7,10 @@ subprograms, which decide where a program goes on, are in :mod:`verne_post.gcode
 
 from typing import ClassVar, Final
 
+import numpy as np
 from msgspec import Struct
 
+from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
@@ -27,6 +29,8 @@ from verne_post.model.moves import AXES
 _MAX_M_CODES: Final = 4
 #: Numbers of G words -> codes of motion that need nothing but their own words.
 _PLAIN_MOTIONS: Final = {0.0: 0, 1.0: 10, 2.0: 20, 3.0: 30}
+#: M codes with which LinuxCNC's examples of switchable kinematics select one, and what it is there.
+_KINEMATICS: Final = {428: "tcp on", 429: "tcp off", 430: "tcp off"}
 #: Words that may stand beside a user-defined code.
 _REMAPPED_WORDS: Final = "PQRLEDHK"
 
@@ -87,6 +91,11 @@ class Interpreter(ModalCodes):
     def find_start(cls, source: Text) -> int:
         """Where the program begins in its text: after what a control does not read."""
         return 0
+
+    @classmethod
+    def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
+        """Lines of a chunk, from 0, that mean more than their words, so that only the exact reader can read them."""
+        return np.empty(0, dtype=np.int32)
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; with the current values of parameters."""
@@ -328,6 +337,11 @@ class Interpreter(ModalCodes):
         if abs(number - code) > WHOLE_NUMBER or number < 0:
             raise BlockError("VP007", f"M{number:g}: an M code is a whole number", column)
         settles = f'[remap] in verne-post.toml can give it a meaning: M{code} = "ignore", or "event"'
+        if code in _KINEMATICS:
+            settles = (
+                f"LinuxCNC switches kinematics with it, and [remap] in verne-post.toml says to which: M{code} = "
+                f'"tcp on" or "tcp off" (in its examples "{_KINEMATICS[code]}")'
+            )
         if code in self.table.refused_m:
             raise BlockError("VP002", f"M{code} is not executed ({self.table.refused_m[code]}); {settles}", column)
         if code not in self.table.group_of_m:
@@ -350,6 +364,7 @@ class Interpreter(ModalCodes):
             return False
         if meaning in ("tcp on", "tcp off"):
             self.state.tcp_off = meaning == "tcp off"
+            self.recorder.says_tcp = True
         if meaning != "ignore":
             words = {key: value for key, value in block.words.items() if key in _REMAPPED_WORDS}
             self.recorder.event(block.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **words)

@@ -26,6 +26,14 @@ def missing_tool(number: int, letter: str, block: Block, setup: Setup, state: St
     return block.error("VP012", f"{name}: {why}", letter, name)
 
 
+def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = None) -> None:
+    """Refuse (VP012) to use the length of a tool that is named without one; a plain interpreter reads it as 0."""
+    if setup.machine and tool.unmeasured:
+        name = tool_text(tool.number, state.tool_names)
+        why = f"{name}: {tool.unmeasured} gives it no length; write one there, mm from the gauge line to the tip"
+        raise BlockError("VP012", f"{why} (in a tool table Z; Z0 where the gauge line is meant)", column, about=name)
+
+
 def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: State, column: int | None) -> int:
     """The number of a tool that a program calls by its name, which is kept for messages.
 
@@ -45,9 +53,9 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         VP012: there is a tool table, and the name has no number.
     """
     names, keys = state.tool_names, read_keys(KEYS[dialect], setup.control.get(dialect, {}))
-    assert not isinstance(keys, FanucKeys)  # whose tools have no names
-    if name in keys.tools:
-        number = keys.tools[name]
+    numbers = {} if isinstance(keys, FanucKeys) else keys.tools  # tools of Fanuc have no names
+    if name in numbers:
+        number = numbers[name]
     elif setup.tools is not None:
         where = f"under [{dialect}.tools] of the settings file"
         raise BlockError("VP012", f"{call}: the tool table knows numbers; give this name one {where}", column)

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.expressions import BlockError, Key, shown_key
+from verne_post.gcode.missing_setup import check_measured
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.state import State
@@ -21,7 +22,7 @@ from verne_post.model.option_checks import ACTIVE_SYSTEM, MAX_PARAMETER
 #: Arguments of a call: saved and restored by it.
 LOCAL_INDICES: Final = range(1, 31)
 _HOME, _HOME2, _G92, _ORIGINS = 5161, 5181, 5211, 5221
-_TOOL, _POSITION = 5400, 5420
+_TOOL, _TOOL_LENGTH, _POSITION = 5400, 5403, 5420
 _LINEAR: Final = (0, 1, 2, 6, 7, 8)
 #: Variables of custom macros: local, common, kept.
 _MACRO_VARIABLES: Final = (range(1, 34), range(100, 200), range(500, 1000))
@@ -131,6 +132,8 @@ class Parameters:
             if key == _TOOL:
                 return float(state.loaded_tool or 0)
             if key <= 5409:
+                if tool is not None and key == _TOOL_LENGTH:
+                    check_measured(tool, self.setup, self.state)
                 return self._in_file(key - 5401, tool.offset[key - 5401]) if tool else 0.0
             return self._in_file(0, tool.diameter) if tool and key == 5410 else 0.0
         return store.numbered.get(key, 0.0)

@@ -134,6 +134,8 @@ class Recorder(Struct):
     warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
+    #: As in Moves; the text of G-code says it with a code, or does not.
+    says_tcp: bool = True
     #: Work systems to which the program has given an origin.
     placed: set[int] = field(default_factory=set)
     #: Where tool axes gave way to places of the table.
@@ -349,5 +351,6 @@ class Recorder(Struct):
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
             placed_systems=frozenset(self.placed), arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
+            says_tcp=self.says_tcp,
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

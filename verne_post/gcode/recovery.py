@@ -142,7 +142,7 @@ class Recovery:
         numbers = {round(block.words[letter]) for letter in "THDQ" if letter in block.words}
         numbers.add(state.loaded_tool or 0)
         known = state.tools or {}
-        if missing := {n for n in numbers if n not in known or known[n].diameter <= 0}:
+        if missing := {n for n in numbers if n not in known or known[n].diameter <= 0 or known[n].unmeasured}:
             state.tools = {**known, **{n: replace(ASSUMED_TOOL, number=n, pocket=n) for n in missing}}
         elif state.loaded_tool:
             return False

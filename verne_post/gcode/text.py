@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.block import Block, block_of_words, read_block
@@ -43,6 +44,10 @@ class Language(Protocol):
     @classmethod
     def find_start(cls, source: Text) -> int:
         """Where the program begins in its text: after what a control does not read."""
+
+    @classmethod
+    def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
+        """Lines of a chunk, from 0, that mean more than their words, so that only the exact reader can read them."""
 
 
 class Chunk(Struct, frozen=True, dict=True):
@@ -183,6 +188,7 @@ class ProgramText(ChunkedText):
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
         """Split the lines of a chunk into words."""
         words = split_words(first_line, text)
+        words.plain[self.language.leave_to_reader(text, self.setup)] = False
         return Chunk(first_line, text, PlainLines(words, self.setup, others=plain_arcs.WORDS), words)
 
     def line(self, line: int) -> bytes:

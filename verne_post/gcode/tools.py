@@ -19,7 +19,7 @@ def read_tool_table(text: str, name: str) -> dict[int, Tool]:
     Returns
     -------
     dict
-        Tools by number, offsets in mm and degrees.
+        Tools by number, offsets in mm and degrees. A line without Z gives a tool whose length is not known.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def read_tool_table(text: str, name: str) -> dict[int, Tool]:
     errors: list[Finding] = []
     for number, raw in enumerate(text.splitlines(), start=1):
         try:
-            tool = _read_line(raw, number)
+            tool = _read_line(raw, number, f"{name}:{number}")
         except BlockError as error:
             message = f"{name}:{number}: {error.message}"
             errors.append(finding("VP019", message, column=error.column))
@@ -45,7 +45,7 @@ def read_tool_table(text: str, name: str) -> dict[int, Tool]:
     return tools
 
 
-def _read_line(raw: str, number: int) -> Tool | None:
+def _read_line(raw: str, number: int, where: str) -> Tool | None:
     block = read_block(raw, number)
     if not block.words and not block.codes:
         return None
@@ -63,4 +63,5 @@ def _read_line(raw: str, number: int) -> Tool | None:
         if letter == "D" and not 0 <= value <= MAX_TOOL:
             raise block.error("VP019", f"D{value:g}: expected a diameter from 0 to {MAX_TOOL:g}", letter)
     offset: Vector9 = tuple(block.words.get(axis, 0.0) for axis in AXES)  # type: ignore[assignment]
-    return Tool(int(block.words["T"]), int(block.words.get("P", 0)), offset, block.words.get("D", 0.0))
+    unmeasured = "" if "Z" in block.words else where
+    return Tool(int(block.words["T"]), int(block.words.get("P", 0)), offset, block.words.get("D", 0.0), unmeasured)

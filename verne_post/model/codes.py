@@ -263,6 +263,31 @@ CODES: Final[dict[str, Code]] = _table(
         "Name A and C in a G0 before the first cut: G0 A0 C0 where the table is to be level. Where it really stands at the angle of the message, name that one.",
     ),
     (
+        "VP037",
+        "tool-centre-point control not said",
+        "warning",
+        "G-code cuts while A and C stand turned, and no code of the program says in which directions X Y Z count. Here they are "
+        "places of the part, as under G43.4; a control without tool-centre-point control reads them in the directions of the machine.",
+        "Where places of the part are meant, write G43.4 for G43, or post with G68.2; a code that the control has for it can be "
+        'given the meaning "tcp on" ([remap]). Where directions of the machine are meant, post the program again for one of these.',
+    ),
+    (
+        "VP038",
+        "decimal points mixed",
+        "warning",
+        "A Fanuc program has lengths, angles or dwells with a decimal point and others without. By a setting of the control a "
+        "number without a point is as large as it reads, or counts least input increments (0.001 mm).",
+        'Write the points, or say which setting the program is for: [fanuc] decimal_point = "calculator" or "conventional" '
+        "in the settings file.",
+    ),
+    (
+        "VP039",
+        "read otherwise by some controls",
+        "note",
+        "A word or a cycle of a Fanuc program that controls do not execute in one way; the message says what is done here. Each is said once.",
+        "No action is needed where that is what is meant.",
+    ),
+    (
         "VP045",
         "spindle speed is not known",
         "warning",
@@ -386,7 +411,8 @@ CODES: Final[dict[str, Code]] = _table(
         "flip, rewind or another branch",
         "error",
         "The table must change to its other solution (-A, C + 180), rewind C, or leave the programmed A and C, to keep a "
-        "limit; or C turns under a standing, vertical tool (a warning). With --allow-rewind a change between feed moves "
+        "limit; or C turns under a standing, vertical tool, or by more than half a turn in a feed move with a tilted one "
+        "(warnings). With --allow-rewind a change between feed moves "
         "is a warning too: a retract, a turn and a return are added.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
@@ -492,11 +518,12 @@ CODES: Final[dict[str, Code]] = _table(
     ),
     (
         "VP505",
-        "implausible value of the machine file",
+        "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel or length of the machine file is legal, but no machine tool has it; most often it is "
-        "given in another unit.",
-        "Compare the value with its unit in docs/machine-file.md; `verne-post machine validate` prints how long moves take.",
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the command line or of the "
+        "set-up is legal, but cannot be meant; most often it is given in another unit.",
+        "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post machine "
+        "validate` prints how long moves take.",
     ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (

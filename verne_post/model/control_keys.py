@@ -9,6 +9,7 @@ from msgspec import Struct, field
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
+    "decimal_point": ("", "calculator", "conventional"),
 }  # fmt: skip
 
 
@@ -72,9 +73,13 @@ class FanucKeys(Struct, frozen=True):
     inside_arc_percent : float
         Parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many percent; 100: it is that of
         the tool's centre.
+    decimal_point : str
+        What a word without a decimal point is: "calculator", X20 is 20 mm; "conventional", X20 is 20 least input increments,
+        0.02 mm. Empty: as calculator, with a warning where a program has both.
     """
 
     inside_arc_percent: float = 0.0
+    decimal_point: Literal["", "calculator", "conventional"] = ""
 
 
 #: By the dialect that has them.

@@ -326,6 +326,9 @@ class Moves(Struct, frozen=True):
         The stock that the program defines.
     arc_feeds : tuple of ArcFeedUse
         Arcs beside the contour whose feed rate is not F, by the word that says so.
+    says_tcp : bool
+        False for G-code without a code that turns tool-centre-point control on or off: a control would read X Y Z in its
+        own directions under a turned table. Other languages say in each case which directions are meant.
     splines : Splines
         Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins where the
         move before it ends, and each ends at its ``end``.
@@ -356,6 +359,7 @@ class Moves(Struct, frozen=True):
     stock: Stock | None = None
     arc_feeds: tuple[ArcFeedUse, ...] = ()
     table_places: tuple[TablePlace, ...] = ()
+    says_tcp: bool = True
 
     def __len__(self) -> int:
         return len(self.line)

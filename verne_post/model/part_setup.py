@@ -39,12 +39,15 @@ class Tool:
         Tool offset along X Y Z A B C U V W, mm and degrees; Z is the length.
     diameter : float
         mm.
+    unmeasured : str
+        What names the tool without a length: file and line of a table, or line of the program. Empty: the length is known.
     """
 
     number: int
     pocket: int
     offset: Vector9
     diameter: float = 0.0
+    unmeasured: str = ""
 
 
 def tool_text(number: int, names: Mapping[int, str]) -> str:

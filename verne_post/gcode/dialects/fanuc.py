@@ -11,11 +11,14 @@ from typing import ClassVar, Final
 import numpy as np
 from msgspec.structs import replace
 
+from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import CYCLES, TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.dialect import Dialect, dialect_of_blocks
+from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
 from verne_post.gcode.fanuc_codes import (
     ADDITIONAL,
     ALONE,
@@ -28,11 +31,20 @@ from verne_post.gcode.fanuc_codes import (
     make_table,
 )
 from verne_post.gcode.fanuc_header import is_fanuc
+from verne_post.gcode.fanuc_points import (
+    INCREMENT,
+    find_mixture,
+    find_unrounded,
+    lines_without_point,
+    scale_words,
+)
+from verne_post.gcode.fanuc_text import NESTED, end_of_number, find_program, prepare_line
 from verne_post.gcode.frame_codes import whole
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.nurbs_codes import NurbsCodes
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
+from verne_post.gcode.state import Cycle, State
 from verne_post.model.control_keys import FanucKeys, read_keys
 from verne_post.model.moves import AXES, ZERO9, ArcFeed, Feature, MoveKind, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, Vector9
@@ -41,24 +53,8 @@ _SECONDS_PER_P: Final = 1e-3
 _MACRO: Final = re.compile(
     r"\s*(?:N\s*\d+\s*)?(IF|WHILE|GOTO|DO|END|THEN|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b", re.IGNORECASE
 )
-#: At the beginning of a line: ``:1000`` for O1000, ``/2`` for a block that switch 2 deletes.
-_COLON: Final = re.compile(r"[ \t]*(:)[ \t]*[0-9]")
-_DELETE: Final = re.compile(r"[ \t]*/([1-9])[ \t]*[^ \t0-9.]")
-#: A comment with others in it, and the parentheses that are left after its first end.
-_NESTED: Final = re.compile(r"\(([^()]*\([^)]*)\)((?:[ \t]*\))*)")
 #: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
 _LEFT_OVER: Final = re.compile(r"[^()]*\)")
-_BLANK: Final = str.maketrans("()", "  ")
-#: A program number with words beside it.
-_NUMBER_AND_WORDS: Final = re.compile(
-    r"([ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*\d[ \t\d]*)(?=(?:\([^()]*\)|[ \t])*(?:[A-NP-Z#/][^A-Z]*[-+.\d#\[]))",
-    re.IGNORECASE,
-)
-#: Lines without a program number or an end, up to a ``%`` before a program number.
-_LISTING: Final = re.compile(
-    rb"(?:(?![ \t]*[O:][ \t]*\d|[ \t]*%|[^\n]*\bM0*(?:2|30|99)\b)[^\n]*\n)*(?=[ \t]*%[^\n]*\n\s*[O:][ \t]*\d)",
-    re.IGNORECASE,
-)
 
 
 class FanucInterpreter(NurbsCodes):
@@ -78,35 +74,49 @@ class FanucInterpreter(NurbsCodes):
     custom_macro: ClassVar[bool] = True
     plain_words: ClassVar[bool] = True
 
+    def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
+        super().__init__(setup, state, recorder)
+        self.keys: FanucKeys = read_keys(FanucKeys, setup.control.get("fanuc", {}))
+
+    @classmethod
+    def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
+        """Words without a decimal point, where they count increments."""
+        if setup.control.get("fanuc", {}).get("decimal_point") != "conventional":
+            return super().leave_to_reader(text, setup)
+        return lines_without_point(text)
+
+    def _note_once(self, line: int, message: str) -> None:
+        """VP039, at the first place alone."""
+        if not any(item.code == "VP039" and item.message == message for item in self.recorder.warnings.values()):
+            self.recorder.warn("VP039", message, line, None)
+
+    def _drill_holes(self, block: Block, motion: int, cycle: Cycle, repeats: int) -> None:
+        """As RS274/NGC."""
+        if self.state.position[cycle.normal] < cycle.clear - ZERO_LENGTH_MM:
+            self._note_once(
+                block.line, "R of a canned cycle is above the tool: it goes up to R first and then over the hole, and stays "
+                "at R after it, also under G98; a control may go over the hole first"
+            )  # fmt: skip
+        super()._drill_holes(block, motion, cycle, repeats)
+
     def _show_comment(self, block: Block) -> None:
         """These controls have no messages in comments."""
 
     @classmethod
     def prepare(cls, text: str) -> str:
         """``:1000`` is O1000, ``/2`` is ``/``, ``(a (b))`` is one comment; every character keeps its column."""
-        end = text.rfind(")") + 1  # after it every parenthesis would be tried up to the end of the line
-        if end:
-            closed = _NESTED.sub(
-                lambda match: f"({match[1].translate(_BLANK)}){match[2].translate(_BLANK)}", text[:end]
-            )
-            text = closed + text[end:]
-        for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
-            if (match := pattern.match(text)) is not None:
-                text = f"{text[: match.start(1)]}{letter}{text[match.end(1) :]}"
-        return text
+        return prepare_line(text)
 
     @classmethod
     def label_of(cls, text: str) -> str:
         """The program number, without the words beside it."""
-        text = cls.prepare(text)
-        match = _NUMBER_AND_WORDS.match(text)
-        return text if match is None else text[: match.end(1)]
+        text = prepare_line(text)
+        return text[: end_of_number(text)] if end_of_number(text) else text
 
     @classmethod
     def find_start(cls, source: Text) -> int:
         """The ``%`` before the first program number: a control reads nothing before it."""
-        match = _LISTING.match(source[: 1 << 16])
-        return 0 if match is None or not match.group().strip() else match.end()
+        return find_program(source)
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; custom macros are refused by name."""
@@ -117,9 +127,9 @@ class FanucInterpreter(NurbsCodes):
                 f"{macro.group(1).upper()}: custom macro statements are not executed, only parameters and expressions",
                 macro.start(1) + 1,
             )
-        nested, text = _NESTED.search(text), self.prepare(text)
-        if (numbered := _NUMBER_AND_WORDS.match(text)) is not None:
-            text = " " * numbered.end(1) + text[numbered.end(1) :]
+        nested, text = NESTED.search(text), self.prepare(text)
+        number = end_of_number(text)
+        text = " " * number + text[number:]
         try:
             block = super().read(text, line)
         except BlockError as error:
@@ -131,6 +141,14 @@ class FanucInterpreter(NurbsCodes):
                 f"nest; what follows is read as words, and there {error.message}",
                 error.column,
             ) from None
+        if self.keys.decimal_point == "conventional":
+            codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
+            scale_words(block, text, self.state, drills=self._drills(block, codes))
+        if "#" in text and (letter := find_unrounded(block, text, self.state)) is not None:
+            self._note_once(
+                line, f"{letter} has a value with more digits than the least input increment ({INCREMENT:g}): it is used as it is; "
+                "a control rounds it"
+            )  # fmt: skip
         if block.o is not None and block.o.keyword is not None:
             raise BlockError(
                 "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"
@@ -322,6 +340,7 @@ class FanucInterpreter(NurbsCodes):
         if code == PLANE_OFF:
             self._set_frame(replace(state.frame, feature=None))
             return
+        self.recorder.says_tcp = True  # a plane of the part
         if state.frame.feature is not None:
             raise BlockError("VP017", "G68.2 under G68.2; write G69 first")
         origin = [self._axis_value(block, axis) if letter in block.words else 0.0 for axis, letter in enumerate("XYZ")]
@@ -403,4 +422,12 @@ def _initial_state(setup: Setup) -> State:
     return state
 
 
-DIALECT: Final[Dialect] = dialect_of_blocks(FanucInterpreter, _recognise, _initial_state)
+def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
+    execution = execute_blocks(source, setup, state, stop, FanucInterpreter)
+    keys = read_keys(FanucKeys, setup.control.get("fanuc", {}))
+    if setup.machine and not keys.decimal_point and stop == StopConditions() and (found := find_mixture(source)):
+        execution.recorder.warnings[found.line or 1, found.code] = found
+    return execution
+
+
+DIALECT: Final[Dialect] = replace(dialect_of_blocks(FanucInterpreter, _recognise, _initial_state), execute=_execute)

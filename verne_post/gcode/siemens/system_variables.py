@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from msgspec.structs import replace
 
+from verne_post.gcode.missing_setup import check_measured
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.frame_values import FrameValues, holds_frame
@@ -46,6 +47,8 @@ class SystemVariables:
             what = _TOOL_DATA.get(name)
             if tool is None or what in (None, "type"):
                 return 0.0
+            if what == "length":
+                check_measured(tool, to.setup, state)
             return tool.offset[2] if what == "length" else 0.5 * tool.diameter
         tool = (state.tools or {}).get(state.loaded_tool or 0)
         values: dict[str, float | None] = {
@@ -142,9 +145,9 @@ class SystemVariables:
             raise cursor.error("VP007", f"{name} {value:g}: a {what} is not negative", at)
         state = self.to.state
         tools = dict(state.tools or {})
-        tool = tools.get(number, Tool(number, number, ZERO9))
+        tool = tools.get(number, Tool(number, number, ZERO9, unmeasured=f"{name} without $TC_DP3"))
         if what == "length":
-            tools[number] = dataclasses.replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]))
+            tools[number] = dataclasses.replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]), unmeasured="")
         else:
             tools[number] = dataclasses.replace(tool, diameter=2.0 * value)
         state.tools = tools

@@ -1,0 +1,125 @@
+"""Words of Fanuc programs without a decimal point: X20 is 20 mm, or 20 least input increments, by a setting of the control."""
+
+import re
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Ints
+from verne_post.base.long_text import Text
+from verne_post.gcode.block import Block
+from verne_post.gcode.nurbs_codes import NURBS
+from verne_post.gcode.state import State
+from verne_post.gcode.words import whole_lines
+from verne_post.model.findings import Finding, finding
+from verne_post.model.moves import FeedMode
+
+#: Least input increment (IS-B): of lengths in mm and in inches, of angles in degrees and of dwells in seconds.
+INCREMENT: Final = 1e-3
+_INCREMENT_INCH: Final = 1e-4
+#: A value is a whole number of increments to within this share of one: rounding of expressions stays far below.
+_WHOLE_INCREMENTS: Final = 1e-6
+_ANGLES: Final = "ABC"
+_LENGTHS: Final = "XYZUVWIJKRQ"
+_PLANE: Final = 682
+#: What is no word: comments, what follows a %, and levels of G5.1.
+_SILENT: Final = rb"\([^)\n]*|;[^\n]*|^[ \t]*%[^\n]*|G0*5\.1[^\n]*"
+_LETTER: Final = rb"|(?<![A-Z])([A-CFI-KQRU-Z])[ \t]*[+-]?[ \t]*"
+#: Words with a number that has a decimal point, and those of one that has none and is not 0; group 1 is the letter.
+_POINTED: Final = re.compile(_SILENT + _LETTER + rb"[0-9 \t]*+\.", re.IGNORECASE | re.MULTILINE)
+_BARE: Final = re.compile(
+    _SILENT + _LETTER + rb"[0 \t]*+[1-9](?:[ \t]*[0-9])*+(?![ \t]*\.)", re.IGNORECASE | re.MULTILINE
+)
+#: A word whose value is computed.
+_COMPUTED: Final = re.compile(r"(?<![A-Z])([A-CX-Z])[ \t]*[+-]?[ \t]*[#\[]", re.IGNORECASE)
+_WEIGHTS: Final = re.compile(rb"G0*6\.2", re.IGNORECASE)
+#: Words that are lengths, angles or times wherever they stand; and R, but where it may be a weight.
+_PLAIN: Final = b"XYZUVWABC"
+
+
+def find_mixture(source: Text) -> Finding | None:
+    """VP038: a program with words both with and without a decimal point, whose control nobody has described."""
+    letters = _PLAIN if _WEIGHTS.search(source) is not None else _PLAIN + b"R"
+    pointed = _find_first(source, _POINTED, letters)
+    bare = None if pointed is None else _find_first(source, _BARE, letters)
+    return None if pointed is None or bare is None else _report_mixture(*bare, pointed[0])
+
+
+def _find_first(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> tuple[int, int, str] | None:
+    """Line, column and text of the first word of some letters that a pattern finds."""
+    line = 1
+    for text in whole_lines(source):
+        for match in pattern.finditer(text):
+            if match[1] is not None and match[1].upper() in letters:
+                begin = match.start()
+                column = begin - text.rfind(b"\n", 0, begin)
+                return line + text.count(b"\n", 0, begin), column, match.group().decode("ascii")
+        line += text.count(b"\n")
+    return None
+
+
+def _report_mixture(line: int, column: int, word: str, pointed: int) -> Finding:
+    unit = "degrees" if word[0].upper() in _ANGLES else "in the unit of the program"
+    return finding(
+        "VP038", f"{word} has no decimal point, and words of line {pointed} have one: it is read as {word[1:].strip()} {unit}; a "
+        f"control set otherwise counts increments of {INCREMENT:g}; write the point, or say which is meant: [fanuc] "
+        'decimal_point = "calculator" or "conventional" in verne-post.toml',
+        line=line, last_line=line, worst_line=line, column=column,
+    )  # fmt: skip
+
+
+def lines_without_point(text: bytes) -> Ints:
+    """Lines of a chunk, from 0, that have a word without a decimal point, other than 0."""
+    ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
+    places = [match.start() for match in _BARE.finditer(text) if match[1] is not None]
+    return np.unique(np.searchsorted(ends, places)).astype(np.int32)
+
+
+def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
+    """Read the words of a block that have no decimal point as least input increments; the block changes in place.
+
+    Parameters
+    ----------
+    block : Block
+    text : str
+        The line as it was read.
+    state : State
+        Before the block.
+    drills : bool
+        The words are those of a canned cycle.
+    """
+    raw = text.encode("ascii", errors="replace")
+    bare = {match[1].decode("ascii").upper() for match in _BARE.finditer(raw) if match[1] is not None} & set(
+        block.words
+    )
+    codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
+    inch = 200 in codes or (state.inch and 210 not in codes)
+    spline = NURBS in codes or (state.motion == NURBS and not codes)
+    for letter in bare:
+        if letter == "F":
+            if 950 in codes or (state.feed_mode == FeedMode.PER_REVOLUTION and not codes & {930, 940}):
+                raise block.error(
+                    "VP007", "F per turn without a decimal point: controls count it in increments of their own", "F"
+                )
+            continue
+        if letter == "Q" and not drills:
+            continue
+        if (letter == "K" and drills) or (spline and letter in "KR"):
+            continue  # repeats, knots and weights
+        if letter in "IJK" and (state.vectors or 435 in codes):
+            continue  # a direction has no unit
+        angle = letter in _ANGLES or (letter in "IJK" and _PLANE in codes)
+        time = 40 in codes and letter in "XU"
+        block.words[letter] *= _INCREMENT_INCH if inch and not angle and not time else INCREMENT
+
+
+def find_unrounded(block: Block, text: str, state: State) -> str | None:
+    """A computed word that has more digits than the least input increment; None where there is none."""
+    for match in _COMPUTED.finditer(text):
+        letter = match[1].upper()
+        if letter in block.words:
+            step = _INCREMENT_INCH if state.inch and letter not in _ANGLES else INCREMENT
+            steps = block.words[letter] / step
+            if abs(steps - round(steps)) > _WHOLE_INCREMENTS * max(abs(steps), 1.0):
+                return letter
+    return None

@@ -1,0 +1,83 @@
+"""Feed moves in which the table turns much farther than the path does: most often C words that a post has wrapped."""
+
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.columns import blocks
+from verne_post.base.rotations import wrap_angle
+from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
+from verne_post.model.findings import Finding, finding
+from verne_post.model.machine import Machine
+from verne_post.model.moves import AXES, Moves
+from verne_post.model.toolpath import SegmentKind, ToolPath
+from verne_post.toolpath.evaluate import pose
+
+#: A great circle never turns C by half a turn, only by nearly as much. One that comes so near to it passes the pole within a
+#: hundredth of the tilt at its ends: an axis that is led through the pole there differs by less than a post means.
+_NEARLY_HALF_TURN: Final = np.radians(179.0)
+#: Chords in which the direction of arcs and splines is followed.
+_CHORDS: Final = 32
+_C: Final = AXES.index("C")
+
+
+def report_table_turns(path: ToolPath, moves: Moves, machine: Machine) -> list[Finding]:
+    """Warn (VP301) of feed moves under a tilted tool in which C turns by more than half a turn beyond what the path turns.
+
+    Under a vertical tool C means nothing, and an arc or a spline may well take the table around with it. All such moves
+    of a program are one finding, at the first; those on great circles another: their cause is the pole.
+    """
+    found: dict[bool, list[int]] = {False: [], True: []}  # on a great circle -> segments
+    for begin, end in blocks(len(path)):
+        rows = np.arange(begin, end)
+        swung = path.circle[rows] >= 0
+        least = np.where(swung, _NEARLY_HALF_TURN, np.pi + ZERO_ANGLE)
+        turn = np.abs(path.end[rows, 4] - path.start[rows, 4])
+        some = np.flatnonzero((turn > least) & (path.feed_time[rows] > 0) & _is_tilted(path, rows))
+        some = some[turn[some] > least[some] + _turn_of_direction(path, rows[some])]
+        for at in some.tolist():
+            found[bool(swung[at])].append(begin + at)
+    return [_report(path, moves, machine, rows, swung) for swung, rows in found.items() if rows]
+
+
+def _is_tilted(path: ToolPath, rows: Ints) -> Mask:
+    """Whether segments have a tilted tool at one of their ends."""
+    return np.asarray((np.abs(np.sin([path.start[rows, 3], path.end[rows, 3]])) > POLE_SINE).any(axis=0))
+
+
+def _turn_of_direction(path: ToolPath, rows: Ints) -> Array:
+    """The angle (n,), rad, by which the direction of the tip turns along segments: 0 on straight lines."""
+    turn = np.zeros(len(rows))
+    curved = np.flatnonzero(path.kind[rows] != SegmentKind.LINE)
+    u = np.linspace(0.0, 1.0, _CHORDS + 1)
+    tip, _angles = pose(path, np.repeat(rows[curved], len(u)), np.tile(u, len(curved)))
+    chord = np.diff(tip.reshape(len(curved), len(u), 3), axis=1)
+    a, b = chord[:, :-1], chord[:, 1:]
+    bend = np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))
+    turn[curved] = bend.sum(axis=-1) * _CHORDS / (_CHORDS - 1)  # half a chord is missing at each end
+    return turn
+
+
+def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swung: bool) -> Finding:
+    """One finding for segments that have one cause."""
+    factor = machine.columns[-1].factor
+    first, turns = rows[0], (path.end[rows, 4] - path.start[rows, 4]) * factor
+    turn = float(turns[0])
+    tip = float(np.linalg.norm(path.end[first, :3] - path.start[first, :3]))
+    after = float(moves.end[path.move[first], _C]) if not path.free[first] else float(path.end[first, 4]) * factor
+    what = f"C turns by {turn:.6g} deg, from {after - turn:.6g} to {after:.6g}, while the tip goes {tip:.4g} mm"
+    if swung:
+        text = f"{what}: the tool axis passes close to the vertical; lead it through the vertical, or farther around"
+    else:
+        short = float(np.degrees(wrap_angle(np.radians(turn))))
+        short = 0.0 if abs(short) <= np.degrees(ZERO_ANGLE) else short
+        text = (
+            f"{what}, and the tilted tool sweeps around with it; C{after - turn + short:.6g}, {abs(short):.6g} deg away, "
+            "holds the same tool axis"
+        )
+    others = f" (moves like this: {len(rows)})" if len(rows) > 1 else ""
+    line = int(path.line[first])
+    return finding(
+        "VP301", text + others, severity="warning", line=line, last_line=line, worst_line=line, count=len(rows)
+    )
