@@ -17,6 +17,7 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.base.printable import json_text
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
@@ -199,7 +200,7 @@ def _outcome(job: Job) -> Outcome:
         if done.status != ExitStatus.INTERNAL_ERROR:
             digests = {name: _digest(path) for name, path in made.items()}
             made_now = msgspec.to_builtins(Record(_LAYOUT, key, digests, done), enc_hook=_plain_number)
-            text = json.dumps(made_now, allow_nan=False)
+            text = json_text(made_now)
             job.record.parent.mkdir(parents=True, exist_ok=True)
             files.write(job.record, job.what(job.record), [text + "\n"])
             for name, path in made.items():
