@@ -369,7 +369,7 @@ def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "S
     files.expects(found, "--settings")
     from verne_post.config.settings import load_settings
 
-    settings = load_settings(found, lambda path: files.read(path, "--settings"))
+    settings = load_settings(found, lambda path: files.read(path, "--settings"), named=path is not None)
     if tell and files.is_first(found):
         hidden = "".join(f"; {text}" for text in _what_is_hidden(settings))
         where = shown_name(found) if is_dash(found) else found.absolute()

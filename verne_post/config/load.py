@@ -13,6 +13,7 @@ from msgspec.structs import asdict
 
 from verne_post.base.printable import visible
 from verne_post.base.units import MILLI, RAD_PER_DEG
+from verne_post.config.beside import file_beside
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path, names_hint, read_machine_file
 from verne_post.config.plausibility import find_implausible
@@ -70,9 +71,15 @@ def load_machine(
         return read_machine_file(path, what, hint)
 
     raw = read(path, f"machine file {str(name_or_path)!r}", names_hint())
-    return machine_from_toml(
-        raw, path.name, lambda name: read(path.parent / name, f"{path.name}: as_built.file {name!r}")
-    )
+
+    def read_named(name: str) -> bytes:
+        try:
+            found = file_beside(path.parent, name, "as_built.file", "put it there")
+        except ValueError as error:
+            raise InputError(finding("VP501", f"{path.name}: {error}")) from None
+        return read(found, f"{path.name}: as_built.file {name!r}")
+
+    return machine_from_toml(raw, path.name, read_named)
 
 
 def _no_files(name: str) -> bytes:
