@@ -100,6 +100,17 @@ def cli() -> None:
     """
 
 
+def _what_failed(error: OSError) -> str:
+    """What the system refused: the file by its name, a limit of the process, or else standard output."""
+    if error.filename is not None:
+        return f"{printable(str(error.filename))}: {error.strerror or error}"
+    if error.errno in (errno.EMFILE, errno.ENFILE):
+        return "more files and pipes are needed at once than the process may open; allow more (ulimit -n)"
+    if error.errno in (errno.EAGAIN, errno.ENOMEM):
+        return f"no further process or memory: {error.strerror}; use fewer (-j), or allow more (ulimit -u, ulimit -v)"
+    return f"standard output: {'is closed' if error.errno == errno.EBADF else error.strerror or error}"
+
+
 def run() -> None:
     """Entry point: run the command and exit with the documented status."""
     same_everywhere()
@@ -129,8 +140,7 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         return ExitStatus.INTERRUPTED
     except OSError as error:  # a full disk, a device that went away
-        why = "is closed" if error.errno == errno.EBADF else error.strerror or error
-        echo(f"verne-post: {printable(str(error.filename or 'standard output'))}: {why}", err=True)
+        echo(f"verne-post: {_what_failed(error)}", err=True)
         drop(sys.stdout)
         return ExitStatus.UNUSABLE
     except PipeClosed:

@@ -81,10 +81,15 @@ def print_as_is(text: str) -> None:
 
 def drop(stream: Any) -> None:
     """Send what a stream still holds nowhere, so that nothing complains when the process ends."""
-    null = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(null, stream.fileno())
+        number = stream.fileno()
     except (OSError, ValueError):  # closed, or without a descriptor: then nothing is held
-        pass
-    finally:
+        return
+    try:
+        null = os.open(os.devnull, os.O_WRONLY)
+    except OSError:  # no descriptor is left but that one
+        os.close(number)
+        null = os.open(os.devnull, os.O_WRONLY)
+    if null != number:
+        os.dup2(null, number)
         os.close(null)
