@@ -358,6 +358,42 @@ def test_bad_options(folder: Path, run: Callable[..., Any], words: tuple[str, ..
     assert not Path("out").exists()
 
 
+@pytest.mark.parametrize("address", ["nonsense", "http://localhost:1", "tcp://127.0.0.1:port", "tcp://127.0.0.1:9"])
+def test_a_scheduler_that_does_not_answer_is_named(
+    folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, address: str
+) -> None:
+    config = pytest.importorskip("dask").config
+    pytest.importorskip("distributed")
+    with config.set({"distributed.comm.timeouts.connect": "200ms"}):
+        answer = run("batch", "in", "-o", "out", "--scheduler", address, *PLACE)
+    assert answer.code == 2
+    assert f"Error: --scheduler {address}: " in answer.err
+    assert "as tcp://host:8786" in answer.err
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="signals as Linux has them")
+@pytest.mark.parametrize("ending", [signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
+def test_a_batch_that_is_ended_warns_of_no_semaphores(folder: Path, environment: dict[str, str], ending: int) -> None:
+    """The process that removes them has nothing to say; standard error is closed when the last process has ended."""
+    for number in range(40):
+        Path(f"in/more{number}.nc").write_text(GOOD.format(z=60 + number, x=20 + number), encoding="utf-8")
+    command = [sys.executable, "-m", "verne_post", "batch", "in", "-o", "out", "-j", "2", *map(str, PLACE)]
+    running = subprocess.Popen(
+        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=_hear_hang_ups
+    )
+    begin = time.monotonic()
+    while count_records("out/.verne-post") < 2 and running.poll() is None and time.monotonic() - begin < 60:
+        time.sleep(0.02)
+    running.send_signal(ending)
+    _out, said = running.communicate()
+    assert running.returncode == -ending
+    assert said == b""
+
+
+def _hear_hang_ups() -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 class Bomb:
     """Kills the process that unpickles it."""
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -366,3 +367,135 @@ def test_lengths_twice_in_a_set_up_are_refused_by_name(folder: Path, run: Callab
     answer = run("part.nc")
     assert answer.code == 2
     assert "part.nc.toml: tool_length and tool_lengths exclude each other" in answer.err
+
+
+# --- files that a set-up or the settings file names --------------------------------------------------
+
+#: Key of a set-up -> a file for it that nothing is wrong with.
+NAMED_FILES = {
+    "tool_table": "T1 P1 Z60\n", "tool_lengths": "tool,length_mm\n1,60\n", "measured_offset": "system,x_mm,y_mm,z_mm\nG54,0,0,0\n",
+    "tool_shapes": "[tool.1.cutter]\ndiameter = 5\nlength = 20\n", "parameters": "5221 10\n",
+}  # fmt: skip
+SECRET = "TOKEN = 'abc123'\n"
+
+
+@pytest.fixture
+def job(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, job, beside which and below which the same files stand; outside there is a secret too."""
+    work = folder / "job"
+    (work / "below").mkdir(parents=True)
+    (folder / "part.nc").rename(work / "part.nc")
+    for place in (folder, work, work / "below"):
+        for key, text in NAMED_FILES.items():
+            (place / key).write_text(text)
+    (folder / "secret").write_text(SECRET)
+    (work / "link").symlink_to("../secret")
+    (work / "up").symlink_to("..")
+    (work / "round").symlink_to("below")
+    monkeypatch.chdir(work)
+    return work
+
+
+def _places(job: Path, key: str) -> dict[str, bool]:
+    """Names of a file for a key -> whether they lead to a file inside."""
+    return {
+        key: True, f"below/{key}": True, f"below/../{key}": True, f"round/{key}": True, f"../job/{key}": True,
+        f"../{key}": False, str(job / key): False, str(job.parent / key): False, f"up/{key}": False, "link": False,
+        "/dev/stdin": False, "../secret": False, "below/../../secret": False,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("key", NAMED_FILES)
+def test_files_of_a_set_up_lie_in_its_folder(job: Path, run: Callable[..., Any], key: str) -> None:
+    """Else the error names file and key, and nothing is read; a set-up that the command line names may name any file."""
+    for name, inside in _places(job, key).items():
+        text = f"{key} = {json.dumps(name)}\n"
+        Path("part.nc.toml").write_text(text)
+        Path("verne-post.toml").unlink(missing_ok=True)
+        own = run("check", "part.nc").out
+        named = run("check", "part.nc", "--setup", "part.nc.toml").out
+        Path("part.nc.toml").unlink()
+        Path("verne-post.toml").write_text(f'[setup."*.nc"]\n{text}')
+        shared = run("check", "part.nc").err + run("check", "part.nc").out
+        for said, where in ((own, f"part.nc.toml: {key} = "), (shared, f"verne-post.toml: setup.'*.nc'.{key} = ")):
+            assert ("VP503" in said) == (not inside), (name, said)
+            assert inside or f"{where}{name!r}: " in said
+            assert "TOKEN" not in said
+            assert "abc123" not in said
+        assert "VP503" not in named
+
+
+def test_files_of_the_settings_lie_in_their_folder(job: Path, run: Callable[..., Any]) -> None:
+    """The machine and the baseline; settings that the command line names may name any file."""
+    machine = (Path(verne_post.__file__).parents[1] / "machine_configs" / "verne.toml").read_text()
+    baseline = '{"schema": 1, "known": {}}'
+    for place in (job, job.parent, job / "below"):
+        (place / "ours.toml").write_text(machine)
+        (place / "known.json").write_text(baseline)
+    for key, line, file in (("machine", "", "ours.toml"), ("check.baseline", "[check]\n", "known.json")):
+        for name, inside in _places(job, file).items():
+            Path("verne-post.toml").write_text(f"{line}{key.removeprefix('check.')} = {json.dumps(name)}\n")
+            said = "".join(str(run("check", "part.nc")))
+            assert (f"verne-post.toml: {key} = {name!r}: " in said.replace("\\'", "'")) == (not inside), (name, said)
+            assert "TOKEN" not in said
+            named = run("check", "part.nc", "--settings", "verne-post.toml")
+            assert f"verne-post.toml: {key} = " not in named.err
+
+
+def test_what_is_found_is_no_link_to_another_folder(job: Path, run: Callable[..., Any]) -> None:
+    """A set-up, settings, a program of a folder that is searched: each is read where the command line names it."""
+    Path("part.nc.toml").symlink_to("../secret")
+    said = run("check", "part.nc").out
+    assert "part.nc.toml: is a link that leads out of its folder; name it with --setup" in said
+    assert "TOKEN" not in said
+    Path("part.nc.toml").unlink()
+    Path("part.nc.toml").symlink_to("below/s.toml")
+    Path("below/s.toml").write_text("tool_length = 60\n")
+    assert "set-up: from part.nc.toml" in run("check", "part.nc").out
+    Path("part.nc.toml").unlink()
+    Path("verne-post.toml").symlink_to("../secret")
+    said = run("check", "part.nc").err
+    assert "verne-post.toml: is a link that leads out of its folder; name it with --settings" in said
+    assert "TOKEN" not in said
+    Path("verne-post.toml").unlink()
+    Path("below/s.nc").symlink_to("../../secret")
+    for words in (("check", "below"), ("batch", "below", "-o", "out")):
+        refused = run(*words)
+        assert refused.code == 2
+        assert "s.nc: is a link that leads out of below, which is searched" in refused.err
+        assert "TOKEN" not in refused.err
+    assert "VP0" in run("check", "below/s.nc").out
+
+
+def test_deviations_of_a_machine_lie_in_its_folder(job: Path, run: Callable[..., Any]) -> None:
+    text = (Path(verne_post.__file__).parents[1] / "machine_configs" / "verne.toml").read_text()
+    for name in ("../secret", "link", "/etc/hostname"):
+        Path("ours.toml").write_text(f'{text}\n[as_built]\nfile = "{name}"\n')
+        said = run("machine", "validate", "ours.toml").err
+        assert f"ours.toml: as_built.file = '{name}': " in said
+        assert "TOKEN" not in said
+
+
+def test_a_set_up_stands_for_its_program(folder: Path, run: Callable[..., Any]) -> None:
+    """As a hook names what has changed: once, however it is named; a set-up without its program is told."""
+    Path("part.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 300]\n")
+    named = run("check", "part.nc")
+    assert "set-up: from part.nc.toml" in named.out
+    assert run("check", "part.nc.toml") == run("check", "part.nc.toml", "part.nc") == named
+    run("batch", "part.nc.toml", "-o", "out")
+    assert Path("out/part.csv").exists()
+    Path("part.nc").unlink()
+    assert "part.nc: no such file" in run("check", "part.nc.toml").err
+
+
+@pytest.mark.parametrize(("name", "hook"), [
+    ("a/part.nc", 0), ("PART.NC", 0), ("a/part.nc.toml", 0), ("p.h.toml", 0), ("p.gcode.toml", 0), ("tools.tbl", 1), ("verne-post.toml", 1),
+    ("machines/ours.toml", 1), ("lengths.csv", 1), ("a.VAR", 1), ("readme.md", None), ("a.ncx", None), ("pnc", None),
+])  # fmt: skip
+def test_hooks_before_a_commit(name: str, hook: int | None) -> None:
+    """Each changed file belongs to one hook: to that of its program, or to that of all programs."""
+    text = (Path(__file__).resolve().parents[2] / ".pre-commit-hooks.yaml").read_text(encoding="utf-8")
+    patterns = re.findall("^  files: (.*)$", text, re.MULTILINE)
+    assert [number for number, pattern in enumerate(patterns) if re.search(pattern, name)] == (
+        [] if hook is None else [hook]
+    )

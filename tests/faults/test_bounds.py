@@ -151,3 +151,28 @@ def test_a_conversion_loads_no_more_than_it_needs(ground: Ground, program: tuple
     parts, others, *_end = run.out.decode().split("\n")
     assert set(parts.split()) <= {"__config__", "_cyutility", "_distributor_init", "_lib", "linalg", "version"}
     assert others == ""
+
+
+#: A spline that has no direction at each of its points, and one that has; control points; what the process may take, kB.
+SPLINES = {"stops": (12_000, 2), "runs": (12_000, 0)}
+MOST_KB = 200_000
+
+
+@pytest.mark.parametrize("kind", SPLINES)
+def test_memory_of_long_splines(ground: Ground, kind: str) -> None:
+    """Thousands of pieces are measured a few at a time, up to the first that stops; it took over 1 GB."""
+    count, status = SPLINES[kind]
+    places = ((k % 2 * 5, 0) if kind == "stops" else (0.01 * k, k % 3 * 0.001) for k in range(1, count))
+    text = "".join(f"G5.2 X{x:.3f} Y{y:.3f} P1\n" for x, y in places)
+    (ground.folder / "long.nc").write_text(f"{HEAD}F900\nG5.2 P1\n{text}G5.3\nM2\n")
+    script = (
+        "import resource, subprocess, sys\n"
+        "done = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL)\n"
+        "print(done.returncode, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
+    )
+    run = ground.run_python(script, *ground.command("dump", "moves", "long.nc", *PLACE))
+    ended, size = map(int, run.out.split())
+    assert ended == status
+    assert (b"long.nc:8: VP031" in run.err) == (status == 2)
+    assert run.err.count(b"VP031") == (status == 2)
+    assert size < MOST_KB

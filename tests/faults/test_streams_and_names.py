@@ -182,3 +182,21 @@ def test_the_settings_that_rule_are_named(ground: Ground) -> None:
     assert f"verne-post: settings of {rules}; check ignores VP1; check weighs VP202 as note".encode() in made.err
     assert b"can run" not in made.out
     assert re.search(rb"p.nc: not refused, [1-9] errors do not count", made.out)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of descriptors as Linux has them")
+def test_few_descriptors(ground: Ground) -> None:
+    """What cannot be opened is named, or the limit; never exit status 1, which says that a program breaks limits."""
+    import resource
+
+    for most in (8, 10, 12, 16):
+        ground.clear()
+
+        def limit(most: int = most) -> None:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+
+        run = ground.run("batch", "in", *PLACE, "-j", "2", "-o", "out", preexec_fn=limit)
+        assert run.status in (0, 2), run.err
+        assert run.status == 0 or b"Too many open files" in run.err or b"allow more (ulimit -n)" in run.err
+        assert b"standard output" not in run.err
+        assert b"Traceback" not in run.err

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from verne_post.base.bsplines import find_even_parts
+from verne_post.gcode.block import BlockError
 from verne_post.gcode.splines import BSpline, cut_spline, uniform_knots
 from verne_post.model.moves import MoveKind, PathMode
 from verne_post.verification.splines import measure_splines, parameters_at, project, spline_points
@@ -255,6 +257,32 @@ def test_refused_of_fanuc(view, what):
     body, code = FANUC_BAD[what]
     _moves, findings = view(f"{FANUC}{body}G1 X80\nM30\n%")
     assert findings[0].code == code, findings
+
+
+@pytest.mark.parametrize(("program", "line"), [
+    (f"{HEAD}G5.2 X0 Y1 P1\nX2 Y2 P1\nX3 Y0 P2\nX4 Y2 P1\nX5 Y0 P2\nG5.3\nM2", 6),
+    (f"{FANUC}{NURBS}M30\n%", 9),
+    ("; siemens\nG90 G94 G17 G54\nTRAORI\nG0 X0 Y0 Z0\nBSPLINE X10 Y10 F100\nX20 Y-10\nX30 Y0\nX40\nG1 X50\nM30", 8),
+])  # fmt: skip
+def test_no_more_points_than_the_bound(view, monkeypatch, program, line):
+    """In every dialect: what is read is bounded before anything is computed of it."""
+    monkeypatch.setattr("verne_post.gcode.splines.MAX_POINTS", 4)
+    _moves, findings = view(program)
+    assert findings[0].code == "VP031"
+    assert "more than 4 control points in one spline" in findings[0].message
+    assert findings[0].line == line
+
+
+def test_the_first_refusal_ends_the_work(monkeypatch):
+    """A curve that stops early is not measured to its end: where it stops, that takes a hundred times as long."""
+    measured = []
+    monkeypatch.setattr(
+        "verne_post.gcode.splines.find_even_parts",
+        lambda controls, count: measured.append(len(controls)) or find_even_parts(controls, count),
+    )
+    with pytest.raises(BlockError, match="stops or turns back"):
+        cut_spline(spline_of([(5 * (k % 2), 0, 0) for k in range(2000)], 2))
+    assert sum(measured) <= 256
 
 
 # --- the general element -----------------------------------------------------------------------------

@@ -117,6 +117,8 @@ _NEWTON: Final = 8
 _HALVINGS: Final = 20
 #: ... which is inside one of the halves or two; a curve with more that are not settled stands.
 _MOST_OPEN: Final = 256
+#: So many parts of curves are worked on together: nodes of more would take hundreds of megabytes.
+TOGETHER: Final = 1 << 11
 #: Roundings that add up in a speed.
 _ROUNDINGS: Final = 8.0
 
@@ -171,7 +173,8 @@ def find_even_parts(controls: Array, measured: int) -> EvenParts:
     regular = np.ones(n, dtype=bool)
     done: list[tuple[Ints, Array, Array, Array]] = []  # curve, begin by t, length, coefficients
     for halving in range(_HALVINGS + 1):
-        size, polynomial, good = _fit_parts(controls[curve], measured, a, b)
+        fits = [_fit_parts(controls[curve[some]], measured, a[some], b[some]) for some in slices(len(curve))]
+        size, polynomial, good = (np.concatenate(column) for column in zip(*fits, strict=True))
         lost = np.bincount(curve[~good], minlength=n) > (_MOST_OPEN if halving < _HALVINGS else 0)
         regular[lost] = False
         good |= lost[curve]
@@ -201,6 +204,11 @@ def find_even_parts(controls: Array, measured: int) -> EvenParts:
     low = np.append(0.0, high[:-1])
     low[first] = 0.0
     return EvenParts(length, regular, first, low, high, polynomial)
+
+
+def slices(n: int, together: int = TOGETHER) -> list[slice]:
+    """Rows 0 to n, ``together`` in each; one that is empty where there are none."""
+    return [slice(begin, begin + together) for begin in range(0, max(n, 1), together)]
 
 
 def _fit_parts(controls: Array, measured: int, a: Array, b: Array) -> tuple[Array, Array, Mask]:

@@ -1,6 +1,5 @@
 """What an identification found, as text and as JSON, and the [module] table to paste."""
 
-import json
 import math
 from collections.abc import Iterator
 from typing import Final
@@ -8,6 +7,7 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
+from verne_post.base.printable import json_text
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.calibration.data import Identification, Readings, Uncertainty
 from verne_post.model.machine import Machine
@@ -191,7 +191,7 @@ def _table(report: IdentificationReport) -> Iterator[str]:
         yield f"{name} = {value:.4f}"
     yield ""
     yield "[provenance]                        # in place of the line of this name"
-    yield f"module = {json.dumps('identified from ' + report.source, ensure_ascii=False)}"
+    yield f"module = {json_text('identified from ' + report.source, ensure_ascii=False)}"
 
 
 def identification_json(report: IdentificationReport) -> str:
@@ -236,4 +236,4 @@ def identification_json(report: IdentificationReport) -> str:
         ],
         "failed_starts": result.failed_starts,
     }
-    return json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return json_text(data, 2, ensure_ascii=False) + "\n"

@@ -1,6 +1,5 @@
 """`verne-post batch`: many programs, each by itself."""
 
-import json
 import os
 from collections.abc import Sequence
 from contextlib import suppress
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.base.numbers import is_count
-from verne_post.base.printable import printable
+from verne_post.base.printable import json_text, printable
 from verne_post.cli.common import expect_machine, load, name_machine, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
@@ -27,6 +26,7 @@ from verne_post.cli.options import (
 )
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import progress_line
+from verne_post.cli.streams import echo, print_as_is
 from verne_post.model.verdict import ExitStatus, gravest
 from verne_post.output.formats import FORMATS
 
@@ -105,10 +105,10 @@ def command(
     running = run_here(every, jobs or _cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
     outcomes = sorted(_collect(running, len(every), quiet=quiet), key=lambda outcome: outcome.program)
     if not quiet:
-        click.echo(table(outcomes), nl=False)
+        echo(table(outcomes), nl=False)
     for one in outcomes:
         for name in one.left:
-            click.echo(
+            echo(
                 printable(
                     f"{name}: not removed: batch did not make this file, or it was changed since; it is not of {one.program} as it is now"
                 ),
@@ -126,7 +126,7 @@ def command(
         if sarif is not None:
             files.write(sarif, "--sarif", [REPORTS["sarif"](reports, machine)])
         if github:
-            click.echo(REPORTS["github"](reports, machine), nl=False)
+            print_as_is(REPORTS["github"](reports, machine))
     files.write(output / "batch.json", _LIST, [_results_json(outcomes)])
     return gravest([outcome.status for outcome in outcomes])
 
@@ -266,4 +266,4 @@ def _results_json(outcomes: "Sequence[Outcome]") -> str:
          "errors": sum(item.severity == "error" for item in one.findings),
          "warnings": sum(item.severity == "warning" for item in one.findings)} for one in outcomes
     ]  # fmt: skip
-    return json.dumps({"schema": 1, "programs": programs}, indent=2, allow_nan=False) + "\n"
+    return json_text({"schema": 1, "programs": programs}, 2) + "\n"

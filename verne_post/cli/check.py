@@ -22,6 +22,7 @@ from verne_post.cli.options import (
 )
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import progress_line
+from verne_post.cli.streams import print_as_is
 from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, verdict_of
 
 if TYPE_CHECKING:
@@ -167,7 +168,7 @@ def _errors_alone(report: "Report") -> "Report":
 def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:
     """Write the findings where they were asked for."""
     if output_file is None:
-        click.echo(text, nl=False)
+        print_as_is(text)
     else:
         files.write(output_file, "--output-file", [text])
 

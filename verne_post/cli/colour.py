@@ -7,6 +7,8 @@ from typing import IO, Any, Final
 
 import click
 
+from verne_post.cli.streams import echo
+
 _SEVERITY: Final = {"error": "red", "warning": "yellow", "note": "cyan"}
 _FINDING: Final = re.compile(r"(: VP\d{3} )(error|warning|note)(: )")
 _VERDICT: Final = re.compile(r"(: | )(can run|refused|passes|FAILS)(?=\b)")
@@ -24,7 +26,7 @@ def say(text: str, *, err: bool = True) -> None:
     """Print text as it is, with colour on a terminal."""
     stream = sys.stderr if err else sys.stdout
     coloured = has_colour(stream)
-    click.echo(paint(text) if coloured else text, nl=False, err=err, color=coloured)
+    echo(paint(text) if coloured else text, nl=False, err=err, color=coloured)
 
 
 def paint(text: str) -> str:

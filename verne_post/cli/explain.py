@@ -12,6 +12,7 @@ from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.options import INPUT, GroupedCommand, program_options
 from verne_post.cli.progress import progress_line
+from verne_post.cli.streams import echo
 from verne_post.model.findings import UsageError
 from verne_post.model.verdict import ExitStatus
 
@@ -46,12 +47,12 @@ def command(what: str, **given: Any) -> int:
 
     code = CODES.get(what.upper())
     if code is not None:
-        click.echo(f"{code.code} {code.severity}: {code.title}\n")
-        click.echo(textwrap.fill(code.meaning, width=90))
-        click.echo(textwrap.fill(f"Response: {response(code)}", width=90))
-        click.echo(textwrap.fill(f"Remedy: {code.remedy}", width=90))
+        echo(f"{code.code} {code.severity}: {code.title}\n")
+        echo(textwrap.fill(code.meaning, width=90))
+        echo(textwrap.fill(f"Response: {response(code)}", width=90))
+        echo(textwrap.fill(f"Remedy: {code.remedy}", width=90))
         if code.code in PARAMETERS:
-            click.echo(textwrap.fill(f"Parameters: {PARAMETERS[code.code]}.", width=90, break_on_hyphens=False))
+            echo(textwrap.fill(f"Parameters: {PARAMETERS[code.code]}.", width=90, break_on_hyphens=False))
         return ExitStatus.CLEAN
     name, colon, number = what.rpartition(":")
     if os.path.exists(what):
@@ -69,7 +70,7 @@ def command(what: str, **given: Any) -> int:
 
         with progress_line("explaining"):
             text = str(explain_source(source, machine, options, int(number)))
-        click.echo(text, nl=False)
+        echo(text, nl=False)
     except InputError as error:
         return refuse(shown_name(name), error, source)
     except UsageError as error:

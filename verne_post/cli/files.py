@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import IO, Any, Final
 
 from verne_post.base.bounded import read_bounded
-from verne_post.base.printable import printable
+from verne_post.base.printable import printable, visible
 from verne_post.cli.temporary import temporary_file
 
 #: Names of the streams of this process; what they lead to may be a file, which is written through and not replaced.
@@ -33,8 +33,8 @@ def is_dash(name: _Name | None) -> bool:
 
 
 def shown_name(name: _Name) -> str:
-    """How an input is called in messages."""
-    return "<stdin>" if is_dash(name) else printable(str(name))
+    """How an input is called in messages, and in files for programs, which must find it by that."""
+    return "<stdin>" if is_dash(name) else visible(str(name))
 
 
 class FileError(Exception):

@@ -9,6 +9,7 @@ from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.numbers import numbers_of
 from verne_post.cli.options import INPUT, GroupedCommand, program_options
 from verne_post.cli.progress import progress_line
+from verne_post.cli.streams import echo
 from verne_post.model.verdict import status_of
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def command(
             proposal = propose(source, machine, options, free, allowed, aim=aim, progress=progress)
     except InputError as error:
         return refuse(name, error, source)
-    click.echo((output.as_json if as_json else output.text)(name, machine, proposal), nl=False)
+    echo((output.as_json if as_json else output.text)(name, machine, proposal), nl=False)
     return status_of(proposal.findings)
 
 

@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import signal
+import sys
 import threading
 from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
@@ -17,6 +18,7 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.base.printable import json_text
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
 
 #: Where records lie, in the output folder.
 RECORDS = ".verne-post"
+#: Option -W of the process that removes semaphores: it would warn of those of a process that a signal has ended.
+_SILENT: Final = "ignore:resource_tracker"
 #: A record of another layout is not read.
 _LAYOUT: Final = 2
 
@@ -199,7 +203,7 @@ def _outcome(job: Job) -> Outcome:
         if done.status != ExitStatus.INTERNAL_ERROR:
             digests = {name: _digest(path) for name, path in made.items()}
             made_now = msgspec.to_builtins(Record(_LAYOUT, key, digests, done), enc_hook=_plain_number)
-            text = json.dumps(made_now, allow_nan=False)
+            text = json_text(made_now)
             job.record.parent.mkdir(parents=True, exist_ok=True)
             files.write(job.record, job.what(job.record), [text + "\n"])
             for name, path in made.items():
@@ -306,16 +310,21 @@ def _pool(workers: int) -> ProcessPoolExecutor:
 
 
 def _start_tracker() -> None:
-    """Start the process that removes semaphores behind this one: a terminal that hangs up must not end it too."""
+    """Start the process that removes semaphores behind this one: a terminal that hangs up must not end it too.
+
+    Where this process is ended by a signal, that is what it is for, and nothing to warn of.
+    """
     number = getattr(signal, "SIGHUP", None)
     if number is None:
         return
     from multiprocessing import resource_tracker
 
     before = signal.signal(number, signal.SIG_IGN)
+    sys.warnoptions.append(_SILENT)
     try:
         resource_tracker.ensure_running()
     finally:
+        sys.warnoptions.remove(_SILENT)
         signal.signal(number, before)
 
 
@@ -350,11 +359,23 @@ def _begin_worker() -> None:
 
 
 def run_on_cluster(jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
-    """Outcomes as they come, from the workers of a Dask scheduler, which see the same folders."""
+    """Outcomes as they come, from the workers of a Dask scheduler, which see the same folders.
+
+    Raises
+    ------
+    FileError
+        Nobody answers at the address, or it is none.
+    """
     from distributed import Client
     from distributed import as_completed as as_done
 
-    with Client(address) as client:
+    try:
+        connected = Client(address)
+    except Exception as error:  # each protocol has errors of its own
+        raise FileError(
+            f"--scheduler {address}: {error}; expected the address of a Dask scheduler that runs, as tcp://host:8786"
+        ) from None
+    with connected as client:
         submitted = client.map(run_job, list(jobs), pure=False)
         futures = {future.key: job for future, job in zip(submitted, jobs, strict=True)}
         for future in as_done(submitted):

@@ -13,6 +13,7 @@ from verne_post.cli.numbers import NUMBER, Whole, numbers_of
 from verne_post.cli.options import FILE, FOLDER, MACHINE, build_options, machine_option, options_of
 from verne_post.cli.pictures import expect_picture
 from verne_post.cli.progress import progress_line
+from verne_post.cli.streams import echo
 from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path
 from verne_post.model.part_setup import MAX_TOOL
 from verne_post.model.verdict import ExitStatus
@@ -36,7 +37,7 @@ def list_() -> int:
     from verne_post.config import machine_files
 
     for name in machine_files():
-        click.echo(name)
+        echo(name)
     return 0
 
 
@@ -80,7 +81,7 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
     if plot is not None:
         _draw(files, name, machine, plot, suffix, iso_alpha, of_slice)
         return 0
-    click.echo(files.read(machine_path(name), "NAME|FILE").decode("utf-8"), nl=False)
+    echo(files.read(machine_path(name), "NAME|FILE").decode("utf-8"), nl=False)
     return 0
 
 
@@ -123,7 +124,7 @@ def _draw(
     except plots.NothingReached as error:
         raise click.UsageError(f"{name}: {error}; choose another --at, --tool-length or --tilt") from None
     files.write(plot, "--plot", [plots.picture(figure, suffix)])
-    click.echo(f"{plot}: {plots.describe_slice(plane, *drawn)}")
+    echo(f"{plot}: {plots.describe_slice(plane, *drawn)}")
 
 
 @command.command("validate")
@@ -143,13 +144,13 @@ def validate(name: str) -> int:
     except InputError as error:
         refuse(name, error)
         return ExitStatus.UNUSABLE
-    click.echo(f"{shown_name(name)}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
+    echo(f"{shown_name(name)}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
     for group, source in machine.provenance.items():
-        click.echo(f"  {group}: {source}")
+        echo(f"  {group}: {source}")
     for text in describe_moves(machine):
-        click.echo(f"  {text}")
+        echo(f"  {text}")
     for item in machine.warnings:
-        click.echo(f"{name}: {item.code} {item.severity}: {item.message}", err=True)
+        echo(f"{name}: {item.code} {item.severity}: {item.message}", err=True)
     return 0
 
 
@@ -198,7 +199,7 @@ def axis_check(
         files.write(output / f"{move.name}.csv", "-o", [csv_header(machine.columns, fmt.drives), csv_rows(move.block)])
     text = instructions(machine, moves)
     files.write(output / "README.txt", "-o", [text])
-    click.echo(text, nl=False)
+    echo(text, nl=False)
     return 0
 
 
@@ -310,7 +311,7 @@ def identify_(
     report = IdentificationReport(
         name, machine, data, sigma, present, result, refused_lengths(machine.kind, result.lengths)
     )
-    click.echo((identification_json if as_json else identification_text)(report), nl=False)
+    echo((identification_json if as_json else identification_text)(report), nl=False)
     if not report.usable:
         return ExitStatus.NO_VERDICT
     return ExitStatus.VIOLATION if report.contradicted else ExitStatus.CLEAN

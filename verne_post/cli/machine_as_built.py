@@ -12,6 +12,7 @@ from verne_post.cli.numbers import NUMBER, Whole
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.options import FILE, MACHINE, machine_option
 from verne_post.cli.pictures import expect_picture
+from verne_post.cli.streams import echo
 from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: fl
     except InputError as error:
         return refuse(machine_name or "perturb", error)
     files.write(output, "-o", [text])
-    click.echo(f"{output}: {opened.machine.name}, {source}", err=is_dash(output))
+    echo(f"{output}: {opened.machine.name}, {source}", err=is_dash(output))
     return ExitStatus.CLEAN
 
 
@@ -104,7 +105,7 @@ def tolerances(
     study = study_tolerances(
         AsBuiltModel(opened.as_built), opened.as_built.deviations.to_vector(), chosen, poses, IS_ANGLE
     )
-    click.echo(tolerances_text(opened.machine, study, None if every else 15), nl=False)
+    echo(tolerances_text(opened.machine, study, None if every else 15), nl=False)
     return ExitStatus.CLEAN
 
 

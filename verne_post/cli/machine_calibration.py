@@ -29,6 +29,7 @@ from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.numbers import numbers_of
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.progress import progress_line
+from verne_post.cli.streams import echo
 from verne_post.model.findings import InputError, finding
 from verne_post.model.verdict import ExitStatus
 
@@ -99,7 +100,7 @@ def run_calibration(
         with progress_line("fitting deviations"):
             result = calibrate(measurement, prior, opened.present.five_axis, opened.as_built, poses)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
-        click.echo(f"{shown_name(readings)}: no verdict: {error}", err=True)
+        echo(f"{shown_name(readings)}: no verdict: {error}", err=True)
         return ExitStatus.NO_VERDICT
     fit = result.fit
     drift = None
@@ -107,11 +108,11 @@ def run_calibration(
         directions, drift_mm = drift_directions(opened.as_built.geometry), given["drift_mm"] or DRIFT_MM
         drift = split_drift(before, fit.deviations, prior, fit.covariance, directions, drift_mm)
     report = CalibrationReport(shown_name(readings), opened.machine, measurement, result, blank, drift)
-    click.echo((calibration_json if given["as_json"] else calibration_text)(report), nl=False)
+    echo((calibration_json if given["as_json"] else calibration_text)(report), nl=False)
     if not fit.converged:
         return ExitStatus.NO_VERDICT
     if result.contradicted:
-        click.echo(f"{output}: not written; find out why before a machine moves by these deviations", err=True)
+        echo(f"{output}: not written; find out why before a machine moves by these deviations", err=True)
         return ExitStatus.VIOLATION
     how = "touched up with" if given["touch_up"] else "calibration from"
     text = opened.text(fit.deviations, f"{how} {shown_name(readings)}, {int(result.kept.sum())} readings")
@@ -119,7 +120,7 @@ def run_calibration(
     files.write(beside, "the covariance of -o", covariance_lines(fit.deviations, fit.covariance))
     files.write(output, "-o", [text])
     if not given["as_json"]:
-        click.echo(f"written: {output}, and {beside} for --touch-up")
+        echo(f"written: {output}, and {beside} for --touch-up")
     if plot is not None:
         _draw(files, opened, result.fit.deviations, fit.factor, float(measurement.tools.length.max()), plot, suffix)
     return ExitStatus.CLEAN
@@ -193,10 +194,8 @@ def run_plan(
     files.write(program, "the program of -o", [text])
     files.write(output, "-o", reading_lines(machine, poses.joints, poses.length, tips))
     median, high, worst = (UM * value for value in quantiles(plan.errors))
-    click.echo(f"{planned} poses, tools {', '.join(f'{length:g}' for length in np.unique(poses.length))} mm")
-    click.echo(
-        f"tip error expected after these readings: {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} um at most"
-    )
+    echo(f"{planned} poses, tools {', '.join(f'{length:g}' for length in np.unique(poses.length))} mm")
+    echo(f"tip error expected after these readings: {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} um at most")
     filled = "to be filled in" if given["simulate"] is None else f"as {given['simulate']} would fill it in"
-    click.echo(f"written: {output} {filled}, and {program}, which visits the poses in this order")
+    echo(f"written: {output} {filled}, and {program}, which visits the poses in this order")
     return ExitStatus.CLEAN

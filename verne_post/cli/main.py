@@ -19,7 +19,7 @@ from verne_post.base.printable import printable, printable_lines
 from verne_post.cli.arithmetic import same_everywhere
 from verne_post.cli.files import FileError
 from verne_post.cli.memory import keep_freed_memory
-from verne_post.cli.streams import drop, prepare_streams
+from verne_post.cli.streams import drop, echo, prepare_streams
 from verne_post.cli.temporary import tidy_up_when_ended
 from verne_post.model.verdict import ExitStatus
 
@@ -135,6 +135,17 @@ def cli() -> None:
     """
 
 
+def _what_failed(error: OSError) -> str:
+    """What the system refused: the file by its name, a limit of the process, or else standard output."""
+    if error.filename is not None:
+        return f"{printable(str(error.filename))}: {error.strerror or error}"
+    if error.errno in (errno.EMFILE, errno.ENFILE):
+        return "more files and pipes are needed at once than the process may open; allow more (ulimit -n)"
+    if error.errno in (errno.EAGAIN, errno.ENOMEM):
+        return f"no further process or memory: {error.strerror}; use fewer (-j), or allow more (ulimit -u, ulimit -v)"
+    return f"standard output: {'is closed' if error.errno == errno.EBADF else error.strerror or error}"
+
+
 def run() -> None:
     """Entry point: run the command and exit with the documented status."""
     same_everywhere()
@@ -156,28 +167,27 @@ def main(arguments: list[str]) -> int:
     except click.ClickException as error:
         shown = io.StringIO()
         error.show(shown)
-        click.echo(printable_lines(shown.getvalue()), nl=False, err=True)
+        echo(printable_lines(shown.getvalue()), nl=False, err=True)
         return ExitStatus.UNUSABLE
     except FileError as error:
-        click.echo(f"Error: {error}", err=True)
+        echo(f"Error: {error}", err=True)
         return ExitStatus.UNUSABLE
     except KeyboardInterrupt:
         return ExitStatus.INTERRUPTED
     except OSError as error:  # a full disk, a device that went away
-        why = "is closed" if error.errno == errno.EBADF else error.strerror or error
-        click.echo(f"verne-post: {printable(str(error.filename or 'standard output'))}: {why}", err=True)
+        echo(f"verne-post: {_what_failed(error)}", err=True)
         drop(sys.stdout)
         return ExitStatus.UNUSABLE
     except PipeClosed:
         drop(sys.stdout)
         return ExitStatus.BROKEN_PIPE
     except MemoryError:
-        click.echo("verne-post: memory is used up; nothing more was written", err=True)
+        echo("verne-post: memory is used up; nothing more was written", err=True)
         return ExitStatus.UNUSABLE
     except Exception as error:
         if os.environ.get("VERNE_POST_TRACEBACK"):
             raise
-        click.echo(
+        echo(
             f"verne-post: internal error: {type(error).__name__}: {error}\nPlease report it with the program; "
             "VERNE_POST_TRACEBACK=1 shows where it happened.", err=True,
         )  # fmt: skip

@@ -19,6 +19,7 @@ from verne_post.base.type_words import alternatives, bare
 from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import INTEGER, NUMBER, numbers_of
 from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, place_options
+from verne_post.cli.streams import echo
 from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.option_checks import check_box, check_work_offsets, system_number
 from verne_post.model.options import OPTIONS, About, Group, Option, Options, about
@@ -387,11 +388,11 @@ def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "S
     files.expects(found, "--settings")
     from verne_post.config.settings import load_settings
 
-    settings = load_settings(found, lambda path: files.read(path, "--settings"))
+    settings = load_settings(found, lambda path: files.read(path, "--settings"), named=path is not None)
     if tell and files.is_first(found):
         hidden = "".join(f"; {text}" for text in _what_is_hidden(settings))
         where = shown_name(found) if is_dash(found) else found.absolute()
-        click.echo(printable(f"verne-post: settings of {where}{hidden}"), err=True)
+        echo(printable(f"verne-post: settings of {where}{hidden}"), err=True)
     return settings
 
 

@@ -8,6 +8,7 @@ from typing import Final
 import click
 
 from verne_post.cli.files import DASH, is_dash
+from verne_post.config.beside import lies_in
 
 #: Endings of programs that are looked for in folders.
 PROGRAMS: Final = (".nc", ".ngc", ".tap", ".cls", ".h", ".gcode", ".cnc", ".mpf")
@@ -21,7 +22,8 @@ def find_programs(
     Parameters
     ----------
     inputs : sequence of str
-        Files, folders, patterns with ``*``, ``?`` and ``**``; "-" is left as it is.
+        Files, folders, patterns with ``*``, ``?`` and ``**``; "-" is left as it is. The set-up of a program, X.nc.toml, stands
+        for the program X.nc beside it.
     but_in : Path, optional
         A folder in which none is looked for.
     may_lack : bool
@@ -48,15 +50,25 @@ def find_programs(
                     raise click.UsageError(f"no programs in {match}; looked for {', '.join(PROGRAMS)}")
                 found += inside
             else:
-                found.append((match, Path(path.name)))
+                program = _program_of(path)
+                found.append((match if program is path else str(program), Path(program.name)))
     if not may_lack and not any(is_dash(name) or Path(name).exists() for name, _place in found):
         raise click.UsageError(f"{', '.join(name for name, _place in found)}: no such file or folder")
-    return found
+    return list(dict.fromkeys(found))  # a program and its set-up may both be named
+
+
+def _program_of(path: Path) -> Path:
+    """The program that a file is, or that it is the set-up of."""
+    program = path.with_suffix("")
+    return program if path.suffix == ".toml" and program.suffix.lower() in PROGRAMS else path
 
 
 def _inside(folder: Path, but_in: Path | None) -> list[tuple[str, Path]]:
     """The programs of a folder and those below it."""
     left_out = None if but_in is None else but_in.resolve()
     files = sorted(one for one in folder.rglob("*") if one.suffix.lower() in PROGRAMS and one.is_file())
+    for one in files:
+        if not lies_in(folder, one):
+            raise click.UsageError(f"{one}: is a link that leads out of {folder}, which is searched; name it by itself")
     own = [one for one in files if left_out is None or left_out not in one.resolve().parents]
     return [(str(one), one.relative_to(folder)) for one in own]

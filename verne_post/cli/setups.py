@@ -131,4 +131,4 @@ def _setups(files: RunFiles, asked: str | None, program: str, settings: "Setting
         raise click.UsageError(f"--setup {path}: expected {NONE}, -, or a file that ends in .toml")
     from verne_post.config.program_setup import read_setup
 
-    yield read_setup(path, lambda name: files.read(name, "--setup"), shown_name(path.name))
+    yield read_setup(path, lambda name: files.read(name, "--setup"), shown_name(path.name), named=asked is not None)

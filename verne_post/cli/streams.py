@@ -5,8 +5,26 @@ import os
 import sys
 from typing import Any
 
+import click
 
-class ErrorStream(io.TextIOWrapper):
+from verne_post.base.printable import break_commands, line_begun
+
+
+class TextStream(io.TextIOWrapper):
+    """A stream of text in which agents of CI servers find no commands, however it is cut into pieces."""
+
+    #: The line that is not ended yet.
+    _line = ""
+
+    def write(self, text: str) -> int:
+        """Write, with commands broken."""
+        safe = break_commands(self._line + text)
+        super().write(safe[len(self._line) :])
+        self._line = line_begun(safe)
+        return len(text)
+
+
+class ErrorStream(TextStream):
     """Standard error that fails silently: what cannot be shown must not change what is done, nor the exit status."""
 
     def write(self, text: str) -> int:
@@ -41,18 +59,37 @@ def prepare_streams() -> None:
     if sys.stdout is None:
         sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115
     if isinstance(sys.stdout, io.TextIOWrapper):
+        at_once = sys.stdout.line_buffering or sys.stdout.write_through
         # the same bytes on every platform; a name that is no text is shown by its bytes
-        sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", newline="\n")
+        sys.stdout = TextStream(sys.stdout.detach(), "utf-8", "backslashreplace", newline="\n", line_buffering=at_once)
     encoding = "utf-8" if sys.stderr is None else sys.stderr.encoding
     sys.stderr = ErrorStream(open(2, "wb", closefd=False), encoding, "backslashreplace", line_buffering=True)  # noqa: SIM115
 
 
+def echo(text: str, *, nl: bool = True, err: bool = False, color: bool | None = None) -> None:
+    """Print a text for people; the streams of :func:`prepare_streams` break what agents of CI servers take for commands."""
+    # click would put a stream of its own in place of one whose encoding is ASCII
+    click.echo(text, file=sys.stderr if err else sys.stdout, nl=nl, color=color)
+
+
+def print_as_is(text: str) -> None:
+    """Print what programs read: annotations, which are commands, and formats whose writers escape what is none."""
+    sys.stdout.flush()
+    sys.stdout.buffer.write(text.encode("utf-8", "backslashreplace"))
+    sys.stdout.buffer.flush()
+
+
 def drop(stream: Any) -> None:
     """Send what a stream still holds nowhere, so that nothing complains when the process ends."""
-    null = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(null, stream.fileno())
+        number = stream.fileno()
     except (OSError, ValueError):  # closed, or without a descriptor: then nothing is held
-        pass
-    finally:
+        return
+    try:
+        null = os.open(os.devnull, os.O_WRONLY)
+    except OSError:  # no descriptor is left but that one
+        os.close(number)
+        null = os.open(os.devnull, os.O_WRONLY)
+    if null != number:
+        os.dup2(null, number)
         os.close(null)

@@ -16,6 +16,7 @@ from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.numbers import NUMBER
 from verne_post.cli.options import FILE, INPUT, GroupedCommand, options_of, program_options
 from verne_post.cli.progress import progress_line
+from verne_post.cli.streams import echo
 from verne_post.model.verdict import ExitStatus, gravest, status_of
 
 if TYPE_CHECKING:
@@ -140,15 +141,13 @@ def command(
         say(verdict_line(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
     if log is not None and measured is not None:
         followed, source_lines = log
-        click.echo(
+        echo(
             following_text(shown_name(measured), followed, source_lines, program.cycle, program.machine),
             nl=False,
             err=True,
         )
         if following is not None and not followed.path_worst <= following:
-            click.echo(
-                f"{shown_name(measured)}: farther from the commanded path than --following {following:g} mm", err=True
-            )
+            echo(f"{shown_name(measured)}: farther from the commanded path than --following {following:g} mm", err=True)
             status = gravest([status, ExitStatus.VIOLATION])
     return status
 

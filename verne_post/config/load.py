@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from msgspec.structs import asdict
 
+from verne_post.base.printable import visible
 from verne_post.base.suggestions import suggest
 from verne_post.base.units import MILLI, RAD_PER_DEG
+from verne_post.config.beside import file_beside
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path, names_hint, read_machine_file
 from verne_post.config.plausibility import find_implausible
@@ -70,9 +72,15 @@ def load_machine(
         return read_machine_file(path, what, hint)
 
     raw = read(path, f"machine file {str(name_or_path)!r}", names_hint(path.name))
-    return machine_from_toml(
-        raw, path.name, lambda name: read(path.parent / name, f"{path.name}: as_built.file {name!r}")
-    )
+
+    def read_named(name: str) -> bytes:
+        try:
+            found = file_beside(path.parent, name, "as_built.file", "put it there")
+        except ValueError as error:
+            raise InputError(finding("VP501", f"{path.name}: {error}")) from None
+        return read(found, f"{path.name}: as_built.file {name!r}")
+
+    return machine_from_toml(raw, path.name, read_named)
 
 
 def _no_files(name: str) -> bytes:
@@ -112,7 +120,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
     threshold = accuracy.uncorrected_axis_deg or math.inf
     nominal = HybridMachine(module, table, content.spindle.nose_offset_mm)
     five_axis: FiveAxis = nominal
-    provenance = {key: value for key, value in asdict(content.provenance).items() if value is not None}
+    provenance = {key: visible(value) for key, value in asdict(content.provenance).items() if value is not None}
     if as_built is not None:
         _require_places(content, places, file_name)
         assert places is not None
@@ -120,7 +128,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         provenance["as_built"] = as_built[0].source
     clearance = _clearance(content, five_axis, nominal, rods, places)
     return Machine(
-        name=content.name,
+        name=visible(content.name),
         kind=content.kind,
         sha256=hashlib.sha256(raw + (as_built[1] if as_built else b"")).hexdigest(),
         module=module,

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct, field
 
+from verne_post.config.beside import file_beside, lies_in
 from verne_post.config.box_file import BoxFile
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
@@ -71,22 +72,29 @@ class ProgramSetup(Struct, frozen=True):
         return f"{self.name}: {key}"
 
 
-def read_setup(path: Path, read: Callable[[Path], bytes], name: str) -> ProgramSetup:
+def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: bool) -> ProgramSetup:
     """The set-up in a file, which messages call ``name``.
+
+    Parameters
+    ----------
+    named : bool
+        The command line names it. One that is only found beside a program lies in that folder, and so do the files that it names.
 
     Raises
     ------
     InputError
         With one finding (VP503) a mistake.
     """
+    if not named and not lies_in(path.parent, path):
+        raise InputError(finding("VP503", f"{name}: is a link that leads out of its folder; name it with --setup"))
     try:
         data = read_toml(read(path))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(finding("VP503", f"{name}: {error}")) from None
-    return setup_of(data, name, path.parent)
+    return setup_of(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
 
 
-def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") -> ProgramSetup:
+def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *, remedy: str) -> ProgramSetup:
     """The set-up in a table of a file.
 
     Parameters
@@ -97,6 +105,8 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") ->
         That of the file, from which names of files in it count.
     prefix : str
         Name of the table in the file.
+    remedy : str
+        What to do about named files outside the folder; empty where they may lie anywhere.
 
     Raises
     ------
@@ -125,9 +135,14 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "") ->
         sentences.append(
             f"{place}tool_length and {place}tool_lengths exclude each other: the first holds for every tool"
         )
+    files = {key: folder / getattr(file, key) for key in FILE_KEYS if getattr(file, key) is not None}
+    for key in files if remedy else ():
+        try:
+            file_beside(folder, getattr(file, key), f"{place}{key}", remedy)
+        except ValueError as error:
+            sentences.append(str(error))
     if sentences:
         raise InputError(*(finding("VP503", f"{name}: {text}") for text in sentences))
-    files = {key: folder / getattr(file, key) for key in FILE_KEYS if getattr(file, key) is not None}
     shown = f"{name}, {prefix}" if prefix else name
     options = {key: tuple(value) if isinstance(value, list) else value for key, value in rest.items()}
     return ProgramSetup(shown, options, wcs, files, file.keep_out, file.stock)

@@ -8,6 +8,7 @@ from typing import Any, Final, Literal
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from verne_post.config.beside import file_beside, lies_in
 from verne_post.config.box_file import BoxFile
 from verne_post.config.files import read_file
 from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_files
@@ -108,14 +109,23 @@ def _has_settings(raw: bytes) -> bool:
     return isinstance(tool, dict) and "verne-post" in tool
 
 
-def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Settings:
+def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, named: bool = False) -> Settings:
     """The settings in a file, of which ``read`` gives the bytes.
+
+    Parameters
+    ----------
+    named : bool
+        The command line names it. One that is only found lies in its folder, and so do the files that it names.
 
     Raises
     ------
     InputError
         With one finding (VP503) a mistake.
     """
+    if not named and not lies_in(path.parent, path):
+        raise InputError(
+            finding("VP503", f"{path.name}: is a link that leads out of its folder; name it with --settings")
+        )
     try:
         data = read_toml(read(path))
         if path.name == PROJECT_FILE:
@@ -138,10 +148,11 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
     ]
     allowed = [name for name, option in OPTIONS.items() if option.about.in_settings]
     wrong += [finding("VP503", f"{path.name}: options.{why}") for why in find_wrong_options(file.options, allowed)]
+    remedy = "" if named else f"put it there, or give --settings {path}"
     setups = {}
     for glob, table in file.setup.items():
         try:
-            setups[glob] = setup_of(table, path.name, path.parent, f"setup.{glob!r}")
+            setups[glob] = setup_of(table, path.name, path.parent, f"setup.{glob!r}", remedy=remedy)
         except InputError as error:
             wrong += error.findings
     control = {dialect: getattr(file, dialect) for dialect in KEYS}
@@ -150,12 +161,19 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file) -> Sett
             read_keys(KEYS[dialect], keys)
         except ValueError as error:
             wrong.append(finding("VP503", f"{path.name}: {dialect}.{error}"))
+    check = file.check
+    machine = None if file.machine in machine_files() else file.machine
+    for key, value in {"machine": machine, "check.baseline": check.baseline}.items() if remedy else ():
+        try:
+            file_beside(path.parent, value or "", key, remedy)
+        except ValueError as error:
+            wrong.append(finding("VP503", f"{path.name}: {error}"))
     if wrong:
         raise InputError(*wrong)
-    check = file.check
+
     if check.baseline is not None:
         check = replace(check, baseline=str(path.parent / check.baseline))
-    machine = file.machine if file.machine in machine_files() else str(path.parent / file.machine)
+    machine = file.machine if machine is None else str(path.parent / machine)
     return Settings(file, path.resolve().parent, check, control, setups, machine)
 
 

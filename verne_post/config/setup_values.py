@@ -64,7 +64,7 @@ def with_setup(options: Options, program: Path | None, setup: Setup) -> Options:
     path = (None if program is None else Path(f"{program}.toml")) if setup == "beside" else Path(setup)
     if setup == "none" or path is None or (setup == "beside" and not path.is_file()):
         return options
-    file = read_setup(path, lambda name: _read(name, "set-up"), path.name)
+    file = read_setup(path, lambda name: _read(name, "set-up"), path.name, named=setup != "beside")
     given = {name: value for name in OPTIONS if (value := getattr(options, name)) != OPTIONS[name].default()}
     below, files = dict(file.options), dict(file.files)
     if given.keys() & {"tool_length", "tools"}:

@@ -7,6 +7,7 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.base.long_text import Text
+from verne_post.base.printable import printable_in_place
 from verne_post.model.findings import Finding, finding
 
 #: Bytes from the beginning of a text that are searched.
@@ -123,5 +124,5 @@ def _of_no_language(head: bytes, errors: Sequence[Finding], known: Collection[st
 
 
 def _quote(text: str, most: int = 40) -> str:
-    text = "".join(character if character.isprintable() else "?" for character in text.partition("\n")[0])
+    text = printable_in_place(text.partition("\n")[0])
     return f'"{text[:most]}{"..." if len(text) > most else ""}"'

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.bsplines import bezier_controls, find_even_parts, piece_ends, split_bezier
+from verne_post.base.bsplines import bezier_controls, find_even_parts, piece_ends, slices, split_bezier
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import STRAIGHT_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -21,6 +21,10 @@ from verne_post.model.splines import Splines
 
 #: A higher degree than any control has; the basis of a piece is evaluated by its degree.
 MAX_DEGREE: Final = 15
+#: No control has memory for more control points in one curve; 40,000 take 200 MB here.
+MAX_POINTS: Final = 100_000
+#: So many pieces are measured before anything is refused: where a curve stops, that takes a hundred times as long.
+_TRIED: Final = 1 << 8
 #: An end of a piece that is at rest is cut off where what is cut off is straight: it is halved so often at most.
 _MOST_HALVINGS: Final = 20
 _ROTARY: Final = [3, 4, 5]
@@ -76,10 +80,25 @@ class SplineDraft(Struct):
     lines: list[int] = field(default_factory=list)
 
     def add(self, point: list[float], weight: float, line: int) -> None:
-        """Add a control point."""
+        """Add a control point.
+
+        Raises
+        ------
+        BlockError
+            VP031: one too many.
+        """
+        check_room(len(self.points))
         self.points.append(point)
         self.weights.append(weight)
         self.lines.append(line)
+
+
+def check_room(count: int) -> None:
+    """Refuse another control point where a spline has ``count`` already."""
+    if count >= MAX_POINTS:
+        raise BlockError(
+            "VP031", f"more than {MAX_POINTS} control points in one spline; end it before, and begin another"
+        )
 
 
 class CutSpline(Struct, frozen=True, eq=False):
@@ -134,18 +153,17 @@ def cut_spline(spline: BSpline) -> CutSpline:
     points, weights, knots = all_points[owner], all_weights[owner], knots[knot]
     if spline.axes is None:
         points, weights, knots, last = _part_at_rests(points, weights, knots, last)
-    controls = bezier_controls(points - points[:, :1], weights, knots)
-    parts = find_even_parts(controls, 3)
-    straight = ~parts.regular | (degree == 1)
-    for piece in np.flatnonzero(straight).tolist():
-        if not _is_straight(points[piece]):
-            raise _refuse_singular(points[piece], spline.lines[int(last[piece])])
-    length = np.where(straight, np.linalg.norm(points[:, -1, :3] - points[:, 0, :3], axis=1), parts.length)
-    ends, axes = piece_ends(points, weights, knots), None
-    if spline.axes is not None:
-        axes = piece_ends(spline.axes[owner], weights, knots)
-        axes /= row_norm(axes)[:, None]
     n = len(last)
+    straight, length, ends = np.empty(n, dtype=bool), np.empty(n), np.empty((n, points.shape[2]))
+    axes = None if spline.axes is None else np.empty((n, 3))
+    for some in slices(n, _TRIED):  # up to the first that is refused
+        here = points[some], weights[some], knots[some]
+        straight[some], length[some] = _measure(*here, [spline.lines[k] for k in last[some].tolist()])
+        ends[some] = piece_ends(*here)
+        if axes is not None and spline.axes is not None:
+            axes[some] = piece_ends(spline.axes[owner[some]], *here[1:])
+    if axes is not None:
+        axes /= row_norm(axes)[:, None]
     pieces = Splines(
         np.full(n, degree, dtype=np.int32), (degree + 1) * np.arange(n), 2 * degree * np.arange(n),
         points.reshape(-1, points.shape[2]), weights.ravel(), knots.ravel(),
@@ -190,6 +208,22 @@ def _cut_rest(controls: Array, origin: Array, *, at_begin: bool) -> tuple[Array,
 def _plain(controls: Array, origin: Array) -> tuple[Array, Array]:
     """Control points and weights of homogeneous ones."""
     return controls[:, :-1] / controls[:, -1:] + origin, controls[:, -1]
+
+
+def _measure(points: Array, weights: Array, knots: Array, lines: list[int]) -> tuple[Mask, Array]:
+    """Which pieces of one degree are straight moves, and how long they all are.
+
+    Raises
+    ------
+    BlockError
+        VP031, for the first that stops or turns back.
+    """
+    parts = find_even_parts(bezier_controls(points - points[:, :1], weights, knots), 3)
+    straight = ~parts.regular | (points.shape[1] == 2)
+    for piece in np.flatnonzero(straight).tolist():
+        if not _is_straight(points[piece]):
+            raise _refuse_singular(points[piece], lines[piece])
+    return straight, np.where(straight, np.linalg.norm(points[:, -1, :3] - points[:, 0, :3], axis=1), parts.length)
 
 
 def _check(spline: BSpline) -> None:

@@ -1,12 +1,12 @@
 """One stage as JSON lines, for debugging and for comparison with other interpreters."""
 
-import json
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from verne_post.base.printable import json_text
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.arcs import PLANE_NAMES
 from verne_post.kinematics.joint_path import JointPath
@@ -114,4 +114,4 @@ def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np
 
 
 def _line(data: dict[str, object]) -> str:
-    return json.dumps(data, allow_nan=False) + "\n"
+    return json_text(data) + "\n"

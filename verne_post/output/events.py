@@ -2,8 +2,8 @@
 
 import csv
 import io
-import json
 
+from verne_post.base.printable import json_text
 from verne_post.model.summary import Summary, TimedEvent
 from verne_post.output.setpoints import column_names
 
@@ -17,7 +17,7 @@ def events_text(summary: Summary, suffix: str) -> str:
         table = csv.writer(text, lineterminator="\n")
         table.writerow(["t_s", "row", "part", "line", "kind", "data", *names])
         for part, row, timed in placed:
-            data = json.dumps(timed.event.data, allow_nan=False)
+            data = json_text(timed.event.data)
             table.writerow(
                 [_time(summary, row), row, part, timed.event.line, timed.event.kind, data, *_numbers(summary, timed)]
             )
@@ -30,7 +30,7 @@ def events_text(summary: Summary, suffix: str) -> str:
         for part, row, timed in placed
     ]  # fmt: skip
     whole = {"schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle, "events": events}
-    return json.dumps(whole, indent=2, allow_nan=False) + "\n"
+    return json_text(whole, 2) + "\n"
 
 
 def _locate(summary: Summary, timed: TimedEvent) -> tuple[int, int]:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
 
-from verne_post.base.printable import printable
+from verne_post.base.printable import printable, printable_in_place
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import concerns_pose, concerns_text, counts
@@ -85,8 +85,7 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     text = line_of(source, at)
     if text is None:
         return []
-    line = text.decode("utf-8", errors="replace").rstrip("\r").replace("\t", " ")
-    line = "".join(character if character.isprintable() else "?" for character in line)
+    line = printable_in_place(text.decode("utf-8", errors="replace").rstrip("\r").replace("\t", " "))
     column = item.column or 1
     begin = max(0, column - 1 - _QUOTED // 2) if len(line) > _QUOTED else 0
     number = str(at)
@@ -99,7 +98,7 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     if not concerns_pose(item.code):
         lines.append(f"  {blank} = {code.title}: {code.remedy}")
     else:
-        lines += [f"  {blank} = tried: {text}" for text in item.remedies]
+        lines += [f"  {blank} = tried: {printable(text)}" for text in item.remedies]
         lines.append(f"  {blank} = `verne-post explain {printable(program)}:{at}` says how much is needed")
     return lines
 

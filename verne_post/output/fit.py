@@ -1,11 +1,11 @@
 """The result of ``fit``: the work offset as an option and as a block, margins before and after, or what blocks it."""
 
-import json
 from collections.abc import Iterator
 
 import numpy as np
 
 from verne_post.base.numbers import fixed
+from verne_post.base.printable import json_text
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
@@ -135,7 +135,7 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
             for item in ([] if fits else _blocking(proposal.findings))
         ],
     }
-    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+    return json_text(data, 2) + "\n"
 
 
 def _number(value: float) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.bounded import read_bounded
+from verne_post.base.printable import json_text
 from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
@@ -44,7 +45,7 @@ def index_text(output: Path, summary: Summary) -> str:
         "schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle,
         "before": _list_events(summary.before), "parts": parts,
     }  # fmt: skip
-    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+    return json_text(data, 2) + "\n"
 
 
 def _list_events(events: tuple[Event, ...]) -> list[dict[str, object]]:

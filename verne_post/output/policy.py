@@ -12,6 +12,7 @@ from urllib.parse import quote
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from verne_post.base.printable import json_text
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.verdict import Severity, is_deniable
@@ -120,7 +121,7 @@ def baseline_text(reports: list[Report]) -> str:
             fingerprint = fingerprint_of(report, item, counts)
             if is_deniable(item.code):
                 known[fingerprint] = f"{report.program}:{item.line}: {item.code} {item.axis or ''}".rstrip()
-    return json.dumps({"schema": _BASELINE_SCHEMA, "known": dict(sorted(known.items()))}, indent=2) + "\n"
+    return json_text({"schema": _BASELINE_SCHEMA, "known": dict(sorted(known.items()))}, 2) + "\n"
 
 
 def read_baseline(text: str, name: str) -> frozenset[str]:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from verne_post.base.long_text import Text, sha256
+from verne_post.base.printable import json_text
 from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding, InputError, finding
@@ -77,7 +78,7 @@ def side_car_text(summary: Summary) -> str:
         data["free_c"] = _free_turn(summary.free_turn, machine)
     if summary.verification is not None:
         data["verification"] = _verification(summary.verification, machine)
-    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+    return json_text(data, 2) + "\n"
 
 
 def _free_turn(turn: FreeTurn, machine: Machine) -> dict[str, object]:

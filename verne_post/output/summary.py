@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.numbers import fixed
+from verne_post.base.printable import printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
@@ -46,7 +47,7 @@ def summary_text(summary: Summary, added: Facts = ()) -> str:
     lines = [f"{summary.options.source_name}: {verdict_words(summary)}"]
     for key, text in pairs:
         lines += textwrap.wrap(
-            text, width=100, break_on_hyphens=False, initial_indent=f"  {key:<{width}}", subsequent_indent=" " * (width + 2)
+            printable(text), width=100, break_on_hyphens=False, initial_indent=f"  {key:<{width}}", subsequent_indent=" " * (width + 2)
         )  # fmt: skip
     return "".join(line + "\n" for line in lines)
 

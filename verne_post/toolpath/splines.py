@@ -21,6 +21,7 @@ from verne_post.base.bsplines import (
     derive_by_length,
     find_even_parts,
     piece_ends,
+    slices,
 )
 from verne_post.base.columns import GrowingTable
 from verne_post.base.ragged import ragged
@@ -170,20 +171,21 @@ def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
     curve = np.repeat(np.arange(n), np.diff(parts.first, append=len(parts.low)))
     x = (np.arange(_PLACES) + 0.5) / _PLACES
     x[0], x[-1] = 0.0, 1.0  # the ends of a part are looked at too
-    part = np.repeat(np.arange(len(curve)), _PLACES)
-    width = (parts.high - parts.low)[part]
-    low = parts.low[part]
-    at = curve_parameter(low, parts.high[part], parts.polynomial[part], low + np.tile(x, len(curve)) * width)
-    first, second, _third = derive_by_length(bezier_derivatives(controls[curve[part]], at, 3), 3)
-    rate = row_norm(second[:, :3]) + row_sum(np.abs(first[:, 3:]))
-    first[:, 3:] *= ROTARY_METRIC_MM
-    second[:, 3:] *= ROTARY_METRIC_MM
-    square = row_sum(first * first)
-    across = second - (row_sum(first * second) / square)[:, None] * first
-    curvature = row_norm(across) / np.sqrt(square)
-    step = width * parts.length[curve[part]] / _PLACES
-    bend = curvature.reshape(-1, _PLACES).max(axis=1)
-    turn: Array = np.bincount(curve[part], weights=rate * step, minlength=n).astype(float)
+    turned, bend = np.empty((len(curve), _PLACES)), np.empty(len(curve))
+    for some in slices(len(curve)):
+        part = np.repeat(np.arange(len(curve))[some], _PLACES)
+        width = (parts.high - parts.low)[part]
+        low = parts.low[part]
+        at = curve_parameter(low, parts.high[part], parts.polynomial[part], low + np.resize(x, len(part)) * width)
+        first, second, _third = derive_by_length(bezier_derivatives(controls[curve[part]], at, 3), 3)
+        rate = row_norm(second[:, :3]) + row_sum(np.abs(first[:, 3:]))
+        first[:, 3:] *= ROTARY_METRIC_MM
+        second[:, 3:] *= ROTARY_METRIC_MM
+        square = row_sum(first * first)
+        across = second - (row_sum(first * second) / square)[:, None] * first
+        bend[some] = (row_norm(across) / np.sqrt(square)).reshape(-1, _PLACES).max(axis=1)
+        turned[some] = (rate * (width * parts.length[curve[part]] / _PLACES)).reshape(-1, _PLACES)
+    turn: Array = np.bincount(np.repeat(curve, _PLACES), weights=turned.ravel(), minlength=n).astype(float)
     return turn, bend
 
 

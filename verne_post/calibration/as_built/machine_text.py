@@ -1,6 +1,5 @@
 """The text of a machine file with another [as_built] table; everything else, comments too, stays as it is."""
 
-import json
 import re
 import tomllib
 from collections.abc import Iterator
@@ -9,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.printable import json_text
 from verne_post.base.text_marks import text_of
 from verne_post.base.units import MILLI
 from verne_post.config.load import machine_from_toml
@@ -63,7 +63,7 @@ def _without_as_built(text: str) -> Iterator[str]:
 def as_built_lines(deviations: Deviations, source: str) -> Iterator[str]:
     """The lines of an [as_built] table."""
     yield "[as_built]                          # deviations from the nominal machine, mm and mrad; see docs/as-built.md\n"
-    yield f"source = {json.dumps(source, ensure_ascii=False)}\n"
+    yield f"source = {json_text(source, ensure_ascii=False)}\n"
     for name, (key, shape, angle) in ENTRIES.items():
         values = np.asarray(getattr(deviations, name)) / (MILLI if angle else 1.0)
         if len(shape) == 1:

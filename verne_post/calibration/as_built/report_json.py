@@ -1,12 +1,12 @@
 """What a calibration or a touch-up found, as JSON. Documented in docs/as-built.md."""
 
-import json
 import math
 from typing import Any
 
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.printable import json_text
 from verne_post.base.units import DEG_PER_RAD, MILLI
 from verne_post.calibration.as_built.drift import Drift
 from verne_post.calibration.as_built.fit import BadReading, HeldOut
@@ -46,7 +46,7 @@ def calibration_json(report: CalibrationReport) -> str:
         "undetermined": [direction.coefficients for direction in result.undetermined],
         "drift_mm": None if report.drift is None else _drift(report.drift),
     }
-    return json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return json_text(data, 2, ensure_ascii=False) + "\n"
 
 
 def _number(value: float) -> float | None:

@@ -11,7 +11,7 @@ from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.siemens.frame_words import SiemensFrameWords
 from verne_post.gcode.siemens.words import Word, Words
-from verne_post.gcode.splines import BSpline, uniform_knots
+from verne_post.gcode.splines import BSpline, check_room, uniform_knots
 from verne_post.model.moves import FeedMode
 
 #: Words of a block that gives a control point.
@@ -102,6 +102,7 @@ class SiemensSplines(SiemensFrameWords):
         for axis, value in places.items():
             point[axis] = self.to_core(axis, value)
         point = self._lead_axis(draft, point, vector, turns=bool(set(_ROTARY) & set(places)))
+        check_room(len(draft.points))
         draft.points.append(point)
         draft.weights.append(1.0 if weight is None else weight.value)
         draft.lines.append(block.line)

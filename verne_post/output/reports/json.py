@@ -1,8 +1,8 @@
 """Findings as JSON for programs: schema 1 of docs/findings.md."""
 
-import json
 from collections.abc import Sequence
 
+from verne_post.base.printable import json_text
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict, counts, status_of, verdict_of
@@ -33,4 +33,4 @@ def write_failure(verdict: Verdict, message: str, findings: Sequence[Finding]) -
 
 
 def _document(data: dict[str, object]) -> str:
-    return json.dumps(data, indent=2, allow_nan=False) + "\n"
+    return json_text(data, 2) + "\n"

@@ -1,10 +1,10 @@
 """Findings as SARIF 2.1.0, which code hosts show beside the G-code line."""
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Final
 
+from verne_post.base.printable import json_text
 from verne_post.model.codes import CODES, PARAMETERS, response
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
@@ -57,7 +57,7 @@ def _invocation(level: str, text: str, *, successful: bool) -> dict[str, Any]:
 
 
 def _document(run: dict[str, Any]) -> str:
-    return json.dumps({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2, allow_nan=False) + "\n"
+    return json_text({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, 2) + "\n"
 
 
 def _rule(code: str) -> dict[str, Any]:

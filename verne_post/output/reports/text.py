@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from verne_post.base.printable import printable
 from verne_post.model.machine import Machine
 from verne_post.output.findings import Report, outcome_line, quote_line, text_line
 
@@ -14,5 +15,5 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
             lines += [text_line(report.program, item), *quote_line(item, report.source, report.program)]
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
         lines.append(f"{outcome_line(report.program, report.findings, report.errors_not_counted)}{time}")
-        lines += [f"  {remark}" for remark in report.remarks]
+        lines += [f"  {printable(remark)}" for remark in report.remarks]
     return "".join(line + "\n" for line in lines)
