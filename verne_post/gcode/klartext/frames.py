@@ -141,6 +141,7 @@ class KlartextFrames(Interpreter):
         start = self.machine_position()
         base = replace(state.frame, feature=None)
         self._set_frame(base)
+        self._name_axes([float(value) for value in coordinates.to_program(target, base)], axes, machine=True)
         n = self._pieces(start, target)
         shares = np.arange(1, n + 1)[:, None] / n
         points = coordinates.to_program(start + shares * (target - start), base)
@@ -171,7 +172,7 @@ class KlartextFrames(Interpreter):
                 if not (self.metres and tip > ZERO_LENGTH_MM) and seconds:
                     feed = SECONDS_PER_MINUTE * (tip if tip > ZERO_LENGTH_MM else turn) / seconds
             self.recorder.add(state, line, kind, end, feed or state.feed)
-            self._arrive(end, axes, absolute=True)
+            self._arrive(end, axes, absolute=False)
         state.arc_may_follow = True
 
     def _pieces(self, start: Array, target: Array) -> int:
@@ -185,18 +186,17 @@ class KlartextFrames(Interpreter):
         chord = np.linalg.norm(tips[:-2] - 2 * tips[1:-1] + tips[2:], axis=1).max() / 8  # of one of eight pieces
         return int(np.clip(math.ceil(8 * math.sqrt(chord / ROTARY_CHORD_MM)), 1, _MAX_PIECES))
 
-    def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None) -> None:
+    def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None, axes: list[int]) -> None:
         """Turn A and C to program positions (degrees) without tool-centre-point control.
 
         ``point``: X, Y, Z to which the other axes go at the same time, in the frame that holds at the end, mm; None
-        where they stand still.
+        where they stand still. ``axes`` are those that the program names.
         """
         state, coordinates = self.state, self.setup.coordinates
         ends = list(state.position)
         for axis, value in targets.items():
             ends[axis] = value
         end = self.machine_position()
-        axes = sorted(targets)
         if point is not None:
             feature, _factors = (
                 self.maps.map().split() if self.maps.tilt is not None
@@ -204,7 +204,6 @@ class KlartextFrames(Interpreter):
             )  # fmt: skip
             program = np.array([*point, *ends[3:]])
             end = np.array(coordinates.to_machine(program, replace(state.frame, feature=feature)))
-            axes = [0, 1, 2, *axes]
         else:
             base = replace(state.frame, feature=None)
             end[3:] = coordinates.to_machine(np.array(ends), base)[3:]

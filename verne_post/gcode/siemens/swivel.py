@@ -207,16 +207,15 @@ class Swivel:
         to = self.to
         state, coordinates = to.state, to.setup.coordinates
         tcp = to.modes.tcp
-        if tcp:
-            to._require_known(block, [0, 1, 2], "CYCLE800")
         state.tool_axis = None
         if to.setup.machine and not to.follows_part:
             a, _b, c = to.modes.frames.rotary
             turns = 360.0 * round(to.state.position[5] / 360.0)
             to.run_line(block, MoveKind.RAPID, {3: -a, 5: turns - c})
             return
-        here = coordinates.to_machine(np.array(state.position), state.frame)
-        pairs = [coordinates.point_axis(list(state.position), np.array([0.0, 0.0, 1.0]), state.frame)]
+        begin = to._motion_start(MoveKind.RAPID, absolute=True, machine=not tcp)
+        here = coordinates.to_machine(np.array(begin), state.frame)
+        pairs = [coordinates.point_axis(list(begin), np.array([0.0, 0.0, 1.0]), state.frame)]
         machine = coordinates.to_machine(np.array(pairs[0]), state.frame)
         if to.setup.machine and abs(machine[3]) > _UPRIGHT:
             machine[3] = -machine[3]
