@@ -1,9 +1,24 @@
-"""Cuts before the program has said how the table stands: VP036 at the first of them, and the angles that hold there."""
+"""Where programs start: heads as CAM systems write them, first places that are not plain moves; cuts before A and C are named (VP036)."""
 
+import math
+from pathlib import Path
+
+import numpy as np
 import pytest
 
-from verne_post.app.assemble import assemble
+from tests.gcode.heads import DIALECTS, HEADS, LENGTH, MOVES, PART_HEIGHT, program
+from verne_post import gcode
+from verne_post.app.assemble import assemble, machine_setup
+from verne_post.model.findings import InputError
+from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
+
+TOOLS = {1: Tool(1, 1, (0.0, 0.0, LENGTH, *ZERO9[3:]), diameter=10.0)}
+PAGE = Path(__file__).parents[2] / "docs" / "starts.md"
+XYZAC = [0, 1, 2, 3, 5]
+#: Rounding of some matrix products of lengths up to 1,000 mm.
+ROUNDING = 1e-6
 
 RS274 = """G21 G90 G0 X0 Y0
 G43 H1 Z30
@@ -66,3 +81,218 @@ def test_a_plane_that_is_tilted_later(machine, dialect, source, line):
     ((first, text),) = warned(source, machine, dialect=dialect)
     assert first == line
     assert "names A" in text
+
+
+# --- heads, first moves, dialects ----------------------------------------------------------------------
+
+
+def with_tool(dialect="auto", **options):
+    return Options(tools=TOOLS, wcs={"G54": (0.0, 0.0, PART_HEIGHT)}, dialect=dialect, **options)
+
+
+def poses(source, machine, dialect="auto"):
+    """The moves, the start and all ends in machine coordinates: X Y Z A C, mm and degrees."""
+    moves = gcode.interpret_program(source.encode(), machine_setup(machine, with_tool(dialect)))
+    to_machine = machine.coordinates.to_machine
+    ends = [to_machine(end, moves.frames[frame])[XYZAC] for end, frame in zip(moves.end, moves.frame, strict=True)]
+    return moves, to_machine(moves.start, moves.start_frame)[XYZAC], np.array(ends)
+
+
+def table_of_starts():
+    """docs/starts.md: (head, first move) -> the cells of its last table."""
+    lines = PAGE.read_text("utf-8").split("## Where they start")[1].splitlines()
+    head, _rule, *rows = [
+        [cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")
+    ]
+    return {(row[0], move): cell for row in rows for move, cell in zip(head[1:], row[1:], strict=True)}
+
+
+STARTS = table_of_starts() if PAGE.exists() else {}
+
+
+def expected_start(head, move, dialect):
+    """A start of docs/starts.md."""
+    first, *others = STARTS[head, move].split("; ")
+    entry = next((other.split(" (")[0] for other in others if dialect in other.lower()), first)
+    x, y, z, *table = entry.split()
+    angles = {"A": 0.0, "C": 0.0} | {word[0]: float(word[1:]) for word in table}
+    return [float(x), float(y), float(z), angles["A"], angles["C"]]
+
+
+@pytest.mark.skipif(not STARTS, reason="beside an installed wheel there are no docs")
+@pytest.mark.parametrize("move", MOVES)
+@pytest.mark.parametrize("head", HEADS)
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_heads_start_without_motion_before_the_tool(machine, dialect, head, move):
+    moves, start, ends = poses(program(head, move, dialect), machine, dialect)
+    before_tool = next(event.before for event in moves.events if event.kind == "tool")
+    assert np.abs(ends[:before_tool] - start).max(initial=0.0) < ROUNDING
+    assert start == pytest.approx(expected_start(head, move, dialect), abs=0.051)  # the page shows 0.1
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize(
+    "options", [{}, {"split_at_stops": True, "approach": "home"}], ids=["alone", "split, from home"]
+)
+def test_a_tool_change_in_the_head_is_no_stop(machine, dialect, options):
+    source = program("Fusion 360, G28", "X Y Z", dialect)
+    made = assemble(source.encode(), machine, with_tool(dialect, **options))
+    assert made.stops == ()
+
+
+def test_the_first_motion_comes_down_along_the_tool_axis(machine):
+    """X Y Z in one block after a retract, under tilt: only machine Z changes."""
+    _moves, start, ends = poses("G21 G90\nG53 G0 Z0\nT1 M6\nG0 A30 C40\nG43.4 H1\nG0 X10 Y20 Z60\nM2", machine)
+    assert start[2] == pytest.approx(0.0, abs=ROUNDING)
+    assert start[[0, 1, 3, 4]] == pytest.approx(ends[-1][[0, 1, 3, 4]], abs=ROUNDING)
+    # by hand: tip on the table, turned by C and A, under a spindle that stands upright over it
+    a, c = math.radians(30), math.radians(40)
+    x, y = 10 * math.cos(c) - 20 * math.sin(c), 10 * math.sin(c) + 20 * math.cos(c)
+    assert start[:2] == pytest.approx([x, math.cos(a) * y - math.sin(a) * (60 + PART_HEIGHT)], abs=ROUNDING)
+
+
+OVER = [(head, table, "X10 Y20 Z60") for head in ("", "G0 A0 C0\n") for table in ("A30 C40", "A90 C0")] + [
+    ("", table, order) for table in ("A90 C0", "A90 C90") for order in ("X10 Y20\nZ60", "Z60\nX10 Y20", "Z60\nY20\nX10")
+]
+
+
+@pytest.mark.parametrize(("head", "table", "order"), OVER)
+def test_after_a_retract_the_spindle_stands_over_the_first_place(machine, head, table, order):
+    """In machine coordinates: X Y Z of one block, and of several where the table stands upright."""
+    _moves, start, ends = poses(f"G21 G90\nG53 G0 Z0\n{head}T1 M6\nG43.4 H1\nG0 {table}\n{order}\nM2", machine)
+    assert start[:3] == pytest.approx([*ends[-1][:2], 0.0], abs=ROUNDING)
+
+
+@pytest.mark.parametrize("order", [("X10", "Y20", "Z60"), ("Z60", "Y20", "X10"), ("Y20", "Z60", "X10")])
+@pytest.mark.parametrize("table", ["A0 C90", "A90 C0", "A90 C90", "A30 C40"])
+def test_axes_named_one_by_one_on_a_turned_table(machine, table, order):
+    """None of the moves has a length, also where the first axis of the program is another of the machine."""
+    lines = "\n".join(order)
+    _moves, start, ends = poses(f"G21 G90\nT1 M6\nG43.4 H1\nG0 {table}\n{lines}\nM2", machine)
+    assert np.abs(ends - start).max() < ROUNDING
+
+
+def test_an_axis_turned_before_z_is_named_does_not_lower_the_start(machine):
+    """Z50 is meant in the work system: at A0 the tool starts at Z50 too, not at the machine height that Z50 has at A90."""
+    moves, _start, _ends = poses("G21 G90\nT1 M6\nG43.4 H1\nG0 A0 C0\nX10 Y10\nA90\nZ50\nM2", machine)
+    assert moves.start[2] - LENGTH == pytest.approx(50.0, abs=ROUNDING)  # numbers of before G43.4, without the length
+
+
+def test_axes_never_named_are_0_in_the_work_system_of_the_first_place(machine):
+    source = b"G21 G90\nG53 G0 Z0\nT1 M6\nG55\nG43 H1\nG0 X10 Z50\nM2"
+    options = Options(tools=TOOLS, wcs={"G55": (0.0, 7.0, 60.0, 30.0)})
+    moves = gcode.interpret_program(source, machine_setup(machine, options))
+    assert moves.end[-1][XYZAC] == pytest.approx([10.0, 0.0, 50.0, 0.0, 0.0], abs=ROUNDING)
+    assert machine.coordinates.to_machine(moves.start, moves.start_frame)[5] == pytest.approx(-30.0)
+
+
+# --- first places that are not plain moves ---------------------------------------------------------------
+
+KLARTEXT = "BEGIN PGM T MM\n{retract}TOOL CALL 1 Z S1000\nM3\n{first}\nL Z+90 R0 FMAX\nM30\nEND PGM T MM"
+SIEMENS = "G90 G71 G17\n{retract}T1 M6\nD1\nF300 S1000 M3\n{first}\nG0 Z90\nM30"
+FANUC = "O1\nG21 G90\n{retract}T1 M6\nS1000 M3\n{first}\nM30"
+DRILL = "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+0 Q204=20 Q211=0\n"
+RING = "CYCL DEF 220 POLAR PATTERN Q216=+0 Q217=+0 Q244=60 Q245=+0 Q246=+360 Q247=+0 Q241=4 Q200=2 Q203=+0 Q204=20 Q301=1 Q365=0"
+PLACES = [
+    ("heidenhain", "CC X+0 Y+0\nLP PR+20 PA+90 R0 FMAX\nL Z+30 FMAX", (0, 20, 30)),
+    ("heidenhain", DRILL + "CYCL CALL POS X+10 Y+20 Z+3 FMAX", (10, 20, 5)),
+    ("heidenhain", DRILL + "PATTERN DEF POS1 (X+10 Y+20 Z+0) POS2 (X+30 Y+20 Z+0)\nCYCL CALL PAT FMAX", (10, 20, 2)),
+    ("heidenhain", DRILL + "L X+10 Y+20 R0 FMAX M99", (10, 20, 2)),
+    ("heidenhain", DRILL + RING, (30, 0, 20)),
+    ("heidenhain", "APPR LT X+10 Y+20 Z-5 LEN15 RL F500\nL X+50\nDEP LT LEN5", (-5, 25, -5)),
+    ("heidenhain", "APPR LN X+10 Y+20 Z-5 LEN15 RL F500\nL X+50\nDEP LT LEN5", (10, 40, -5)),
+    ("heidenhain", "APPR CT X+10 Y+20 Z-5 CCA90 R8 RL F500\nL X+50\nDEP LT LEN5", (2, 33, -5)),
+    ("heidenhain", "CC X+0 Y+0\nAPPR PLT PR+20 PA+90 Z-5 LEN10 RL F500\nL X+50\nDEP LT LEN5", (-10, 25, -5)),
+    ("siemens", "MCALL CYCLE81(50,0,2,-5)\nHOLES1(10,20,0,5,15,3)\nMCALL", (15, 20, 2)),
+    ("siemens", "MCALL CYCLE81(50,0,2,-5)\nHOLES2(10,20,30,0,0,4)\nMCALL", (40, 20, 2)),
+    ("siemens", "MCALL CYCLE81(50,0,2,-5)\nCYCLE801(10,20,0,15,15,2,2)\nMCALL", (10, 20, 2)),
+    ("siemens", "G111 X0 Y0\nG0 AP=90 RP=20\nZ50", (0, 20, 50)),
+    ("fanuc", "G43 H1\nG98 G81 X10. Y20. Z-5. R2. F300", (10, 20, 2)),
+    ("rs274", "G43 H1\nG0 @20 ^90\nZ50", (0, 20, 50)),
+]  # fmt: skip
+RETRACTS = {
+    "heidenhain": "L Z+0 R0 FMAX M91\n",
+    "siemens": "G0 SUPA Z0 D0\n",
+    "fanuc": "G53 Z0\n",
+    "rs274": "G53 G0 Z0\n",
+}
+FORMS = {"heidenhain": KLARTEXT, "siemens": SIEMENS, "fanuc": FANUC, "rs274": FANUC.removeprefix("O1\n")}
+
+
+@pytest.mark.parametrize("retracts", [False, True])
+@pytest.mark.parametrize(("dialect", "first", "place"), PLACES)
+def test_first_places_that_are_not_plain_moves(machine, dialect, first, place, retracts):
+    source = FORMS[dialect].format(retract=RETRACTS[dialect] if retracts else "", first=first)
+    _moves, start, _ends = poses(source, machine, dialect)
+    height = 0.0 if retracts else place[2] + LENGTH + PART_HEIGHT - 550.0  # machine zero is 550 mm over the table
+    assert start == pytest.approx([*place[:2], height, 0.0, 0.0], abs=ROUNDING)
+
+
+PLANES = [
+    ("heidenhain", "PLANE EULER EULPR+140 EULNU+30 EULROT+0 TURN FMAX SEQ+\nL X+0 Y+0 R0 FMAX\nL Z+50 R0 FMAX"),
+    ("heidenhain", "PLANE EULER EULPR+140 EULNU+30 EULROT+0 MOVE FMAX SEQ+\nL X+0 Y+0 R0 FMAX\nL Z+50 R0 FMAX"),
+    ("siemens", 'CYCLE800(0,"",0,39,0,0,0,140,30,0,0,0,0,1)\nG0 X0 Y0\nZ50'),
+    ("siemens", 'TRAORI\nCYCLE800(0,"",0,39,0,0,0,140,30,0,0,0,0,1)\nG0 X0 Y0\nZ50'),
+    ("fanuc", "G68.2 X0 Y0 Z0 I140. J30. K0\nG53.1\nG43 H1\nG0 X0 Y0\nZ50."),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("dialect", "first"), PLANES)
+def test_a_plane_before_x_and_y_are_named(machine, dialect, first):
+    """The spindle starts at the retract over the zero of the plane, the table where the plane stands level."""
+    _moves, start, _ends = poses(FORMS[dialect].format(retract=RETRACTS[dialect], first=first), machine, dialect)
+    assert start == pytest.approx([0.0, -math.sin(math.radians(30)) * PART_HEIGHT, 0.0, 30.0, 40.0], abs=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("first", "words"),
+    [
+        ("CC X+0 Y+0\nLP PA+90 R0 FMAX", "LP needs the position of X"), ("CC IX+5 Y+0\nLP PR+5 PA+90 R0 FMAX", "CC needs the position of X"),
+        ("APPR LCT X+10 Y+20 Z-5 R8 RL F500\nL X+50", "APPR LCT needs the position of X"), ("M140 MB50", "needs the position of Z"),
+        (DRILL + "CYCL CALL POS X+10 FMAX", "CYCL CALL POS needs the position of Y"),
+    ],
+)  # fmt: skip
+def test_what_depends_on_where_the_tool_stands_is_refused(machine, first, words):
+    with pytest.raises(InputError) as caught:
+        poses(KLARTEXT.format(retract="", first=f"{first}\nL X+0 Y+0 Z+50 R0 FMAX"), machine, "heidenhain")
+    item = caught.value.findings[0]
+    assert item.code == "VP013"
+    assert words in item.message
+
+
+CONTOUR = "G0 X0 Y0\nZ50.\nG1 Z5. F500\nG41 D1 X20. Y10.\nY30.\nG2 X40. Y50. R20.\nG1 X60.\nG40 Y70.\nG0 Z50."
+
+
+def test_cutter_compensation_on_a_plane(machine):
+    """G41 after G53.1 is that of the same contour without a plane: the tool stands upright on both."""
+    flat, _start, _ends = poses(FANUC.format(retract="", first=f"G43 H1\nG0 A0 C0\n{CONTOUR}"), machine, "fanuc")
+    on_plane, _start, _ends = poses(
+        FANUC.format(retract="", first=f"G68.2 X9. Y8. Z7. I140. J30. K0\nG53.1\nG43 H1\n{CONTOUR}"), machine, "fanuc"
+    )
+    assert on_plane.end[-9:, :3] == pytest.approx(flat.end[-9:, :3], abs=ROUNDING)
+    assert np.abs(flat.end[-5, :2] - [20.0, 30.0]).max() == pytest.approx(5.0)  # beside the contour
+
+
+def test_cutter_compensation_under_tool_vectors_is_refused(machine):
+    source = "O1\nG21 G90\nT1 M6\nG43.5 H1\nG0 X0 Y0 Z50. I0 J0.6 K0.8\nG1 Z5. F500\nG41 D1 X20.\nM30"
+    with pytest.raises(InputError, match="G41 while a tool axis"):
+        poses(source, machine, "fanuc")
+
+
+def test_first_namings_that_contradict_each_other(machine):
+    """Z of a plane that stands upright is Y of the part, which has been named: nothing says how high the tool stands."""
+    source = "O1\nG21 G90\nT1 M6\nG0 X0 Y0\nG68.2 X0 Y0 Z0 I0 J90. K0\nG53.1\nG43 H1 Z50.\nX0 Y0\nM30"
+    with pytest.raises(InputError, match="cannot be found from its first lines"):
+        poses(source, machine, "fanuc")
+
+
+CHANGED = [
+    ("fanuc", "O1\nG21 G90\nT1 M6\nG43 H1\nG0 A0 C0\nX0 Y0 Z200.\nG49\nG68.2 X0 Y0 Z0 I140. J30. K0\nG53.1\nG0 X0 Y0\nZ50.\nM30"),
+    ("siemens", 'G71 G90 G17\nT1 M6\nD1\nG0 A0 C0\nX0 Y0 Z200\nD0\nCYCLE800(0,"",0,39,0,0,0,140,30,0,0,0,0,1)\nG0 X0 Y0\nZ50\nM30'),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("dialect", "source"), CHANGED)
+def test_a_length_that_changes_before_a_plane_does_not_turn_the_table_back(machine, dialect, source):
+    moves, _start, _ends = poses(source, machine, dialect)
+    assert moves.end[-2:, [3, 5]] == pytest.approx(np.array([[30.0, 40.0]] * 2), abs=ROUNDING)

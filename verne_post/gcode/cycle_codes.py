@@ -75,6 +75,9 @@ class CycleCodes(SplineCodes):
         if state.tcp_off:
             self._check_tcp_off(state.position, state.position)
         self._check_feed(block, motion)
+        if state.absolute:  # the first place that the program names may be that of a hole
+            places = {axis: self._axis_value(block, axis) for axis in axes if axis != normal}
+            self._stand_at(places | ({normal: self._length(block.words["R"])} if "R" in block.words else {}))
         self._require_known(block, [0, 1, 2], f"{g_name(motion)}")
         if (tool := self.tilted_tool(normal)) is not None:
             raise BlockError(

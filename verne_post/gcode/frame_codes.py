@@ -84,10 +84,34 @@ class FrameCodes:
 
     def _require_known(self, block: Block, axes: list[int], why: str) -> None:
         for axis in axes:
-            if not self.state.known[axis]:
+            if not self.state.is_known(axis):
                 letter = AXES[axis]
                 raise block.error("VP013", f"{why} needs the position of {letter}, which no absolute word has named yet; "
                     f"name {letter} with G90 first", letter)  # fmt: skip
+
+    def _name_axes(self, end: list[float], axes: list[int], *, machine: bool = False) -> None:
+        """Axes are named in absolute terms, by a motion that is about to end at ``end``; ``machine``: in machine coordinates."""
+        state = self.state
+        if state.first_places is None:
+            for axis in axes:
+                state.known[axis] = True
+            return
+        frame, coordinates = state.frame, self.setup.coordinates
+        state.first_places.note(
+            state.known, state.position, end, axes, lambda program: coordinates.to_machine(program, frame),
+            machine=machine,
+        )  # fmt: skip
+
+    def _stand_at(self, places: dict[int, float]) -> None:
+        """Let axes that nothing has named stand where a block that is more than a move (a cycle, a pattern) goes first."""
+        state = self.state
+        end = list(state.position)
+        fresh = [axis for axis in places if not state.is_known(axis)]
+        for axis in fresh:
+            end[axis] = places[axis]
+        if fresh:
+            self._name_axes(end, fresh)
+            state.position = end
 
     def _refuse_compensation(self, code: str) -> None:
         if self.state.compensation is not None:
@@ -181,9 +205,6 @@ class FrameCodes:
                 same_tool = replace(frame, tool=old.tool)
                 moved = coordinates.to_program(coordinates.to_machine(before, old), same_tool)
                 state.held = [float(v) if n else math.nan for v, n in zip(moved, state.named, strict=True)]
-        if self.recorder.count == 0 and frame.tool == old.tool:
-            for axis in state.floating:  # never named: 0 in the first active work system
-                position[axis] = 0.0
         if state.centre is not None:  # the tool still stands beside its last contour
             centre = coordinates.to_program(coordinates.to_machine(np.array(state.centre), old), frame)
             state.centre = [float(v) for v in centre]

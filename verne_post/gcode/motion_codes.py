@@ -69,7 +69,6 @@ class MotionCodes(MachineCodes):
         for axis in moving:
             value = self._axis_value(block, axis)
             via[axis] = value if state.absolute else via[axis] + value
-            state.known[axis] = True
         if state.tcp_off and moving:
             self._check_tcp_off(state.position, via)
         self._record(block.line, MoveKind.RAPID, via, moving, absolute=state.absolute)
@@ -262,7 +261,8 @@ class MotionCodes(MachineCodes):
         for axis, value in targets.items():
             machine[axis] = value
         end = [float(v) for v in coordinates.to_program(machine, state.frame)]
-        self._record(line, kind, end, list(targets), absolute=True)
+        self._name_axes(end, list(targets), machine=True)
+        self._record(line, kind, end, list(targets), absolute=False)
         for axis in {0, 1, 2, *targets}:
             state.named[axis] = False  # what it has now was not programmed but follows from machine coordinates
 
@@ -288,12 +288,12 @@ class MotionCodes(MachineCodes):
 
     def _arrive(self, end: list[float], axes: list[int], *, absolute: bool) -> None:
         state = self.state
+        if absolute and False in state.known:
+            self._name_axes(end, axes)
         state.position = end
         state.placed = state.placed or bool(axes)
         for axis in axes:
             state.named[axis] = True
-            if absolute:
-                state.known[axis] = True
 
     def _feed_of(self, lengths: tuple[object, object]) -> float:
         """Feed of a move as `dump moves` shows it: see :func:`~verne_post.gcode.lengths.effective_feed`."""
@@ -371,7 +371,7 @@ class MotionCodes(MachineCodes):
             raise BlockError(
                 "VP017", f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
             )
-        if state.vectors or state.tool_axis is not None:
+        if state.vectors or not self._is_tool_upright():
             raise BlockError("VP017", f"{name} while a tool axis ({self.axis_words}) holds")
         radius = 0.5 * self._cutter_diameter(block, code)
         state.compensation = Compensation(
@@ -380,6 +380,13 @@ class MotionCodes(MachineCodes):
             radius if code < 420 else -radius,
             perpendicular=self.perpendicular_entry,
             at_once=self.begins_at_once,
+        )
+
+    def _is_tool_upright(self) -> bool:
+        """True where no tool axis holds, or the one along Z of a tilted work plane (G53.1), in which the contour then lies."""
+        state = self.state
+        return state.tool_axis is None or (
+            state.frame.feature is not None and state.plane == 0 and state.tool_axis == (0.0, 0.0, 1.0)
         )
 
     def _cutter_diameter(self, block: Block, code: int) -> float:

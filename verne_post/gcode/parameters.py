@@ -140,7 +140,7 @@ class Parameters:
 
     def position(self, axis: int) -> float:
         """Position in the program, in the unit of the program."""
-        if not self.state.known[axis]:
+        if not self.state.is_known(axis):
             raise BlockError(
                 "VP013", f"the position of {AXES[axis]} is not known yet; name {AXES[axis]} with G90 first"
             )

@@ -230,8 +230,10 @@ def _execute(
         last = min(last, lines.next_curved(first))
         if last == first:
             return first
-    if not all(state.known[AXES.index(letter)] for letter in setup.axes):
-        last = _until_known(lines, first, last, setup, state)
+    if False in state.known:
+        last = _until_named(lines, first, last, state)
+        if last == first:
+            return first
     scaled = state.inch and state.feed_mode != FeedMode.INVERSE
     given = lines.row[first:last] >= first
     filled = lines.filled[first:last]
@@ -287,8 +289,7 @@ def _execute(
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
     for axis in np.flatnonzero(given[-1, :9]).tolist():
-        state.placed = True
-        state.known[axis] = state.named[axis] = True
+        state.placed = state.named[axis] = True
     return last
 
 
@@ -362,9 +363,10 @@ def _find_refused(
     return bad
 
 
-def _until_known(lines: PlainLines, first: int, last: int, setup: Setup, state: State) -> int:
-    """End of the lines up to and including the one after which every axis is known."""
-    axes = [AXES.index(letter) for letter in setup.axes]
-    known = np.array([state.known[axis] for axis in axes])
-    complete = ((lines.row[first:last, axes] >= first) | known).all(axis=1)
-    return first + int(np.argmax(complete)) + 1 if complete.any() else last
+def _until_named(lines: PlainLines, first: int, last: int, state: State) -> int:
+    """End of the lines before the first that names an axis for the first time, which the general interpreter executes."""
+    if state.first_places is not None and not all(state.is_known(axis) == state.known[axis] for axis in range(9)):
+        return first  # axes that are never named wait for the first move
+    unknown = [axis for axis, known in enumerate(state.known) if not known]
+    fresh = (lines.row[first:last, unknown] >= first).any(axis=1)
+    return first + int(np.argmax(fresh)) if fresh.any() else last

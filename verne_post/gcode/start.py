@@ -10,7 +10,8 @@ from verne_post.base.long_text import Text
 from verne_post.base.tolerances import START_POSE_MM, ZERO_ANGLE
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.dialect import Dialect
-from verne_post.gcode.execution import Execution, StopConditions, all_known
+from verne_post.gcode.execution import Execution, StopConditions
+from verne_post.gcode.first_places import FirstPlaces
 from verne_post.gcode.setup import Setup
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES, MoveKind, Moves
@@ -19,6 +20,8 @@ _A: Final = AXES.index("A")
 _C: Final = AXES.index("C")
 #: A system of equations for the start is solved up to this condition number; beyond it the start is not determined.
 _MAX_CONDITION: Final = 1e9
+#: So many times what is missing is added before its slopes are computed.
+_PLAIN_STEPS: Final = 2
 #: Table angles that are compared differ by one degree, or not at all.
 _TURN_DEG: Final = 1.0
 
@@ -37,8 +40,8 @@ class Start(NamedTuple):
 def find_start(source: Text, setup: Setup, dialect: Dialect) -> Start:
     """Find where a program starts.
 
-    Until the program has named an axis, it stands at the machine coordinate that it has in the
-    first pose whose axes are all known; axes never named are 0 in the first active work system.
+    Every axis stands, from the beginning, where its own first naming in absolute terms puts it
+    (:class:`~verne_post.gcode.first_places.FirstPlaces`); axes never named are 0 in the first active work system.
 
     Raises
     ------
@@ -46,9 +49,8 @@ def find_start(source: Text, setup: Setup, dialect: Dialect) -> Start:
         What is wrong in the opening lines; VP013 where they do not determine the start.
     """
     opening = _Opening(source, setup, dialect)
-    machine = opening.find_start()
-    position = opening.program_position(machine)
-    return Start(position, opening.find_unsaid_table(machine, position))
+    position = opening.find_start()
+    return Start(position.tolist(), opening.find_unsaid_table(position))
 
 
 class _Opening:
@@ -57,53 +59,58 @@ class _Opening:
     def __init__(self, source: Text, setup: Setup, dialect: Dialect) -> None:
         self.source, self.setup, self.dialect = source, setup, dialect
         self.frame = dialect.initial_state(setup).frame
-        self.unnamed = [AXES.index(letter) for letter in setup.axes if not dialect.names_axis(source, letter, setup)]
+        self.unnamed = tuple(
+            AXES.index(letter) for letter in setup.axes if not dialect.names_axis(source, letter, setup)
+        )
         self.discovered: Execution | None = None  # the replay that settled A and C
 
-    def program_position(self, machine: Array) -> list[float]:
-        """Program position of a machine position, before the first block."""
-        return [float(value) for value in self.setup.coordinates.to_program(machine, self.frame)]
-
     def find_start(self) -> Array:
-        """Machine position at the start.
+        """Program position (9) at the start.
 
-        The first pose may itself depend on the start (a Z kept in machine coordinates under tilt), so the
-        start is the fixed point of replaying the opening lines. With A and C settled the replay is
-        affine in the start, and four replays give the fixed point exactly.
+        What is missing at each axis when the opening lines are replayed from a place says how far that is from the start.
+        In most programs adding it is exact. Else, with A and C settled, it is affine in X, Y, Z: three more replays give
+        its slopes, and these the start.
         """
-        zero = self.setup.coordinates.to_machine(np.zeros(9), self.frame)
-        guess, done = self._replay(zero, discover=True)
-        if not all_known(done.state, self.setup):  # some letters stand only in blocks like G10
-            self.unnamed = [axis for axis in range(9) if not done.state.known[axis]] + self.unnamed
-            guess, done = self._replay(zero, discover=True)
+        position = np.zeros(len(AXES))
+        _misses, done = self._replay(position, tolerant=True)
+        late = [axis for axis in range(len(AXES)) if not done.state.is_known(axis)]
+        if late:  # their letters stand in blocks like G10 alone
+            self.unnamed += tuple(late)
+            _misses, done = self._replay(position, tolerant=True)
         self.discovered = done
-        for _ in range(2):  # the first replay settles A and C, the second the rest unless the coupling is real
-            again, _done = self._replay(guess)
-            if np.abs(again - guess).max() < START_POSE_MM:
-                return guess
-            guess = again
-        base, _done = self._replay(guess)
-        slopes = np.zeros((3, 3))
-        for axis in range(3):
-            moved = guess.copy()
-            moved[axis] += 1.0
-            slopes[:, axis] = (self._replay(moved)[0] - base)[:3]
-        matrix = np.eye(3) - slopes
-        if np.linalg.cond(matrix) < _MAX_CONDITION:
-            guess[:3] += np.linalg.solve(matrix, (base - guess)[:3])
-            again, _done = self._replay(guess)
-            if np.abs(again - guess).max() < START_POSE_MM:
-                return guess
+        for waits in (False, True):
+            found = self._solve(position, waits=waits)
+            if found is not None:
+                return found
         raise InputError(
-            finding("VP013", "the pose at which the program starts cannot be found from its first lines; "
-                    "name X, Y, Z, A and C in one G0 block first", line=1, last_line=1, worst_line=1)
+            finding("VP013", "the pose at which the program starts cannot be found from its first lines: they leave an axis open, or "
+                    "contradict each other; name X, Y, Z, A and C in one G0 block first", line=1, last_line=1, worst_line=1)
         )  # fmt: skip
 
-    def find_unsaid_table(self, machine: Array, position: list[float]) -> tuple[str, int] | None:
-        """What to say of cuts of a program that starts at a machine position before A and C are named.
+    def _solve(self, guess: Array, *, waits: bool) -> Array | None:
+        """The position at which nothing is missing, from a guess on; None where there is none."""
+        position = guess.copy()
+        misses = self._replay(position, tolerant=True, waits=waits)[0]
+        for _ in range(_PLAIN_STEPS):
+            position += misses
+            misses = self._replay(position, waits=waits)[0]
+            if np.abs(misses).max() < START_POSE_MM:
+                return position
+        slopes = np.zeros((3, 3))
+        for axis in range(3):
+            moved = position.copy()
+            moved[axis] += 1.0
+            slopes[:, axis] = (self._replay(moved, waits=waits)[0] - misses)[:3]
+        position[:3] -= np.linalg.lstsq(slopes, misses[:3], rcond=1.0 / _MAX_CONDITION)[0]
+        misses = self._replay(position, waits=waits)[0]
+        return position if np.abs(misses).max() < START_POSE_MM else None
+
+    def find_unsaid_table(self, position: Array) -> tuple[str, int] | None:
+        """What to say of cuts before A and C are named, of a program that starts at a program position (9).
 
         Their angles are those at which the table is taken to start: they change when that does.
         """
+        machine = self.setup.coordinates.to_machine(position, self.frame)
         turned = [
             axis
             for axis in (_A, _C)
@@ -112,9 +119,9 @@ class _Opening:
         ]  # fmt: skip
         if not turned:
             return None
-        other = machine.copy()
+        other = position.copy()
         other[turned] += _TURN_DEG
-        here, there = (self._moves(start) for start in (machine, other))
+        here, there = (self._moves(start) for start in (position, other))
         if len(here) != len(there):  # an error in one of them, which is reported by itself
             return None
         cuts = np.isin(here.kind, (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE))
@@ -132,26 +139,24 @@ class _Opening:
         )
         return text, first
 
-    def _moves(self, machine: Array) -> Moves:
-        """Moves of the opening lines of a program that starts at a machine position."""
-        _end, done = self._replay(machine, discover=True)
-        return done.recorder.freeze(self.program_position(machine), self.frame, {})
+    def _moves(self, position: Array) -> Moves:
+        """Moves of the opening lines of a program that starts at a position."""
+        _misses, done = self._replay(position, tolerant=True)
+        return done.recorder.freeze(position.tolist(), self.frame, {})
 
-    def _replay(self, machine: Array, *, discover: bool = False) -> tuple[Array, Execution]:
-        """Machine position after the opening lines when they start at ``machine``."""
+    def _replay(self, position: Array, *, tolerant: bool = False, waits: bool = False) -> tuple[Array, Execution]:
+        """What is missing at each axis (9) when the opening lines start at a program position, mm and degrees."""
         state = self.dialect.initial_state(self.setup)
-        state.known = [axis in self.unnamed or AXES[axis] not in self.setup.axes for axis in range(9)]
-        state.position = self.program_position(machine)
-        if discover:
-            state.floating = tuple(self.unnamed)
-            for axis in self.unnamed:
-                state.position[axis] = 0.0
+        state.known = [letter not in self.setup.axes for letter in AXES]
+        state.position = position.tolist()
+        machine = self.setup.coordinates.to_machine(position, self.frame)
+        state.first_places = FirstPlaces(self.unnamed, machine, waits)
         start = list(state.position)
         done = self.dialect.execute(self.source, self.setup, state, StopConditions(all_known=True))
         # a tool of no length hides nothing: with what it leaves open, A and C are settled all the same
-        if done.errors and not (discover and all(item.code == "VP012" for item in done.errors)):
+        if done.errors and not (tolerant and all(item.code == "VP012" for item in done.errors)):
             raise InputError(*(self._explain_tilt(item, start) for item in done.errors))
-        return self.setup.coordinates.to_machine(np.array(done.state.position), done.state.frame), done
+        return np.array(state.first_places.misses), done
 
     def _explain_tilt(self, item: Finding, start: list[float]) -> Finding:
         """An error that comes from the tilt of the start (VP017), with where that is from: the last of the opening lines."""

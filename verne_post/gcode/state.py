@@ -7,6 +7,7 @@ from typing import Final
 from msgspec import Struct, field
 
 from verne_post.gcode.compensation import Compensation
+from verne_post.gcode.first_places import FirstPlaces
 from verne_post.gcode.splines import SplineDraft
 from verne_post.model.moves import ArcFeed, FeedMode, Frame, PathControl, PathMode
 from verne_post.model.part_setup import Tool, Vector9
@@ -145,8 +146,12 @@ class State(Struct):
     tool_names: dict[int, str] = field(default_factory=dict)
     #: The tool whose length is --tool-length, once one is loaded or named by H.
     only_tool: int | None = None
-    #: Axes that the program never names, while its start position is computed.
-    floating: tuple[int, ...] = ()
+    #: What the first naming of each axis says, while the start of the program is sought.
+    first_places: FirstPlaces | None = None
+
+    def is_known(self, axis: int) -> bool:
+        """True where the position of an axis is known: it has been named, or the program never names it."""
+        return self.known[axis] or (self.first_places is not None and self.first_places.is_named(axis))
 
     @contextmanager
     def exact_path(self) -> Iterator[None]:

@@ -359,9 +359,9 @@ class FanucInterpreter(NurbsCodes):
         self._refuse_compensation("G53.1")
         if state.tcp_off:
             raise BlockError("VP017", "G53.1 while tool-centre-point control is off (user-defined code)")
-        self._require_known(block, [0, 1, 2], "G53.1")
         state.tool_axis = (0.0, 0.0, 1.0)
-        end = self.setup.coordinates.point_axis(list(state.position), np.array(state.tool_axis), state.frame)
+        begin = self._motion_start(MoveKind.RAPID, absolute=True, machine=False)
+        end = self.setup.coordinates.point_axis(list(begin), np.array(state.tool_axis), state.frame)
         self.recorder.fix_c(block.line)
         self._record(block.line, MoveKind.RAPID, end, [3, 5] if self.setup.machine else [], absolute=True)
 

@@ -32,7 +32,8 @@ class KlartextCycles(KlartextPlanes):
         state = self.state
         self.check_nothing_waits("a cycle call")
         self._refuse_beside(f"cycle {number}")
-        self._require_known(self.block, [0, 1, 2], f"cycle {number}")
+        self._require_known(self.block, [0, 1], f"cycle {number}")
+        self._stand_at({2: self._z(q[203] + q[200])})
         self._check_hole(number, q)
         feed, mode = state.feed, state.feed_mode
         try:

@@ -141,6 +141,7 @@ class KlartextFrames(Interpreter):
         start = self.machine_position()
         base = replace(state.frame, feature=None)
         self._set_frame(base)
+        self._name_axes([float(value) for value in coordinates.to_program(target, base)], axes, machine=True)
         change = target - start
         shares = np.linspace(0.0, 1.0, self.places_along(float(np.linalg.norm(change[[_A, _C]]))))[:, None]
         points = coordinates.to_program(start + shares * change, base)
@@ -185,21 +186,20 @@ class KlartextFrames(Interpreter):
             self.recorder.add(state, self.block.line, carried, end, feed, about)
         else:
             self.recorder.add(state, self.block.line, kind, end, feed)
-        self._arrive(end, axes, absolute=True)
+        self._arrive(end, axes, absolute=False)
         state.arc_may_follow = True
 
-    def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None) -> None:
+    def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None, axes: list[int]) -> None:
         """Turn A and C to program positions (degrees) without tool-centre-point control.
 
         ``point``: X, Y, Z to which the other axes go at the same time, in the frame that holds at the end, mm; None
-        where they stand still.
+        where they stand still. ``axes`` are those that the program names.
         """
         state, coordinates = self.state, self.setup.coordinates
         ends = list(state.position)
         for axis, value in targets.items():
             ends[axis] = value
         end = self.machine_position()
-        axes = sorted(targets)
         if point is not None:
             feature, _factors = (
                 self.maps.map().split() if self.maps.tilt is not None
@@ -207,7 +207,6 @@ class KlartextFrames(Interpreter):
             )  # fmt: skip
             program = np.array([*point, *ends[3:]])
             end = np.array(coordinates.to_machine(program, replace(state.frame, feature=feature)))
-            axes = [0, 1, 2, *axes]
         else:
             base = replace(state.frame, feature=None)
             end[3:] = coordinates.to_machine(np.array(ends), base)[3:]

@@ -247,12 +247,13 @@ class KlartextFunctions(KlartextApproach):
         self._refuse_beside("a retract along the tool axis")
         if distance is None:
             machine = self.machine_position()
-            if machine[2] < 0 or not state.known[2]:  # while the start is sought, this names Z
+            if machine[2] < 0 or not state.is_known(2):  # while the start is sought, this names Z
                 machine[2] = 0.0
                 self._go_machine(MoveKind.RAPID if not feed else kind, machine, feed)
             return
         if distance < 0:
             raise BlockError("VP007", f"MB{distance:g} mm: a retract is not negative")
+        self._require_known(self.block, [2], "a retract by MB")
         axis = self.setup.coordinates.tool_axis(state.position, state.frame)
         end = list(state.position)
         end[:3] = [
@@ -260,7 +261,7 @@ class KlartextFunctions(KlartextApproach):
         ]
         kept, state.feed = state.feed, feed or state.feed
         self._motion_start(kind, absolute=True, machine=False)
-        self._record(self.block.line, kind, end, [0, 1, 2], absolute=True)
+        self._record(self.block.line, kind, end, [0, 1, 2], absolute=False)
         state.feed = kept
 
     def _go_machine(self, kind: MoveKind, machine: np.ndarray, feed: float) -> None:

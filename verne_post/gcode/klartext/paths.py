@@ -116,6 +116,7 @@ class KlartextPaths(KlartextFrames):
     def set_pole(self, statement: Statement, words: Words) -> None:
         """CC: two coordinates; without any the last programmed position."""
         here = self.input_of(self.now())
+        open_axes = {axis for axis, letter in enumerate("XYZ") if "I" + letter in words.values}
         given = {
             axis: value
             for axis, letter in enumerate("XYZ")
@@ -125,13 +126,13 @@ class KlartextPaths(KlartextFrames):
         if len(given) > 2:
             raise statement.error("VP006", "CC takes two coordinates")
         if not given:
-            given = {0: here[0], 1: here[1]}
+            given, open_axes = {0: here[0], 1: here[1]}, {0, 1}
         elif len(given) == 1:
             kept = {axis: value for axis, value in self.pole.items() if axis not in given}
             if len(self.pole) != 2 or len(kept) != 1:
                 raise statement.error("VP005", "CC with one coordinate, and the other is not known from a CC before")
             given |= kept
-        self._require_known(self.block, sorted(given), "CC")
+        self._require_known(self.block, sorted(open_axes), "CC")
         self.pole = given
 
     def _pole_plane(self, statement: Statement) -> tuple[int, int, int, int]:
@@ -164,7 +165,8 @@ class KlartextPaths(KlartextFrames):
         _plane, u, v, _w = self._pole_plane(statement)
         if {u, v} & set(target.axes):
             raise statement.error("VP003", f"{statement.keyword} takes PR and PA, and no coordinates of its plane")
-        self._require_known(self.block, [u, v], statement.keyword)
+        if not {"PR", "PA"} <= words.values.keys():  # from where the tool stands
+            self._require_known(self.block, [u, v], statement.keyword)
         here = self.input_of(target.start)
         du, dv = here[u] - self.pole[u], here[v] - self.pole[v]
         radius, angle = math.hypot(du, dv), math.degrees(math.atan2(dv, du))

@@ -168,6 +168,7 @@ class KlartextPatterns(KlartextSettings):
         words.check_used(statement, "F M")
         if x is None and y is None and z is None:
             raise statement.error("VP005", "CYCL CALL POS needs coordinates")
+        self._require_known(self.block, [axis for axis, value in enumerate((x, y)) if value is None], "CYCL CALL POS")
         self._run_at((here[0] if x is None else x, here[1] if y is None else y, z or 0.0), rapid=words.rapid)
         self.state.feed, self.state.feed_mode = before
 
@@ -179,7 +180,7 @@ class KlartextPatterns(KlartextSettings):
         if not self.places:
             raise statement.error("VP017", "CYCL CALL PAT, and no PATTERN DEF before it; point tables are not read")
         rapid = words.rapid or not self.state.feed
-        height = self.state.position[2]
+        height = self.state.position[2] if self.state.is_known(2) else -math.inf
         for place in self.places:
             self._run_at(place, rapid=rapid, least=height)
 
@@ -189,14 +190,15 @@ class KlartextPatterns(KlartextSettings):
             return
         if self.cycle is None:
             raise BlockError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
-        self._require_known(self.block, [0, 1, 2], "a cycle call")
         self.check_nothing_waits("a cycle call")
         self._refuse_beside("a cycle call")
         x, y, z = place
-        height = max(self.state.position[2], self._z(self.cycle.q[203] + z + self.cycle.q[200]), least)
+        placed = self.place([x, y, 0.0])  # type: ignore[arg-type]
+        clear = max(self._z(self.cycle.q[203] + z + self.cycle.q[200]), least)
+        self._stand_at({0: placed[0], 1: placed[1], 2: clear})
+        height = max(self.state.position[2], clear)
         if self.state.position[2] < height:
             self._go_straight([*self.state.position[:2], height, *self.state.position[3:]], rapid=True)
-        placed = self.place([x, y, 0.0])  # type: ignore[arg-type]
         end = [placed[0], placed[1], height, *self.state.position[3:]]
         self.check_upright("a motion")
         self._go_straight(end, rapid)

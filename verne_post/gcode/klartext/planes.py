@@ -269,11 +269,10 @@ class KlartextPlanes(KlartextFunctions):
             self._check_feed(self.block, 10)
         if back or retract is not None:
             self.retract(None if back else self._length(retract or 0.0), kind)
-        self._require_known(self.block, [0, 1, 2], f"PLANE ... {move}")
         targets = {_A: angles[0], _C: angles[1]} if self.setup.machine else {}
         if move == "TURN":
             if targets:
-                self.turn_axes(kind, targets, None)
+                self.turn_axes(kind, targets, None, sorted(targets))
         else:
             self._move_about_tip(kind, targets, self._length(distance or 0.0))
         self.state.feed = kept
@@ -306,6 +305,7 @@ class KlartextPlanes(KlartextFunctions):
         axis = np.array([coordinates.tool_axis([float(v) for v in point], base) for point in points])
         points[:, :3] += distance * (axis - axis[0])
         x, y, z = (float(v) for v in start[:3] - distance * axis[0])
+        self._name_axes([float(value) for value in points[-1]], [_A, _C])
         self.record_carried(kind, MoveKind.SWING, points, [_A, _C], angle, (x, y, z))
         self.refresh_frame()
 

@@ -127,19 +127,14 @@ class Klartext(KlartextPatterns):
         self.set_side(statement, words.compensation)
         if kind == MoveKind.FEED:
             self._check_feed(self.block, 10)
-        state = self.state
         axes = target.axes
-        moves_tip = any(axis < 3 for axis in axes)
+        point = target.end[:3] if any(axis < 3 for axis in axes) else None
         self._motion_start(kind, absolute=True, machine=False)
         targets = {axis: target.end[axis] for axis in axes if 3 <= axis < 6}
         if not self.setup.machine:
             self._record(self.block.line, kind, target.end, axes, absolute=True)
-        elif moves_tip:
-            self.turn_axes(kind, targets, target.end[:3])
         else:
-            self.turn_axes(kind, targets, None)
-        for axis in axes:
-            state.known[axis] = True
+            self.turn_axes(kind, targets, point, axes)
         self.last_rapid, self.direction = kind == MoveKind.RAPID, None
 
     def _execute_elsewhere(self, statement: Statement, words: Words, number: int) -> None:
@@ -251,7 +246,10 @@ class Klartext(KlartextPatterns):
             point = [*target.end[:2], *self.state.position[2:]] if kind == "LCT" else None
             self.depart(statement, words, kind, point, height)
         else:
-            self._require_known(self.block, [0, 1, 2], "APPR")
+            open_axes = {0, 1} if kind == "LCT" else {0, 1} - set(flat)  # the way of LCT depends on where it begins
+            self._require_known(self.block, sorted(open_axes), f"APPR {kind}")
+            if 2 in target.axes:
+                self._stand_at({2: target.end[2]})
             self.start_approach(statement, words, kind, target.end)
         self.end_functions(words)
 

@@ -73,12 +73,13 @@ class _Hole:
             self.normal = (first, second, third)[axis - 1]
         self._check_place()
         self._read_heights()
+        self.to._stand_at({self.normal: self.to.to_core(self.normal, self.clear)})
 
     # --- checks and heights -------------------------------------------------------------------------------
 
     def _check_place(self) -> None:
         to, name = self.to, self.given.call.name
-        to._require_known(self.block, [0, 1, 2], name)
+        to._require_known(self.block, [axis for axis in (0, 1, 2) if axis != self.normal], name)
         to._refuse_compensation(name)
         if to.state.feed_mode == FeedMode.INVERSE:
             raise BlockError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)

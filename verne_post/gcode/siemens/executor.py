@@ -179,12 +179,12 @@ class Executor:
         """Go to every place of a pattern, and execute the cycle of MCALL there."""
         to, block = self.interpreter, Block(line)
         first, second, *_ = PLANES[to.state.plane]
-        to._require_known(block, [0, 1, 2], call.name)
         if self.modal is not None and not self.is_drilling(self.modal.name):
             raise BlockError(
                 "VP002", f"{call.name} with MCALL {self.modal.name}: patterns call drilling cycles alone", call.column
             )
-        here = to.programmed(first), to.programmed(second)
+        is_placed = to.state.is_known(first) and to.state.is_known(second)
+        here = (to.programmed(first), to.programmed(second)) if is_placed else None
         for u, v in places_of_pattern(call, self.variables, self.modes.length, here):
             to.run_line(block, MoveKind.RAPID, {first: u, second: v})
             if self.modal is not None:

@@ -149,6 +149,8 @@ class SiemensMotion(Interpreter):
             self._take_rotary(end, places)
         if _C in places:
             self.recorder.fix_c(block.line)
+        if not self.follows_part and {_A, _C} & set(places):  # the axes of the machine go there, beside the table
+            self._name_axes(end, axes, machine=True)
         self._record(block.line, kind, end, axes, absolute=True)
         self.set_heading([b - a for a, b in zip(begin[:3], state.position[:3], strict=True)])
 

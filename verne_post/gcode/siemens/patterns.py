@@ -17,7 +17,7 @@ PARAMETERS: Final = {
 
 
 def places_of_pattern(
-    call: Call, variables: Variables, unit: float, here: tuple[float, float]
+    call: Call, variables: Variables, unit: float, here: tuple[float, float] | None
 ) -> list[tuple[float, float]]:
     """Places of the holes in the plane, mm, in the order in which they are drilled.
 
@@ -27,13 +27,13 @@ def places_of_pattern(
     variables : Variables
     unit : float
         Mm of a unit of lengths.
-    here : tuple
-        Where the tool stands: HOLES1 begins at the nearer end.
+    here : tuple or None
+        Where the tool stands: HOLES1 begins at the nearer end. None where that is not known yet: at the first hole.
     """
     given = read_cycle(call, PARAMETERS[call.name], variables)
     found = {"HOLES1": _row, "HOLES2": _circle, "CYCLE801": _grid}[call.name](given, unit)
     given.refuse_rest(("_DMODE", "_NSP"))
-    if call.name == "HOLES1" and math.dist(here, found[-1]) < math.dist(here, found[0]):
+    if call.name == "HOLES1" and here is not None and math.dist(here, found[-1]) < math.dist(here, found[0]):
         found.reverse()
     return found
 

@@ -210,9 +210,7 @@ class Swivel:
         """
         to = self.to
         state, tcp = to.state, to.modes.tcp
-        if tcp:
-            to._require_known(block, [0, 1, 2], "CYCLE800")
-        elif state.tool_axis is not None:  # the linear axes stand still, wherever on the part that is
+        if not tcp and state.tool_axis is not None:  # the linear axes stand still, wherever on the part that is
             to._settle_table(block.line)
         state.tool_axis = None
         if to.setup.machine and not to.follows_part:
@@ -220,8 +218,9 @@ class Swivel:
             turns = 360.0 * round(to.state.position[5] / 360.0)
             to.run_line(block, MoveKind.RAPID, {3: -a, 5: turns - c})
             return
+        begin = to._motion_start(MoveKind.RAPID, absolute=True, machine=not tcp)
         upright = np.array([0.0, 0.0, 1.0])
-        positions = find_positions(to.setup, list(state.position), upright, state.frame, tip_stays=tcp)
+        positions = find_positions(to.setup, list(begin), upright, state.frame, tip_stays=tcp)
         end = choose_position(positions, lambda one: (-direction * one.tilt, one.turned)).program
         to.recorder.fix_c(block.line)
         to._record(block.line, MoveKind.RAPID, end, [3, 5] if to.setup.machine else [], absolute=True)

@@ -100,7 +100,7 @@ class SystemVariables:
         if not isinstance(letter, str) or len(letter) != 1 or letter not in self.to.setup.axes:
             raise cursor.error("VP025", f"{name} needs one axis of {', '.join(self.to.setup.axes)}", at)
         axis = AXES.index(letter)
-        if not self.to.state.known[axis]:
+        if not self.to.state.is_known(axis):
             raise cursor.error("VP013", f"{name}[{letter}]: no word has named {letter} yet", at)
         if name == "$AA_IM":
             machine = self.to.setup.coordinates.to_machine(np.array(self.to.state.position), self.to.state.frame)
