@@ -19,7 +19,9 @@ from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
 from verne_post.model.protocols import JointFunctions
 from verne_post.trajectory import tuning
-from verne_post.trajectory.override import FeedOverride
+from verne_post.trajectory.follow_feed import follow_feed
+from verne_post.trajectory.override import AS_PLANNED, FeedOverride
+from verne_post.trajectory.section_path import SectionTask
 from verne_post.trajectory.shaper import UNSHAPED
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
 from verne_post.trajectory.visible import Turning, hidden, visible_speed
@@ -284,7 +286,11 @@ class _Planner:
             line = int(contour.line(self.begins[section : section + 1])[0])
             text = f"no feasible velocity profile for the motion that begins in line {line}: {error}"
             raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
-        return _SectionProfile(profile.s, profile.bound, toppra_bound, self._find_feed_reached(path, profile.s, team))
+        s = profile.s
+        timed = contour.path.timed[contour.segment[first:last]]
+        if planning.playback == AS_PLANNED and timed.any():
+            s = follow_feed(SectionTask(path, self.limits, planning.cycle, planning.cycle), s, timed)
+        return _SectionProfile(s, profile.bound, toppra_bound, self._find_feed_reached(path, s, team))
 
     def keep(self, section: int, planned: _SectionProfile) -> None:
         """Keep the profile of a section, with rows of rest beside other continuous sections."""

@@ -163,14 +163,15 @@ class KlartextFrames(Interpreter):
         seconds = SECONDS_PER_MINUTE * size / state.feed / len(points) if kind == MoveKind.FEED and state.feed else 0.0
         for point in points:
             end = [float(value) for value in point]
-            feed = math.nan
+            feed, timed = math.nan, False
             if kind == MoveKind.FEED:
                 tip = math.dist(state.position[:3], end[:3])
                 turn = math.dist(state.position[3:6], end[3:6])
                 feed = state.feed
-                if not (self.metres and tip > ZERO_LENGTH_MM) and seconds:
+                timed = not (self.metres and tip > ZERO_LENGTH_MM) and seconds > 0.0
+                if timed:
                     feed = SECONDS_PER_MINUTE * (tip if tip > ZERO_LENGTH_MM else turn) / seconds
-            self.recorder.add(state, line, kind, end, feed or state.feed)
+            self.recorder.add(state, line, kind, end, feed or state.feed, seconds=seconds if timed else math.nan)
             self._arrive(end, axes, absolute=True)
         state.arc_may_follow = True
 
