@@ -121,6 +121,20 @@ def test_random_blocks_take_their_time(seed: int) -> None:
     assert result.summary.verification.timed_blocks == len(wanted)
 
 
+def test_a_block_of_a_few_micrometres_between_fast_ones_is_not_stepped_over() -> None:
+    """At 4 ms its neighbours' steps are longer than its whole way: no row stood on it, and its time was lost (VP901)."""
+    blocks = [
+        "G93", "G1 X30.0849 Y0.0490 Z40.0561 A18.4731 F5.2474", "X30.1894 Y-0.3120 Z39.9961 A18.4732 C-0.0155 F706.17",
+        "X30.1860 Y-0.3119 Z39.9982 F706.17", "X35.4110 Y1.2525 Z43.2296 A18.8864 C0.0692 F706.17",
+        "X35.4122 Y1.2518 Z43.2302 C-0.6301 F131.53", "X35.3682 Y0.2538 Z43.9710 A21.0273 C2.9711 F131.53", "M2", "",
+    ]  # fmt: skip
+    result = verne_post.convert(HEAD + "\n".join(blocks), MACHINES["verne"], replace(OPTIONS, cycle=4 * CYCLE))
+    assert result.ok, [item.message for item in result.findings]
+    assert result.setpoints is not None
+    rows = np.count_nonzero(np.asarray(result.setpoints.line) == 6)
+    assert 4 * CYCLE * (rows + 1) >= 60 / 706.17
+
+
 # --- verification -------------------------------------------------------------------------------------------
 
 

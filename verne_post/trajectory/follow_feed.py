@@ -72,7 +72,7 @@ def _legal(task: SectionTask, z: Array, first: int, last: int) -> Iterator[Array
         around = np.concatenate([z[first - REST_ROWS : first], rows, z[last + 1 : last + 1 + REST_ROWS]])
         q, hidden = task.section.q_and_hidden(around)
         check_joints(q, around)
-        if joint_excess(q, task).max() <= 1.0 and hidden.max() <= 1.0:
+        if joint_excess(q, task).max() <= 1.0 and hidden.max() <= tuning.ACCEPTED_RATIOS[0]:
             yield rows
 
 

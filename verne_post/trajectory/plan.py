@@ -110,6 +110,12 @@ class ContourSection:
         self.joints, self.first, self.cycle = joints, first, cycle
         contour = joints.contour
         self.breaks = running_sums(contour.length[first:last])
+        timed = contour.path.timed[contour.segment[first:last]]
+        #: Seconds that elements whose feed rate is a time ask for, up to each of the breaks: a step may pass some of them whole.
+        self.asked = None
+        if timed.any():
+            pace = contour.pace(slice(first, last))
+            self.asked = running_sums(np.where(timed, pace * contour.length[first:last], 0.0))
         curves = len(contour.path.arcs.sweep) + len(contour.path.splines)
         self.turning = Turning(contour, first, last) if curves else None
 
@@ -138,7 +144,8 @@ class ContourSection:
         return np.minimum(cap, visible_speed(self.joints.contour, element, w, self.cycle))
 
     def hidden(self, s: Array) -> Array:
-        """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, and arcs turn too far.
+        """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, arcs turn too far, and blocks
+        with a time are passed too fast.
 
         The step before the first is taken to have been as long as need be.
         """
@@ -153,7 +160,14 @@ class ContourSection:
 
     def _hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
         turned = None if self.turning is None else self.turning.at(element, w)
-        return hidden(self._pose, self.joints.contour, s, element, poses, turned)
+        found = hidden(self._pose, self.joints.contour, s, element, poses, turned)
+        if self.asked is not None:
+            passed = np.flatnonzero(
+                np.diff(element) > 1
+            )  # the feed cap at both ends and in the middle shows any others
+            asked = np.interp(s[passed + 1], self.breaks, self.asked) - np.interp(s[passed], self.breaks, self.asked)
+            found[passed] = np.maximum(found[passed], asked / self.cycle)
+        return found
 
     def _pose(self, s: Array) -> tuple[Array, Array]:
         """Tip (n, 3) and nominal angles (n, 2) at s (n,)."""
