@@ -179,7 +179,7 @@ def test_speed_cap_is_the_feed_over_the_motion_of_the_tip(mode: str) -> None:
     cap = speed_cap(contour, element, w)
     rapid = path.feed_time[segment] == 0
     assert np.isinf(cap[rapid]).all()
-    # programmed speed of the tip; of the angles where only they move
+    # programmed speed of the tip; where only the angles move, the time of the segment
     ends = (
         np.hstack(pose(path, segment, np.full(len(segment), 0.5 + 1e-4))),
         np.hstack(pose(path, segment, np.full(len(segment), 0.5 - 1e-4))),
@@ -187,10 +187,13 @@ def test_speed_cap_is_the_feed_over_the_motion_of_the_tip(mode: str) -> None:
     along = (ends[0] - ends[1]) / 2e-4
     by_tip = np.linalg.norm(along[:, :3], axis=1) > 1e-6
     fed = ~rapid
-    for some, axes in ((fed & by_tip, slice(0, 3)), (fed & ~by_tip, slice(3, 5))):
-        wanted = np.linalg.norm(along[some, axes], axis=1) / path.feed_time[segment[some]]
-        found = cap[some] * np.linalg.norm(rate[some, axes], axis=1)
-        np.testing.assert_allclose(found, wanted, rtol=2e-5)  # second differences over h: 1e-6 in the sharpest curves
+    some = fed & by_tip
+    wanted = np.linalg.norm(along[some, :3], axis=1) / path.feed_time[segment[some]]
+    found = cap[some] * np.linalg.norm(rate[some, :3], axis=1)
+    np.testing.assert_allclose(found, wanted, rtol=2e-5)  # second differences over h: 1e-6 in the sharpest curves
+    some = fed & ~by_tip
+    assert some.any()
+    np.testing.assert_allclose(cap[some] * path.feed_time[segment[some]], path.length[segment[some]], rtol=1e-12)
 
 
 def test_a_corner_blend_across_a_smooth_joint_does_not_reach_into_a_curve() -> None:

@@ -12,9 +12,9 @@ from verne_post.verification.projection import (
     deviation_nearby,
     lengths_to,
     metric_lengths,
-    paces,
     programmed_pose,
     progress_lengths,
+    tip_paces,
 )
 
 from ..builders import OPTIONS
@@ -42,7 +42,7 @@ def test_every_segment_takes_its_time_at_its_feed(machine: Machine) -> None:
     path = assemble(source, machine, OPTIONS).path
     feeding = np.flatnonzero(path.line > 2)
     assert (path.spline[feeding] >= 0).sum() >= 3
-    pace = paces(path)[0]
+    pace = tip_paces(path)
     assert np.allclose(pace[feeding] * path.length[feeding], path.feed_time[feeding], rtol=1e-6)
     assert np.allclose(pace[feeding], 60 / 1000, rtol=1e-6)
 

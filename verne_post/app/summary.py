@@ -4,6 +4,7 @@ from collections import Counter
 from dataclasses import replace
 
 import numpy as np
+from msgspec import structs
 
 from verne_post.app.assemble import chosen_shaper
 from verne_post.app.plan import Plan
@@ -59,7 +60,10 @@ def _name_shaper(verdict: Verification | None) -> Verification | None:
     if verdict is None:
         return None
     slow = {"input shaper" if reason == NO_LIMIT_NEAR else reason: seconds for reason, seconds in verdict.slow.items()}
-    return replace(verdict, slow=slow)
+    latest = verdict.latest_block
+    if latest is not None and latest.reason == NO_LIMIT_NEAR:
+        latest = structs.replace(latest, reason="input shaper")
+    return replace(verdict, slow=slow, latest_block=latest)
 
 
 def _count_stops_within(contour: Contour) -> StopsWithin:

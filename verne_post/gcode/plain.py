@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.units import MM_PER_INCH
+from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.lengths import effective_feed, line_lengths
@@ -267,6 +267,8 @@ def _execute(
     number = np.arange(lines.first_line + first, lines.first_line + last) if shown_line is None else None
     kind = np.where(rapid, MoveKind.RAPID, MoveKind.FEED)
     shown = np.where(rapid, np.nan, shown)
+    timed = state.feed_mode == FeedMode.INVERSE
+    seconds = np.where(rapid, np.nan, SECONDS_PER_MINUTE / np.where(rapid, 1.0, feed))[moves] if timed else np.nan
     straight, curves = len(kind) > 0, None
     if arcs is not None:
         curved = motion >= 2
@@ -280,7 +282,7 @@ def _execute(
         moved = end
     if number is None:
         number = np.full(len(kind), shown_line)
-    recorder.add_many(state, number, kind, moved, shown, curves, tool_axes)
+    recorder.add_many(state, number, kind, moved, shown, curves, tool_axes, seconds)
     if recorder.fixes_c is None and given[-1, _C]:
         named = int(lines.first_line + first + np.argmax(given[:, _C]))
         recorder.fix_c(named if shown_line is None else shown_line)

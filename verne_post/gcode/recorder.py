@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
+from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import (
@@ -49,6 +50,7 @@ class Modes(Protocol):
     """The modal state that is recorded with every motion; implemented by :class:`~verne_post.gcode.state.State`."""
 
     frame: Frame
+    feed: float
     feed_mode: FeedMode
     control: PathControl
     spindle_speed: float
@@ -79,6 +81,7 @@ class Row(NamedTuple):
     arc: int
     spline: int
     tool_axis: tuple[float, ...]
+    seconds: float
 
 
 class RunEnds(NamedTuple):
@@ -159,14 +162,21 @@ class Recorder(Struct):
 
     def add(
         self, modes: Modes, line: int, kind: MoveKind, end: list[float], feed: float, arc: Arc | None = None,
-        spline: int = -1,
+        spline: int = -1, seconds: float | None = None,
     ) -> None:  # fmt: skip
-        """Record one motion or dwell; ``spline`` is the number of its piece."""
+        """Record one motion or dwell; ``spline`` is the number of its piece.
+
+        ``seconds`` is what the motion takes where its feed rate is a time; None: 1/F minutes under G93, no time under others.
+        """
         arc_row = -1
         if arc is not None:
             arc_row = self.settled_arcs + len(self.arcs)
             self.arcs.append(arc)
-        self._keep(Row(line, kind, end, feed, *self._modes(modes), arc_row, spline, modes.tool_axis or _NO_TOOL_AXIS))
+        if seconds is None:
+            timed = modes.feed_mode == FeedMode.INVERSE and kind not in (MoveKind.RAPID, MoveKind.DWELL) and modes.feed
+            seconds = SECONDS_PER_MINUTE / modes.feed if timed else np.nan
+        axis = modes.tool_axis or _NO_TOOL_AXIS
+        self._keep(Row(line, kind, end, feed, *self._modes(modes), arc_row, spline, axis, seconds))
 
     def _modes(self, modes: Modes) -> tuple[int, float, int, int]:
         """Feed mode, spindle speed, frame and path control as they are recorded."""
@@ -223,10 +233,12 @@ class Recorder(Struct):
         feed: Array,
         arcs: ArcRows | None = None,
         tool_axis: Array | None = None,
+        seconds: Array | float = np.nan,
     ) -> None:
         """Record moves that share the modal state, as arrays; those of the kind ARC belong to ``arcs``, in order.
 
-        ``tool_axis`` (n, 3) are their own tool axes; None for that of the modal state.
+        ``tool_axis`` (n, 3) are their own tool axes; None for that of the modal state. ``seconds`` (n,) are their times where the
+        feed rate is one.
         """
         n = len(line)
         if n == 0:
@@ -238,6 +250,7 @@ class Recorder(Struct):
             self._keep_arcs(kind, arcs),
             -1,
             modes.tool_axis or _NO_TOOL_AXIS if tool_axis is None else tool_axis,
+            seconds,
         )
         place = slice(self.count, self.count + n)
         self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
@@ -261,7 +274,7 @@ class Recorder(Struct):
         """Record straight moves that share all but their ends: of the lines from ``line`` on (``counted``), or all of that line."""
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
-        shared = (kind, feed, *self._modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS)
+        shared = (kind, feed, *self._modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS, np.nan)
         self.runs.append(_Run(self.count, line, counted, end, shared))
         self.count += len(end.words)
         if self.count - self.settled >= BLOCK_ROWS:

@@ -7,6 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.tolerances import ARC_CHORD_MM
+from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.frame_codes import whole
@@ -62,21 +63,25 @@ class SplineCodes(MotionCodes):
         if any(point[5] != start[5] for point in points):
             self.recorder.fix_c(block.line)
         cut = cut_spline(replace(spline, points=points))
-        feed = self._feed_of((cut.length, True))
+        whole = float(cut.length.sum())
+        feed = self._feed_of((whole, True))
+        timed = state.feed_mode == FeedMode.INVERSE
+        times = SECONDS_PER_MINUTE / state.feed * cut.length / whole if timed else np.full(len(cut.line), np.nan)
         number = self.recorder.keep_pieces(cut.pieces.select(np.flatnonzero(~cut.straight)))
         control = state.control
         if control.mode == PathMode.EXACT_STOP:  # the curve is one motion
             state.control = PathControl(PathMode.EXACT_PATH)
-        for place, (line, end) in enumerate(zip(cut.line, cut.end, strict=True)):
+        each = zip(cut.line, cut.end, times.tolist(), strict=True)
+        for place, (line, end, seconds) in enumerate(each):
             if place == len(cut.line) - 1:
                 state.control = control
             if cut.axis is not None:
                 x, y, z = cut.axis[place].tolist()
                 state.tool_axis = x, y, z
             if cut.straight[place]:
-                self.recorder.add(state, line, MoveKind.FEED, end, feed)
+                self.recorder.add(state, line, MoveKind.FEED, end, feed, seconds=seconds)
             else:
-                self.recorder.add(state, line, MoveKind.SPLINE, end, feed, spline=number)
+                self.recorder.add(state, line, MoveKind.SPLINE, end, feed, spline=number, seconds=seconds)
                 number += 1
         moved = [axis for axis in range(len(AXES)) if any(point[axis] != start[axis] for point in points)]
         self._arrive(list(points[-1]), moved, absolute=True)

@@ -111,7 +111,7 @@ class CutSpline(Struct, frozen=True, eq=False):
     end : list of 9 floats each
     straight : ndarray of bool, shape (m,)
         The piece is a straight move, however its parameter runs.
-    length : float
+    length : ndarray, shape (m,)
         Of the tip, mm.
     axis : ndarray, shape (m, 3), or None
         Tool axes at the ends, unit.
@@ -121,7 +121,7 @@ class CutSpline(Struct, frozen=True, eq=False):
     line: list[int]
     end: list[list[float]]
     straight: Mask
-    length: float
+    length: Array
     axis: Array | None
 
 
@@ -168,9 +168,7 @@ def cut_spline(spline: BSpline) -> CutSpline:
         np.full(n, degree, dtype=np.int32), (degree + 1) * np.arange(n), 2 * degree * np.arange(n),
         points.reshape(-1, points.shape[2]), weights.ravel(), knots.ravel(),
     )  # fmt: skip
-    return CutSpline(
-        pieces, [spline.lines[k] for k in last.tolist()], ends.tolist(), straight, float(length.sum()), axes
-    )
+    return CutSpline(pieces, [spline.lines[k] for k in last.tolist()], ends.tolist(), straight, length, axes)
 
 
 def _part_at_rests(points: Array, weights: Array, knots: Array, last: Ints) -> tuple[Array, Array, Array, Ints]:

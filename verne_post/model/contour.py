@@ -64,9 +64,10 @@ class Feeds(Struct, frozen=True):
     Attributes
     ----------
     rate : ndarray
-        mm/s of the tip, or rad/s of the table angles where ``by_tip`` is False; infinite for rapids.
+        mm/s of the tip, 0 where it stands still; infinite for rapids.
     by_tip : ndarray of bool
-        False where the tip stands still.
+        The feed rate is a speed of the tip. Where it is a time (``timed`` of the path), ``cap`` holds throughout: a corner blend
+        leaves each segment its share of the path, whatever it makes of the tip.
     cap : ndarray
         ds/dt at the feed rate where tip and angles move evenly along the segment, mm/s; infinite for rapids.
     """

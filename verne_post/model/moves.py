@@ -309,6 +309,8 @@ class Moves(Struct, frozen=True):
     tool_axis : ndarray, shape (n, 3)
         Tool axis that holds at the end, unit, program directions, from tip to spindle; NaN where A and C words hold.
         A and C of ``end`` are then one of the pairs that give this axis.
+    seconds : ndarray, shape (n,)
+        What the move takes where its feed rate is a time: inverse time, and F of all machine axes together. NaN for others.
     fixes_c : int or None
         First source line that names C, or sends X or Y to machine coordinates, where C decides what place of the part
         that is; None where the program leaves C open.
@@ -345,6 +347,7 @@ class Moves(Struct, frozen=True):
     arc: NDArray[np.int32]
     spline: NDArray[np.int32]
     tool_axis: Array
+    seconds: Array
     arcs: Arcs
     frames: tuple[Frame, ...]
     controls: tuple[PathControl, ...]
@@ -383,5 +386,5 @@ class Moves(Struct, frozen=True):
 MOVE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "line": (np.int32,), "kind": (np.int8,), "end": (float, 9), "feed": (float,), "feed_mode": (np.int8,), "spindle": (float,),
     "frame": (np.int32,), "control": (np.int32,), "arc": (np.int32,), "spline": (np.int32,),
-    "tool_axis": (float, 3),
+    "tool_axis": (float, 3), "seconds": (float,),
 }  # fmt: skip

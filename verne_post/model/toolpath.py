@@ -160,6 +160,9 @@ class ToolPath(Struct, frozen=True):
         Gauge line to tip, mm.
     feed_time : ndarray, shape (n,)
         Seconds that the segment takes at the programmed feed rate, 0 for rapids.
+    timed : ndarray of bool, shape (n,)
+        The feed rate is a time: inverse time, degrees per minute where the tip stands still, F of all machine axes together.
+        Progress along the segment counts then, elsewhere the speed of the tip.
     length : ndarray, shape (n,)
         Metric length: tip path and rotation together, of splines the tip path alone, mm.
     arc : ndarray of int32, shape (n,)
@@ -194,6 +197,7 @@ class ToolPath(Struct, frozen=True):
     end: Array
     tool_length: Array
     feed_time: Array
+    timed: Mask
     length: Array
     arc: Ints
     arcs: ArcSegments
@@ -279,7 +283,7 @@ class ToolPath(Struct, frozen=True):
 #: What a tool path keeps for every segment: type, and width where it is not one number.
 SEGMENT_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "line": (np.int32,), "kind": (np.int8,), "start": (float, 5), "end": (float, 5), "tool_length": (float,),
-    "feed_time": (float,), "length": (float,), "arc": (np.int32,), "spline": (np.int32,), "turn": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
+    "feed_time": (float,), "timed": (bool,), "length": (float,), "arc": (np.int32,), "spline": (np.int32,), "turn": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
     "move": (np.int32,), "section": (np.int32,),
 }  # fmt: skip
 

@@ -4,12 +4,31 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding
 
 #: What holds the tool back where no joint is near a limit: the motion is shorter than its control cycles.
 NO_LIMIT_NEAR: Final = "control cycle"
+
+
+class BlockTime(Struct, frozen=True):
+    """How long a block takes whose feed rate is a time.
+
+    Attributes
+    ----------
+    line : int
+    asked_s, spent_s : float
+        What the program asks for, and what the rows take, s.
+    reason : str
+        The limit that was nearest for most of what it takes longer, as in ``Verification.slow``.
+    """
+
+    line: int
+    asked_s: float
+    spent_s: float
+    reason: str
 
 
 @dataclass(repr=False)
@@ -28,6 +47,11 @@ class Verification:
         Largest angle between the true tool axis of the as-built machine and that of its nominal angles.
     slow : dict
         Seconds below the programmed feed rate, by the limit that was nearest: "jerk of rho2", ..., or ``NO_LIMIT_NEAR`` where none is.
+    timed_blocks, late_blocks : int
+        Blocks whose feed rate is a time (inverse time, degrees per minute), and those that take longer by more than 1 % and two
+        control cycles.
+    latest_block : BlockTime or None
+        The one of those that takes longer by most seconds.
     first_row : ndarray, shape (n_joints,)
         File units.
     text : str
@@ -44,6 +68,9 @@ class Verification:
     axis_deviation_deg: float = 0.0
     axis_error_deg: float = 0.0
     slow: dict[str, float] = field(default_factory=dict)
+    timed_blocks: int = 0
+    late_blocks: int = 0
+    latest_block: BlockTime | None = None
     first_row: Array = field(default_factory=lambda: np.zeros(0))
     findings: list[Finding] = field(default_factory=list)
     text: str = ""

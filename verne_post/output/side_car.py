@@ -4,6 +4,8 @@ import json
 from collections.abc import Iterator
 from typing import Any, Final
 
+from msgspec import structs
+
 from verne_post.base.long_text import Text, sha256
 from verne_post.base.printable import json_text
 from verne_post.base.tolerances import ROUNDING_SHARES
@@ -105,6 +107,9 @@ def _verification(verdict: Verification, machine: Machine) -> dict[str, object]:
         "feed_ratio": verdict.feed_ratio,
         "feed_line": verdict.feed_line,
         "below_feed_s": dict(sorted(verdict.slow.items())),
+        "timed_blocks": verdict.timed_blocks,
+        "late_blocks": verdict.late_blocks,
+        "latest_block": None if verdict.latest_block is None else structs.asdict(verdict.latest_block),
         "tip_deviation_mm": verdict.tip_deviation_mm,
         "axis_deviation_deg": verdict.axis_deviation_deg,
         "axis_error_deg": verdict.axis_error_deg,

@@ -74,7 +74,20 @@ def verdict_line(name: str, verdict: Verification, machine: Machine, *, passes: 
     return (
         f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_worst_ratios(verdict, machine)}, "
         f"feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} deg "
-        f"from the programmed path{_true_axis(verdict)}."
+        f"from the programmed path{_true_axis(verdict)}{_block_times(verdict)}."
+    )
+
+
+def _block_times(verdict: Verification) -> str:
+    """Whether blocks whose feed rate is a time take that time, and which takes longer most."""
+    if not verdict.timed_blocks:
+        return ""
+    latest = verdict.latest_block
+    if latest is None:
+        return f"; all {verdict.timed_blocks} blocks with a time of their own take it"
+    return (
+        f"; {verdict.late_blocks} of {verdict.timed_blocks} blocks with a time of their own take longer, line {latest.line} most: "
+        f"{latest.spent_s:.3f} s for {latest.asked_s:.3f} s (nearest limit: {latest.reason})"
     )
 
 
@@ -250,6 +263,8 @@ def _feed(summary: Summary) -> Facts:
         longest = sorted(slow.items(), key=lambda item: -item[1])[:_REASONS]
         reasons = ", ".join(f"{name} {seconds:.3f} s" for name, seconds in longest)
         text += f"; {sum(slow.values()):.3f} s are below it, nearest limits there: {reasons}"
+    if summary.verification is not None:
+        text += _block_times(summary.verification)
     return [("feed rate", text)]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.report.table import Governing
 
 #: What governs where no limit of a joint does.
@@ -25,7 +26,8 @@ class GoverningLimits:
         factor = np.abs([column.factor for column in machine.columns])
         self._limits = {name: getattr(machine.limits, name) * factor for name in _RATES}
         self._cycle, feeds = cycle, program.contour.feeds
-        self._rate, self._by_tip = feeds.rate * options.override, feeds.by_tip
+        self._rate, self._cap = feeds.rate * options.override, feeds.cap * options.override
+        self._by_tip = feeds.by_tip
         self._names = (*(f"{name} of {column.joint}" for name in _RATES for column in machine.columns), *OTHERS)
         k = len(self._names)
         self._rows, self._lost_from = np.zeros((n_frames, k), dtype=np.int64), np.zeros(n_frames)
@@ -44,7 +46,9 @@ class GoverningLimits:
         """
         rate, by_tip = self._rate[segment], self._by_tip[segment]
         feeding = np.isfinite(rate)
-        share = np.where(feeding, np.where(by_tip, speed, turning) / np.where(feeding, rate, 1.0), 0.0)
+        # where the feed rate is a time, progress counts: tip and table together, as metric length has them
+        along = np.where(by_tip, speed, np.hypot(speed, ROTARY_METRIC_MM * turning))
+        share = np.where(feeding, along / np.where(feeding, np.where(by_tip, rate, self._cap[segment]), 1.0), 0.0)
         shares = np.concatenate([np.abs(rates[name]) / self._limits[name] for name in _RATES], axis=1)
         nearest = shares.argmax(axis=1)
         feed, shape, rest = range(shares.shape[1], len(self._names))
@@ -59,7 +63,7 @@ class GoverningLimits:
         np.add.at(self._lost_from, stretch, lost)
         self._lost += np.bincount(nearest, lost, k)
         self._rapid += np.bincount(nearest, ~feeding, k) * self._cycle
-        return np.where(feeding & by_tip, rate, np.nan)
+        return np.where(feeding & (rate > 0.0), rate, np.nan)
 
     def finish(self) -> Governing:
         """What all rows together say."""

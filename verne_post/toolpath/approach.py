@@ -132,7 +132,7 @@ def _drop_dwells(rest: ToolPath, path: ToolPath, first: int, first_dwell: int) -
 def _find_plunge_feed(contour: Contour, first: int) -> float:
     """Feed rate of the tip (mm/s) of the first feed move from a segment on, of the last one before it where there is none."""
     feeds = contour.feeds
-    fed = np.flatnonzero(feeds.by_tip & np.isfinite(feeds.rate))
+    fed = np.flatnonzero((feeds.rate > 0) & np.isfinite(feeds.rate))
     if not len(fed):
         return np.inf
     after = fed[fed >= first]

@@ -37,13 +37,14 @@ def speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
     """Feed cap: the largest ds/dt (n,) that the programmed feed rate allows, mm/s; infinite for rapids.
 
     On a segment the tip moves evenly with s. In a corner blend it moves slower than s; by how much follows from the
-    derivative of the contour. For segments whose tip stands still the table angles count, on great circles the tool axis.
+    derivative of the contour. Where the feed rate is a time, s itself counts: a blend may give the tip's motion on one segment
+    to the next, and takes no time from either.
     """
     feeds, shape = contour.feeds, contour.shape
     segment = contour.segment.take(element)
     cap = feeds.cap.take(segment)
     rate = feeds.rate.take(segment)
-    uneven = contour.blended.take(element) & np.isfinite(rate)
+    uneven = contour.blended.take(element) & feeds.by_tip.take(segment) & np.isfinite(rate)
     if not uneven.any():
         return cap
     rows = _select(uneven)
@@ -59,16 +60,6 @@ def speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
         for points, controls, v, reach in find_replaced(contour.corners, corner, s):
             slope[points] = bernstein_slope(controls, v) / (2.0 * reach[:, None])
     slope *= slope
-    square = row_sum(slope[:, :3])
-    by_tip = feeds.by_tip.take(on)
-    if not by_tip.all():
-        square = np.where(by_tip, square, row_sum(slope[:, 3:]))
-        swings = np.flatnonzero(~by_tip & (shape.circle.take(on) >= 0))
-        tilt = contour_pose(contour, uneven_element[swings], w[rows][swings])[1][:, 0]
-        # what the axis turns by s where nothing is blended
-        even = shape.circles.angle[shape.circle[on[swings]]] / length[swings]
-        turned = (slope[swings, 3] + np.sin(tilt) ** 2 * slope[swings, 4]) / even**2
-        square[swings] = turned * (rate[rows][swings] / cap[rows][swings]) ** 2
     with np.errstate(divide="ignore"):
-        cap[rows] = rate[rows] / np.sqrt(square)
+        cap[rows] = rate[rows] / np.sqrt(row_sum(slope[:, :3]))
     return cap

@@ -65,15 +65,14 @@ def measure_rotation(path: ToolPath) -> Array:
 
 
 def find_feeds(path: ToolPath) -> Feeds:
-    """The feed rate of the tip along lines, arcs and splines, of the table angles along turns and where the tip stands still."""
+    """The feed rate of the tip along lines, arcs and splines; elsewhere it is a time."""
     delta = path.end - path.start
     turn = row_norm(delta[:, 3:])
     tip = row_norm(delta[:, :3])
     arc = path.arc >= 0
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (ROTARY_METRIC_MM * turn[arc]) ** 2, 0.0))
     tip[path.spline >= 0] = path.length[path.spline >= 0]
-    by_tip = ((tip > ZERO_LENGTH_MM) | (turn == 0.0)) & (path.turn < 0)
     fed = path.feed_time > 0
     seconds = np.where(fed, path.feed_time, 1.0)
-    rate = np.where(fed, np.where(by_tip, tip, turn) / seconds, np.inf)
-    return Feeds(rate, by_tip, np.where(fed, path.length / seconds, np.inf))
+    rate = np.where(fed, np.where(tip > ZERO_LENGTH_MM, tip, 0.0) / seconds, np.inf)
+    return Feeds(rate, ~path.timed, np.where(fed, path.length / seconds, np.inf))

@@ -132,13 +132,15 @@ def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientatio
     axis_angle[circle >= 0] = circles.angle
     length = np.hypot(tip_length, ROTARY_METRIC_MM * angle)
     length[splined] = splines.length  # so that one length counts for neighbouring pieces, however the table turns
+    feed_time, timed = _find_feed_times(moves, row, tip_length, axis_angle)
     columns = {
         "line": moves.line[row],
         "kind": kind,
         "start": placed.start,
         "end": placed.end,
         "tool_length": placed.tool_length,
-        "feed_time": _find_feed_times(moves, row, tip_length, axis_angle),
+        "feed_time": feed_time,
+        "timed": timed,
         "length": length,
         "arc": arc,
         "spline": spline,
@@ -257,15 +259,17 @@ def _measure_turns(turns: TurnSegments) -> Array:
     return largest
 
 
-def _find_feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -> Array:
-    """Seconds that each segment takes at its feed rate; 0 for rapids."""
+def _find_feed_times(moves: Moves, row: Rows, tip_length: Array, angle: Array) -> tuple[Array, Mask]:
+    """Seconds (n,) that each segment takes at its feed rate, 0 for rapids; and where the feed rate is a time (n,)."""
     feed = moves.feed[row].copy()
     per_revolution = moves.feed_mode[row] == FeedMode.PER_REVOLUTION
     feed[per_revolution] *= moves.spindle[row][per_revolution]
     carried = (moves.kind[row] == MoveKind.TURN) | (moves.kind[row] == MoveKind.SWING)
-    by_tip = ((tip_length > ZERO_LENGTH_MM) | (angle == 0.0)) & ~carried
-    distance = np.where(by_tip, tip_length, DEG_PER_RAD * angle)
-    return np.where(np.isnan(feed), 0.0, SECONDS_PER_MINUTE * distance / feed)
+    stands = ((tip_length <= ZERO_LENGTH_MM) & (angle != 0.0)) | carried
+    distance = np.where(stands, DEG_PER_RAD * angle, tip_length)
+    seconds, fed = moves.seconds[row], ~np.isnan(feed)
+    given = np.isfinite(seconds)
+    return np.where(fed, np.where(given, seconds, SECONDS_PER_MINUTE * distance / feed), 0.0), fed & (given | stands)
 
 
 def _find_continuations(

@@ -17,7 +17,7 @@ from verne_post.toolpath.metric import metric_length
 
 #: What a path keeps for each segment or dwell and takes over as it is when paths are joined.
 _COLUMNS: Final = (
-    "line", "kind", "start", "end", "tool_length", "feed_time", "length", "arc", "spline", "turn", "circle", "free", "move",
+    "line", "kind", "start", "end", "tool_length", "feed_time", "timed", "length", "arc", "spline", "turn", "circle", "free", "move",
     "dwell_seconds", "dwell_line",
 )  # fmt: skip
 
@@ -64,6 +64,7 @@ def rapid_segments(steps: Sequence[Step], like: ToolPath, segment: int) -> ToolP
         end=np.array([step.end for step in steps]).reshape(n, 5),
         tool_length=np.full(n, like.tool_length[segment]),
         feed_time=np.zeros(n),
+        timed=np.zeros(n, dtype=bool),
         length=np.array([metric_length(step.delta) for step in steps]),
         arc=np.full(n, -1, dtype=np.int32),
         spline=np.full(n, -1, dtype=np.int32),

@@ -19,7 +19,9 @@ from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
 from verne_post.model.protocols import JointFunctions
 from verne_post.trajectory import tuning
-from verne_post.trajectory.override import FeedOverride
+from verne_post.trajectory.follow_feed import follow_feed
+from verne_post.trajectory.override import AS_PLANNED, FeedOverride
+from verne_post.trajectory.section_path import SectionTask
 from verne_post.trajectory.shaper import UNSHAPED
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
 from verne_post.trajectory.visible import Turning, hidden, visible_speed
@@ -108,6 +110,12 @@ class ContourSection:
         self.joints, self.first, self.cycle = joints, first, cycle
         contour = joints.contour
         self.breaks = running_sums(contour.length[first:last])
+        timed = contour.path.timed[contour.segment[first:last]]
+        #: Seconds that elements whose feed rate is a time ask for, up to each of the breaks: a step may pass some of them whole.
+        self.asked = None
+        if timed.any():
+            pace = contour.pace(slice(first, last))
+            self.asked = running_sums(np.where(timed, pace * contour.length[first:last], 0.0))
         path = contour.path
         curves = len(path.arcs.sweep) + len(path.splines) + len(path.turns.first)
         self.turning = Turning(contour, first, last) if curves else None
@@ -137,7 +145,8 @@ class ContourSection:
         return np.minimum(cap, visible_speed(self.joints.contour, element, w, self.cycle))
 
     def hidden(self, s: Array) -> Array:
-        """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, and arcs turn too far.
+        """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, arcs turn too far, and blocks
+        with a time are passed too fast.
 
         The step before the first is taken to have been as long as need be.
         """
@@ -152,7 +161,14 @@ class ContourSection:
 
     def _hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
         turned = None if self.turning is None else self.turning.at(element, w)
-        return hidden(self._pose, self.joints.contour, s, element, poses, turned)
+        found = hidden(self._pose, self.joints.contour, s, element, poses, turned)
+        if self.asked is not None:
+            passed = np.flatnonzero(
+                np.diff(element) > 1
+            )  # the feed cap at both ends and in the middle shows any others
+            asked = np.interp(s[passed + 1], self.breaks, self.asked) - np.interp(s[passed], self.breaks, self.asked)
+            found[passed] = np.maximum(found[passed], asked / self.cycle)
+        return found
 
     def _pose(self, s: Array) -> tuple[Array, Array]:
         """Tip (n, 3) and nominal angles (n, 2) at s (n,)."""
@@ -285,7 +301,11 @@ class _Planner:
             line = int(contour.line(self.begins[section : section + 1])[0])
             text = f"no feasible velocity profile for the motion that begins in line {line}: {error}"
             raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
-        return _SectionProfile(profile.s, profile.bound, toppra_bound, self._find_feed_reached(path, profile.s, team))
+        s = profile.s
+        timed = contour.path.timed[contour.segment[first:last]]
+        if planning.playback == AS_PLANNED and timed.any():
+            s = follow_feed(SectionTask(path, self.limits, planning.cycle, planning.cycle), s, timed)
+        return _SectionProfile(s, profile.bound, toppra_bound, self._find_feed_reached(path, s, team))
 
     def keep(self, section: int, planned: _SectionProfile) -> None:
         """Keep the profile of a section, with rows of rest beside other continuous sections."""

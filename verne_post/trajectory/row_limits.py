@@ -72,14 +72,18 @@ def _excess_of_rows(task: SectionTask, s: Array, part: tuple[int, int]) -> Array
 
 def rows_excess(rows: JointRows, task: SectionTask) -> Array:
     """As :func:`excess`, of rows whose joints are known."""
+    by_feed = (np.diff(rows.s) / (task.cycle * rows.cap))[: len(rows.s) - REST_ROWS] / tuning.ACCEPTED_RATIOS[0]
+    return np.maximum(by_feed, joint_excess(rows.q, task))
+
+
+def joint_excess(q: Array, task: SectionTask) -> Array:
+    """As :func:`excess`, of the joints alone: rows q (n, n_joints)."""
     limits, cycle = task.limits, task.cycle
-    count = len(rows.s) - REST_ROWS
-    worst = (np.diff(rows.s) / (cycle * rows.cap))[:count] / tuning.ACCEPTED_RATIOS[0]
-    difference = rows.q
+    worst, difference = np.zeros(len(q) - REST_ROWS), q
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
         difference = np.diff(difference, axis=0)
         ratio = row_max(np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * tuning.ACCEPTED_RATIOS[order])))
-        worst = np.maximum(worst, ratio[:count])
+        worst = np.maximum(worst, ratio[: len(worst)])
     return worst
 
 

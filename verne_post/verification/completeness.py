@@ -3,7 +3,7 @@
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
+from verne_post.base.tolerances import PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.projection import RADIAN_MM
@@ -42,23 +42,29 @@ class CompletenessCheck:
         if segment < 0:
             if last.rows < items.dwell_cycles[end] + 1:
                 self.findings.add("VP412", f"the dwell of line {line} is too short", line)
-        elif not self._is_at_end(last, segment):
-            self.findings.add("VP412", f"the file ends before the end of the motion of line {line}", line)
+        else:
+            self._end_of(segment, last)
 
-    def _is_at_end(self, last: LastRow, segment: int) -> bool:
-        """True if the last row is at the end of a segment.
+    def _end_of(self, segment: int, last: LastRow) -> None:
+        """Check that the last row stands at the end of a segment: its progress, as a circle ends where it begins, and its pose.
 
-        Rows within the tolerance of a tight arc do not show how far along it they are: there the pose decides.
+        Rows within the tolerance of a tight arc do not show how far along it they are.
         """
-        measures, noise = self.reference.measures, self.reference.noise
+        measures, noise, line = self.reference.measures, self.reference.noise, last.line
         missing, length = abs(1.0 - last.u), measures.motion_length[segment]
-        if missing * length <= PATH_TIP_MM + noise.tip:
-            return True
-        if last.pose is None or missing > measures.blend_u[segment] + 2 * noise.tip / length:
-            return False
+        assert last.pose is not None, "there has been a row"
+        if missing > measures.blend_u[segment] + (PATH_TIP_MM + 2 * noise.tip) / length:
+            self.findings.add("VP412", f"the file ends before the end of the motion of line {line}", line)
+            return
         off = last.pose - self.reference.path.end[segment] * [1.0, 1.0, 1.0, RADIAN_MM, RADIAN_MM]
-        angle = PATH_AXIS_DEG * RAD_PER_DEG + noise.angle
-        return bool(np.linalg.norm(off[:3]) <= PATH_TIP_MM + noise.tip and np.abs(off[3:]).max() <= RADIAN_MM * angle)
+        tip, angle = float(np.linalg.norm(off[:3])), float(np.abs(off[3:]).max() / RADIAN_MM)
+        tip_bound, angle_bound = self.reference.exact_bounds
+        for name, value, bound, unit in (
+            ("tip", tip, tip_bound, "mm"), ("tool axis", angle / RAD_PER_DEG, angle_bound / RAD_PER_DEG, "deg")
+        ):  # fmt: skip
+            if not value <= bound:
+                text = f"the last row: the {name} is {value:.6f} {unit} off the end of the program, allowed {bound:.6f} {unit}"
+                self.findings.add("VP411", text, line, value=value, limit=bound, unit=unit)
 
     def _order(self, rows: MeasuredRows) -> None:
         """Check that progress on each segment goes from its start to its end."""

@@ -5,11 +5,11 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import row_sum
 from verne_post.base.tolerances import FEED_RATIO
-from verne_post.model.verification import NO_LIMIT_NEAR
+from verne_post.model.verification import NO_LIMIT_NEAR, Verification
+from verne_post.verification.block_times import BlockTimeCheck
 from verne_post.verification.collector import FindingCollector
-from verne_post.verification.projection import RADIAN_MM
 from verne_post.verification.reference import DERIVATIVES, Reference
 from verne_post.verification.rows import MeasuredRows
 
@@ -27,41 +27,54 @@ class FeedCheck:
     """Shows that the tool moves no faster than programmed: 1.001 of the feed over 1, 16, 256 and 4096 rows.
 
     The more rows, the less rounding weighs. Progress along the segment counts; beside rounded corners, which are shorter than
-    their vertex, the step of the tip (of the angles where only they move), by the fastest segment that it touches.
+    their vertex, the step of the tip, by the fastest segment that it touches. Where the feed rate is a time, progress counts
+    there too, as far as the tolerance leaves it known, and so do whole blocks (:class:`BlockTimeCheck`).
 
     Attributes
     ----------
     ratio, line : float and int
         Largest share of the programmed feed so far that is certain, and its source line.
     slow_rows : ndarray of int, shape (3 * n_joints + 1,)
-        Rows of feed moves that fall short of the feed, by the limit that was nearest; the last ones were near none.
+        Rows of feed moves that fall short of the feed, by the limit that was nearest; the last ones were near none. Of blocks with
+        a time those that are late.
+    blocks : BlockTimeCheck
     """
 
     def __init__(self, reference: Reference, findings: FindingCollector) -> None:
         self.reference, self.findings = reference, findings
         self.ratio, self.line = 0.0, 0
-        self.slow_rows = np.zeros(len(DERIVATIVES) * len(reference.columns) + 1, dtype=np.int64)
+        joints = [column.joint for column in reference.columns]
+        self.blocks = BlockTimeCheck(
+            reference, findings, [*(f"{kind} of {joint}" for kind in DERIVATIVES for joint in joints), NO_LIMIT_NEAR]
+        )
+        self.slow_rows = np.zeros(len(self.blocks.limits), dtype=np.int64)
         # sums up to the last rows, as far back as the longest stretch
         self._totals, self._slacks = np.zeros(1), np.zeros(1)
 
     def check(self, rows: MeasuredRows, nearest: Ints) -> None:
         """Check the next rows; ``nearest`` (n,) is the limit that is nearest to each."""
         time, slack = self._progress_times(rows)
-        by_step = self.reference.measures.has_tolerance[rows.segment] & ~rows.dwell
-        by_step[rows.touched.row] = True  # the last step before a dwell too
+        timed = self.reference.path.timed
+        by_step = self.reference.measures.has_tolerance[rows.segment] & ~rows.dwell & ~timed[rows.segment]
+        by_step[rows.touched.row[~timed[rows.touched.segment]]] = True  # the last step before a dwell too
         if by_step.any():
             step_time, step_slack = self._step_times(rows)
             time, slack = np.where(by_step, step_time, time), np.where(by_step, step_slack, slack)
         self._compare(rows, time, slack)
         spent = time + slack
-        slow = (spent > 0) & (spent < _SLOW * self.reference.cycle)
+        of_block = timed[rows.segment] & ~rows.dwell
+        slow = (spent > 0) & (spent < _SLOW * self.reference.cycle) & ~of_block
         self.slow_rows += np.bincount(nearest[slow], minlength=len(self.slow_rows))
+        # what rounding and corners may change of a step is the same for its neighbours: a late block shows it
+        self.blocks.check(rows, of_block & (time < _SLOW * self.reference.cycle), nearest)
 
-    def slow_seconds(self) -> dict[str, float]:
-        """Seconds below the programmed feed, by the limit that was nearest: derivative and joint, or the control cycle."""
-        names = [f"{kind} of {column.joint}" for kind in DERIVATIVES for column in self.reference.columns]
-        rows = zip([*names, NO_LIMIT_NEAR], self.slow_rows.tolist(), strict=True)
-        return {name: count * self.reference.cycle for name, count in rows if count}
+    def finish(self, result: Verification) -> None:
+        """Say what has been found: seconds below the feed rate by derivative and joint, or the control cycle."""
+        blocks = self.blocks
+        result.feed_ratio, result.feed_line = max((self.ratio, self.line), (blocks.share, blocks.line))
+        result.timed_blocks, result.late_blocks, result.latest_block = blocks.count, blocks.late, blocks.latest
+        rows = zip(blocks.limits, (self.slow_rows + blocks.slow_rows).tolist(), strict=True)
+        result.slow = {name: count * self.reference.cycle for name, count in rows if count}
 
     def _compare(self, rows: MeasuredRows, time: Array, slack: Array) -> None:
         """Compare times (n,) at the programmed feed with those that rows take, one and many together."""
@@ -92,13 +105,14 @@ class FeedCheck:
     def _progress_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
         """Seconds (n,) that the progress to rows takes at the programmed feed, and by how much rounding may change them."""
         items, feed_time = self.reference.items, self.reference.path.feed_time[rows.segment]
-        double_noise = 2 * self.reference.noise.tip
-        length = self.reference.measures.motion_length
+        measures = self.reference.measures
+        # by which shares of segments rounding, and corners within their tolerance, may change a step between two rows
+        unsure = 2 * (2 * self.reference.noise.tip / measures.motion_length + measures.blend_u)
         stays = (rows.item_before == rows.item) & ~rows.dwell
         # rounding may put a row beyond the end of a short segment: that is no progress, and is not made good later
         u_before, u = np.clip(rows.u_before, 0.0, 1.0), np.clip(rows.u, 0.0, 1.0)
         time = np.where(stays, u - u_before, 0.0) * feed_time
-        slack = np.where(rows.dwell, 0.0, 2 * double_noise / length[rows.segment] * feed_time)
+        slack = np.where(rows.dwell, 0.0, unsure[rows.segment] * feed_time)
         entered = rows.entered
         if len(entered):
             old, new = rows.item_before[entered], rows.item[entered]
@@ -106,7 +120,7 @@ class FeedCheck:
             spent = left * self._item_times(begun) + (items.time_before[new] - items.time_before[old + 1])
             time[entered] = (spent + came * self._item_times(new)) * whole
             segment = items.segment[begun]
-            more = double_noise / length[segment] * self._item_times(begun)
+            more = 0.5 * unsure[segment] * self._item_times(begun)
             slack[entered] += np.where((old >= 0) & (segment >= 0), more, 0.0)
         return time, slack
 
@@ -116,29 +130,26 @@ class FeedCheck:
         return np.where(segment >= 0, self.reference.path.feed_time[segment], 0.0)
 
     def _step_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
-        """As :meth:`_progress_times`, by the steps to rows; the fastest segment counts that a step touches."""
+        """As :meth:`_progress_times`, by the steps of the tip; the fastest segment counts that a step touches."""
         size = self._step_sizes(rows)
         time, slack = self._paced(size, rows.segment)
         row = rows.touched.row
         time[row], slack[row] = np.inf, np.inf
-        passing_time, passing_slack = self._paced(size[:, row], rows.touched.segment)
+        passing_time, passing_slack = self._paced(size[row], rows.touched.segment)
         np.minimum.at(time, row, passing_time)
         np.minimum.at(slack, row, passing_slack)
         return time, slack
 
     def _step_sizes(self, rows: MeasuredRows) -> Array:
-        """Steps of tip (mm), of A and C, and of the tool axis (times RADIAN_MM): (3, n).
+        """Steps (n,) of the tip, mm.
 
         Rounding makes every step longer across its direction, so that a sum of steps grows with their number: the mean of that
         is taken off.
         """
-        size = np.stack([row_norm(rows.step[:, :3]), row_norm(rows.step[:, 3:]), RADIAN_MM * rows.axis_step])
-        return np.sqrt(np.maximum(size**2 - _NOISE_SQUARE * self.reference.noise.tip**2, 0.0))
+        square = row_sum(rows.step[:, :3] ** 2)
+        return np.sqrt(np.maximum(square - _NOISE_SQUARE * self.reference.noise.tip**2, 0.0))
 
     def _paced(self, size: Array, segment: Ints) -> tuple[Array, Array]:
-        """Seconds (n,) that steps (3, n) take at the feed of segments (n,), 0 for rapids, and what rounding may change."""
-        measures = self.reference.measures
-        paces = np.stack([
-            measures.tip_pace[segment], measures.rotary_pace[segment] / RADIAN_MM, measures.axis_pace[segment] / RADIAN_MM
-        ])  # fmt: skip
-        return np.sum(size * paces, axis=0), 4 * self.reference.noise.tip * np.sum(paces, axis=0)
+        """Seconds (n,) that steps (n,) take at the feed of segments (n,), 0 for rapids, and what rounding may change."""
+        pace = self.reference.measures.tip_pace[segment]
+        return size * pace, 4 * self.reference.noise.tip * pace

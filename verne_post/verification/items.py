@@ -14,7 +14,7 @@ from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
 from verne_post.model.toolpath import ToolPath
-from verne_post.verification.projection import RADIAN_MM, metric_lengths, paces, progress_lengths
+from verne_post.verification.projection import RADIAN_MM, metric_lengths, progress_lengths, tip_paces
 
 #: Seen from the centre of an arc of fewer tolerances' radius, places within the tolerance of its ends may be in any direction. At 4
 #: they are still in that of their place, within 1 % of the tolerance.
@@ -35,8 +35,8 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
         path where it is 0; never below ZERO_LENGTH_MM.
     blend_u : ndarray
         What a corner within its tolerance may add to a projection, as a share of the segment.
-    tip_pace, rotary_pace, axis_pace : ndarray
-        See :func:`~verne_post.verification.projection.paces`.
+    tip_pace : ndarray
+        See :func:`~verne_post.verification.projection.tip_paces`.
     """
 
     has_tolerance: Mask
@@ -44,20 +44,17 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
     motion_length: Array
     blend_u: Array
     tip_pace: Array
-    rotary_pace: Array
-    axis_pace: Array
 
 
 def segment_measures(contour: Contour) -> SegmentMeasures:
     """Measure the programmed segments of a contour."""
     table = GrowingTable(has_tolerance=(bool,), metric_length=(float,), motion_length=(float,), blend_u=(float,),
-                         tip_pace=(float,), rotary_pace=(float,), axis_pace=(float,))  # fmt: skip
+                         tip_pace=(float,))  # fmt: skip
     for begin, end in blocks(len(contour.path)):
         path = contour.path.part(begin, end)
         tip, axis = contour.tip_tolerance[begin:end], contour.axis_tolerance[begin:end]
         length = metric_lengths(path)
         progress = progress_lengths(path, length)
-        tip_pace, rotary_pace, axis_pace = paces(path)
         table.extend(
             has_tolerance=(tip > 0) | (axis > 0),
             metric_length=length,
@@ -65,9 +62,7 @@ def segment_measures(contour: Contour) -> SegmentMeasures:
             blend_u=np.maximum(
                 (tip + RADIAN_MM * axis) / np.maximum(progress, ZERO_LENGTH_MM), _turns_of_tight_arcs(path, tip, axis)
             ),
-            tip_pace=tip_pace,
-            rotary_pace=rotary_pace,
-            axis_pace=axis_pace,
+            tip_pace=tip_paces(path),
         )
     return SegmentMeasures(**table.columns())
 

@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, Ints
+from verne_post.base.rows import row_norm
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.deviation import measure_deviation
+from verne_post.verification.projection import tool_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 
@@ -14,7 +16,8 @@ class PathCheck:
     """Shows that the pose of every row is within tolerance of one pose of the segment of its line.
 
     The tip is within PATH_TIP_MM, tool axis and rotary angle are within PATH_AXIS_DEG, or within the tolerance of the segment
-    where its corners may be rounded. Rounding to coarse decimals is allowed for.
+    where its corners may be rounded. No corner reaches to where the machine stands still: there the former hold, from the one pose
+    of the program. Rounding to coarse decimals is allowed for.
 
     Attributes
     ----------
@@ -32,17 +35,38 @@ class PathCheck:
         angle_bound = off.angle_bound / RAD_PER_DEG
         self.tip_deviation = max(self.tip_deviation, float(off.tip.max()))
         self.axis_deviation = max(self.axis_deviation, float(off.axis.max()))
-        self._compare(rows, "tip", "mm", off.tip, off.tip_bound)
-        self._compare(rows, "tool axis", "deg", off.axis / RAD_PER_DEG, angle_bound)
-        self._compare(rows, "rotary angle", "deg", off.rotary / RAD_PER_DEG, angle_bound)
+        every = np.arange(len(rows.item))
+        self._compare(rows, every, "tip", "mm", off.tip, off.tip_bound)
+        self._compare(rows, every, "tool axis", "deg", off.axis / RAD_PER_DEG, angle_bound)
+        self._compare(rows, every, "rotary angle", "deg", off.rotary / RAD_PER_DEG, angle_bound)
+        self._check_standing(rows)
 
-    def _compare(self, rows: MeasuredRows, name: str, unit: str, off: Array, bound: Array) -> None:
-        """Report the first row whose deviation (n,) exceeds its bound (n,), or is no number."""
+    def _check_standing(self, rows: MeasuredRows) -> None:
+        """Check the rows of dwells, and the first row after each standstill: that of the standstill itself."""
+        stands = rows.dwell.copy()
+        stands[rows.entered] |= self.reference.items.stop_before[rows.item[rows.entered]]
+        row = np.flatnonzero(stands)
+        if not len(row):
+            return
+        pose, some = self.reference.standing_poses(rows.item[row]), rows.pose.select(row)
+        tip_bound, angle_bound = (np.full(len(row), bound) for bound in self.reference.exact_bounds)
+        where = "the place of the standstill"
+        self._compare(rows, row, "tip", "mm", row_norm(some.tip - pose[:, :3]), tip_bound, where)
+        axis, rotary = row_norm(some.axis - tool_axis(pose[:, 3:])), np.abs(some.angles[:, 1] - pose[:, 4])
+        self._compare(rows, row, "tool axis", "deg", axis / RAD_PER_DEG, angle_bound / RAD_PER_DEG, where)
+        self._compare(rows, row, "rotary angle", "deg", rotary / RAD_PER_DEG, angle_bound / RAD_PER_DEG, where)
+
+    def _compare(
+        self, rows: MeasuredRows, row: Ints, name: str, unit: str, off: Array, bound: Array,
+        where: str = "the programmed segment",
+    ) -> None:  # fmt: skip
+        """Report the first of some rows (n,) whose deviation (n,) from somewhere exceeds its bound (n,), or is no number."""
         bad = np.flatnonzero(~(off <= bound))
         if len(bad):
-            row = int(bad[0])
+            first = int(bad[0])
+            line = int(rows.line[row[first]])
             self.findings.add(
-                "VP411", f"row {rows.first + row}: the {name} is {off[row]:.6f} {unit} off the programmed segment, "
-                f"allowed {bound[row]:.6f} {unit} ({len(bad)} rows)", int(rows.line[row]),
-                value=float(off[row]), limit=float(bound[row]), unit=unit,
+                "VP411", f"row {rows.first + row[first]}: the {name} is {off[first]:.6f} {unit} off {where}, "
+                f"allowed {bound[first]:.6f} {unit} ({len(bad)} rows)", line,
+                value=float(off[first]), limit=float(bound[first]), unit=unit,
             )  # fmt: skip

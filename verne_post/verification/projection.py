@@ -10,7 +10,6 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm, row_sum
-from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.poses import JointPoses
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath, TurnSegments
 from verne_post.verification.splines import (
@@ -282,29 +281,18 @@ def _arc_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
     return np.asarray(np.sign(u) * np.sqrt(around**2 + u**2 * even))
 
 
-def paces(path: ToolPath) -> tuple[Array, Array, Array]:
-    """Seconds that each segment takes at its feed, over its motion: three arrays (n,), two of them 0 for every segment.
-
-    Per mm of the tip; where the tip stands or the table turns under it, per rad of A and C together, and on a great circle per rad of the tool axis.
-    """
+def tip_paces(path: ToolPath) -> Array:
+    """Seconds (n,) that each segment takes at its feed, per mm of the tip; 0 where the feed rate is a time, and for rapids."""
     delta = path.end - path.start
-    turn = row_norm(delta[:, 3:])
-    tip = row_norm(delta[:, :3])
+    turn, tip = row_norm(delta[:, 3:]), row_norm(delta[:, :3])
     arc = np.flatnonzero(path.arc >= 0)
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (RADIAN_MM * turn[arc]) ** 2, 0.0))
     spline = np.flatnonzero(path.spline >= 0)
     if len(spline):
         splines, piece = _measure(path, spline)
         tip[spline] = splines.total(piece)
-    by_tip = ((tip > ZERO_LENGTH_MM) | (turn == 0.0)) & (path.turn < 0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        tip_pace = np.where(by_tip, path.feed_time / tip, 0.0)
-        rotary_pace = np.where(by_tip, 0.0, path.feed_time / turn)
-    axis_pace = np.zeros(len(path))
-    on_circle = np.flatnonzero((path.circle >= 0) & ~by_tip)
-    axis_pace[on_circle] = path.feed_time[on_circle] / _great_circle(path, on_circle)[2]
-    rotary_pace[on_circle] = 0.0
-    return tip_pace, rotary_pace, axis_pace
+        return np.where(path.timed | (path.feed_time == 0.0), 0.0, path.feed_time / tip)
 
 
 def _great_circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:

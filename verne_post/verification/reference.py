@@ -94,10 +94,26 @@ class Reference(Struct, frozen=True, eq=False):
         PATH_TIP_MM and PATH_AXIS_DEG, or the tolerance of the segment where its corners may be rounded, and what rounding to
         coarse decimals adds.
         """
+        tip, angle = self.exact_bounds
         return (
-            np.maximum(PATH_TIP_MM, self.tip_tolerance[segment]) + self.noise.coarse * self.noise.tip,
-            np.maximum(PATH_AXIS_DEG * RAD_PER_DEG, self.axis_tolerance[segment]) + self.noise.angle,
+            np.maximum(tip, self.tip_tolerance[segment] + tip - PATH_TIP_MM),
+            np.maximum(angle, self.axis_tolerance[segment] + self.noise.angle),
         )
+
+    @property
+    def exact_bounds(self) -> tuple[float, float]:
+        """How far rows may be from where no corner is rounded: tip (mm), and tool axis and rotary angle (rad)."""
+        return PATH_TIP_MM + self.noise.coarse * self.noise.tip, PATH_AXIS_DEG * RAD_PER_DEG + self.noise.angle
+
+    def standing_poses(self, item: Ints) -> Array:
+        """Poses (n, 5) at which the machine stands before items (n,), mm and rad; in a dwell, which may come after all motion.
+
+        A restart stands in the middle of the corner that the whole program would round.
+        """
+        path, rest = self.path, self.items.rest_segment[item]
+        poses = np.where((rest < len(path))[:, None], path.start[np.minimum(rest, len(path) - 1)], path.end[-1:])
+        poses[rest == self.entry] = path.first_pose
+        return poses
 
 
 def build_reference(contour: Contour, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat) -> Reference:

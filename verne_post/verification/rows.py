@@ -66,8 +66,6 @@ class MeasuredRows(Struct, frozen=True, eq=False):
     origin, step : ndarray, shape (n, 5)
         Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row. The tip is that of this row's
         tool: where the tool length changes, the machine does not move.
-    axis_step : ndarray, shape (n,)
-        Angle by which the tool axis turns, rad.
     entered : ndarray of int, shape (c,)
         Rows that are the first of their item.
     rows_before : ndarray of int, shape (c,)
@@ -87,7 +85,6 @@ class MeasuredRows(Struct, frozen=True, eq=False):
     pose: Measured
     origin: Array
     step: Array
-    axis_step: Array
     entered: Ints
     rows_before: Ints
     touched: Touched
@@ -96,8 +93,7 @@ class MeasuredRows(Struct, frozen=True, eq=False):
 class LastRow(Struct, frozen=True, eq=False):
     """Where the last row was.
 
-    ``rows`` counts the rows of its item so far; ``q`` (n_joints,), ``pose`` (5,) and ``axis`` (3,) are None before the first
-    row of a file.
+    ``rows`` counts the rows of its item so far; ``q`` (n_joints,) and ``pose`` (5,) are None before the first row of a file.
     """
 
     item: int = -1
@@ -108,7 +104,6 @@ class LastRow(Struct, frozen=True, eq=False):
     tool_length: float = 0.0
     q: Array | None = None
     pose: Array | None = None
-    axis: Array | None = None
 
 
 class LostPath(Struct, frozen=True):
@@ -324,16 +319,14 @@ class RowMatcher:
         """Measure the steps to rows, of which ``first`` is the index of the first one, and remember the last row."""
         last, n = self.last, len(item)
         now = np.concatenate([pose.tip, RADIAN_MM * pose.angles], axis=1)
-        axis = pose.axis
         before = np.vstack([now[:1] if last.pose is None else last.pose[None], now[:-1]])
         tool_length = self.reference.path.tool_length[segment]
         origin = self._with_new_tool(before, tool_length, pose.q)
-        axis_before = np.vstack([axis[:1] if last.axis is None else last.axis[None], axis[:-1]])
         item_before, u_before = np.append(last.item, item[:-1]), np.append(last.u, u[:-1])
         entered = np.flatnonzero(item_before != item)
         rows = MeasuredRows(
             first, line, item, self.reference.items.segment[item] < 0, segment, u, item_before, u_before,
-            pose, origin, now - origin, row_norm(axis - axis_before), entered, np.diff(entered, prepend=-last.rows),
+            pose, origin, now - origin, entered, np.diff(entered, prepend=-last.rows),
             self._touched(
                 entered, item_before[entered], item[entered],
                 self._place(item_before[entered], u_before[entered], before[entered]),
@@ -343,7 +336,7 @@ class RowMatcher:
         count = n - int(entered[-1]) if len(entered) else n + last.rows
         self.last = LastRow(
             int(item[-1]), float(u[-1]), int(group[-1]), int(line[-1]), count, float(tool_length[-1]), pose.q[-1],
-            now[-1], axis[-1],
+            now[-1],
         )  # fmt: skip
         return rows
 

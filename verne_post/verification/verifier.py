@@ -163,13 +163,13 @@ class _MotionPart:
             self._dynamics.finish(result.n_rows)
             if not self._lost:
                 self._completeness.finish(self._matcher.last)
+                self._feed.blocks.finish(self._matcher.last, result.n_rows)
         self._check_axis_error()
         result.velocity_ratio, result.acceleration_ratio, result.jerk_ratio = (
             worst / limit for worst, limit in zip(self._dynamics.worst, self._derivative_limits, strict=True)
         )
-        result.feed_ratio, result.feed_line = self._feed.ratio, self._feed.line
+        self._feed.finish(result)
         result.axis_error_deg = self._matcher.axis_error * DEG_PER_RAD
-        result.slow = self._feed.slow_seconds()
         result.findings = self._findings.findings
         return result
 

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ROTARY_CHORD_MM, ZERO_LENGTH_MM
+from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.interpret import Interpreter
@@ -172,20 +173,22 @@ class KlartextFrames(Interpreter):
         tip, shares = points[:, :3], np.linspace(0.0, 1.0, len(points))[:, None]
         aside = np.linalg.norm(tip - tip[0] - shares * (tip[-1] - tip[0]), axis=1).max()
         end = [float(value) for value in points[-1]]
-        feed = math.nan
+        feed, seconds = math.nan, math.nan
         if kind == MoveKind.FEED:
             way = float(np.linalg.norm(np.diff(tip, axis=0), axis=1).sum())
             turn = math.dist(points[0, 3:6], points[-1, 3:6])
-            if self.metres and way > ZERO_LENGTH_MM:
-                size = way
+            by_tip = self.metres and way > ZERO_LENGTH_MM
+            size = way if by_tip else size
             # what the feed rate of the recorded move counts
             shown = turn if aside > ROTARY_CHORD_MM or way <= ZERO_LENGTH_MM else way
             feed = state.feed * shown / size if size else state.feed
+            if size and not (by_tip and aside <= ROTARY_CHORD_MM):
+                seconds = SECONDS_PER_MINUTE * size / state.feed
         about = None if held is None else Arc(0, held, 1, 0.0)
         if aside > ROTARY_CHORD_MM:
-            self.recorder.add(state, self.block.line, carried, end, feed, about)
+            self.recorder.add(state, self.block.line, carried, end, feed, about, seconds=seconds)
         else:
-            self.recorder.add(state, self.block.line, kind, end, feed)
+            self.recorder.add(state, self.block.line, kind, end, feed, seconds=seconds)
         self._arrive(end, axes, absolute=False)
         state.arc_may_follow = True
 

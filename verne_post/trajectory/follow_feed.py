@@ -1,0 +1,104 @@
+"""Rows that follow the feed rate where no joint holds the motion back.
+
+Blocks of inverse time may ask for a hundredth of the speed of their neighbours by s while hardly anything moves. A profile
+changes its speed over some twenty units (``tuning.VIRTUAL_JERK``), which is a tenth of a short block; the joints would allow
+to do so from one row to the next. So where a profile has lost rows to the feed rate, those are tried that lose none.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Mask
+from verne_post.base.tolerances import WHOLE_CYCLE
+from verne_post.trajectory import tuning
+from verne_post.trajectory.interpolation import lowest_around, mean_around
+from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, joint_excess
+from verne_post.trajectory.section_path import SectionTask, check_joints
+
+#: The feed rate is looked at in so many places of each row, and at least so many of each element.
+_PLACES: Final = 8
+#: A row at which a joint has more than this share of a limit is as slow as that joint makes it.
+SLACK_SHARE: Final = 0.9
+#: Over so many rows a change of the feed rate is evened out, one after the other: fewer lose less time, more take less jerk.
+EVEN_ROWS: Final = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+
+
+def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
+    """Rows that take no longer than such rows s (n,) from rest to rest, and keep every limit as these do.
+
+    Stretches that are slower than the feed rate are replaced one by one, on ``timed`` elements (m,) of the section: those whose
+    feed rate is a time. Rows at which a joint comes near a limit stay.
+    """
+    z = at_rest(s)
+    rows = JointRows.at(task, z)
+    step = np.diff(z)
+    slow = step < tuning.FEED_REACHED * task.cycle * rows.cap
+    slow[:REST_ROWS], slow[-REST_ROWS:] = False, False
+    element = np.searchsorted(task.section.breaks[1:-1], z, side="right")
+    others = np.append(0, np.cumsum(~timed))
+    slow &= others[element[1:] + 1] == others[element[:-1]]
+    held = np.flatnonzero(joint_excess(rows.q, task) > SLACK_SHARE)
+    for k in range(REST_ROWS):  # a difference that begins at a row is of so many steps
+        slow[held + k] = False
+    parts, done = list[Array](), 0
+    for first, last in _find_stretches(slow):
+        if others[element[last] + 1] > others[element[first]]:
+            continue
+        found = next(_legal(task, z, first, last), None)
+        if found is not None:
+            parts += [z[done:first], found]
+            done = last + 1
+    return np.concatenate([*parts, z[done:]])[REST_ROWS:-REST_ROWS]
+
+
+def _find_stretches(slow: Mask) -> Iterator[tuple[int, int]]:
+    """First and last row of stretches of slow steps; those that one difference sees together are one."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], slow, [False]]).astype(np.int8)))
+    first, last = edges[::2], edges[1::2]
+    if len(first):
+        apart = np.flatnonzero(first[1:] - last[:-1] > 2 * REST_ROWS)
+        yield from zip(first[np.append(0, apart + 1)].tolist(), last[np.append(apart, -1)].tolist(), strict=True)
+
+
+def _legal(task: SectionTask, z: Array, first: int, last: int) -> Iterator[Array]:
+    """Fewer rows than ``first`` to ``last`` of rows z (n,), both included, that lead from the one to the other inside all limits."""
+    edges, pace = _paces(task, z[first], z[last])
+    for reach in EVEN_ROWS:
+        rows = _even_rows(edges, pace, task.cycle, reach)
+        if len(rows) > last - first:
+            return
+        around = np.concatenate([z[first - REST_ROWS : first], rows, z[last + 1 : last + 1 + REST_ROWS]])
+        q, hidden = task.section.q_and_hidden(around)
+        check_joints(q, around)
+        if joint_excess(q, task).max() <= 1.0 and hidden.max() <= tuning.ACCEPTED_RATIOS[0]:
+            yield rows
+
+
+def _paces(task: SectionTask, begin: float, end: float) -> tuple[Array, Array]:
+    """Edges s (m + 1,) between two places, and seconds per mm at the feed rate between them (m,)."""
+    section = task.section
+    breaks = section.breaks[
+        np.searchsorted(section.breaks, begin, "right") : np.searchsorted(section.breaks, end, "left")
+    ]
+    edges = np.concatenate([[begin], breaks, [end]])
+    edges = np.append((edges[:-1, None] + np.arange(_PLACES) / _PLACES * np.diff(edges)[:, None]).ravel(), end)
+    speed = np.asarray(section.speed(0.5 * (edges[1:] + edges[:-1])), dtype=float)
+    return edges, 1.0 / (task.feed_share * tuning.PLANNED_SHARES[0] * speed)
+
+
+def _even_rows(edges: Array, pace: Array, cycle: float, reach: float) -> Array:
+    """Rows (n,) that take the paces (m,) between edges (m + 1,), or no less: changes of speed are evened out over so many rows."""
+    time = np.append(0.0, np.cumsum(pace * np.diff(edges)))
+    if reach:
+        cells = max(int(np.ceil(time[-1] / cycle * _PLACES)), 1)
+        at = np.linspace(0.0, time[-1], cells + 1)
+        speed = 1.0 / pace[np.clip(np.searchsorted(time, 0.5 * (at[1:] + at[:-1])) - 1, 0, len(pace) - 1)]
+        # means of means of the lowest around are nowhere above; those of squares make the acceleration even
+        half = round(reach * _PLACES / 2)
+        even = np.sqrt(mean_around(mean_around(lowest_around(speed**2, 2 * half), half), half))
+        edges = np.interp(at, time, edges)
+        time = np.append(0.0, np.cumsum(np.diff(edges) / even))
+    count = int(np.ceil(time[-1] / cycle - WHOLE_CYCLE))
+    return np.interp(np.linspace(0.0, time[-1], count + 1), time, edges)
