@@ -274,9 +274,16 @@ def judged(rows: Rows, file: dict[str, Any], moves: list[dict[str, Any]]) -> Jud
         rotary_off = max(rotary_off, np.abs(angles[:, 1] - wanted[:, 1]).max())
         if move["feed"] is not None and len(mine) > 1:
             turning = not curve and np.linalg.norm((end - here)[:3]) <= NO_LENGTH
-            moved = np.linalg.norm(np.diff(angles if turning else tip, axis=0), axis=1)
-            # 7 decimals of the sliders and 8 of the table move the tip by less than 1e-6 mm from row to row
-            feed = max(feed, float(((moved - 1e-6) / cycle).max()) / (move["feed"] / 60))
+            if turning or (move["feed_mode"] == "inverse" and move["kind"] != "spline"):
+                # degrees per minute and inverse time are times: that of the rows of the line, to a cycle
+                way = np.linalg.norm((end - here)[slice(3, None) if turning else slice(3)])
+                if curve:  # a flat arc
+                    way = np.linalg.norm((here[:3] - move["center"])[:2]) * np.radians(abs(move["sweep"]))
+                feed = max(feed, float(way) / (cycle * (len(mine) + 1)) / (move["feed"] / 60))
+            else:
+                moved = np.linalg.norm(np.diff(tip, axis=0), axis=1)
+                # 7 decimals of the sliders and 8 of the table move the tip by less than 1e-6 mm from row to row
+                feed = max(feed, float(((moved - 1e-6) / cycle).max()) / (move["feed"] / 60))
         here = end
     changes = np.flatnonzero(np.diff(rows.line, prepend=-1))
     gap = float(np.linalg.norm(rows.tip[-1] - here[:3]))
