@@ -570,7 +570,7 @@ def test_several_segments_in_one_cycle(cycle: float) -> None:
 def test_short_segment_before_a_stop(tail: float, cycle: float) -> None:
     """The last collinear segment before a corner may be passed within one cycle: that is no error."""
     options = OPTIONS.changed(cycle=cycle)
-    source = program(f"G0 X0 Y10 Z20 A10 C0\nG1 F3000 X5\nX{5 + tail:.6f}\nG61.1 Y9", PLAIN)
+    source = program(f"G43.4\nG0 X0 Y10 Z20 A10 C0\nG1 F3000 X5\nX{5 + tail:.6f}\nG61.1 Y9", PLAIN)
     result = verne_post.convert(source, MACHINE, options)
     assert [item.message for item in result.findings] == []
     assert result.exit_code == 0

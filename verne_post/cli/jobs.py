@@ -324,7 +324,7 @@ def _start_tracker() -> None:
     try:
         resource_tracker.ensure_running()
     finally:
-        sys.warnoptions.remove(_SILENT)
+        sys.warnoptions[:] = [one for one in sys.warnoptions if one != _SILENT]
         signal.signal(number, before)
 
 
