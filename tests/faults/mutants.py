@@ -45,7 +45,7 @@ AREAS: Final = {
     "kinematics": (("kinematics/**/*.py",), ("kinematics", "calibration")),
     "verification": (("verification/*.py",), ("verification", "cli/test_following.py", "cli/test_restart.py")),
     "arcs": (
-        ("gcode/arcs.py", "gcode/plain_arcs.py", "gcode/spatial_arc.py", "gcode/cycle_codes.py", "gcode/*/*cycle*.py"),
+        ("gcode/arcs.py", "gcode/plain_arcs.py", "gcode/machining/spatial_arc.py", "gcode/rs274/cycles.py", "gcode/*/*cycle*.py"),
         ("gcode",),
     ),
     "rows": (("trajectory/window_problem.py", "trajectory/row_limits.py", "trajectory/section_rows.py"), ("trajectory",)),

@@ -27,10 +27,10 @@ PACKAGE = Path(verne_post.__file__).parent
 DUMMY = '''
 """Only a test has this dialect."""
 from verne_post.gcode.dialect import dialect_of_blocks
-from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.rs274.interpreter import Rs274
 
 
-class _Hello(Interpreter):
+class _Hello(Rs274):
     @classmethod
     def prepare(cls, text):
         return text.replace("HELLO", "")

@@ -74,16 +74,17 @@ def test_precedence_and_functions(view, expression, wanted):
 
 
 def test_brackets_have_a_depth():
-    from verne_post.gcode.expressions import MAX_NESTING, BlockError, ValueReader
+    from verne_post.gcode.expressions import MAX_NESTING, ValueReader
+    from verne_post.gcode.program_error import ProgramError
 
     def read(depth):
         text = "[" * depth + "1" + "]" * depth
         return ValueReader(text, range(len(text) + 1), None).value("X")
 
     assert read(MAX_NESTING) == 1.0
-    with pytest.raises(BlockError, match="inside each other"):
+    with pytest.raises(ProgramError, match="inside each other"):
         read(MAX_NESTING + 1)
-    with pytest.raises(BlockError, match="inside each other"):
+    with pytest.raises(ProgramError, match="inside each other"):
         read(100_000)
 
 

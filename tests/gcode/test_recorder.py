@@ -6,8 +6,8 @@ from msgspec.structs import asdict
 
 from verne_post.gcode import recorder as gcode_recorder
 from verne_post.gcode.arcs import Arc
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.recorder import Recorder
-from verne_post.gcode.state import State
 from verne_post.model.moves import MOVE_COLUMNS, Frame, MoveKind, Moves
 
 

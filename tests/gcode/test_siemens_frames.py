@@ -406,12 +406,12 @@ def test_what_means_nothing_on_the_machine(machine, text, code, part):
     assert part in raised.value.findings[0].message
 
 
-def test_the_state_after_a_line_is_that_of_the_interpreter_of_all_dialects(machine):
+def test_the_state_after_a_line_names_the_motion_as_siemens_does(machine):
     text = b"G0 X0 Y0 Z60 A0 C0\nG18 G1 X5 F500\nG3 X8 Z60 CR=9\nG1 X1"
     setup = machine_setup(machine, Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens"))
     moves = gcode.interpret_program(text, setup)
     states = [state_after(text, setup, moves, line) for line in (1, 2, 3)]
-    assert [(state.motion, state.plane) for state in states] == [(0, 0), (10, 1), (30, 1)]
+    assert [(state.modes.motion, state.plane) for state in states] == [("G0", 0), ("G1", 1), ("G3", 1)]
     assert [round(state.position[0], 9) for state in states] == [0.0, 5.0, 8.0]
 
 

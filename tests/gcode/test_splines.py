@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from verne_post.base.bsplines import find_even_parts
-from verne_post.gcode.block import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.splines import BSpline, cut_spline, uniform_knots
 from verne_post.model.moves import MoveKind, PathMode
 from verne_post.verification.splines import measure_splines, parameters_at, project, spline_points
@@ -280,7 +280,7 @@ def test_the_first_refusal_ends_the_work(monkeypatch):
         "verne_post.gcode.splines.find_even_parts",
         lambda controls, count: measured.append(len(controls)) or find_even_parts(controls, count),
     )
-    with pytest.raises(BlockError, match="stops or turns back"):
+    with pytest.raises(ProgramError, match="stops or turns back"):
         cut_spline(spline_of([(5 * (k % 2), 0, 0) for k in range(2000)], 2))
     assert sum(measured) <= 256
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from verne_post.gcode import templates
 from verne_post.gcode.block import block_of_words, read_exactly
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.templates import read_by_template, word_columns
 from verne_post.gcode.words import split_words
 
@@ -25,7 +25,7 @@ class Values:
 
     def value(self, key):
         if key not in range(1, 10):
-            raise BlockError("VP025", f"#{key}")
+            raise ProgramError("VP025", f"#{key}")
         return (0.0, 2.0, 3.0, -1.5, 1e-200, 1e200, 0.25, -7.0, 30.0, 1e29)[key]
 
     def exists(self, key):

@@ -21,10 +21,10 @@ from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
 from verne_post.gcode.codes import refuse_known_codes
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.read import interpret_until_error, state_after
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
-from verne_post.gcode.state import State
 from verne_post.kinematics.jerk_limit import jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.table_travel import MachineTravel

@@ -1,7 +1,6 @@
 """One line of a program worked through: words, pose, every solution, findings, and what would make it legal."""
 
 from collections.abc import Iterator, Sequence
-from typing import Final
 
 import numpy as np
 
@@ -13,21 +12,17 @@ from verne_post.base.numbers import fixed
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
-from verne_post.gcode.codes import g_name
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, FeedMode, MoveKind, PathMode
+from verne_post.model.moves import AXES, FeedMode, MoveKind
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import concerns_pose, worst
-
-_FEED_CODES: Final = {FeedMode.PER_MINUTE: "G94", FeedMode.INVERSE: "G93", FeedMode.PER_REVOLUTION: "G95"}
-_PATH_CODES: Final = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1", PathMode.BLEND: "G64"}
 
 
 def lines_near(joints: JointPath, line: int) -> list[int]:
@@ -67,13 +62,9 @@ def _words(line: Line, tool: float) -> Iterator[str]:
         return
     yield f"line {line.number}: {line.text.strip()}"
     state, moves = line.state, line.moves
-    motion = "no motion (G80)" if state.motion is None else g_name(state.motion)
+    feed_mode, path_mode = FeedMode(moves.feed_mode[line.move]), moves.controls[moves.control[line.move]].mode
     modal = [
-        motion,
-        "G20 (inch)" if state.inch else "G21 (mm)",
-        "G90 (absolute)" if state.absolute else "G91 (incremental)",
-        _FEED_CODES[FeedMode(moves.feed_mode[line.move])],
-        _PATH_CODES[moves.controls[moves.control[line.move]].mode],
+        *state.modes.show(feed_mode, path_mode),
         SYSTEM_NAMES[line.frame.system],
         f"tool length {tool:g} mm",
     ]
@@ -100,7 +91,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
     machine, frame = line.exact.machine, line.frame
     try:
         block = read_block(line.text, line.number)
-    except BlockError:  # values to compute, an O word, another dialect
+    except ProgramError:  # values to compute, an O word, another dialect
         block = None
     named = {} if block is None else block.words
     machine_words = (
@@ -117,7 +108,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
         if by_vector and letter in "ABC":
             how = "of the tool axis"
         elif letter in named:
-            scale = " in" if line.state.inch and letter not in "ABC" else ""
+            scale = " in" if line.state.modes.inch and letter not in "ABC" else ""
             how = f"{word} {letter}{short_text(named[letter])}{scale}{''.join(machine_words)}"
         else:
             how = "kept" if block is not None else "as the line says"

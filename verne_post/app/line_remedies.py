@@ -11,7 +11,7 @@ from msgspec import Struct
 from verne_post.app.explain_numbers import mm_text, plain_list, short_text
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.gcode.state import State
+from verne_post.gcode.machining.state import State
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding

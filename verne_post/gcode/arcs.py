@@ -15,7 +15,7 @@ from verne_post.base.tolerances import (
     ARC_RADIUS_MM,
     ARC_RADIUS_SHARE,
 )
-from verne_post.gcode.block import BlockError
+from verne_post.gcode.program_error import ProgramError
 
 #: Plane -> indices of its first, second and normal axis, and the names of its offset words.
 PLANES: Final = {0: (0, 1, 2, "I", "J"), 1: (2, 0, 1, "K", "I"), 2: (1, 2, 0, "J", "K")}
@@ -53,11 +53,11 @@ def center_arc(
     first, second, _normal, letter1, letter2 = PLANES[plane]
     wrong = set(offsets) - {letter1, letter2}
     if wrong:
-        raise BlockError("VP006", f"{min(wrong)} does not belong to an arc in the {PLANE_NAMES[plane]} plane")
+        raise ProgramError("VP006", f"{min(wrong)} does not belong to an arc in the {PLANE_NAMES[plane]} plane")
     if absolute:
         missing = [letter for letter in (letter1, letter2) if letter not in offsets]
         if missing:
-            raise BlockError("VP005", f"an arc with absolute centre (G90.1) needs {missing[0]} too")
+            raise ProgramError("VP005", f"an arc with absolute centre (G90.1) needs {missing[0]} too")
         c1, c2 = offsets[letter1], offsets[letter2]
     else:
         c1 = start[first] + offsets.get(letter1, 0.0)
@@ -65,11 +65,11 @@ def center_arc(
     r1 = math.hypot(start[first] - c1, start[second] - c2)
     r2 = math.hypot(end[first] - c1, end[second] - c2)
     if r1 < ARC_R_TOO_SMALL_MM or r2 < ARC_R_TOO_SMALL_MM:
-        raise BlockError("VP008", "the radius of the arc is zero")
+        raise ProgramError("VP008", "the radius of the arc is zero")
     gap = abs(r1 - r2)
     allowed = allowed_mismatch(max(r1, r2), tolerance)
     if gap > allowed:
-        raise BlockError(
+        raise ProgramError(
             "VP008",
             f"the end is not on the circle: radius {r1:.4f} mm at the start, {r2:.4f} mm at the end, "
             f"difference {gap:.4f} mm; allowed {allowed:.4f} mm",
@@ -94,14 +94,14 @@ def radius_arc(
     d1, d2 = end[first] - start[first], end[second] - start[second]
     half = 0.5 * math.hypot(d1, d2)
     if 2 * half < ARC_CHORD_MM:
-        raise BlockError(
+        raise ProgramError(
             "VP008",
             f"an arc with R needs an end point other than its start; they are {2 * half:.2g} mm apart, and less than "
             f"{ARC_CHORD_MM:g} mm does not determine the centre; write a full circle with I, J, K, or leave the block out",
         )
     short = half - abs(radius)
     if short > ARC_R_TOO_SMALL_MM or radius == 0.0:
-        raise BlockError(
+        raise ProgramError(
             "VP008", f"the radius {radius:g} mm is too small to reach the end point; it takes at least {half:.4f} mm"
         )
     height = 0.0

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec import Struct, field
 
-from verne_post.gcode.expressions import BlockError, Key, ValueReader, Values, shown_key
+from verne_post.gcode.expressions import Key, ValueReader, Values, shown_key
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.templates import read_by_template
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Block", "BlockError", "OWord", "read_block"]
+__all__ = ["Block", "OWord", "read_block"]
 
 _BLANKS: Final = " \t\r"
 #: Lines whose characters are kept: loops read the same ones again and again.
@@ -96,7 +97,7 @@ class OWord(Struct, frozen=True):
             raise reader.error("VP001", f"only comments may follow {shown}{value}", reader.at)
 
 
-class Block(Struct):
+class Block(At):
     """The words of one block.
 
     ``codes`` are G and M words as ("G", number, column); ``words`` maps other letters to numbers; ``settings`` are the
@@ -105,18 +106,12 @@ class Block(Struct):
     their place.
     """
 
-    line: int
     codes: list[tuple[str, float, int]] = field(default_factory=list)
     words: dict[str, float] = field(default_factory=dict)
-    columns: dict[str, int] = field(default_factory=dict)
     settings: list[tuple[Key, float, int]] = field(default_factory=list)
     comment: str | None = None
     polar: dict[str, float] = field(default_factory=dict)
     o: OWord | None = None
-
-    def error(self, code: str, message: str, letter: str, about: str | None = None) -> BlockError:
-        """An error at the word of a letter; without a column where the block has no such word."""
-        return BlockError(code, message, self.columns.get(letter), about=about)
 
 
 def block_of_words(letters: str, values: list[float], line: int) -> Block | None:
@@ -148,11 +143,11 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
 
     Raises
     ------
-    BlockError
+    ProgramError
         With the column of the first character that does not fit.
     """
     if values is not None and (fast := read_by_template(text, values)) is not None:
-        return Block(line, *fast)
+        return Block(line, fast.columns, fast.codes, fast.words, fast.settings)
     return read_exactly(text, line, values)
 
 
@@ -317,9 +312,9 @@ def _read_comment(text: str, at: int) -> tuple[str, int]:
         return text[at + 1 :].rstrip("\r"), len(text)
     for end in range(at + 1, len(text)):
         if text[end] == "(":
-            raise BlockError(
+            raise ProgramError(
                 "VP001", f"'(' inside the comment that begins in column {at + 1}: comments do not nest", end + 1
             )
         if text[end] == ")":
             return text[at + 1 : end], end + 1
-    raise BlockError("VP001", "the comment is not closed on its line; expected ')'", at + 1)
+    raise ProgramError("VP001", "the comment is not closed on its line; expected ')'", at + 1)

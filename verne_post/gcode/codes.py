@@ -9,8 +9,13 @@ from typing import Final
 
 from msgspec import Struct
 
+from verne_post.base.tolerances import WHOLE_NUMBER
+from verne_post.gcode.program_error import ProgramError
+
 #: Canned cycles.
 CYCLES: Final = (730, 740, 810, 820, 830, 840, 850, 860, 870, 880, 890)
+#: M codes with which LinuxCNC's examples of switchable kinematics select one, and what it is there.
+_KINEMATICS: Final = {428: "tcp on", 429: "tcp off", 430: "tcp off"}
 #: Non-modal codes that take the axis words of the block away from the motion.
 TAKES_AXES: Final = (100, 280, 300, 520, 920)
 
@@ -49,6 +54,30 @@ class CodeTable(Struct, frozen=True, dict=True):
         """Whether a code such as G68.3 or M428 has a meaning of its own here."""
         number = float(code[1:])
         return round(number * 10) in self.group_of_g if code[0] == "G" else number in self.group_of_m
+
+
+def read_m_code(table: CodeTable, number: float, column: int) -> int:
+    """The M code of a number.
+
+    Raises
+    ------
+    ProgramError
+        VP007, VP002: it is none, or none that is executed.
+    """
+    code = round(number)
+    if abs(number - code) > WHOLE_NUMBER or number < 0:
+        raise ProgramError("VP007", f"M{number:g}: an M code is a whole number", column)
+    settles = f'[remap] in verne-post.toml can give it a meaning: M{code} = "ignore", or "event"'
+    if code in _KINEMATICS:
+        settles = (
+            f"LinuxCNC switches kinematics with it, and [remap] in verne-post.toml says to which: M{code} = "
+            f'"tcp on" or "tcp off" (in its examples "{_KINEMATICS[code]}")'
+        )
+    if code in table.refused_m:
+        raise ProgramError("VP002", f"M{code} is not executed ({table.refused_m[code]}); {settles}", column)
+    if code not in table.group_of_m:
+        raise ProgramError("VP002", f"M{code} is not a code of this language; {settles}", column)
+    return code
 
 
 #: RS274/NGC as LinuxCNC has it on a mill (names of groups as in its documentation), and tool vectors (G43.4, G43.5).

@@ -9,9 +9,9 @@ from msgspec import Struct
 from verne_post.base.long_text import Text
 from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
 from verne_post.gcode.initial_state import initial_state
-from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.gcode.words import whole_lines
 
 
@@ -40,7 +40,7 @@ class Dialect(Struct, frozen=True):
 
 
 def dialect_of_blocks(
-    language: type[Interpreter],
+    language: type[Rs274],
     recognise: Callable[[Text], bool],
     initial_state: Callable[[Setup], State] = initial_state,
 ) -> Dialect:

@@ -9,14 +9,14 @@ from msgspec import Struct, field
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain
 from verne_post.gcode.block import Block
-from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.flow import Flow
-from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain_vectors import end_of_vectors, pointing
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
-from verne_post.gcode.recovery import FATAL, Recovery
+from verne_post.gcode.rs274.flow import Flow
+from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.recovery import FATAL, Recovery
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.gcode.templates import word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.model.findings import Finding, finding
@@ -39,7 +39,7 @@ class Execution(Struct):
     _causes: dict[tuple[str, str], tuple[int, list[str]]] = field(default_factory=dict)
     _counted: int = 0
 
-    def report(self, error: BlockError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
+    def report(self, error: ProgramError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
         """Report an error; False where execution cannot go on after it.
 
         ``shown_line`` stands for lines of another ``file``. Errors of the same words have one cause, and are one finding.
@@ -55,7 +55,7 @@ class Execution(Struct):
         self._counted += 1
         return error.code not in FATAL and len(self.errors) < MAX_ERRORS and self._counted < MAX_COUNTED
 
-    def report_all(self, errors: Iterable[BlockError], line: int, **where: Any) -> bool:
+    def report_all(self, errors: Iterable[ProgramError], line: int, **where: Any) -> bool:
         """Report the errors of one block; False where execution cannot go on after them."""
         return all(self.report(error, line, **where) for error in errors)
 
@@ -136,9 +136,7 @@ class StopConditions(Struct, frozen=True):
         return passed or (self.all_known and all_known(state, setup))
 
 
-def execute_blocks(
-    source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Interpreter]
-) -> Execution:
+def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
     """Execute the blocks of a program from the first on, until it ends or a stop condition is met."""
     execution = Execution(state, Recorder())
     execution.recorder.says_tcp = False  # until a code does
@@ -158,8 +156,8 @@ def execute_blocks(
         in_main = text is main and not flow.in_call
         if in_main and line == stop.before_line:
             break
-        restart = stop.trace is not None and may_restart(state)
-        errors: list[BlockError] = []
+        restart = stop.trace is not None and may_restart(state) and interpreter.may_restart()
+        errors: list[ProgramError] = []
         try:
             if not _execute_stretch(flow, chunk, stop):
                 errors = _execute_line(flow, chunk, recovery)
@@ -168,7 +166,7 @@ def execute_blocks(
                 last = flow.line
             if in_main and stop.trace is not None:
                 stop.trace.add(line, last, may_restart=restart)
-        except BlockError as error:
+        except ProgramError as error:
             errors.append(error)
         if errors and (
             not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error
@@ -180,8 +178,8 @@ def execute_blocks(
 
 
 def may_restart(state: State) -> bool:
-    """True where the next block does not depend on how the one before has moved."""
-    return state.compensation is None and state.centre is None and state.cycle is None and state.spline is None
+    """True where the core lets a program begin: the next move does not depend on how the one before has moved."""
+    return state.compensation is None and state.centre is None
 
 
 def all_known(state: State, setup: Setup) -> bool:
@@ -198,24 +196,27 @@ def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
     if flow.text.closing is not None:
         last = min(last, flow.text.closing - chunk.first_line)
     last = stop.cut(flow.line, last + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
-    pointed = interpreter.state.vectors and bool(chunk.lines.has_offsets[row])
-    if pointed:
-        last = end_of_vectors(interpreter, chunk.lines, row, last)
-    if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, chunk.lines, row, pointed=pointed):
+    view = interpreter.view_plain_lines(has_vector=bool(chunk.lines.has_offsets[row]))
+    if view is None:
         return False
-    point = pointing(interpreter, chunk.lines) if pointed else None
-    done = plain.execute(chunk.lines, row, last, interpreter, flow.shown_line, point)
+    if view.pointed:
+        last = end_of_vectors(interpreter.core, view, chunk.lines, row, last)
+    if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, view, chunk.lines, row):
+        return False
+    point = pointing(interpreter.core, chunk.lines) if view.pointed else None
+    done = plain.execute(chunk.lines, row, last, interpreter.core, view, flow.shown_line, point)
     if done > row:
+        interpreter.go_on_after_plain_lines(view)
         first, flow.line = flow.line, flow.line + done - row
         flow.repeats.count(flow.text, first, flow.line - 1, 0)
     return done > row
 
 
-def _execute_line(flow: Flow, chunk: Chunk, recovery: Recovery | None) -> list[BlockError]:
+def _execute_line(flow: Flow, chunk: Chunk, recovery: Recovery | None) -> list[ProgramError]:
     """Execute a line; with recovery its errors are returned, without the first is raised."""
     text, line, interpreter = flow.text, flow.line, flow.interpreter
     moves, row = interpreter.recorder.count, line - chunk.first_line
-    errors: list[BlockError] = []
+    errors: list[ProgramError] = []
     flow.line += 1
     interpreter.parameters.line = line
     block = chunk.block(row, line) if interpreter.reads_plain_words else None
@@ -224,7 +225,7 @@ def _execute_line(flow: Flow, chunk: Chunk, recovery: Recovery | None) -> list[B
             errors = _execute_block(flow, block, line, recovery)
         elif line != text.opening and _is_executed(raw := chunk.raw(row), interpreter.setup):
             errors = _read_and_execute(flow, decode_line(raw), line, recovery)
-    except BlockError as error:
+    except ProgramError as error:
         _find_column(error, chunk.raw(row))
         raise
     for found in errors:
@@ -238,16 +239,16 @@ def _is_executed(raw: bytes, setup: Setup) -> bool:
     return bool(raw.strip()) and not (setup.block_delete and raw.lstrip().startswith(b"/"))
 
 
-def _find_column(error: BlockError, raw: bytes) -> None:
+def _find_column(error: ProgramError, raw: bytes) -> None:
     """Put the column of a word in place of its number in the line."""
     if error.column is not None and error.column < 0:
         error.column = word_columns(decode_line(raw))[-error.column - 1]
 
 
-def _read_and_execute(flow: Flow, text: str, line: int, recovery: Recovery | None) -> list[BlockError]:
+def _read_and_execute(flow: Flow, text: str, line: int, recovery: Recovery | None) -> list[ProgramError]:
     try:
         block = flow.interpreter.read(text, line)
-    except BlockError as error:
+    except ProgramError as error:
         if recovery is None:
             raise
         recovery.pass_unread(text, line)
@@ -255,7 +256,7 @@ def _read_and_execute(flow: Flow, text: str, line: int, recovery: Recovery | Non
     return _execute_block(flow, block, line, recovery)
 
 
-def _execute_block(flow: Flow, block: Block, line: int, recovery: Recovery | None) -> list[BlockError]:
+def _execute_block(flow: Flow, block: Block, line: int, recovery: Recovery | None) -> list[ProgramError]:
     interpreter, errors = flow.interpreter, []
     if block.o is not None:
         flow.step(block)
@@ -274,7 +275,7 @@ def _end_text(execution: Execution, flow: Flow) -> None:
     """The text ends without M2 or M30: an error but for a pair of %."""
     text = flow.text
     percent = text.opening is not None
-    if flow.interpreter.state.spline is not None:
+    if flow.interpreter.modes.spline is not None:
         what = "the text ends before the end of a spline"
     elif flow.in_call:
         what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
 from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
+from verne_post.gcode.program_error import ProgramError
 
 #: Numbers beyond this mean nothing in any word, and would overflow somewhere.
 MAX_NUMBER: Final = 1e30
@@ -29,25 +30,6 @@ PRECEDENCE: Final = {
 Key = int | str
 
 
-#: Characters of a message: a name may be as long as its file.
-_LONGEST_MESSAGE: Final = 1000
-
-
-class BlockError(Exception):
-    """A block that cannot be used: finding code, sentence, 1-based column (None: the whole block).
-
-    ``line`` is None where it is that of the block being executed. ``about`` is the thing that the message names, such as a tool, where
-    the same message about other things has the same cause.
-    """
-
-    def __init__(
-        self, code: str, message: str, column: int | None = None, line: int | None = None, about: str | None = None
-    ) -> None:
-        super().__init__(message)
-        self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
-        self.code, self.column, self.line, self.about = code, column, line, about
-
-
 class Values(Protocol):
     """Where parameters are looked up, and how the language rounds."""
 
@@ -59,7 +41,7 @@ class Values(Protocol):
         """Fanuc's rules: to how many steps of a unit ROUND rounds in the word of a letter; None where controls differ."""
 
     def value(self, key: Key) -> float:
-        """Value of a parameter; raises BlockError (VP025) for one that has none."""
+        """Value of a parameter; raises ProgramError (VP025) for one that has none."""
 
     def exists(self, key: Key) -> bool:
         """True for a named parameter that has a value, and for a number that parameters have."""
@@ -100,9 +82,9 @@ class ValueReader:
         """1-based column of a character."""
         return self.places[min(at, len(self.places) - 1)] + 1
 
-    def error(self, code: str, message: str, at: int) -> BlockError:
+    def error(self, code: str, message: str, at: int) -> ProgramError:
         """An error at a character."""
-        return BlockError(code, message, self.column(at))
+        return ProgramError(code, message, self.column(at))
 
     def read_word(self, letter: str, bound: float = MAX_NUMBER) -> float:
         """The value after a letter: as :meth:`value`, within bounds, and no second sign or point after a number."""
@@ -189,7 +171,7 @@ class ValueReader:
         key = self.read_key()
         try:
             return self.values.value(key)
-        except BlockError as error:
+        except ProgramError as error:
             raise self.error(error.code, error.message, begin) from None
 
     def _deeper(self, begin: int) -> None:

@@ -2,16 +2,17 @@
 
 from msgspec.structs import replace
 
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.parameters import Parameters
+from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.model.moves import ZERO9
 from verne_post.model.option_checks import ACTIVE_SYSTEM
 
 
-def initial_state(setup: Setup) -> State:
-    """The state at the start of a program: G80 G17 G90 G91.1 G94 G40 G49 G54 G64, mm."""
+def initial_state(setup: Setup, tool_axis: tuple[float, float, float] | None = None) -> State:
+    """The state at the start of a program in RS274/NGC: G80 G17 G90 G91.1 G94 G40 G49 G54 G64, mm."""
     systems = dict(setup.frames)
     if setup.tool_length is not None:
         tool = (0.0, 0.0, setup.tool_length, *ZERO9[3:])
@@ -23,6 +24,8 @@ def initial_state(setup: Setup) -> State:
         frame=systems[1],
         tools=dict(setup.tools) if setup.tools is not None else None,
         length_given=setup.tool_length is not None,
+        modes=Modes(),
+        tool_axis=tool_axis,
         home=setup.home,
         home2=setup.home2,
     )

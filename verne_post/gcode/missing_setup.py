@@ -4,9 +4,9 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.model.control_keys import KEYS, FanucKeys, read_keys
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import ZERO9, Moves
@@ -16,14 +16,14 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, to
 ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
 
 
-def missing_tool(number: int, letter: str, block: Block, setup: Setup, state: State) -> BlockError:
+def missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -> ProgramError:
     """VP012: the length of a tool is needed, or the tool itself, and it is in no table."""
     name = tool_text(number, state.tool_names)
     if setup.tools is None:
         why = "there is no tool table; give --tool-table FILE, or --tool-length MM where the program has one tool"
     else:
         why = "the tool table has no such tool; add it, or give --tool-length MM where the program has one tool"
-    return block.error("VP012", f"{name}: {why}", letter, name)
+    return at.error("VP012", f"{name}: {why}", letter, name)
 
 
 def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = None) -> None:
@@ -31,7 +31,7 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
     if setup.machine and tool.unmeasured:
         name = tool_text(tool.number, state.tool_names)
         why = f"{name}: {tool.unmeasured} gives it no length; write one there, mm from the gauge line to the tip"
-        raise BlockError("VP012", f"{why} (in a tool table Z; Z0 where the gauge line is meant)", column, about=name)
+        raise ProgramError("VP012", f"{why} (in a tool table Z; Z0 where the gauge line is meant)", column, about=name)
 
 
 def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: State, column: int | None) -> int:
@@ -49,7 +49,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP012: there is a tool table, and the name has no number.
     """
     names, keys = state.tool_names, read_keys(KEYS[dialect], setup.control.get(dialect, {}))
@@ -58,7 +58,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         number = numbers[name]
     elif setup.tools is not None:
         where = f"under [{dialect}.tools] of the settings file"
-        raise BlockError("VP012", f"{call}: the tool table knows numbers; give this name one {where}", column)
+        raise ProgramError("VP012", f"{call}: the tool table knows numbers; give this name one {where}", column)
     else:
         number = next((given for given, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))
     names[number] = name

@@ -11,11 +11,14 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
-from verne_post.gcode.expressions import BlockError, Key, shown_key
+from verne_post.gcode.expressions import Key, shown_key
+from verne_post.gcode.machining.frames import set_home, set_stored_shift, set_stored_system
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import check_measured
 from verne_post.gcode.offsets import vector9
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.model.moves import AXES, ZERO9, FeedMode, Frame
 from verne_post.model.option_checks import ACTIVE_SYSTEM, MAX_PARAMETER
 
@@ -38,6 +41,7 @@ class Parameters:
 
     def __init__(self, setup: Setup, state: State, *, custom_macro: bool = False) -> None:
         self.setup, self.state, self.custom_macro = setup, state, custom_macro
+        self.modes: Modes = state.modes
         self.line = 0
 
     # --- reading ------------------------------------------------------------------------------
@@ -47,19 +51,19 @@ class Parameters:
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP025: no such parameter.
         """
         if isinstance(key, str):
             return self._named(key)
         if not 1 <= key <= MAX_PARAMETER:
-            raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_PARAMETER}")
+            raise ProgramError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_PARAMETER}")
         if self.custom_macro:
             return self._macro_variable(key)
         if 5161 <= key <= 5428:
             return self._numbered_state(key)
         if 5021 <= key <= 5029 or 5081 <= key <= 5089:
-            raise BlockError("VP025", f"#{key}: positions of the machine have no parameter here; use #5420 to #5428")
+            raise ProgramError("VP025", f"#{key}: positions of the machine have no parameter here; use #5420 to #5428")
         return self.state.store.numbered.get(key, 0.0)
 
     def steps_of_word(self, letter: str) -> int | None:
@@ -68,20 +72,20 @@ class Parameters:
         Lengths and angles have the least input increment of most controls (IS-B).
         """
         if letter in _LENGTHS:
-            return 10_000 if self.state.inch else 1000
+            return 10_000 if self.modes.inch else 1000
         return 1000 if letter in _ANGLES else 1 if letter in _WHOLE else None
 
     def _macro_variable(self, key: int) -> float:
         """A variable of a custom macro: those of the control itself are not known, a vacant one is no number."""
         self._check_macro_variable(key)
         if key not in self.state.store.numbered:
-            raise BlockError("VP025", f"#{key} has no value: the control would pass over its word; set it first")
+            raise ProgramError("VP025", f"#{key} has no value: the control would pass over its word; set it first")
         return self.state.store.numbered[key]
 
     @staticmethod
     def _check_macro_variable(key: int) -> None:
         if not any(key in span for span in _MACRO_VARIABLES):
-            raise BlockError(
+            raise ProgramError(
                 "VP025",
                 f"#{key} is a variable of the control itself; programs have #1 to #33, #100 to #199, #500 to #999",
             )
@@ -102,8 +106,8 @@ class Parameters:
         if shown is not None:
             return float(shown(self))
         if name.startswith(("_ini[", "_hal[")):
-            raise BlockError("VP025", f"#<{name}>: values of a running machine are not known when a program is read")
-        raise BlockError("VP025", f"#<{name}> has no value; set it first with #<{name}>=...")
+            raise ProgramError("VP025", f"#<{name}>: values of a running machine are not known when a program is read")
+        raise ProgramError("VP025", f"#<{name}> has no value; set it first with #<{name}>=...")
 
     def _numbered_state(self, key: int) -> float:
         if _POSITION <= key <= 5428:
@@ -112,7 +116,7 @@ class Parameters:
         for first, point in ((_HOME, state.home), (_HOME2, state.home2)):
             if first <= key < first + 9:
                 if point is None:
-                    raise BlockError("VP015", f"#{key}: the machine file has no such home position")
+                    raise ProgramError("VP015", f"#{key}: the machine file has no such home position")
                 return self._in_file(key - first, point[key - first])
         if _G92 <= key < _G92 + 9:
             return self._in_file(key - _G92, state.g92_stored[key - _G92])
@@ -125,8 +129,8 @@ class Parameters:
             if system < 9 and entry < 10:
                 frame = state.systems[system + 1]
                 return frame.turn if entry == 9 else self._in_file(entry, frame.origin[entry])
-            if key == 5399 and key not in store.numbered and state.inputs_read:
-                raise BlockError("VP025", "#5399: what M66 reads is only known at the machine")
+            if key == 5399 and key not in store.numbered and self.modes.inputs_read:
+                raise ProgramError("VP025", "#5399: what M66 reads is only known at the machine")
         if _TOOL <= key <= 5413:
             tool = (state.tools or {}).get(state.loaded_tool or 0)
             if key == _TOOL:
@@ -141,7 +145,7 @@ class Parameters:
     def position(self, axis: int) -> float:
         """Position in the program, in the unit of the program."""
         if not self.state.is_known(axis):
-            raise BlockError(
+            raise ProgramError(
                 "VP013", f"the position of {AXES[axis]} is not known yet; name {AXES[axis]} with G90 first"
             )
         return self._in_program(axis, self.state.position[axis])
@@ -155,7 +159,7 @@ class Parameters:
         )
 
     def _in_program(self, axis: int, value: float) -> float:
-        return value / MM_PER_INCH if self.state.inch and axis in _LINEAR else value
+        return value / MM_PER_INCH if self.modes.inch and axis in _LINEAR else value
 
     def _in_file(self, axis: int, value: float) -> float:
         return value / self.setup.parameter_mm if axis in _LINEAR else value
@@ -167,34 +171,32 @@ class Parameters:
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP025: it cannot be set.
         """
         state, store = self.state, self.state.store
         if isinstance(key, str):
             if key in PREDEFINED and key not in SETTABLE:
-                raise BlockError("VP025", f"{shown_key(key)} shows a state and cannot be set")
+                raise ProgramError("VP025", f"{shown_key(key)} shows a state and cannot be set")
             (store.named if key.startswith("_") else store.local[-1])[key] = value
             return
         if not 1 <= key <= MAX_PARAMETER:
-            raise BlockError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_PARAMETER}")
+            raise ProgramError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_PARAMETER}")
         if self.custom_macro:
             self._check_macro_variable(key)
         if key in (5210, ACTIVE_SYSTEM) or _TOOL <= key <= 5428 or 5021 <= key <= 5029 or 5081 <= key <= 5089:
-            raise BlockError("VP025", f"#{key} shows a state and cannot be set")
+            raise ProgramError("VP025", f"#{key} shows a state and cannot be set")
         if _HOME <= key < _HOME + 9:
-            state.home = self._with_entry(state.home, key - _HOME, value)
+            set_home(state, self._with_entry(state.home, key - _HOME, value), second=False)
         elif _HOME2 <= key < _HOME2 + 9:
-            state.home2 = self._with_entry(state.home2, key - _HOME2, value)
+            set_home(state, self._with_entry(state.home2, key - _HOME2, value), second=True)
         elif _G92 <= key < _G92 + 9:
-            state.g92_stored = self._with_entry(state.g92_stored, key - _G92, value)
+            set_stored_shift(state, self._with_entry(state.g92_stored, key - _G92, value))
         elif _ORIGINS <= key < 5400 and (key - _ORIGINS) // 20 < 9 and (key - _ORIGINS) % 20 < 10:
             system, entry = divmod(key - _ORIGINS, 20)
             frame = state.systems[system + 1]
-            state.systems[system + 1] = (
-                replace(frame, turn=value) if entry == 9
-                else replace(frame, origin=vector9(self._with_entry(frame.origin, entry, value)))
-            )  # fmt: skip
+            origin = vector9(self._with_entry(frame.origin, entry, value)) if entry < 9 else frame.origin
+            set_stored_system(state, replace(frame, origin=origin, turn=value if entry == 9 else frame.turn))
         else:
             store.numbered[key] = value
 
@@ -235,7 +237,7 @@ def _position_names() -> dict[str, _Shown]:
 
 
 def _motion_mode(p: Parameters) -> float:
-    return 800.0 if p.state.motion is None else float(p.state.motion)
+    return 800.0 if p.modes.motion is None else float(p.modes.motion)
 
 
 #: Names that show the state. Codes are ten times the G number.
@@ -245,22 +247,22 @@ PREDEFINED: Final[dict[str, _Shown]] = {
     "_motion_mode": _motion_mode,
     "_plane": lambda p: 170 + 10 * p.state.plane,
     "_ccomp": lambda p: 400 if p.state.compensation is None else p.state.compensation.code,
-    "_metric": lambda p: not p.state.inch,
-    "_imperial": lambda p: p.state.inch,
-    "_absolute": lambda p: p.state.absolute,
-    "_incremental": lambda p: not p.state.absolute,
-    "_ijk_absolute_mode": lambda p: p.state.absolute_centers,
+    "_metric": lambda p: not p.modes.inch,
+    "_imperial": lambda p: p.modes.inch,
+    "_absolute": lambda p: p.modes.absolute,
+    "_incremental": lambda p: not p.modes.absolute,
+    "_ijk_absolute_mode": lambda p: p.modes.absolute_centers,
     "_inverse_time": lambda p: p.state.feed_mode == FeedMode.INVERSE,
     "_units_per_minute": lambda p: p.state.feed_mode == FeedMode.PER_MINUTE,
     "_units_per_rev": lambda p: p.state.feed_mode == FeedMode.PER_REVOLUTION,
     "_coord_system": lambda p: _system_code(p.state.frame),
     "_tool_offset": lambda p: p.state.frame.tool != ZERO9,
-    "_retract_r_plane": lambda p: not p.state.initial_level,
-    "_retract_old_z": lambda p: p.state.initial_level,
+    "_retract_r_plane": lambda p: not p.modes.initial_level,
+    "_retract_old_z": lambda p: p.modes.initial_level,
     "_spindle_rpm_mode": lambda p: not p.state.surface_speed,
     "_spindle_css_mode": lambda p: p.state.surface_speed,
-    "_lathe_diameter_mode": lambda p: p.state.diameter_mode,
-    "_lathe_radius_mode": lambda p: not p.state.diameter_mode,
+    "_lathe_diameter_mode": lambda p: p.modes.diameter_mode,
+    "_lathe_radius_mode": lambda p: not p.modes.diameter_mode,
     "_spindle_on": lambda p: p.state.spindle_on,
     "_spindle_cw": lambda p: p.state.spindle_on and not p.state.spindle_reversed,
     "_mist": lambda p: p.state.mist,

@@ -11,18 +11,19 @@ from functools import cache, cached_property
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
 from verne_post.gcode import plain_arcs
-from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.lengths import effective_feed, line_lengths
-from verne_post.gcode.motion_codes import MotionCodes
+from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain_arcs import PlainArcs
 from verne_post.gcode.recorder import RunEnds
+from verne_post.gcode.rs274.values import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.gcode.words import WordTable
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
@@ -171,30 +172,49 @@ def _named_words(bits: int) -> tuple[Mask, tuple[int, ...], bool, bool]:
     return named[:_F], tuple(np.flatnonzero(named[:_F]).tolist()), bool(named[_F]), bool(named[_G])
 
 
-def is_ready(state: State, lines: PlainLines, row: int, *, pointed: bool = False) -> bool:
-    """True when the modal state lets plain lines from ``row`` on be nothing but absolute straight moves and arcs.
+class PlainView(Struct):
+    """What the modes of a language make of plain lines.
 
-    ``pointed``: every line gives the tool axis anew.
+    Attributes
+    ----------
+    motion : int or None
+        Code of motion, times ten, of lines that give none; afterwards that of the last line which has been executed.
+    inch : bool
+    arcs : bool
+        Words of arcs are nothing but an incremental centre or a radius.
+    pointed : bool
+        Every line gives the tool axis anew.
     """
-    arcs = lines.arcs and plain_arcs.may_execute(state)
+
+    motion: int | None = None
+    inch: bool = False
+    arcs: bool = True
+    pointed: bool = False
+
+
+def is_ready(state: State, view: PlainView, lines: PlainLines, row: int) -> bool:
+    """True when plain lines from ``row`` on are nothing but absolute straight moves and arcs."""
+    arcs = lines.arcs and _may_curve(state, view)
     return (
-        state.absolute
-        and (state.motion in (0, 10) or (arcs and state.motion in (20, 30)) or bool(lines.row[row, _G] == row))
+        (view.motion in (0, 10) or (arcs and view.motion in (20, 30)) or bool(lines.row[row, _G] == row))
         and state.held is None
-        and (pointed or (not state.vectors and state.tool_axis is None))
+        and (view.pointed or state.tool_axis is None)
         and state.compensation is None
         and state.centre is None
-        and not state.diameter_mode
         and not state.tcp_off
-        and state.spline is None
     )
 
 
-def turn_to_axes(codes: MotionCodes, end: Array, axes: Array) -> None:
+def _may_curve(state: State, view: PlainView) -> bool:
+    """True where arcs may be executed at once: feed rates are those of the tip."""
+    return view.arcs and state.feed_mode != FeedMode.INVERSE and False not in state.known
+
+
+def turn_to_axes(core: Machining, end: Array, axes: Array) -> None:
     """Turn A and C of the ends (n, 9) of lines, in place, to their tool axes (n, 3), which are unit vectors."""
-    state = codes.state
-    end[:, [_A, _C]] = codes.setup.coordinates.point_axes((state.position[_A], state.position[_C]), axes, state.frame)
-    if codes.setup.machine:
+    state = core.state
+    end[:, [_A, _C]] = core.setup.coordinates.point_axes((state.position[_A], state.position[_C]), axes, state.frame)
+    if core.setup.machine:
         state.placed = state.named[_A] = state.named[_C] = True
 
 
@@ -202,31 +222,40 @@ def execute(
     lines: PlainLines,
     first: int,
     last: int,
-    codes: MotionCodes,
+    core: Machining,
+    view: PlainView,
     shown_line: int | None = None,
     point: Point | None = None,
 ) -> int:
     """Execute lines ``first`` to ``last`` (exclusive) as far as possible; returns the first line not done.
+
+    ``view`` has the motion of the last one afterwards.
 
     ``shown_line`` is recorded in place of the line itself: that of the call, for lines of another file. ``point`` takes
     the tool axes of lines that all have one.
     """
     head = first + _HEAD
     if last - first > _LONG_STRETCH:
-        done = _execute(lines, first, head, codes, shown_line, point)
+        done = _execute(lines, first, head, core, view, shown_line, point)
         if done < head:
             return done
         first = head
-    return _execute(lines, first, last, codes, shown_line, point)
+    return _execute(lines, first, last, core, view, shown_line, point)
 
 
 def _execute(
-    lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_line: int | None, point: Point | None
+    lines: PlainLines,
+    first: int,
+    last: int,
+    core: Machining,
+    view: PlainView,
+    shown_line: int | None,
+    point: Point | None,
 ) -> int:
-    if point is None and last - first < _LONG_STRETCH and _execute_alike(lines, first, last, codes, shown_line):
+    if point is None and last - first < _LONG_STRETCH and _execute_alike(lines, first, last, core, view, shown_line):
         return last
-    setup, state, recorder = codes.setup, codes.state, codes.recorder
-    if point is None and lines.offsets is not None and not (lines.arcs and plain_arcs.may_execute(state)):
+    setup, state, recorder = core.setup, core.state, core.recorder
+    if point is None and lines.offsets is not None and not (lines.arcs and _may_curve(state, view)):
         last = min(last, lines.next_curved(first))
         if last == first:
             return first
@@ -234,21 +263,21 @@ def _execute(
         last = _until_named(lines, first, last, state)
         if last == first:
             return first
-    scaled = state.inch and state.feed_mode != FeedMode.INVERSE
+    scaled = view.inch and state.feed_mode != FeedMode.INVERSE
     given = lines.row[first:last] >= first
     filled = lines.filled[first:last]
-    motion = np.where(given[:, _G], filled[:, _G], (state.motion or 0) / 10)
+    motion = np.where(given[:, _G], filled[:, _G], (view.motion or 0) / 10)
     angular = np.where(given[:, _F], filled[:, _F], state.feed_angular)
     feed = np.where(given[:, _F], filled[:, _F] * MM_PER_INCH if scaled else filled[:, _F], state.feed)
     moves = lines.moves[first:last]
     feeds = moves & (motion >= 1)
     words = filled[:, :9]
-    if state.inch:
+    if view.inch:
         words = words.copy()
         words[:, _LINEAR] *= MM_PER_INCH
     end = np.where(given[:, :9], words, state.position)
-    bad = _find_refused(lines, first, last, setup, state, feeds, feed)
-    arcs = None if point is not None else _find_arcs(lines, first, last, moves, motion, end, state)
+    bad = _find_refused(lines, first, last, setup, state, view, feeds, feed)
+    arcs = None if point is not None else _find_arcs(lines, first, last, moves, motion, end, state, view)
     if arcs is not None:
         bad = arcs[1] if bad is None else bad | arcs[1]
     if bad is not None and bad.any():
@@ -287,7 +316,7 @@ def _execute(
         named = int(lines.first_line + first + np.argmax(given[:, _C]))
         recorder.fix_c(named if shown_line is None else shown_line)
     state.arc_may_follow = state.arc_may_follow or straight
-    state.motion, state.cycle = 10 * int(motion[-1]), None
+    view.motion = 10 * int(motion[-1])
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
     for axis in np.flatnonzero(given[-1, :9]).tolist():
@@ -296,15 +325,17 @@ def _execute(
 
 
 def _find_arcs(
-    lines: PlainLines, first: int, last: int, moves: Mask, motion: Array, end: Array, state: State
+    lines: PlainLines, first: int, last: int, moves: Mask, motion: Array, end: Array, state: State, view: PlainView
 ) -> tuple[PlainArcs, Mask] | None:
     """Arcs among lines, and the lines that only the general interpreter may execute; None where there is neither."""
-    if not lines.arcs or (lines.next_curved(first) >= last and state.motion in (0, 10)):
+    if not lines.arcs or (lines.next_curved(first) >= last and view.motion in (0, 10)):
         return None
     assert lines.offsets is not None
     curved = moves & (motion >= 2)
     offsets = lines.offsets[first:last]
-    arcs = plain_arcs.find_arcs(offsets[curved], motion[curved] == 2, np.flatnonzero(curved), end, state)
+    arcs = plain_arcs.find_arcs(
+        offsets[curved], motion[curved] == 2, np.flatnonzero(curved), end, state, inch=view.inch
+    )
     bad = ~curved & lines.has_offsets[first:last]
     bad[arcs.row] = arcs.refused
     if not state.arc_may_follow:
@@ -312,20 +343,22 @@ def _find_arcs(
     return arcs, bad
 
 
-def _execute_alike(lines: PlainLines, first: int, last: int, codes: MotionCodes, shown_line: int | None) -> bool:
+def _execute_alike(
+    lines: PlainLines, first: int, last: int, core: Machining, view: PlainView, shown_line: int | None
+) -> bool:
     """Execute lines with one G code, one feed rate, and no axis that the first of them does not name; False for any others.
 
     Stretches between other lines are often so, and too short for what :func:`execute` looks at.
     """
-    state = codes.state
+    state = core.state
     end_of_alike, bits = lines.alike.get(first, _NOT_ALIKE)
     if (
-        end_of_alike < last or False in state.known or state.inch or state.feed_mode != FeedMode.PER_MINUTE
-        or (codes.setup.machine and not state.length_given)
+        end_of_alike < last or False in state.known or view.inch or state.feed_mode != FeedMode.PER_MINUTE
+        or (core.setup.machine and not state.length_given)
     ):  # fmt: skip
         return False
     mask, axes, has_feed, has_code = _named_words(bits)
-    motion = 10 * int(lines.filled[first, _G]) if has_code else state.motion or 0
+    motion = 10 * int(lines.filled[first, _G]) if has_code else view.motion or 0
     feed = float(lines.filled[first, _F]) if has_feed else state.feed
     if motion > 10 or (motion == 10 and feed == 0.0) or (not has_feed and feed != state.feed_angular):
         return False
@@ -336,18 +369,18 @@ def _execute_alike(lines: PlainLines, first: int, last: int, codes: MotionCodes,
         state.placed = state.named[axis] = True
     kind, shown = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
     line = lines.first_line + first if shown_line is None else shown_line
-    codes.recorder.add_run(state, line, kind, end, shown, counted=shown_line is None)
+    core.recorder.add_run(state, line, kind, end, shown, counted=shown_line is None)
     if _C in axes:
-        codes.recorder.fix_c(line)
+        core.recorder.fix_c(line)
     state.arc_may_follow = True
-    state.motion, state.cycle = motion, None
+    view.motion = motion
     state.feed = state.feed_angular = feed
     state.position = ends_at
     return True
 
 
 def _find_refused(
-    lines: PlainLines, first: int, last: int, setup: Setup, state: State, feeds: Mask, feed: Array
+    lines: PlainLines, first: int, last: int, setup: Setup, state: State, view: PlainView, feeds: Mask, feed: Array
 ) -> Mask | None:
     """Lines that only the general interpreter may check; None where there are none."""
     bad = None
@@ -357,7 +390,7 @@ def _find_refused(
         has_feed = lines.row[first:last, _F] == np.arange(first, last)
         bad = feeds & ~has_feed if bad is None else bad | (feeds & ~has_feed)
     if setup.machine:
-        beyond = (lines.beyond_inch if state.inch else lines.beyond_mm)[first:last]
+        beyond = (lines.beyond_inch if view.inch else lines.beyond_mm)[first:last]
         turning = state.spindle_on and state.spindle_speed > 0 and not state.surface_speed
         if (state.feed_mode == FeedMode.PER_REVOLUTION and not turning) or not state.length_given:
             beyond = beyond | feeds

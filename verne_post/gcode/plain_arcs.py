@@ -21,9 +21,8 @@ from verne_post.base.tolerances import (
 )
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.recorder import ArcRows
-from verne_post.gcode.state import State
-from verne_post.model.moves import FeedMode
 
 #: Columns of the words of arcs: I, J, K, R.
 WORDS = "IJKR"
@@ -56,12 +55,7 @@ class PlainArcs(Struct, frozen=True, eq=False):
         return ArcRows(self.center[:n], self.sweep[:n], plane)
 
 
-def may_execute(state: State) -> bool:
-    """True where words of arcs are nothing but an incremental centre or a radius, and feed rates those of the tip."""
-    return not state.absolute_centers and state.feed_mode != FeedMode.INVERSE and False not in state.known
-
-
-def find_arcs(words: Array, clockwise: Mask, row: Ints, end: Array, state: State) -> PlainArcs:
+def find_arcs(words: Array, clockwise: Mask, row: Ints, end: Array, state: State, *, inch: bool) -> PlainArcs:
     """Centres and sweeps.
 
     Parameters
@@ -75,9 +69,11 @@ def find_arcs(words: Array, clockwise: Mask, row: Ints, end: Array, state: State
         Where every line of the stretch ends, mm and degrees.
     state : State
         That before the stretch.
+    inch : bool
+        Unit of the program.
     """
     first, second, normal, *_letters = PLANES[state.plane]
-    words = words * MM_PER_INCH if state.inch else words
+    words = words * MM_PER_INCH if inch else words
     start, stop = np.where((row > 0)[:, None], end[row - 1], state.position), end[row]
     given = ~np.isnan(words)
     by_radius, by_center = given[:, _R], given[:, :_R].any(axis=1)
@@ -93,7 +89,7 @@ def find_arcs(words: Array, clockwise: Mask, row: Ints, end: Array, state: State
                 stop[np.ix_(at, plane)],
                 words[np.ix_(at, columns)],
                 clockwise[at],
-                state.inch,
+                inch,
             )
             refused[at] |= wrong
     sweep = np.where(clockwise, -1, 1) * np.degrees(swept)

@@ -9,7 +9,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode import plain
 from verne_post.gcode.lengths import length_of
-from verne_post.gcode.motion_codes import MotionCodes
+from verne_post.gcode.machining.machining import Machining
 
 _ROTARY: Final = [3, 4, 5]
 _G: Final = 10
@@ -17,31 +17,30 @@ _G: Final = 10
 _R: Final = 3
 
 
-def end_of_vectors(codes: MotionCodes, lines: plain.PlainLines, first: int, last: int) -> int:
+def end_of_vectors(core: Machining, view: plain.PlainView, lines: plain.PlainLines, first: int, last: int) -> int:
     """Where lines end that are straight moves and all have a tool axis; the first itself where they cannot be executed at once."""
-    state, offsets = codes.state, lines.offsets
-    if offsets is None or not state.vectors or False in state.known:
+    state, offsets = core.state, lines.offsets
+    if offsets is None or False in state.known:
         return first
     last = lines.first_named(first, last, _ROTARY)
     words = offsets[first:last]
     # what has no length is not one either
     other = ~(np.abs(length_of(words[:, :_R]) - 1.0) <= VECTOR_LENGTH) | ~np.isnan(words[:, _R])
     named = lines.row[first:last, _G] >= first
-    other |= np.where(named, lines.filled[first:last, _G], (state.motion or 0) / 10) > 1
+    other |= np.where(named, lines.filled[first:last, _G], (view.motion or 0) / 10) > 1
     return first + int(np.argmax(other)) if other.any() else last
 
 
-def pointing(codes: MotionCodes, lines: plain.PlainLines) -> plain.Point:
+def pointing(core: Machining, lines: plain.PlainLines) -> plain.Point:
     """Takes the tool axes of lines up to :func:`end_of_vectors`."""
-    return partial(_point, codes, lines)
+    return partial(_point, core, lines)
 
 
-def _point(codes: MotionCodes, lines: plain.PlainLines, first: int, end: Array) -> Array:
+def _point(core: Machining, lines: plain.PlainLines, first: int, end: Array) -> Array:
     """Turn A and C of ends (n, 9) to the tool axes of the lines; returns these (n, 3)."""
     assert lines.offsets is not None
     vectors = lines.offsets[first : first + len(end), :_R]
     axes = vectors / length_of(vectors)[:, None]
-    plain.turn_to_axes(codes, end, axes)
-    x, y, z = axes[-1].tolist()
-    codes.state.tool_axis = (x, y, z)
+    plain.turn_to_axes(core, end, axes)
+    core.hold_tool_axis(axes[-1])
     return np.asarray(axes)

@@ -5,12 +5,12 @@ from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.languages import find_other_language
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import missing_offsets
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.start import find_start
-from verne_post.gcode.state import State
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.moves import Moves
 

@@ -47,7 +47,7 @@ _KEPT_ROWS = 50_000
 
 
 class Modes(Protocol):
-    """The modal state that is recorded with every motion; implemented by :class:`~verne_post.gcode.state.State`."""
+    """The modal state that is recorded with every motion; implemented by :class:`~verne_post.gcode.machining.state.State`."""
 
     frame: Frame
     feed: float

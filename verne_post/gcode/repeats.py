@@ -5,7 +5,7 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 
 #: Moves of one block beyond this count as repeated blocks: a cycle with that many holes is a loop of its own.
 MOVES_OF_BLOCK: Final = 1_000
@@ -31,7 +31,7 @@ class Repeats(Struct):
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP024: loops and calls have repeated more blocks, or moves of such blocks, than is permitted.
         """
         seen = self._reached.get(text, 0)
@@ -42,7 +42,7 @@ class Repeats(Struct):
         if first <= seen:
             self.repeated += max(min(last, seen) - first + 1, moves)
         if self.repeated > self.most:
-            raise BlockError(
+            raise ProgramError(
                 "VP024",
                 f"loops and calls have repeated {self.most} blocks and moves; if the program is meant to, raise --max-repeats",
             )

@@ -6,9 +6,9 @@ from msgspec.structs import replace
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.execution import LineTrace, StopConditions
+from verne_post.gcode.machining.state import State, tool_facts, unit_of_speed
 from verne_post.gcode.read import replay
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State, tool_facts, unit_of_speed
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import Event, Moves
 

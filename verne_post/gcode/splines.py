@@ -16,7 +16,7 @@ from verne_post.base.bsplines import bezier_controls, find_even_parts, piece_end
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import STRAIGHT_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.gcode.block import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.model.splines import Splines
 
 #: A higher degree than any control has; the basis of a piece is evaluated by its degree.
@@ -84,7 +84,7 @@ class SplineDraft(Struct):
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP031: one too many.
         """
         check_room(len(self.points))
@@ -96,7 +96,7 @@ class SplineDraft(Struct):
 def check_room(count: int) -> None:
     """Refuse another control point where a spline has ``count`` already."""
     if count >= MAX_POINTS:
-        raise BlockError(
+        raise ProgramError(
             "VP031", f"more than {MAX_POINTS} control points in one spline; end it before, and begin another"
         )
 
@@ -136,7 +136,7 @@ def cut_spline(spline: BSpline) -> CutSpline:
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP031, with the line where that is known.
     """
     _check(spline)
@@ -149,7 +149,7 @@ def cut_spline(spline: BSpline) -> CutSpline:
     kept = np.array([not _stands(spline, all_points[rows]) for rows in owner], dtype=bool)
     last, owner, knot = last[kept], owner[kept], knot[kept]
     if not len(last):
-        raise BlockError("VP031", "all control points of the spline are one place", None, spline.lines[0])
+        raise ProgramError("VP031", "all control points of the spline are one place", None, spline.lines[0])
     points, weights, knots = all_points[owner], all_weights[owner], knots[knot]
     if spline.axes is None:
         points, weights, knots, last = _part_at_rests(points, weights, knots, last)
@@ -213,7 +213,7 @@ def _measure(points: Array, weights: Array, knots: Array, lines: list[int]) -> t
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP031, for the first that stops or turns back.
     """
     parts = find_even_parts(bezier_controls(points - points[:, :1], weights, knots), 3)
@@ -228,32 +228,34 @@ def _check(spline: BSpline) -> None:
     """Numbers of control points, weights and knots that make a curve."""
     degree, n, line = spline.degree, len(spline.points), spline.lines[0] if spline.lines else None
     if not 1 <= degree <= MAX_DEGREE:
-        raise BlockError("VP031", f"a spline of degree {degree}; it is 1 to {MAX_DEGREE}", None, line)
+        raise ProgramError("VP031", f"a spline of degree {degree}; it is 1 to {MAX_DEGREE}", None, line)
     if n <= degree:
         text = f"{n} control points make no spline of degree {degree}; it needs {degree + 1} at least, the place where it begins included"
-        raise BlockError("VP031", text, None, line)
+        raise ProgramError("VP031", text, None, line)
     for weight, of_line in zip(spline.weights, spline.lines, strict=True):
         if not (weight > 0 and np.isfinite(weight)):
-            raise BlockError("VP031", f"the weight {weight:g} of a control point; weights are positive", None, of_line)
+            raise ProgramError(
+                "VP031", f"the weight {weight:g} of a control point; weights are positive", None, of_line
+            )
     knots = spline.knots
     if len(knots) != n + degree + 1:
         text = f"{len(knots)} knots for {n} control points of degree {degree}; expected {n + degree + 1}"
-        raise BlockError("VP031", text, None, line)
+        raise ProgramError("VP031", text, None, line)
     for k, (before, after) in enumerate(pairwise(knots)):
         if not after >= before:
             of_line = spline.lines[min(k + 1, n - 1)]
-            raise BlockError("VP031", f"the knot {after:g} comes after {before:g}; knots do not fall", None, of_line)
+            raise ProgramError("VP031", f"the knot {after:g} comes after {before:g}; knots do not fall", None, of_line)
     if knots[degree] == knots[n]:
-        raise BlockError(
+        raise ProgramError(
             "VP031", f"all knots are {knots[0]:g}; between the first and the last they must rise", None, line
         )
     if knots[1] != knots[degree] or knots[n] != knots[n + degree - 1]:
         text = "the spline does not begin at its first control point and end at its last: the first and the last "
-        raise BlockError("VP031", f"{text}{degree + 1} knots must be equal each", None, line)
+        raise ProgramError("VP031", f"{text}{degree + 1} knots must be equal each", None, line)
     for k in range(1, n):
         if knots[k] == knots[k + degree]:
             text = f"the knot {knots[k]:g} stands {degree + 1} times beside the first and the last, which tears the curve; at most {degree} are possible"
-            raise BlockError("VP031", text, None, spline.lines[min(k + degree, n - 1)])
+            raise ProgramError("VP031", text, None, spline.lines[min(k + degree, n - 1)])
 
 
 def _stands(spline: BSpline, points: Array) -> bool:
@@ -263,7 +265,7 @@ def _stands(spline: BSpline, points: Array) -> bool:
         return False
     if away[_ROTARY].max() > DEG_PER_RAD * ZERO_ANGLE:
         text = f"the control points near {_name_place(points[0])} turn the rotary axes and move no linear axis; write G1 for that"
-        raise BlockError("VP031", text, None, spline.lines[0])
+        raise ProgramError("VP031", text, None, spline.lines[0])
     return True
 
 
@@ -278,12 +280,12 @@ def _is_straight(points: Array) -> bool:
     return bool(aside <= STRAIGHT_MM and (np.diff(share) >= 0).all() and np.linalg.norm(span[:3]) > ZERO_LENGTH_MM)
 
 
-def _refuse_singular(points: Array, line: int) -> BlockError:
+def _refuse_singular(points: Array, line: int) -> ProgramError:
     text = (
         f"the spline stops or turns back at a point between {_name_place(points[0])} and {_name_place(points[-1])}: it has no "
         "direction there. Control points that coincide, or a loop that closes, do that"
     )
-    return BlockError("VP031", text, None, line)
+    return ProgramError("VP031", text, None, line)
 
 
 def _name_place(point: Array) -> str:

@@ -18,10 +18,10 @@ from verne_post.gcode.expressions import (
     OPERATOR,
     OPERATORS,
     PRECEDENCE,
-    BlockError,
     Key,
     Values,
 )
+from verne_post.gcode.program_error import ProgramError
 
 #: A value, computed from the numbers of the line and the parameters.
 Node = Callable[[list[float], Values], float]
@@ -82,7 +82,7 @@ def read_by_template(text: str, values: Values) -> Words | None:
         settings: list[tuple[Key, float, int]] = [
             (_whole(index(n, values)), node(n, values), at) for index, node, at in template.settings
         ]
-    except (BlockError, ArithmeticError, ValueError):
+    except (ProgramError, ArithmeticError, ValueError):
         return None
     for value in words.values():
         if abs(value) > MAX_NUMBER:

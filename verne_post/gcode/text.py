@@ -15,8 +15,8 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.block import Block, block_of_words, read_block
-from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import WordTable, chunk_end, count_lines, split_words, whole_lines
 
@@ -202,7 +202,7 @@ class ProgramText(ChunkedText):
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP023, with its line: labels that do not fit together.
         """
         structure, opened = Structure(), _Opened()
@@ -219,9 +219,9 @@ class ProgramText(ChunkedText):
                 block = read_block(self.language.label_of(decode_line(match.group())), line)
                 if block.o is not None:
                     opened.take(structure, block)
-            except BlockError as error:
+            except ProgramError as error:
                 column = error.column or 1
-                raise BlockError(error.code, error.message, column, line=line) from None
+                raise ProgramError(error.code, error.message, column, line=line) from None
         opened.check_all_closed()
         return structure
 
@@ -281,7 +281,7 @@ class _Opened:
         if o.keyword in ("call", "return"):
             return
         if o.label is None:
-            raise BlockError("VP023", f"o... {o.keyword or ''}: a computed label can only be called")
+            raise ProgramError("VP023", f"o... {o.keyword or ''}: a computed label can only be called")
         kind, label = o.keyword, o.label
         if kind in _BARE:
             o.check_bare()
@@ -291,9 +291,9 @@ class _Opened:
             self._close_loop(structure, line)
         elif kind in ("sub", "if", *_LOOPS):
             if kind == "sub" and self._open:
-                raise BlockError("VP023", f"o{label} sub inside {self._describe(self._open[-1])}; close that first")
+                raise ProgramError("VP023", f"o{label} sub inside {self._describe(self._open[-1])}; close that first")
             if kind == "sub" and label in structure.subs:
-                raise BlockError("VP023", f"o{label} sub stands twice, first in line {structure.subs[label][0]}")
+                raise ProgramError("VP023", f"o{label} sub stands twice, first in line {structure.subs[label][0]}")
             self._open.append(_Construct(kind, label, line, o.reader.column(o.label_at - 1)))
         elif kind in ("elseif", "else"):
             self._expect("if", label, kind)
@@ -301,7 +301,7 @@ class _Opened:
         elif kind in ("break", "continue"):
             loop = next((item for item in reversed(self._open) if item.kind in _LOOPS and item.label == label), None)
             if loop is None:
-                raise BlockError("VP023", f"o{label} {kind} stands in no loop with this label")
+                raise ProgramError("VP023", f"o{label} {kind} stands in no loop with this label")
             structure.loop[line] = loop.line
         else:
             self._close(structure, _CLOSES[kind], kind, label, line)
@@ -330,7 +330,7 @@ class _Opened:
     def _expect(self, opening: str, label: str, kind: str) -> None:
         if not self._top(opening, label):
             still = f"; {self._describe(self._open[-1])} is open" if self._open else ""
-            raise BlockError("VP023", f"o{label} {kind} without o{label} {opening} before it{still}")
+            raise ProgramError("VP023", f"o{label} {kind} without o{label} {opening} before it{still}")
 
     @staticmethod
     def _describe(item: _Construct) -> str:
@@ -341,7 +341,7 @@ class _Opened:
         if self._open:
             item = self._open[-1]
             ends = {"sub": "endsub", "if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
-            raise BlockError(
+            raise ProgramError(
                 "VP023", f"o{item.label} {item.kind} is never closed; expected o{item.label} {ends[item.kind]}",
                 item.column, line=item.line,
             )  # fmt: skip

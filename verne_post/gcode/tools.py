@@ -1,6 +1,7 @@
 """Tool tables in LinuxCNC's text format: ``T1 P1 Z50.0 D6.0 ; remark``, one tool a line, mm."""
 
-from verne_post.gcode.block import BlockError, read_block
+from verne_post.gcode.block import read_block
+from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES
 from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, Tool, Vector9
@@ -31,7 +32,7 @@ def read_tool_table(text: str, name: str) -> dict[int, Tool]:
     for number, raw in enumerate(text.splitlines(), start=1):
         try:
             tool = _read_line(raw, number, f"{name}:{number}")
-        except BlockError as error:
+        except ProgramError as error:
             message = f"{name}:{number}: {error.message}"
             errors.append(finding("VP019", message, column=error.column))
             continue
@@ -51,9 +52,9 @@ def _read_line(raw: str, number: int, where: str) -> Tool | None:
         return None
     if block.codes or not set(block.words) <= _LETTERS:
         strange = block.codes[0][0] if block.codes else min(set(block.words) - _LETTERS)
-        raise BlockError("VP019", f"{strange} is not a word of a tool table; expected T, P, an axis, D, I, J or Q")
+        raise ProgramError("VP019", f"{strange} is not a word of a tool table; expected T, P, an axis, D, I, J or Q")
     if "T" not in block.words:
-        raise BlockError("VP019", "the tool number T is missing")
+        raise ProgramError("VP019", "the tool number T is missing")
     for letter in "TP":
         if block.words.get(letter, 0.0) % 1 or block.words.get(letter, 0.0) < 0:
             raise block.error("VP019", f"{letter} must be a whole number from 0 on", letter)

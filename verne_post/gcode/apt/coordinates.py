@@ -6,7 +6,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.gcode.apt.statements import Statement, read_numbers
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 
 #: How far the rows of a rotation may be off unit length and right angles: matrices are printed with few decimals.
 _ROTATION: Final = 1e-5
@@ -20,20 +20,20 @@ def read_matrix(statement: Statement) -> Array:
 
     Raises
     ------
-    BlockError
+    ProgramError
         For another number of words, for a scale, a mirror image or a shear.
     """
     if [word.upper() for word in statement.words] == ["NOMORE"]:
         return IDENTITY
     numbers = read_numbers(statement, statement.words)
     if len(numbers) != IDENTITY.size:
-        raise BlockError(
+        raise ProgramError(
             "VP005", f"TRACUT takes the 12 numbers of a matrix, row by row, or NOMORE; here are {len(numbers)}"
         )
     matrix = np.array(numbers).reshape(IDENTITY.shape)
     rotation = matrix[:, :3]
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROTATION or np.linalg.det(rotation) < 0:
-        raise BlockError(
+        raise ProgramError(
             "VP002",
             "TRACUT is executed for rotations and shifts; this matrix scales, mirrors or shears, let APT compute it",
         )

@@ -6,18 +6,18 @@ from verne_post.gcode.apt.stretch import execute_points
 from verne_post.gcode.apt.subprograms import expand_calls
 from verne_post.gcode.apt.translator import Translator
 from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
-from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
-from verne_post.gcode.recovery import Recovery
+from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.recovery import Recovery
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 
 
 def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     """Execute a text up to FINI; errors are reported in the execution."""
     execution = Execution(state, Recorder())
-    run = _Run(execution, Interpreter(setup, state, execution.recorder), stop)
+    run = _Run(execution, Rs274(setup, state, execution.recorder), stop)
     for item, called in expand_calls(read_statements(source)):
         if isinstance(item, Points):
             ended = run.execute_points(item, called=called)
@@ -33,13 +33,13 @@ def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions)
 class _Run:
     """Executes statements; each method tells whether the execution ends there."""
 
-    def __init__(self, execution: Execution, interpreter: Interpreter, stop: StopConditions) -> None:
+    def __init__(self, execution: Execution, interpreter: Rs274, stop: StopConditions) -> None:
         self.execution, self.interpreter, self.stop = execution, interpreter, stop
         self.translator = Translator(interpreter.state, interpreter.setup.coordinates)
         self.recovery = None if stop.first_error else Recovery(interpreter)
         self.line = 0
 
-    def execute(self, item: Statement | BlockError, *, called: bool) -> bool:
+    def execute(self, item: Statement | ProgramError, *, called: bool) -> bool:
         """One statement; ``called``: of a subprogram."""
         stop, state = self.stop, self.interpreter.state
         self.line = line = item.line or self.line
@@ -48,14 +48,14 @@ class _Run:
             return True
         self._trace(line, line + 1, called=called)
         try:
-            if isinstance(item, BlockError):
+            if isinstance(item, ProgramError):
                 raise item
             for block in self.translator.blocks(item):
                 if self.recovery is None:
                     self.interpreter.execute(block)
                 elif not self.execution.report_all(self.recovery.execute(block), line):
                     return True
-        except BlockError as error:
+        except ProgramError as error:
             if not self.execution.report(error, line) or stop.first_error:
                 return True
         return self.interpreter.ended or (stop.all_known and all_known(state, self.interpreter.setup))

@@ -12,8 +12,9 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
-from verne_post.gcode.expressions import MAX_NUMBER, BlockError
+from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.plain import MIN_LINES
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import decode_line
 from verne_post.gcode.words import whole_lines
 
@@ -59,7 +60,7 @@ class Points(Struct, frozen=True, eq=False, dict=True):
     def __len__(self) -> int:
         return len(self._lines)
 
-    def statement(self, row: int) -> Statement | BlockError:
+    def statement(self, row: int) -> Statement | ProgramError:
         """One of them, from 0."""
         return _read_statement(decode_line(self._lines[row]), self.line + row)
 
@@ -80,15 +81,15 @@ def is_number(word: str) -> bool:
 
 
 def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
-    """The words as numbers; raises BlockError for anything else."""
+    """The words as numbers; raises ProgramError for anything else."""
     values = []
     for word in words:
         if not is_number(word):
-            raise BlockError("VP001", f"{statement.major}: {word!r} is not a number", statement.column_of(word))
+            raise ProgramError("VP001", f"{statement.major}: {word!r} is not a number", statement.column_of(word))
         value = float(word.upper().replace("D", "E"))
         if not abs(value) <= MAX_NUMBER or math.isnan(value):
             column = statement.column_of(word)
-            raise BlockError("VP007", f"{statement.major}: {word[:20]} is beyond any machine", column)
+            raise ProgramError("VP007", f"{statement.major}: {word[:20]} is beyond any machine", column)
         values.append(value)
     return values
 
@@ -98,7 +99,7 @@ def read_word(statement: Statement, expected: Sequence[str]) -> str:
 
     Raises
     ------
-    BlockError
+    ProgramError
         For anything else.
     """
     words = [word.upper() for word in statement.words]
@@ -108,11 +109,11 @@ def read_word(statement: Statement, expected: Sequence[str]) -> str:
         takes = " or ".join(expected) if expected else "nothing after it"
         here = ", ".join(words)[:40] or "nothing"
         column = statement.column_of(words[0] if words else statement.major)
-        raise BlockError("VP005", f"{statement.major} takes {takes}; here is {here}", column)
+        raise ProgramError("VP005", f"{statement.major} takes {takes}; here is {here}", column)
     return words[0]
 
 
-def read_statements(source: Text) -> Iterator[Statement | Points | BlockError]:
+def read_statements(source: Text) -> Iterator[Statement | Points | ProgramError]:
     """Statements in order; ``$`` at the end of a line goes on in the next, ``$$`` begins a remark."""
     begin, pending, number = 0, "", 0
     for part in _split_text(source):
@@ -137,7 +138,7 @@ def read_statements(source: Text) -> Iterator[Statement | Points | BlockError]:
             if text.strip():
                 yield _read_statement(text, begin, columns=begin == number)
     if pending.strip():
-        yield BlockError("VP001", "the statement goes on ($), and the text ends", line=begin)
+        yield ProgramError("VP001", "the statement goes on ($), and the text ends", line=begin)
 
 
 def _split_text(source: Text) -> Iterator[bytes | Points]:
@@ -158,7 +159,7 @@ def _split_text(source: Text) -> Iterator[bytes | Points]:
             number += chunk.count(b"\n", at)
 
 
-def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement | BlockError:
+def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement | ProgramError:
     """One statement; ``columns`` are those of the text where it stands on one line."""
     if text.lstrip().upper().startswith(_FREE_TEXT):
         text = text.strip()
@@ -167,7 +168,7 @@ def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement 
     begins = len(text) - len(text.lstrip())
     if major_word is None:
         shown = f"{text.strip()[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50"
-        return BlockError("VP001", shown, begins + 1 if columns else None, line=line)
+        return ProgramError("VP001", shown, begins + 1 if columns else None, line=line)
     major, rest = major_word.group(1).upper(), text[major_word.end() :]
     parts = rest.split(",") if rest.strip() else []
     ends = accumulate((len(part) + 1 for part in parts), initial=major_word.end())
@@ -175,5 +176,5 @@ def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement 
     words = tuple(part.strip() for part in parts)
     statement = Statement(line, major, words, rest.strip(), tuple(at + 1 for at in starts) if columns else ())
     if "" in words:
-        return BlockError("VP001", f"{major}: nothing between two commas", statement.column_of(""), line=line)
+        return ProgramError("VP001", f"{major}: nothing between two commas", statement.column_of(""), line=line)
     return statement

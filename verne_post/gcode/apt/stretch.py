@@ -11,14 +11,14 @@ from verne_post.gcode.apt.coordinates import IDENTITY
 from verne_post.gcode.apt.statements import Points
 from verne_post.gcode.apt.translator import Translator
 from verne_post.gcode.expressions import MAX_NUMBER
-from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.lengths import length_of
+from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.words import WordTable
 
 _LETTERS: Final = np.frombuffer(b"XYZIJK", dtype=np.uint8)
 
 
-def execute_points(points: Points, row: int, last: int, translator: Translator, interpreter: Interpreter) -> int:
+def execute_points(points: Points, row: int, last: int, translator: Translator, interpreter: Rs274) -> int:
     """Execute lines ``row`` to ``last`` (excluded) at once, as far as that can be done; returns the first line not done."""
     state = interpreter.state
     if last - row < plain.MIN_LINES or not _is_plain(translator, interpreter):
@@ -37,26 +37,27 @@ def execute_points(points: Points, row: int, last: int, translator: Translator, 
         np.repeat(np.arange(n), len(_LETTERS)), np.ones(n, dtype=bool),
     )  # fmt: skip
     lines = plain.PlainLines(words, interpreter.setup, bare_codes=False, others="IJK")
-    if not plain.is_ready(state, lines, 0, pointed=True):
+    view = interpreter.view_plain_lines(has_vector=True)
+    if view is None or not plain.is_ready(state, view, lines, 0):
         return row
 
     def point(first: int, end: Array) -> Array:
         units = vectors[first : first + len(end)] / sizes[first : first + len(end), None]
-        plain.turn_to_axes(interpreter, end, units)
-        x, y, z = units[-1].tolist()
-        state.tool_axis = (x, y, z)
+        plain.turn_to_axes(interpreter.core, end, units)
+        interpreter.core.hold_tool_axis(units[-1])
         return units
 
-    done = plain.execute(lines, 0, n, interpreter, None, point)
+    done = plain.execute(lines, 0, n, interpreter.core, view, None, point)
     if done:
+        interpreter.go_on_after_plain_lines(view)
         translator.axis = tuple(vectors[done - 1].tolist())
     return row + done
 
 
-def _is_plain(translator: Translator, interpreter: Interpreter) -> bool:
+def _is_plain(translator: Translator, interpreter: Rs274) -> bool:
     """True where GOTO is nothing but a straight move at feed rate, with its tool axis."""
     state = interpreter.state
     return (
         not translator.rapid and translator.circle is None and translator.cycle is None and translator.matrix is IDENTITY
-        and state.vectors and state.motion == 10 and False not in state.known
+        and interpreter.modes.vectors and interpreter.modes.motion == 10 and False not in state.known
     )  # fmt: skip

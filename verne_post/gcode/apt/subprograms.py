@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 
 from verne_post.gcode.apt.statements import Points, Statement
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 
-_Item = Statement | Points | BlockError
+_Item = Statement | Points | ProgramError
 _WORDS = ("DEFSUB", "ENDSUB", "CALSUB")
 
 
@@ -34,10 +34,10 @@ def expand_calls(items: Iterator[_Item]) -> Iterator[tuple[_Item, bool]]:
         else:
             yield from ((inner, True) for inner in known[name])
     if open_name:
-        yield BlockError("VP010", f"DEFSUB/{open_name} without ENDSUB", line=open_line), False
+        yield ProgramError("VP010", f"DEFSUB/{open_name} without ENDSUB", line=open_line), False
 
 
-def _find_problem(item: Statement, name: str, known: dict[str, list[_Item]], open_name: str) -> BlockError | None:
+def _find_problem(item: Statement, name: str, known: dict[str, list[_Item]], open_name: str) -> ProgramError | None:
     """What is wrong with one of the three statements."""
     code, message = "VP017", ""
     if item.major == "ENDSUB":
@@ -50,4 +50,4 @@ def _find_problem(item: Statement, name: str, known: dict[str, list[_Item]], ope
         message = f"DEFSUB/{name} for the second time"
     elif item.major == "CALSUB" and name not in known:
         message = f"CALSUB/{name}: no DEFSUB/{name} stands before it"
-    return BlockError(code, message, line=item.line) if message else None
+    return ProgramError(code, message, line=item.line) if message else None

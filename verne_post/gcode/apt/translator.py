@@ -15,9 +15,9 @@ from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, 
 from verne_post.gcode.apt.tool_axes import differ, half_step
 from verne_post.gcode.arcs import allowed_mismatch
 from verne_post.gcode.block import Block
-from verne_post.gcode.cycle_codes import PECK_CLEARANCE_MM
-from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.state import State
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.cycles import PECK_CLEARANCE_MM
 from verne_post.model.protocols import Coordinates
 
 #: Names of the part, remarks of the CAM system, and how closely it computed its points.
@@ -57,17 +57,17 @@ class Translator(Struct):
 
         Raises
         ------
-        BlockError
+        ProgramError
             With the word that is not understood.
         """
         major = statement.major
         if major in _REMARKS:
             return
         if major == "INSERT":
-            raise BlockError("VP002", "INSERT puts text into the program of a control; it is not executed", 1)
+            raise ProgramError("VP002", "INSERT puts text into the program of a control; it is not executed", 1)
         method = _STATEMENTS.get(major)
         if method is None:
-            raise BlockError(
+            raise ProgramError(
                 "VP002",
                 f"{major} is not a statement that is executed here; docs/gcode.md lists them",
                 statement.column_of(major),
@@ -79,12 +79,14 @@ class Translator(Struct):
     def _goto(self, s: Statement) -> Iterator[Block]:
         numbers = read_numbers(s, s.words)
         if len(numbers) not in (3, 6):
-            raise BlockError("VP005", f"{s.major} takes x, y, z, or x, y, z, i, j, k; here are {len(numbers)} numbers")
+            raise ProgramError(
+                "VP005", f"{s.major} takes x, y, z, or x, y, z, i, j, k; here are {len(numbers)} numbers"
+            )
         held = self.axis
         self._take_axis(s, numbers[3:])
         self._check_table(s)
         if self.circle is not None and differ(self.axis, held, half_step(self.axis) + half_step(held)):
-            raise BlockError(
+            raise ProgramError(
                 "VP002",
                 f"{s.major} after CIRCLE with another tool axis: arcs keep the axis; write points in their place",
             )
@@ -93,9 +95,9 @@ class Translator(Struct):
     def _godlta(self, s: Statement) -> Iterator[Block]:
         numbers = read_numbers(s, s.words)
         if len(numbers) not in (1, 3):
-            raise BlockError("VP005", "GODLTA takes dx, dy, dz, or a distance along the tool axis")
+            raise ProgramError("VP005", "GODLTA takes dx, dy, dz, or a distance along the tool axis")
         if self.circle is not None or self.cycle is not None:
-            raise BlockError("VP017", "GODLTA after CIRCLE or under CYCLE; write GOTO")
+            raise ProgramError("VP017", "GODLTA after CIRCLE or under CYCLE; write GOTO")
         self._check_table(s)
         along = numbers if len(numbers) == 3 else [numbers[0] * value for value in self.axis]
         step = dict(zip("XYZ", apply(self.matrix, along, shift=False), strict=True))
@@ -111,7 +113,7 @@ class Translator(Struct):
         if not axis:
             return
         if not self.multax and differ(axis, self.axis, VECTOR_LENGTH):
-            raise BlockError("VP017", f"{s.major} with a tool axis, and MULTAX is off; write MULTAX/ON before")
+            raise ProgramError("VP017", f"{s.major} with a tool axis, and MULTAX is off; write MULTAX/ON before")
         self.axis = tuple(axis)
 
     @property
@@ -120,7 +122,7 @@ class Translator(Struct):
         return apply(self.matrix, [*self.axis], shift=False)
 
     def _axis_words(self) -> dict[str, float]:
-        return dict(zip("IJK", self._tool, strict=True)) if self.state.vectors else {}
+        return dict(zip("IJK", self._tool, strict=True)) if self.state.modes.vectors else {}
 
     def _check_table(self, s: Statement) -> None:
         """After ROTABL the table stands as programmed while the tool axis is that one, as printed; another axis turns it.
@@ -128,22 +130,22 @@ class Translator(Struct):
         Points in the coordinates of a turned table would have the axis 0, 0, 1: the first point after a tilt shows it,
         however small the tilt.
         """
-        if self.state.vectors:
+        if self.state.modes.vectors:
             return
         stands = self.coordinates.tool_axis(self.state.position, self.state.frame)
         held = None if stands is None else [float(value) for value in stands]
         near = VECTOR_LENGTH if any(self.axis[:2]) else half_step(self.axis)
         if self.turned and (held is None or differ(held, self._tool, near)):
             shown = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
-            raise BlockError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown}): "
+            raise ProgramError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown}): "
                 "give the axis in the coordinates of the part")  # fmt: skip
         same = held is not None and not differ(held, self._tool, half_step(self.axis))
-        self.turned, self.state.vectors = False, not same
+        self.turned, self.state.modes.vectors = False, not same
 
     @property
     def _unit(self) -> float:
         """Mm of a unit of the statements."""
-        return MM_PER_INCH if self.state.inch else 1.0
+        return MM_PER_INCH if self.state.modes.inch else 1.0
 
     def _motion(self) -> dict[str, float]:
         return {"g": 0.0 if self.rapid else 1.0}
@@ -151,14 +153,14 @@ class Translator(Struct):
     def _to(self, s: Statement, point: list[float]) -> Iterator[Block]:
         if self.cycle is not None:
             if self.rapid:
-                raise BlockError("VP017", "RAPID before a GOTO of a CYCLE: CAM systems differ in whether that place is a hole; write CYCLE/OFF before "
+                raise ProgramError("VP017", "RAPID before a GOTO of a CYCLE: CAM systems differ in whether that place is a hole; write CYCLE/OFF before "
                                  "a move without a hole, and no RAPID before a hole")  # fmt: skip
             with self.state.exact_path():
                 yield from self._hole(s, self.cycle, point)
             return
         if self.circle is not None:
             if self.rapid:
-                raise BlockError("VP017", "RAPID and CIRCLE before one GOTO: an arc is not rapid traverse")
+                raise ProgramError("VP017", "RAPID and CIRCLE before one GOTO: an arc is not rapid traverse")
             yield from self._arc(s, self.circle, point)
             self.circle = None
             return
@@ -169,15 +171,15 @@ class Translator(Struct):
         center, normal, radius = np.array(circle[:3]), np.array(circle[3:6]), circle[6]
         along = int(np.argmax(np.abs(normal)))
         if abs(abs(normal[along]) - 1.0) > VECTOR_LENGTH or np.linalg.norm(np.delete(normal, along)) > _CIRCLE_AXIS:
-            raise BlockError(
+            raise ProgramError(
                 "VP008",
                 "CIRCLE about an axis that is not X, Y or Z; let the CAM system write points in place of such arcs",
             )
         start = np.delete(np.array(self.state.position[:3]) - self._unit * center, along)
         distance, radius = float(np.linalg.norm(start)), self._unit * radius
-        allowed = allowed_mismatch(radius, ARC_RADIUS_INCH_MM if self.state.inch else ARC_RADIUS_MM)
+        allowed = allowed_mismatch(radius, ARC_RADIUS_INCH_MM if self.state.modes.inch else ARC_RADIUS_MM)
         if abs(distance - radius) > allowed:
-            raise BlockError(
+            raise ProgramError(
                 "VP008", f"CIRCLE: the tool is {distance:.4f} mm from the centre, and the radius is {radius:.4f} mm; allowed are "
                 f"{allowed:.4f} mm between them",
             )  # fmt: skip
@@ -188,14 +190,14 @@ class Translator(Struct):
     def _circle(self, s: Statement) -> Iterator[Block]:
         numbers = read_numbers(s, s.words)
         if len(numbers) not in _CIRCLE_NUMBERS:
-            raise BlockError(
+            raise ProgramError(
                 "VP005", f"CIRCLE takes centre x, y, z, axis i, j, k, and the radius; here are {len(numbers)} numbers"
             )
         center, normal = apply(self.matrix, numbers[:3], shift=True), apply(self.matrix, numbers[3:6], shift=False)
         if self.cycle is not None:
-            raise BlockError("VP017", "CIRCLE under CYCLE; write CYCLE/OFF before")
+            raise ProgramError("VP017", "CIRCLE under CYCLE; write CYCLE/OFF before")
         if self.circle is not None:
-            raise BlockError("VP017", "CIRCLE after CIRCLE: the GOTO that ends the first arc is missing")
+            raise ProgramError("VP017", "CIRCLE after CIRCLE: the GOTO that ends the first arc is missing")
         self.circle = (*center, *normal, numbers[6])
         return iter(())
 
@@ -267,24 +269,24 @@ class Translator(Struct):
         numbers = [word for word in s.words if is_number(word)]
         units = [word.upper() for word in s.words if not is_number(word)]
         if len(numbers) != 1 or len(units) > 1 or any(unit not in FEED_UNITS for unit in units):
-            raise BlockError("VP005", f"FEDRAT takes one number and one of {', '.join(FEED_UNITS)}")
-        if not units and self.feed_unit not in (None, (94, None), (94, self.state.inch)):
-            raise BlockError("VP005", "FEDRAT without a unit, and the one before has another than the program's: CAM systems differ in "
+            raise ProgramError("VP005", f"FEDRAT takes one number and one of {', '.join(FEED_UNITS)}")
+        if not units and self.feed_unit not in (None, (94, None), (94, self.state.modes.inch)):
+            raise ProgramError("VP005", "FEDRAT without a unit, and the one before has another than the program's: CAM systems differ in "
                              f"which holds; write one of {', '.join(FEED_UNITS)}")  # fmt: skip
         self.feed_unit = FEED_UNITS[units[0]] if units else None
         mode, inch = self.feed_unit or (94, None)
-        inch = self.state.inch if inch is None else inch  # the feed stays when the unit changes
+        inch = self.state.modes.inch if inch is None else inch  # the feed stays when the unit changes
         self.rapid, self.feed = False, (read_numbers(s, numbers)[0], mode, inch)
         yield from self._feed(s, *self.feed)
 
     def _feed(self, s: Statement, value: float, mode: int, inch: bool | None) -> Iterator[Block]:
-        if inch is not None and inch != self.state.inch:
+        if inch is not None and inch != self.state.modes.inch:
             value = value * MM_PER_INCH if inch else value / MM_PER_INCH
         yield _block(s, ("G", float(mode)), F=value)
 
     def _units(self, s: Statement) -> Iterator[Block]:
         if self.cycle is not None or self.circle is not None:
-            raise BlockError("VP017", "UNITS under CYCLE or after CIRCLE, whose numbers are in the old unit")
+            raise ProgramError("VP017", "UNITS under CYCLE or after CIRCLE, whose numbers are in the old unit")
         unit = read_word(s, ("MM", "INCHES", "INCH"))
         yield _block(s, ("G", 21.0 if unit == "MM" else 20.0))
 
@@ -295,13 +297,13 @@ class Translator(Struct):
     def _tlaxis(self, s: Statement) -> Iterator[Block]:
         numbers = read_numbers(s, s.words)
         if len(numbers) != 3:
-            raise BlockError("VP005", "TLAXIS takes i, j, k")
+            raise ProgramError("VP005", "TLAXIS takes i, j, k")
         self.axis = tuple(numbers)
         return iter(())
 
     def _tracut(self, s: Statement) -> Iterator[Block]:
         if self.circle is not None:
-            raise BlockError("VP017", "TRACUT after CIRCLE, whose arc is not made yet")
+            raise ProgramError("VP017", "TRACUT after CIRCLE, whose arc is not made yet")
         self.matrix = read_matrix(s)
         return iter(())
 
@@ -310,35 +312,35 @@ class Translator(Struct):
         pairs = list(zip(s.words[::2], (word.upper() for word in s.words[1::2]), strict=False))
         names = [name for _angle, name in pairs]
         if len(s.words) != 4 or sorted(names) != ["AAXIS", "CAXIS"]:
-            raise BlockError(
+            raise ProgramError(
                 "VP005", "ROTABL takes an angle and AAXIS, and an angle and CAXIS, as in ROTABL/-20,AAXIS,90,CAXIS; the table "
                 "turns the way the angles say (CLW, CCLW and other axes are not read)",
             )  # fmt: skip
         if self.cycle is not None or self.circle is not None:
-            raise BlockError("VP017", "ROTABL under CYCLE or after CIRCLE")
+            raise ProgramError("VP017", "ROTABL under CYCLE or after CIRCLE")
         angles = dict(zip((name[0] for name in names), read_numbers(s, s.words[::2]), strict=True))
-        self.state.vectors, self.turned = False, angles["A"] != 0
+        self.state.modes.vectors, self.turned = False, angles["A"] != 0
         yield _block(s, g=0.0, **angles)
 
     def _loadtl(self, s: Statement) -> Iterator[Block]:
         if not s.words or not is_number(s.words[0]):
-            raise BlockError("VP005", f"{s.major} needs the number of the tool")
+            raise ProgramError("VP005", f"{s.major} needs the number of the tool")
         words = [word.upper() for word in s.words]
         tool = offset = read_numbers(s, words[:1])[0]
         rest = words[1:]
         while rest:
             name = rest.pop(0)
             if name not in ("ADJUST", "OSETNO") or not rest or not is_number(rest[0]):
-                raise BlockError(
+                raise ProgramError(
                     "VP002",
                     f"{s.major}: {name} is not a word that is known here; expected ADJUST or OSETNO and a number",
                     s.column_of(name),
                 )
             offset = read_numbers(s, [rest.pop(0)])[0]
         yield _block(s, ("M", 6.0), T=tool)
-        held = self.state.vectors
+        held = self.state.modes.vectors
         yield _block(s, ("G", 43.5), H=offset)
-        self.state.vectors = held
+        self.state.modes.vectors = held
 
     def _spindl(self, s: Statement) -> Iterator[Block]:
         words = [word.upper() for word in s.words]
@@ -348,7 +350,7 @@ class Translator(Struct):
         allowed = [["OFF"]] if not speed else []
         allowed += [sorted({switch, way} - {""}) for switch in ("", "ON") for way in ("", "CLW", "CCLW")]
         if len(speed) > 1 or sorted(modes) not in allowed or not words or others.count("RPM") > len(speed):
-            raise BlockError("VP005", "SPINDL takes a speed with RPM and CLW or CCLW, or ON, or OFF alone")
+            raise ProgramError("VP005", "SPINDL takes a speed with RPM and CLW or CCLW, or ON, or OFF alone")
         backwards = "CCLW" in others or ("CLW" not in words and not speed and self.state.spindle_reversed)
         code = 5.0 if "OFF" in others else 4.0 if backwards else 3.0
         yield _block(s, ("M", code), **({"S": read_numbers(s, speed)[0]} if speed else {}))
@@ -360,7 +362,7 @@ class Translator(Struct):
     def _delay(self, s: Statement) -> Iterator[Block]:
         numbers = read_numbers(s, s.words)
         if len(numbers) != 1:
-            raise BlockError("VP005", "DELAY takes the time in seconds")
+            raise ProgramError("VP005", "DELAY takes the time in seconds")
         yield _block(s, ("G", 4.0), P=numbers[0])
 
     def _stop(self, s: Statement) -> Iterator[Block]:
@@ -375,9 +377,9 @@ class Translator(Struct):
     def _auxfun(self, s: Statement) -> Iterator[Block]:
         numbers = read_numbers(s, s.words)
         if len(numbers) != 1:
-            raise BlockError("VP005", "AUXFUN takes the number of an M code")
+            raise ProgramError("VP005", "AUXFUN takes the number of an M code")
         if numbers[0] in (98, 99):
-            raise BlockError("VP002", "AUXFUN/98 and 99 call subprograms, which cutter location text does not have")
+            raise ProgramError("VP002", "AUXFUN/98 and 99 call subprograms, which cutter location text does not have")
         yield _block(s, ("M", numbers[0]))
 
     def _gohome(self, s: Statement) -> Iterator[Block]:
@@ -387,7 +389,7 @@ class Translator(Struct):
 
     def _cutcom(self, s: Statement) -> Iterator[Block]:
         if [word.upper() for word in s.words] != ["OFF"]:
-            raise BlockError("VP002", "CUTCOM is not executed: let the CAM system write the path of the tool's tip")
+            raise ProgramError("VP002", "CUTCOM is not executed: let the CAM system write the path of the tool's tip")
         yield _block(s, ("G", 40.0))
 
 

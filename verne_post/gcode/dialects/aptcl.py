@@ -11,8 +11,8 @@ from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 
 _HEADER: Final = re.compile(
     rb"\s*(?:\$\$[^\n]*\n\s*)*(?:PARTNO|MACHIN\s*/|UNITS\s*/|MULTAX|FROM\s*/|LOADTL\s*/|TOOL PATH/|PPRINT)",
@@ -27,9 +27,8 @@ def _recognise(source: Text) -> bool:
 
 def _initial_state(setup: Setup) -> State:
     """Tool vectors, absolute, mm."""
-    state = initial_state(setup)
-    state.vectors = True
-    state.tool_axis = (0.0, 0.0, 1.0)
+    state = initial_state(setup, tool_axis=(0.0, 0.0, 1.0))
+    state.modes.vectors = True
     return state
 
 

@@ -11,8 +11,8 @@ from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.gcode.words import whole_lines
 
 _HEADER: Final = re.compile(rb"(?:[ \t\r]*(?:;[^\n]*)?\n)*[ \t]*\d*[ \t]*BEGIN[ \t]+PGM(?![A-Z0-9])", re.IGNORECASE)

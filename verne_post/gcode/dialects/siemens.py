@@ -10,11 +10,11 @@ from typing import Final
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, StopConditions, may_restart
-from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.gcode.words import whole_lines
 
 _HEADER_LINES: Final = 200
@@ -66,13 +66,13 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
             in_main = text is main and not flow.in_call
             if in_main and line == stop.before_line:
                 break
-            restart = may_restart(state) and executor.modal is None and executor.interpreter.draft is None
+            restart = may_restart(state) and executor.modal is None and executor.interpreter.splines.draft is None
             last = execute_stretch(flow, chunk, stop, in_main=in_main)
             if last is None:
                 flow.step(chunk.raw(line - chunk.first_line))
             if in_main and stop.trace is not None:
                 stop.trace.add(line, last or line + 1, may_restart=restart)
-        except BlockError as error:
+        except ProgramError as error:
             if chunk is not None and executor.pass_failed(chunk.raw(line - chunk.first_line), error):
                 continue
             if not execution.report(error, line, shown_line=shown_line, file=text.name) or stop.first_error:

@@ -2,80 +2,61 @@
 
 import math
 
-from msgspec import Struct
-
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.elements import Element, Point, left, make_arc
+from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.waiting import Approach
 from verne_post.gcode.klartext.words import Words
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import MoveKind
 
 
-class Approach(Struct, frozen=True):
-    """APPR, waiting for the contour: the first point of the contour, and what leads to it.
-
-    ``turn`` is the centre angle of CT in degrees, ``length`` LEN or R in mm, ``rapid`` whether the way to it is; ``feed`` is that of the block,
-    ``before`` the one before it.
-    """
-
-    kind: str
-    point: list[float]
-    length: float
-    turn: float
-    feed: float
-    before: float
-    rapid: bool
-    line: int
-
-
-class KlartextApproach(KlartextContour):
+class KlartextApproach:
     """The contour, and how the tool comes to it and leaves it."""
 
-    def __init__(self, *arguments: object) -> None:
-        super().__init__(*arguments)
-        self.approach: Approach | None = None
-
-    def now(self) -> list[float]:
-        """The programmed position (9) at which the next element begins."""
-        return super().now() if self.approach is None else self.approach.point
+    def __init__(self, frames: KlartextFrames, paths: KlartextPaths, contour: KlartextContour) -> None:
+        self.frames = frames
+        self.paths = paths
+        self.contour = contour
+        self.core = frames.core
+        self.state = frames.state
+        self.recorder = frames.recorder
+        self.waiting = frames.waiting
 
     def add_element(self, element: Element, *, wait: bool) -> None:
         """The next element of the contour; the first one after APPR is approached."""
-        if self.approach is not None:
-            self._approach_contour(self.approach, element)
-        super().add_element(element, wait=wait)
-
-    def check_nothing_waits(self, what: str) -> None:
-        """Refuse what would come between a corner or an approach and its element."""
-        super().check_nothing_waits(what)
-        if self.approach is not None:
-            raise BlockError("VP017", f"{what} after APPR, which needs the first line or arc of the contour")
+        if self.waiting.approach is not None:
+            self._approach_contour(self.waiting.approach, element)
+        self.contour.take_element(element, wait=wait)
 
     @property
     def _side_sign(self) -> float:
         """1 where the tool is left of the contour."""
-        if self.offset:
-            return math.copysign(1.0, self.offset)
-        return 1.0 if (self.side == "RL") != self.flips else -1.0
+        if self.contour.offset:
+            return math.copysign(1.0, self.contour.offset)
+        return 1.0 if (self.contour.side == "RL") != self.frames.flips else -1.0
 
     def start_approach(self, statement: Statement, words: Words, kind: str, point: list[float]) -> None:
         """APPR LT, LN, CT, LCT: waits for the first element of the contour."""
-        self.check_nothing_waits("APPR")
-        if self.side is not None:
-            raise statement.error("VP017", f"APPR while {self.side} is in force")
+        self.waiting.refuse("APPR")
+        if self.contour.side is not None:
+            raise statement.error("VP017", f"APPR while {self.contour.side} is in force")
         length, turn = self._approach_size(statement, words, kind)
-        self.set_side(statement, words.compensation)
-        if self.side is None and kind != "LT":
+        self.contour.set_side(statement, words.compensation)
+        if self.contour.side is None and kind != "LT":
             raise statement.error(
                 "VP005", f"APPR {kind} needs RL or RR, which say on which side of the contour it comes from"
             )
         before = self.state.feed
-        self.set_feed(statement, words)
+        self.contour.set_feed(statement, words)
         words.check_used(statement, "side M")
         feed = self.state.feed
-        self.approach = Approach(kind, point, length, turn, feed, before, self.last_rapid, self.block.line)
+        self.waiting.approach = Approach(
+            kind, point, length, turn, feed, before, self.contour.last_rapid, self.frames.block.line
+        )
 
     def _approach_size(self, statement: Statement, words: Words, kind: str) -> tuple[float, float]:
         """LEN or R in mm, and CCA."""
@@ -93,20 +74,20 @@ class KlartextApproach(KlartextContour):
                     "VP005" if angle is None else "VP007", f"{statement.keyword} CT needs CCA, up to 360 degrees"
                 )
             turn = angle
-        return size * self.unit, turn
+        return size * self.frames.unit, turn
 
     def _approach_contour(self, approach: Approach, element: Element) -> None:
         """From where the tool stands to beside the first point of the contour, on the path of the tool's centre."""
-        self.approach = None
+        self.waiting.approach = None
         t = element.direction(at_end=False)
         if element.plane or t is None:
-            raise BlockError("VP008", "APPR needs a contour that begins in X and Y")
-        kind, point, compensation = approach.kind, approach.point, self.state.compensation
+            raise ProgramError("VP008", "APPR needs a contour that begins in X and Y")
+        kind, point = approach.kind, approach.point
         rapid = MoveKind.RAPID if approach.rapid and kind != "LCT" else MoveKind.FEED
         beside, side, n = self._beside(point, t), self._side_sign, left(t)
         center = (beside[0] + side * approach.length * n[0], beside[1] + side * approach.length * n[1])
         sense = side * math.copysign(1.0, approach.length)
-        self.state.compensation = None
+        compensation = self.core.suspend_compensation()
         if kind == "LT":
             self._go_to(approach, (beside[0] - approach.length * t[0], beside[1] - approach.length * t[1]), rapid)
         elif kind == "LN":
@@ -122,33 +103,31 @@ class KlartextApproach(KlartextContour):
             sweep = sense * approach.turn if kind == "CT" else _sweep_to(here, beside, center, sense)
             self._arc_to(approach.line, beside, center, sweep, approach.feed)
         if compensation is not None:
-            compensation.enter_beside((point[0], point[1]), self.recorder.count - 1, self.state.position, approach.line)
-            self.state.compensation, self.state.centre = compensation, self.state.position
-            self.state.position = list(point)
+            self.core.enter_beside(At(approach.line), compensation, point)
 
     def _beside(self, point: list[float], t: Point) -> Point:
         """Where the tool's centre is at a point of a contour that goes on in a direction."""
         n = left(t)
-        return point[0] + self.offset * n[0], point[1] + self.offset * n[1]
+        return point[0] + self.contour.offset * n[0], point[1] + self.contour.offset * n[1]
 
     def _go_to(self, approach: Approach, place: Point, kind: MoveKind) -> None:
         """To the auxiliary point: first in X and Y, then in Z."""
         here, feed = self.state.position, approach.feed if approach.kind == "LCT" else approach.before or approach.feed
         end = [place[0], place[1], *here[2:]]
-        self._emit(Element(approach.line, here, end, kind, feed, (0, 1)))
+        self.contour.emit(Element(approach.line, here, end, kind, feed, (0, 1)))
         if approach.point[2] != here[2]:
             end = [*end[:2], *approach.point[2:]]
-            self._emit(Element(approach.line, self.state.position, end, kind, feed, (2,)))
+            self.contour.emit(Element(approach.line, self.state.position, end, kind, feed, (2,)))
 
     def _line_to(self, line: int, place: Point, feed: float) -> None:
         end = [place[0], place[1], *self.state.position[2:]]
-        self._emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (0, 1)))
+        self.contour.emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (0, 1)))
 
     def _arc_to(self, line: int, place: Point, center: Point, sweep: float, feed: float) -> None:
         if sweep:
             start = list(self.state.position)
             end = [place[0], place[1], *start[2:]]
-            self._emit(Element(line, start, end, MoveKind.FEED, feed, (0, 1), make_arc(start, 0, center, sweep)))
+            self.contour.emit(Element(line, start, end, MoveKind.FEED, feed, (0, 1), make_arc(start, 0, center, sweep)))
 
     def depart(
         self, statement: Statement, words: Words, kind: str, point: list[float] | None, height: float | None
@@ -157,14 +136,14 @@ class KlartextApproach(KlartextContour):
 
         ``point``: where LCT ends; ``height``: Z of the frame, to which the tool goes last.
         """
-        self.check_nothing_waits("DEP")
-        t, line = self.direction, self.block.line
+        self.waiting.refuse("DEP")
+        t, line = self.paths.direction, self.frames.block.line
         if t is None:
             raise statement.error("VP017", "DEP needs a line or an arc in X and Y right before it")
         length, turn = self._approach_size(statement, words, kind)
-        if self.side is None and kind != "LT":
+        if self.contour.side is None and kind != "LT":
             raise statement.error("VP017", f"DEP {kind} needs RL or RR in force, which say to which side it goes")
-        self.set_feed(statement, words)
+        self.contour.set_feed(statement, words)
         feed = self.state.feed
         words.check_used(statement, "side M")
         side, n = self._side_sign, left(t)
@@ -185,16 +164,13 @@ class KlartextApproach(KlartextContour):
             self._line_to(line, (point[0], point[1]), feed)
         if height is not None:
             end = [*self.state.position[:2], height, *self.state.position[3:]]
-            self._emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (2,)))
-        self.direction = None
+            self.contour.emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (2,)))
+        self.paths.direction = None
 
     def _end_side(self) -> None:
         """Compensation ends; the tool stays beside the contour."""
-        state = self.state
-        state.compensation, self.side = None, None
-        if state.centre is not None:
-            state.position, state.centre = state.centre, None
-        state.arc_may_follow = True
+        self.core.leave_beside()
+        self.contour.side = None
 
 
 def _touch(position: list[float], center: Point, radius: float, sense: float, *, leaving: bool) -> Point:
@@ -202,13 +178,15 @@ def _touch(position: list[float], center: Point, radius: float, sense: float, *,
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP008: the place lies inside the circle.
     """
     dx, dy = position[0] - center[0], position[1] - center[1]
     distance = math.hypot(dx, dy)
     if distance < radius:
-        raise BlockError("VP008", "the tool stands inside the arc of the approach or departure; no tangent leads to it")
+        raise ProgramError(
+            "VP008", "the tool stands inside the arc of the approach or departure; no tangent leads to it"
+        )
     angle = math.atan2(dy, dx) + (-1 if leaving else 1) * sense * math.acos(min(radius / distance, 1.0))
     return center[0] + radius * math.cos(angle), center[1] + radius * math.sin(angle)
 

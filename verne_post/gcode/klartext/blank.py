@@ -34,7 +34,7 @@ class Blank:
 
         Raises
         ------
-        BlockError
+        ProgramError
             For a corner without a coordinate, and for a stock without a size.
         """
         form = _FORM.match(statement.rest)

@@ -70,7 +70,7 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
 
     Raises
     ------
-    BlockError
+    ProgramError
         For what is no parameter; the name of the cycle comes first and may be any text.
     """
     values: dict[int, float] = {}

@@ -5,13 +5,14 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.cycle_codes import MAX_PECKS
-from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.frame_codes import MAX_DWELL_S
+from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.elements import Point, make_arc
-from verne_post.gcode.klartext.planes import KlartextPlanes
+from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.lengths import helix_length
+from verne_post.gcode.machining.machining import MAX_DWELL_S
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.cycles import MAX_PECKS
 from verne_post.model.moves import MoveKind
 
 _Q = dict[int, float]
@@ -19,103 +20,106 @@ _Q = dict[int, float]
 _DIRECTIONS: Final = {0: (0.0, 0.0), 1: (-1.0, 0.0), 2: (0.0, -1.0), 3: (1.0, 0.0), 4: (0.0, 1.0)}
 
 
-class KlartextCycles(KlartextPlanes):
+class KlartextCycles:
     """Planes, and the moves of machining cycles."""
+
+    def __init__(self, frames: KlartextFrames, contour: KlartextContour) -> None:
+        self.frames = frames
+        self.contour = contour
+        self.core = frames.core
+        self.state = frames.state
+        self.recorder = frames.recorder
+        self.waiting = frames.waiting
 
     def run_hole(self, number: int, q: _Q) -> None:
         """One hole at the present place.
 
         Raises
         ------
-        BlockError
+        ProgramError
         """
-        state = self.state
-        self.check_nothing_waits("a cycle call")
-        self._refuse_beside(f"cycle {number}")
-        self._require_known(self.block, [0, 1], f"cycle {number}")
-        self._stand_at({2: self._z(q[203] + q[200])})
+        self.waiting.refuse("a cycle call")
+        self.frames.refuse_beside(f"cycle {number}")
+        self.core.require_known(self.frames.block, [0, 1], f"cycle {number}")
+        self.core.frames.stand_at({2: self.find_height(q[203] + q[200])})
         self._check_hole(number, q)
-        feed, mode = state.feed, state.feed_mode
-        try:
-            with state.exact_path():
-                HOLES[number](self, q)
-        finally:
-            state.feed, state.feed_mode = feed, mode
-        self.last_rapid = True
+        with self.core.keep_feed(), self.state.exact_path():
+            HOLES[number](self, q)
+        self.contour.last_rapid = True
 
     def _check_hole(self, number: int, q: _Q) -> None:
-        if (tool := self.tilted_tool()) is not None:
-            raise BlockError(
+        if (tool := self.core.tilted_tool()) is not None:
+            raise ProgramError(
                 "VP017", f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; position the rotary axes first (PLANE ... MOVE or TURN)",
             )  # fmt: skip
         for name in (200, 204, 258, 259):
             if q.get(name, 0.0) < 0:
-                raise BlockError("VP007", f"Q{name}={q[name]:g}: a distance is not negative")
+                raise ProgramError("VP007", f"Q{name}={q[name]:g}: a distance is not negative")
         for name in (210, 211, 255):
             if not 0 <= q.get(name, 0.0) <= MAX_DWELL_S:
-                raise BlockError("VP007", f"Q{name}={q[name]:g}: a dwell lies between 0 and a day")
+                raise ProgramError("VP007", f"Q{name}={q[name]:g}: a dwell lies between 0 and a day")
         for name in (206, 254):
             if not 0 < q.get(name, 1.0) < FMAX_VALUE:
-                raise BlockError(
+                raise ProgramError(
                     "VP009", f"Q{name}={q[name]:g}: the tool cuts at this feed rate; it is greater than 0, and not FMAX"
                 )
         for name in (208, 253):
             if q.get(name, 0.0) < 0:
-                raise BlockError("VP007", f"Q{name}={q[name]:g}: a feed rate is not negative")
+                raise ProgramError("VP007", f"Q{name}={q[name]:g}: a feed rate is not negative")
         if q.get(395):
-            raise BlockError("VP002", "Q395=1 is not executed: the angle of the tool's point is not known")
+            raise ProgramError("VP002", "Q395=1 is not executed: the angle of the tool's point is not known")
         if q.get(201, -1.0) > 0:
-            raise BlockError("VP007", f"Q201={q[201]:g}: a depth is negative, below Q203")
+            raise ProgramError("VP007", f"Q201={q[201]:g}: a depth is negative, below Q203")
 
     # --- moves in heights of the input system --------------------------------------------------------------
 
-    def _z(self, height: float) -> float:
+    def find_height(self, height: float) -> float:
         """Input height as Z of the frame, mm."""
-        return height * float(self.factors[2]) * self._length(1.0)
+        return height * float(self.frames.factors[2]) * self.frames.length(1.0)
 
-    def _to(self, height: float, feed: float) -> None:
+    def go_to_height(self, height: float, feed: float) -> None:
         """Along Z; a feed rate of 0 or MAX is rapid traverse."""
         rapid = not 0 < feed < FMAX_VALUE
         end = list(self.state.position)
-        end[2] = self._z(height)
-        self._go_straight(end, rapid, feed)
+        end[2] = self.find_height(height)
+        self.go_straight(end, rapid, feed)
 
-    def _go_straight(self, end: list[float], rapid: bool, feed: float | None = None) -> None:
+    def go_straight(self, end: list[float], rapid: bool, feed: float | None = None) -> None:
         """To a place of the frame; where no feed rate of a cycle is given, at the one in force."""
         kind = MoveKind.RAPID if rapid else MoveKind.FEED
         if not rapid:
             if feed is not None:
-                self.state.feed = self.feed_of_word(feed)
+                self.core.set_feed(self.contour.feed_of_word(feed))
                 self._change_feed_mode_to_minutes()
-            self._check_feed(self.block, 10)
-        self._motion_start(kind, absolute=True, machine=False)
-        self._record(self.block.line, kind, end, [0, 1, 2], absolute=True)
+            self.contour.check_feed()
+        self.core.start_of_motion(kind, absolute=True, machine=False)
+        self.frames.run_line(self.frames.block, kind, end, [0, 1, 2])
 
     def _change_feed_mode_to_minutes(self) -> None:
-        self._change_feed_mode(type(self.state.feed_mode).PER_MINUTE)
+        self.contour.change_feed_mode(type(self.state.feed_mode).PER_MINUTE)
 
     def _start_height(self, q: _Q) -> tuple[float, float]:
         """Rapid to the set-up clearance over the surface; returns it and the height of the surface."""
         surface = q[203]
         clear = surface + q[200]
-        self._to(clear, 0.0)
+        self.go_to_height(clear, 0.0)
         return clear, surface
 
     def _leave(self, q: _Q, clear: float) -> None:
         """To the second set-up clearance, where it lies higher."""
         second = q[203] + q[204]
         if second > clear:
-            self._to(second, 0.0)
+            self.go_to_height(second, 0.0)
 
     def _wait(self, seconds: float) -> None:
         if seconds:
-            self._record_dwell(self.block, seconds)
+            self.core.dwell(self.frames.block, seconds)
 
     def _check_pecks(self, depth: float, step: float) -> None:
         if step <= 0:
-            raise BlockError("VP007", f"Q202={step:g}: a plunging depth is greater than 0")
+            raise ProgramError("VP007", f"Q202={step:g}: a plunging depth is greater than 0")
         if depth / step > MAX_PECKS:
-            raise BlockError("VP007", f"more than {MAX_PECKS} pecks in one hole")
+            raise ProgramError("VP007", f"more than {MAX_PECKS} pecks in one hole")
 
     # --- cycles ------------------------------------------------------------------------------------------------
 
@@ -128,14 +132,14 @@ class KlartextCycles(KlartextPlanes):
             self._check_pecks(-q[201], step)
             while depth - step > bottom + ZERO_LENGTH_MM:
                 depth -= step
-                self._to(depth, q[206])
-                self._to(clear, 0.0)
+                self.go_to_height(depth, q[206])
+                self.go_to_height(clear, 0.0)
                 self._wait(q[210])
-                self._to(depth + q[200], 0.0)
+                self.go_to_height(depth + q[200], 0.0)
         if q[201] != 0:
-            self._to(bottom, q[206])
+            self.go_to_height(bottom, q[206])
             self._wait(q[211])
-        self._to(clear, 0.0)
+        self.go_to_height(clear, 0.0)
         self._leave(q, clear)
 
     def _ream(self, q: _Q) -> None:
@@ -150,37 +154,39 @@ class KlartextCycles(KlartextPlanes):
         """202: orients the spindle at the bottom and leaves the wall by Q357, where Q214 says to which side."""
         direction = _DIRECTIONS.get(int(q[214])) if q[214] == int(q[214]) else None
         if direction is None:
-            raise BlockError("VP007", f"Q214={q[214]:g}: directions are 0 to 4")
+            raise ProgramError("VP007", f"Q214={q[214]:g}: directions are 0 to 4")
         self._need_spindle(202)
         clear, surface = self._start_height(q)
-        self._to(surface + q[201], q[206])
+        self.go_to_height(surface + q[201], q[206])
         self._wait(q[211])
         backwards = self.state.spindle_reversed
         self._stop_oriented(q[336])
         hole = list(self.state.position)
         self._leave_wall(hole, direction, q[357])
-        self._to(clear, q[208] or q[206])
+        self.go_to_height(clear, q[208] or q[206])
         self._leave(q, clear)
         back = list(self.state.position)
         back[:2] = hole[:2]
         if any(direction):
-            self._go_straight(back, rapid=True)
-        self._switch_spindle(self.block.line, on=True, backwards=backwards)
+            self.go_straight(back, rapid=True)
+        self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
 
     def _leave_wall(self, hole: list[float], direction: tuple[float, float], distance: float) -> None:
         if any(direction):
             end = list(self.state.position)
             for axis in (0, 1):
-                end[axis] = hole[axis] + direction[axis] * distance * float(self.factors[axis]) * self._length(1.0)
-            self._go_straight(end, rapid=True)
+                end[axis] = hole[axis] + direction[axis] * distance * float(
+                    self.frames.factors[axis]
+                ) * self.frames.length(1.0)
+            self.go_straight(end, rapid=True)
 
     def _need_spindle(self, number: int) -> None:
         if not (self.state.spindle_on and self.state.spindle_speed > 0):
-            raise BlockError("VP017", f"cycle {number} needs a turning spindle; give S and M3 first")
+            raise ProgramError("VP017", f"cycle {number} needs a turning spindle; give S and M3 first")
 
     def _stop_oriented(self, angle: float) -> None:
-        self._switch_spindle(self.block.line, on=False)
-        self.recorder.event(self.block.line, "orient", angle=angle)
+        self.core.auxiliary.switch_spindle(self.frames.block, on=False)
+        self.recorder.event(self.frames.block.line, "orient", angle=angle)
 
     def _drill_universal(self, q: _Q) -> None:
         """203: chip breaks by Q256, a full retract after Q213 of them, plunges that get smaller by Q212."""
@@ -190,50 +196,50 @@ class KlartextCycles(KlartextPlanes):
             self._check_pecks(-q[201], min(step, q[205]) if q[212] and q[205] > 0 else step)
             while depth - step > bottom + ZERO_LENGTH_MM:
                 depth -= step
-                self._to(depth, q[206])
+                self.go_to_height(depth, q[206])
                 if breaks < q[213]:
                     breaks += 1
-                    self._to(depth + q[256], 0.0)
+                    self.go_to_height(depth + q[256], 0.0)
                 else:
                     breaks = 0
-                    self._to(clear, q[208] or q[206])
+                    self.go_to_height(clear, q[208] or q[206])
                     self._wait(q[210])
-                    self._to(depth + q[200], 0.0)
+                    self.go_to_height(depth + q[200], 0.0)
                 step = _next_step(q, step)
         self._finish_hole(q, clear, bottom)
 
     def _finish_hole(self, q: _Q, clear: float, bottom: float) -> None:
         """To the bottom, where the depth is not zero, wait there, and out."""
         if q[201] != 0:
-            self._to(bottom, q[206])
+            self.go_to_height(bottom, q[206])
             self._wait(q[211])
-        self._to(clear, q[208] or q[206])
+        self.go_to_height(clear, q[208] or q[206])
         self._leave(q, clear)
 
     def _bore_back(self, q: _Q) -> None:
         """204: a counterbore from below."""
         direction = _DIRECTIONS.get(int(q[214])) if q[214] == int(q[214]) else None
         if direction is None or not any(direction):
-            raise BlockError("VP007", f"Q214={q[214]:g}: cycle 204 needs a direction, 1 to 4")
+            raise ProgramError("VP007", f"Q214={q[214]:g}: cycle 204 needs a direction, 1 to 4")
         self._need_spindle(204)
         clear, surface = self._start_height(q)
         below = surface - q[250]
         hole, backwards = list(self.state.position), self.state.spindle_reversed
         self._stop_oriented(q[336])
         self._leave_wall(hole, direction, q[251])
-        self._to(below - q[200] - q[252], q[253])
+        self.go_to_height(below - q[200] - q[252], q[253])
         centre = [*hole[:2], *self.state.position[2:]]
-        self._go_straight(centre, rapid=False, feed=q[253])
-        self._switch_spindle(self.block.line, on=True, backwards=backwards)
-        self._to(below + q[249] - q[252], q[254])
+        self.go_straight(centre, rapid=False, feed=q[253])
+        self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
+        self.go_to_height(below + q[249] - q[252], q[254])
         self._wait(q[255])
-        self._to(below - q[200] - q[252], q[253])
+        self.go_to_height(below - q[200] - q[252], q[253])
         self._stop_oriented(q[336])
         self._leave_wall(hole, direction, q[251])
-        self._to(clear, q[253])
+        self.go_to_height(clear, q[253])
         self._leave(q, clear)
-        self._go_straight([*hole[:2], *self.state.position[2:]], rapid=True)
-        self._switch_spindle(self.block.line, on=True, backwards=backwards)
+        self.go_straight([*hole[:2], *self.state.position[2:]], rapid=True)
+        self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
 
     def _peck_universal(self, q: _Q) -> None:
         """205: pecks to full retracts each Q202, chip breaks each Q257 between them, stop distances Q258 to Q259, a deeper start Q379."""
@@ -241,7 +247,7 @@ class KlartextCycles(KlartextPlanes):
         bottom = surface + q[201]
         depth = surface - abs(q[379])
         if depth < surface:
-            self._to(depth + q[200], q[253])
+            self.go_to_height(depth + q[200], q[253])
         step, total = q[202], max(depth - bottom, 0.0)
         if total > 0:
             smallest = max(q[205], 0.0) if q[212] else step
@@ -251,10 +257,10 @@ class KlartextCycles(KlartextPlanes):
             while depth - step > bottom + ZERO_LENGTH_MM:
                 self._break_chips(q, depth, depth - step)
                 depth -= step
-                self._to(depth, q[206])
+                self.go_to_height(depth, q[206])
                 stop = q[258] + (q[259] - q[258]) * min(done / count, 1.0)
-                self._to(clear, q[208] or q[206])
-                self._to(depth + stop, 0.0)
+                self.go_to_height(clear, q[208] or q[206])
+                self.go_to_height(depth + stop, 0.0)
                 done += 1
                 step = _next_step(q, step)
             self._break_chips(q, depth, bottom)
@@ -264,35 +270,35 @@ class KlartextCycles(KlartextPlanes):
         """Drill from a depth towards its end, and break the chip each Q257 before it by going up Q256."""
         while q[257] > 0 and depth - q[257] > end + ZERO_LENGTH_MM:
             depth -= q[257]
-            self._to(depth, q[206])
-            self._to(depth + q[256], 0.0)
+            self.go_to_height(depth, q[206])
+            self.go_to_height(depth + q[256], 0.0)
 
     def _tap(self, q: _Q) -> None:
         """206: with a floating tap holder; the spindle turns back at the bottom."""
         self._need_spindle(206)
         clear, surface = self._start_height(q)
         backwards = self.state.spindle_reversed
-        self._to(surface + q[201], q[206])
-        self._switch_spindle(self.block.line, on=True, backwards=not backwards)
+        self.go_to_height(surface + q[201], q[206])
+        self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=not backwards)
         self._wait(q[211])
-        self._to(clear, q[206])
-        self._switch_spindle(self.block.line, on=True, backwards=backwards)
+        self.go_to_height(clear, q[206])
+        self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
         self._leave(q, clear)
 
     def _mill_bore(self, q: _Q) -> None:
         """208: a helix to the depth, one full circle there, back to the centre."""
         if q[351] not in (1.0, -1.0):
-            raise BlockError("VP007", f"Q351={q[351]:g}: 1 for climb milling, -1 for up-cut")
-        bore = 0.5 * q[335] * self.unit
-        radius = bore - self.tool_radius()
+            raise ProgramError("VP007", f"Q351={q[351]:g}: 1 for climb milling, -1 for up-cut")
+        bore = 0.5 * q[335] * self.frames.unit
+        radius = bore - self.contour.tool_radius()
         if radius <= ZERO_LENGTH_MM or q[334] <= 0 or q[370]:
-            raise BlockError(
+            raise ProgramError(
                 "VP007", "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
             )
         clear, surface = self._start_height(q)
         self._check_pecks(-q[201], q[334])
         hole = (self.state.position[0], self.state.position[1])
-        sense = int(q[351]) * (-1 if self.flips else 1)
+        sense = int(q[351]) * (-1 if self.frames.flips else 1)
         wall = (hole[0] + radius, hole[1])
         self._arc(wall, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, clear, q[206])
         depth, bottom = clear, surface + q[201]
@@ -301,35 +307,35 @@ class KlartextCycles(KlartextPlanes):
             self._arc(wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[206], bore)
         self._arc(wall, hole, sense * 360.0, bottom, q[206], bore)
         self._arc(hole, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, bottom, q[206])
-        self._to(clear, 0.0)
+        self.go_to_height(clear, 0.0)
         self._leave(q, clear)
 
     def _arc(
         self, place: Point, center: Point, sweep: float, height: float, feed: float, bore: float | None = None
     ) -> None:
         """A helix to a place at an input height; ``bore`` is the radius (mm) of the wall that it cuts, where it cuts one."""
-        self.state.feed = self.feed_of_word(feed)
+        self.core.set_feed(self.contour.feed_of_word(feed))
         self._change_feed_mode_to_minutes()
-        self._check_feed(self.block, 20)
+        self.contour.check_feed()
         start = list(self.state.position)
-        end = [place[0], place[1], self._z(height), *start[3:]]
+        end = [place[0], place[1], self.find_height(height), *start[3:]]
         if bore is not None:
             lengths = [helix_length(radius, sweep, end[2] - start[2]) for radius in (math.dist(place, center), bore)]
-            self.state.feed *= self._arc_feed_share(lengths[0] / lengths[1])
-        self._record_arc(self.block.line, start, end, make_arc(start, 0, center, sweep), [0, 1, 2], absolute=True)
+            self.core.set_feed(self.state.feed * self.core.find_arc_feed_share(lengths[0] / lengths[1]))
+        self.core.arc(self.frames.block, start, end, make_arc(start, 0, center, sweep), [0, 1, 2])
 
     def _center(self, q: _Q) -> None:
         """240: centring to a depth."""
         if q[343]:
-            raise BlockError(
+            raise ProgramError(
                 "VP002",
                 "cycle 240 with Q343=1 is not executed: the angle of the tool's point is not known; give the depth, Q343=0",
             )
         clear, surface = self._start_height(q)
         if q[201] != 0:
-            self._to(surface + q[201], q[206])
+            self.go_to_height(surface + q[201], q[206])
             self._wait(q[211])
-        self._to(clear, 0.0)
+        self.go_to_height(clear, 0.0)
         self._leave(q, clear)
 
 
@@ -347,7 +353,7 @@ def _next_step(q: _Q, step: float) -> float:
         return step
     smaller = max(step - q[212], q[205])
     if smaller <= ZERO_LENGTH_MM:
-        raise BlockError(
+        raise ProgramError(
             "VP007", f"Q212={q[212]:g}: no plunging depth is left before the hole is done; give Q205, the smallest one"
         )
     return smaller

@@ -8,8 +8,8 @@ from msgspec.structs import replace
 
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES, Arc
-from verne_post.gcode.compensation import line_and_circle, two_circles
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.machining.compensation import line_and_circle, two_circles
+from verne_post.gcode.program_error import ProgramError
 from verne_post.model.moves import ArcFeed, MoveKind
 
 Point = tuple[float, float]
@@ -100,7 +100,7 @@ def rounded_corner(first: Element, second: Element, radius: float) -> tuple[Elem
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP008: the radius does not fit between them.
     """
     t1, t2 = _corner_directions(first, second, "RND")
@@ -121,7 +121,7 @@ def rounded_corner(first: Element, second: Element, radius: float) -> tuple[Elem
             replace(before, start=before.end, end=after.start, kind=MoveKind.FEED, axes=(0, 1), arc=arc),
             after,
         )
-    raise BlockError("VP008", f"RND: no arc of radius {radius:g} mm fits between these elements")
+    raise ProgramError("VP008", f"RND: no arc of radius {radius:g} mm fits between these elements")
 
 
 def chamfered_corner(first: Element, second: Element, length: float) -> tuple[Element, Element, Element]:
@@ -129,30 +129,30 @@ def chamfered_corner(first: Element, second: Element, length: float) -> tuple[El
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP008 where one of them is an arc, or too short.
     """
     if first.arc is not None or second.arc is not None:
-        raise BlockError("VP008", "CHF between elements of which one is an arc; it stands between two lines")
+        raise ProgramError("VP008", "CHF between elements of which one is an arc; it stands between two lines")
     t1, t2 = _corner_directions(first, second, "CHF")
     corner = first.end
     before = _cut_end(first, (corner[0] - length * t1[0], corner[1] - length * t1[1]))
     after = _cut_start(second, (corner[0] + length * t2[0], corner[1] + length * t2[1]))
     if before is None or after is None:
-        raise BlockError("VP008", f"CHF {length:g} mm is longer than one of the lines beside it")
+        raise ProgramError("VP008", f"CHF {length:g} mm is longer than one of the lines beside it")
     return before, replace(before, start=before.end, end=after.start, kind=MoveKind.FEED, axes=(0, 1)), after
 
 
 def _corner_directions(first: Element, second: Element, name: str) -> tuple[Point, Point]:
     t1, t2 = first.direction(at_end=True), second.direction(at_end=False)
     if first.plane or second.plane or t1 is None or t2 is None:
-        raise BlockError("VP008", f"{name} stands between two elements that move in X and Y")
+        raise ProgramError("VP008", f"{name} stands between two elements that move in X and Y")
     if any(
         abs(a - b) > ZERO_LENGTH_MM
         for element in (first, second)
         for a, b in zip(element.start[2:], element.end[2:], strict=True)
     ):
-        raise BlockError("VP008", f"{name} between elements that move out of the plane")
+        raise ProgramError("VP008", f"{name} between elements that move out of the plane")
     return t1, t2
 
 

@@ -9,17 +9,17 @@ from verne_post.base.long_text import Text
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
 from verne_post.gcode.execution import Execution, StopConditions, may_restart
-from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.flow import MAX_DEPTH
 from verne_post.gcode.klartext.elements import Point
 from verne_post.gcode.klartext.program import Jump, Klartext
 from verne_post.gcode.klartext.recovery import KlartextRecovery
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainLines
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
+from verne_post.gcode.rs274.flow import MAX_DEPTH
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.gcode.text import Chunk
 
 _A, _C = 3, 5
@@ -59,7 +59,7 @@ class KlartextFlow:
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP023, VP024.
         """
         if jump.kind == "end":
@@ -88,12 +88,12 @@ class KlartextFlow:
     def _label(self, name: str) -> int:
         labels = self.text.labels
         if name not in labels:
-            raise BlockError("VP023", f"LBL {name} does not stand in the program")
+            raise ProgramError("VP023", f"LBL {name} does not stand in the program")
         return labels[name] + 1
 
     def _enter(self, call: _Call) -> None:
         if len(self._calls) > MAX_DEPTH:
-            raise BlockError("VP024", f"more than {MAX_DEPTH} calls inside each other")
+            raise ProgramError("VP024", f"more than {MAX_DEPTH} calls inside each other")
         self._calls.append(call)
         if call.program:
             self.interpreter.q.local.append({})
@@ -116,7 +116,7 @@ class KlartextFlow:
     def _call_program(self, name: str, line: int) -> None:
         texts = self.interpreter.setup.subroutines
         if name not in texts:
-            raise BlockError("VP023", f"CALL PGM {name}: there is no file {name}.h in the folder of the program")
+            raise ProgramError("VP023", f"CALL PGM {name}: there is no file {name}.h in the folder of the program")
         if name not in self._files:
             self._files[name] = KlartextText(texts[name], self.interpreter.setup, f"{name}.h")
         self._enter(_Call(self.text, self.line, program=True, shown=self.shown))
@@ -130,7 +130,7 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     interpreter = Klartext(setup, state, execution.recorder)
     main = KlartextText(source, setup)
     flow = KlartextFlow(main, interpreter)
-    while not (interpreter.ended or flow.ended):
+    while not (interpreter.functions.ended or flow.ended):
         text, line, shown_line = flow.text, flow.line, flow.shown
         chunk = text.chunk(line)
         if chunk is None:
@@ -144,14 +144,14 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
         in_main = text is main and not flow.in_call
         if in_main and line == stop.before_line:
             break
-        restart = may_restart(state) and interpreter.pending is None and interpreter.approach is None
+        restart = may_restart(state) and interpreter.waiting.pending is None and interpreter.waiting.approach is None
         try:
             if not _execute_stretch(flow, chunk, stop):
                 _execute_statement(flow)
             if in_main and stop.trace is not None:
                 last = flow.line if flow.text is main and not flow.in_call and flow.line > line else line + 1
                 stop.trace.add(line, last, may_restart=restart)
-        except BlockError as error:
+        except ProgramError as error:
             if not execution.report(error, line, shown_line=shown_line, file=text.name) or stop.first_error:
                 break
         if stop.is_met(state, setup, line, flow.line, in_main=text is main):
@@ -162,30 +162,35 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
 def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> bool:
     """Execute a stretch of plain lines at once; False where there is none."""
     interpreter, row = flow.interpreter, flow.line - chunk.first_line
-    end = chunk.lines.end(row)
+    end, view = chunk.lines.end(row), plain.PlainView()
     last = stop.cut(flow.line, end + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
     if (
         last - row < plain.MIN_LINES
         or not _is_ready(interpreter)
-        or not plain.is_ready(interpreter.state, chunk.lines, row)
+        or not plain.is_ready(interpreter.state, view, chunk.lines, row)
     ):
         return False
     while last > row and not chunk.lines.moves[last - 1]:
         last -= 1  # comments
     if last < end or chunk.first_line + last == chunk.end_line or flow.text.is_corner_next(chunk.first_line + last):
         last -= 1  # RND or CHF may begin at its end
-    if not interpreter.tcp or interpreter.along_vectors or any(interpreter.wraps.values()) or interpreter.shortest:
+    if (
+        not interpreter.modes.tcp
+        or interpreter.modes.along_vectors
+        or any(interpreter.frames.wraps.values())
+        or interpreter.paths.shortest
+    ):
         last = chunk.lines.first_named(row, last, [_A, _C])
     if last - row < plain.MIN_LINES:
         return False
-    interpreter.block.line = flow.shown or flow.line
+    interpreter.frames.block.line = flow.shown or flow.line
     state = interpreter.state
-    start, state.feed_angular = (state.position[0], state.position[1]), state.feed
-    done = plain.execute(chunk.lines, row, last, interpreter, flow.shown)
+    start = state.position[0], state.position[1]
+    done = plain.execute(chunk.lines, row, last, interpreter.core, view, flow.shown)
     if done > row:
         first, flow.line = flow.line, flow.line + done - row
-        interpreter.last_rapid = bool(state.motion == 0)
-        interpreter.direction = _find_last_direction(chunk.lines, row, done, start)
+        interpreter.contour.last_rapid = view.motion == 0
+        interpreter.paths.direction = _find_last_direction(chunk.lines, row, done, start)
         flow.repeats.count(flow.text, first, flow.line - 1, 0)
     return done > row
 
@@ -207,15 +212,15 @@ def _find_last_direction(lines: PlainLines, first: int, done: int, start: Point)
 def _is_ready(interpreter: Klartext) -> bool:
     """True where plain lines are nothing but straight moves."""
     return (
-        interpreter.pending is None
-        and interpreter.approach is None
-        and interpreter.side is None
-        and not interpreter.modal
-        and not interpreter.state.inch
-        and not interpreter.per_turn
-        and not interpreter.as_spatial
-        and bool((interpreter.factors == 1.0).all())
-        and (interpreter.tcp or interpreter.maps.tilt is None)
+        interpreter.waiting.pending is None
+        and interpreter.waiting.approach is None
+        and interpreter.contour.side is None
+        and not interpreter.patterns.modal
+        and not interpreter.modes.inch
+        and not interpreter.contour.per_turn
+        and not interpreter.modes.as_spatial
+        and bool((interpreter.frames.factors == 1.0).all())
+        and (interpreter.modes.tcp or interpreter.maps.tilt is None)
     )
 
 
@@ -231,14 +236,14 @@ def _execute_statement(flow: KlartextFlow) -> None:
         following = flow.line
         try:
             interpreter.execute_statement(statement, shown, corner_next=lambda: text.is_corner_next(following))
-        except BlockError as error:
+        except ProgramError as error:
             if not flow.recovery.pass_failed(statement, error):
                 raise
             return
         interpreter.failed = interpreter.failed and statement.keyword in ("RND", "CHF", "DEP", "")
-        if interpreter.jump is not None and not interpreter.ended:
+        if interpreter.jump is not None and not interpreter.functions.ended:
             if interpreter.jump.kind == "end":
-                interpreter.check_nothing_waits("END PGM")
+                interpreter.waiting.refuse("END PGM")
                 if not flow.in_call:
                     interpreter.recorder.event(shown, "end", code="END PGM")
             flow.follow(interpreter.jump, line)

@@ -5,7 +5,8 @@ import re
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from verne_post.gcode.expressions import MAX_NESTING, MAX_NUMBER, BlockError
+from verne_post.gcode.expressions import MAX_NESTING, MAX_NUMBER
+from verne_post.gcode.program_error import ProgramError
 
 #: A number or a parameter with a sign, as words have it.
 VALUE: Final = r"[+-]?[ \t]*(?:\d+[.,]?\d*|[.,]\d+|Q[LR]?\d+)"
@@ -18,7 +19,7 @@ class Numbers(Protocol):
     """Where Q parameters are looked up."""
 
     def value(self, name: str) -> float:
-        """Value of Q1, QL1 or QR1; raises BlockError (VP025) for one that has none."""
+        """Value of Q1, QL1 or QR1; raises ProgramError (VP025) for one that has none."""
 
 
 def _square_root(x: float) -> float:
@@ -56,7 +57,7 @@ def read_value(text: str, numbers: Numbers) -> float:
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP001 for anything else, VP007 for a number beyond any machine.
     """
     text = text.strip()
@@ -71,9 +72,9 @@ def _number(text: str) -> float:
     try:
         value = float(text.replace(",", "."))
     except ValueError:
-        raise BlockError("VP001", f"{text[:20]!r} is not a number") from None
+        raise ProgramError("VP001", f"{text[:20]!r} is not a number") from None
     if not abs(value) <= MAX_NUMBER:
-        raise BlockError("VP007", f"{text[:20]} is beyond any machine")
+        raise ProgramError("VP007", f"{text[:20]} is beyond any machine")
     return value
 
 
@@ -82,20 +83,20 @@ def evaluate(text: str, numbers: Numbers) -> float:
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP001 for what is no formula, VP007 for a value that does not exist, VP025 for a parameter without a value.
     """
     formula = _Formula(text, numbers)
     try:
         value = formula.sum(0)
     except OverflowError:
-        raise BlockError("VP007", f"{text.strip()[:60]}: the value is beyond any machine") from None
+        raise ProgramError("VP007", f"{text.strip()[:60]}: the value is beyond any machine") from None
     except (ValueError, ZeroDivisionError) as error:
-        raise BlockError("VP007", f"{text.strip()[:60]}: {error}") from None
+        raise ProgramError("VP007", f"{text.strip()[:60]}: {error}") from None
     if formula.at < len(formula.tokens):
-        raise BlockError("VP001", f"{formula.tokens[formula.at]!r} in a formula where an operator belongs")
+        raise ProgramError("VP001", f"{formula.tokens[formula.at]!r} in a formula where an operator belongs")
     if isinstance(value, complex) or not abs(value) <= MAX_NUMBER:
-        raise BlockError("VP007", f"{text.strip()[:60]}: the value is beyond any machine")
+        raise ProgramError("VP007", f"{text.strip()[:60]}: the value is beyond any machine")
     return float(value)
 
 
@@ -110,7 +111,7 @@ class _Formula:
         while place < len(text):
             match = _TOKEN.match(text, place)
             if match is None:
-                raise BlockError("VP001", f"{text[place:].strip()[:10]!r} in a formula")
+                raise ProgramError("VP001", f"{text[place:].strip()[:10]!r} in a formula")
             self.tokens.append(match.group(1))
             place = match.end()
 
@@ -123,7 +124,7 @@ class _Formula:
     def sum(self, depth: int) -> float:
         """Terms with + and -."""
         if depth > MAX_NESTING:
-            raise BlockError("VP001", f"more than {MAX_NESTING} brackets and functions inside each other")
+            raise ProgramError("VP001", f"more than {MAX_NESTING} brackets and functions inside each other")
         value = self._product(depth)
         while (operator := self._take("+", "-")) is not None:
             term = self._product(depth)
@@ -135,7 +136,7 @@ class _Formula:
         while (operator := self._take("*", "/", "%")) is not None:
             factor = self._power(depth)
             if operator != "*" and factor == 0:
-                raise BlockError("VP007", "a division by zero")
+                raise ProgramError("VP007", "a division by zero")
             value = (
                 value * factor if operator == "*" else value / factor if operator == "/" else math.fmod(value, factor)
             )
@@ -146,24 +147,24 @@ class _Formula:
         while self._take("^") is not None:
             result = value ** self._operand(depth + 1)
             if isinstance(result, complex):
-                raise BlockError("VP007", f"{value:g} has no such power")
+                raise ProgramError("VP007", f"{value:g} has no such power")
             value = result
         return value
 
     def _operand(self, depth: int) -> float:
         if depth > MAX_NESTING:
-            raise BlockError("VP001", f"more than {MAX_NESTING} brackets and functions inside each other")
+            raise ProgramError("VP001", f"more than {MAX_NESTING} brackets and functions inside each other")
         if (sign := self._take("+", "-")) is not None:
             value = self._operand(depth + 1)
             return -value if sign == "-" else value
         if self.at == len(self.tokens):
-            raise BlockError("VP001", "the formula ends where a value belongs")
+            raise ProgramError("VP001", "the formula ends where a value belongs")
         token = self.tokens[self.at]
         self.at += 1
         if token == "(":
             value = self.sum(depth + 1)
             if self._take(")") is None:
-                raise BlockError("VP001", "a bracket of the formula is not closed")
+                raise ProgramError("VP001", "a bracket of the formula is not closed")
             return value
         if token == "PI":
             return math.pi
@@ -173,16 +174,16 @@ class _Formula:
             return self.numbers.value(token)
         if token[0].isdigit() or token[0] in ".,":
             return _number(token)
-        raise BlockError("VP001", f"{token!r} is not a value or a function of a formula")
+        raise ProgramError("VP001", f"{token!r} is not a value or a function of a formula")
 
 
 def combine(function: int, first: float, second: float) -> float:
     """FN 1 to 8 and 13: the result of the function for its operands; 5 to 7 take one."""
     if function == 4 and second == 0:
-        raise BlockError("VP007", "FN 4: a division by zero")
+        raise ProgramError("VP007", "FN 4: a division by zero")
     if function == 5:
         if first < 0:
-            raise BlockError("VP007", "FN 5: the square root of a negative number")
+            raise ProgramError("VP007", "FN 5: the square root of a negative number")
         return math.sqrt(first)
     if function == 13:
         return math.degrees(math.atan2(first, second)) % _FULL_TURN

@@ -13,15 +13,17 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ROTARY_CHORD_MM, ZERO_LENGTH_MM
-from verne_post.base.units import SECONDS_PER_MINUTE
+from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
-from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.interpret import Interpreter
+from verne_post.gcode.klartext.modes import Modes
 from verne_post.gcode.klartext.q_parameters import QParameters
 from verne_post.gcode.klartext.transformations import Map, Transformations
+from verne_post.gcode.klartext.waiting import Waiting
+from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.state import State
 from verne_post.model.moves import MoveKind
 
 _A, _C = 3, 5
@@ -29,51 +31,51 @@ _A, _C = 3, 5
 _MOST_PLACES: Final = 4000
 
 
-class KlartextFrames(Interpreter):
+class KlartextFrames:
     """The state of Klartext, and what its coordinates mean.
 
     Attributes
     ----------
     q : QParameters
     maps : Transformations
-    tcp : bool
-        M128 or FUNCTION TCPM: the tool centre point is controlled.
+    modes : Modes
     wraps : dict
         Whole turns, in degrees, that M94 has taken off the numbers of A and C.
     """
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
-        super().__init__(setup, state, recorder)
+        self.core = Machining(setup, state, recorder)
+        self.setup, self.state, self.recorder = setup, state, recorder
         self.q = QParameters()
         self.maps = Transformations()
-        self.tcp = False
+        self.modes = state.modes = Modes()
         self.wraps = {_A: 0.0, _C: 0.0}
         self.factors = np.ones(3)
         self.metres = False  # M116
-        self.block = Block(0)
-
-    def _feed_of(self, lengths: tuple[object, object]) -> float:
-        """Feed of a move; that of a turn alone is the same number in degrees."""
-        self.state.feed_angular = self.state.feed
-        return super()._feed_of(lengths)
+        self.block = At(0)
+        self.waiting = Waiting()
 
     # --- beside a contour ---------------------------------------------------------------------------
 
-    def _record(self, line: int, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool) -> None:
-        """As all dialects record a straight move; after R0 it needs X or Y."""
+    def length(self, value: float) -> float:
+        """A length of the program in mm."""
+        return value * MM_PER_INCH if self.modes.inch else value
+
+    def run_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
+        """A straight move to an end (9) of the frame; after R0 it needs X or Y."""
         if not {0, 1} & set(axes):
             self._refuse_after_side("a move without X and Y")
-        super()._record(line, kind, end, axes, absolute=absolute)
+        self.core.line(at, kind, end, axes, absolute=absolute)
 
-    def _refuse_beside(self, what: str) -> None:
+    def refuse_beside(self, what: str) -> None:
         """Refuse what moves the tool otherwise than a contour does, while it is beside one."""
-        self._refuse_compensation(what)
+        self.core.refuse_compensation(what)
         self._refuse_after_side(what)
 
     def _refuse_after_side(self, what: str) -> None:
         """After R0 the tool is beside the contour until it moves in the plane; whether anything else takes it there is open."""
         if self.state.compensation is None and self.state.centre is not None:
-            raise BlockError("VP017", f"{what} after R0, while the tool is beside the contour: whether it then goes onto the contour depends on the "
+            raise ProgramError("VP017", f"{what} after R0, while the tool is beside the contour: whether it then goes onto the contour depends on the "
                              "control; move in X and Y first, or write DEP in place of R0")  # fmt: skip
 
     # --- coordinates ---------------------------------------------------------------------------------
@@ -81,11 +83,11 @@ class KlartextFrames(Interpreter):
     @property
     def unit(self) -> float:
         """Mm of a unit of the program, with the scaling in force."""
-        return self._length(1.0) * self.maps.factor
+        return self.length(1.0) * self.maps.factor
 
     def place(self, point: Array) -> list[float]:
         """Input coordinates (3,) as X, Y, Z of the frame, mm."""
-        x, y, z = np.asarray(point) * self.factors * self._length(1.0)
+        x, y, z = np.asarray(point) * self.factors * self.length(1.0)
         return [float(x), float(y), float(z)]
 
     @property
@@ -98,10 +100,10 @@ class KlartextFrames(Interpreter):
     def refresh_frame(self) -> None:
         """Put the maps that are in force into the frame; the machine stands still."""
         whole = self.maps.map()
-        if not self.tcp and self.maps.tilt is None:
+        if not self.modes.tcp and self.maps.tilt is None:
             whole = self.table_map(self.state.position[_A], self.state.position[_C]).after(whole)
         feature, factors = whole.split()
-        self._set_frame(replace(self.state.frame, feature=feature))
+        self.core.frames.set_frame(replace(self.state.frame, feature=feature))
         self.factors = factors
 
     def table_map(self, a: float, c: float) -> Map:
@@ -121,10 +123,10 @@ class KlartextFrames(Interpreter):
 
     def check_upright(self, what: str) -> None:
         """Without tool-centre-point control a tilted plane needs the tool upright on it."""
-        if self.tcp or self.maps.tilt is None or not self.setup.machine:
+        if self.modes.tcp or self.maps.tilt is None or not self.setup.machine:
             return
-        if self.tilted_tool() is not None:
-            raise BlockError(
+        if self.core.tilted_tool() is not None:
+            raise ProgramError(
                 "VP017", f"{what} in a tilted plane, and the tool does not stand upright on it; position the rotary axes first "
                 "(PLANE ... MOVE or TURN, or L A+Q120 C+Q122)",
             )  # fmt: skip
@@ -137,12 +139,12 @@ class KlartextFrames(Interpreter):
 
     def move_machine(self, kind: MoveKind, target: Array, axes: list[int]) -> None:
         """All axes of the machine go straight to machine coordinates (9,), at the feed rate of axes (mm, degrees)."""
-        self._refuse_beside("a motion of machine axes")
+        self.refuse_beside("a motion of machine axes")
         state, coordinates = self.state, self.setup.coordinates
         start = self.machine_position()
         base = replace(state.frame, feature=None)
-        self._set_frame(base)
-        self._name_axes([float(value) for value in coordinates.to_program(target, base)], axes, machine=True)
+        self.core.frames.set_frame(base)
+        self.core.frames.name_axes([float(value) for value in coordinates.to_program(target, base)], axes, machine=True)
         change = target - start
         shares = np.linspace(0.0, 1.0, self.places_along(float(np.linalg.norm(change[[_A, _C]]))))[:, None]
         points = coordinates.to_program(start + shares * change, base)
@@ -189,8 +191,8 @@ class KlartextFrames(Interpreter):
             self.recorder.add(state, self.block.line, carried, end, feed, about, seconds=seconds)
         else:
             self.recorder.add(state, self.block.line, kind, end, feed, seconds=seconds)
-        self._arrive(end, axes, absolute=False)
-        state.arc_may_follow = True
+        self.core.arrive(end, axes, absolute=False)
+        self.core.allow_arc()
 
     def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None, axes: list[int]) -> None:
         """Turn A and C to program positions (degrees) without tool-centre-point control.

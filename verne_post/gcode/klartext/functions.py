@@ -6,14 +6,16 @@ from typing import Final
 import numpy as np
 from msgspec.structs import replace
 
-from verne_post.gcode.block import Block
-from verne_post.gcode.expressions import MAX_NUMBER, BlockError
-from verne_post.gcode.klartext.approach import KlartextApproach
+from verne_post.gcode.codes import RS274
+from verne_post.gcode.expressions import MAX_NUMBER
+from verne_post.gcode.klartext.contour import KlartextContour
+from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.m_functions import ARC_FEEDS, AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import MWord, Words, read_words
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import vector9
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import ZERO9, FeedMode, MoveKind
 from verne_post.model.part_setup import Tool
 
@@ -27,7 +29,7 @@ _PLACES: Final = {91, 92, 130}
 _ALIKE: Final = (_PLACES, set(ARC_FEEDS))
 
 
-class KlartextFunctions(KlartextApproach):
+class KlartextFunctions:
     """The contour, and what happens beside it.
 
     Attributes
@@ -38,9 +40,17 @@ class KlartextFunctions(KlartextApproach):
         What a block asks for at its end: "cycle" (M99), "modal" (M89).
     """
 
-    def __init__(self, *arguments: object) -> None:
-        super().__init__(*arguments)
+    def __init__(self, frames: KlartextFrames, contour: KlartextContour) -> None:
+        self.frames = frames
+        self.contour = contour
+        self.core = frames.core
+        self.setup = frames.setup
+        self.state = frames.state
+        self.q = frames.q
+        self.modes = frames.modes
+        self.waiting = frames.waiting
         self.calls: list[str] = []
+        self.ended = False
         self.delta_length = 0.0
         self.spindle_angle = 0.0
 
@@ -48,7 +58,7 @@ class KlartextFunctions(KlartextApproach):
 
     def call_tool(self, statement: Statement) -> None:
         """TOOL CALL 5 Z S2500 F500 DL+0.1 DR+0.05; without a number only S and F."""
-        self.check_nothing_waits("TOOL CALL")
+        self.waiting.refuse("TOOL CALL")
         text = statement.rest
         number, at = self._read_tool(statement)
         axis = _TOOL_AXIS.match(text if at else " " + text, at)
@@ -58,7 +68,7 @@ class KlartextFunctions(KlartextApproach):
                 raise statement.error("VP017", f"tool axis {axis.group(1)}: the spindle of this machine points along Z")
         words = read_words(replace(statement, rest=text[at:], begin=statement.begin + at), self.q)
         speed, feed = words.take("S"), words.take("F")
-        delta = self._length(words.take("DL") or 0.0), self._length(words.take("DR") or 0.0)
+        delta = self.frames.length(words.take("DL") or 0.0), self.frames.length(words.take("DR") or 0.0)
         for name in ("FZ", "FU"):
             if name in words.values:
                 raise statement.error(
@@ -68,15 +78,16 @@ class KlartextFunctions(KlartextApproach):
             raise statement.error("VP002", "DR2 is not executed: radii of ball ends are not compensated")
         words.check_used(statement)
         if feed is not None:
-            self.call_feed = self.state.feed = self.feed_of_word(feed)
-            self._change_feed_mode(FeedMode.PER_MINUTE)
+            self.contour.call_feed = self.contour.feed_of_word(feed)
+            self.core.set_feed(self.contour.call_feed)
+            self.contour.change_feed_mode(FeedMode.PER_MINUTE)
         if number is not None:
-            self._refuse_compensation("TOOL CALL")
+            self.core.refuse_compensation("TOOL CALL")
             self._change(number, *delta, column=statement.begin + at - len(text[:at].lstrip()) + 1)
         elif any(delta):
             raise statement.error("VP006", "DL and DR belong to a tool number")
         if speed is not None:
-            self._run(Block(statement.line, words={"S": speed}, columns={"S": 1}))
+            self.core.auxiliary.set_speed(At(statement.line, {"S": 1}), speed, switched=False)
 
     def _read_tool(self, statement: Statement) -> tuple[int | None, int]:
         """The number of the tool that is called or defined, by number or name, and where it ends; None where there is none."""
@@ -98,20 +109,21 @@ class KlartextFunctions(KlartextApproach):
 
     def _change(self, number: int, delta_length: float, delta_radius: float, *, column: int) -> None:
         """The tool comes into the spindle, and its length counts at once."""
-        line, state = self.block.line, self.state
-        self.delta_radius, self.delta_length = delta_radius, delta_length
-        self._run(Block(line, [("M", 6.0, 1)], {"T": float(number)}, {"T": column}))
-        if number == 0:
-            self._run(Block(line, [("G", 49.0, 1)]))
-        else:
-            self._run(Block(line, [("G", 43.0, 1)], {"H": float(number)}, {"H": column}))
+        line, state = self.frames.block.line, self.state
+        self.contour.delta_radius, self.delta_length = delta_radius, delta_length
+        at, tools = At(line, {"T": column, "H": column}), self.core.tools
+        tools.select(at, number)
+        tools.change(at)
+        tools.set_length(lambda: tools.find_offset(at, number) if number else ZERO9)
         if delta_length:
             length = state.frame.tool_length + delta_length
             if self.setup.machine and length < 0:
-                raise BlockError(
+                raise ProgramError(
                     "VP007", f"tool {number} has the length {length:g} mm with DL; a length is not negative"
                 )
-            self._set_frame(replace(state.frame, tool=vector9((*state.frame.tool[:2], length, *state.frame.tool[3:]))))
+            self.core.frames.set_frame(
+                replace(state.frame, tool=vector9((*state.frame.tool[:2], length, *state.frame.tool[3:])))
+            )
         self._show_tool()
 
     def _show_tool(self) -> None:
@@ -119,7 +131,7 @@ class KlartextFunctions(KlartextApproach):
         state = self.state
         number = state.loaded_tool or 0
         if state.tools is not None and number in state.tools:
-            self.q.shown[108] = 0.5 * state.tools[number].diameter + self.delta_radius
+            self.q.shown[108] = 0.5 * state.tools[number].diameter + self.contour.delta_radius
         self.q.shown |= {109: 2.0, 114: state.frame.tool_length}
 
     def define_tool(self, statement: Statement) -> None:
@@ -128,20 +140,38 @@ class KlartextFunctions(KlartextApproach):
         if number is None:
             raise statement.error("VP005", "TOOL DEF needs the number of the tool, or its name")
         rest = replace(statement, rest=statement.rest[at:], begin=statement.begin + at)
-        sizes = {letter: self._length(value) for letter, value in _sizes(rest, self.q).items()}
+        sizes = {letter: self.frames.length(value) for letter, value in _sizes(rest, self.q).items()}
         if not sizes:
             return
         if "L" not in sizes or sizes.get("R", 0.0) < 0:
             raise statement.error("VP005", "TOOL DEF needs L, the length, and R, the radius, not negative")
-        tools = dict(self.state.tools or {})
-        tools[number] = Tool(number, number, vector9((0.0, 0.0, sizes["L"], *ZERO9[3:])), 2 * sizes.get("R", 0.0))
-        self.state.tools = tools
+        offset = vector9((0.0, 0.0, sizes["L"], *ZERO9[3:]))
+        self.core.tools.define(Tool(number, number, offset, 2 * sizes.get("R", 0.0)))
 
     # --- M functions ----------------------------------------------------------------------------------------
 
-    def _run(self, block: Block) -> None:
-        """Execute a block of RS274/NGC."""
-        super().execute(block)
+    def run_codes(self, codes: list[int], speed: float | None = None) -> None:
+        """Execute M codes of spindle, coolant and stops; ``speed`` is S of their block."""
+        at, auxiliary = At(self.frames.block.line, {"S": 1}), self.core.auxiliary
+        groups: dict[str, int] = {}
+        for code in codes:
+            if auxiliary.execute_user_code(at, "M", float(code), {}):
+                continue
+            group = RS274.group_of_m[code]
+            if group in groups:
+                raise ProgramError("VP003", f"M{groups[group]} and M{code} are of one modal group ({group})", 1)
+            groups[group] = code
+        if speed is not None:
+            auxiliary.set_speed(at, speed, switched="spindle" in groups)
+        if "spindle" in groups:
+            auxiliary.execute_spindle_code(at, groups["spindle"], self.spindle_angle)
+        if "coolant" in groups:
+            auxiliary.switch_coolant(at, groups["coolant"])
+        if (stop := groups.get("stopping")) in (2, 30):
+            self.ended = True
+            auxiliary.end(at, f"M{stop}")
+        elif stop is not None:
+            auxiliary.stop(at, stop)
 
     def check_functions(self, words: Words, beside: str = "") -> None:
         """Refuse M functions that are not executed, or mean nothing ``beside`` other words, before anything of the block is."""
@@ -149,16 +179,16 @@ class KlartextFunctions(KlartextApproach):
         for at, word in enumerate(words.functions):
             number = word.number
             if number in numbers[:at] or any(number in alike and alike & {*numbers[:at]} for alike in _ALIKE):
-                raise BlockError("VP004", f"M{number} after M{numbers[at - 1]}: one of them is enough", word.column)
+                raise ProgramError("VP004", f"M{number} after M{numbers[at - 1]}: one of them is enough", word.column)
             if number in _PLACES and beside != "coordinates":
-                raise BlockError("VP006", f"M{number} needs L and coordinates in its block", word.column)
+                raise ProgramError("VP006", f"M{number} needs L and coordinates in its block", word.column)
             if number in (89, 99) and beside not in ("", "coordinates"):
-                raise BlockError("VP017", f"M{number} beside {beside}; write it in a block of its own", word.column)
-            if number in REFUSED and self._meaning("M", number) is None:
-                raise BlockError("VP002", f"M{number} is not executed ({REFUSED[number]})", word.column)
+                raise ProgramError("VP017", f"M{number} beside {beside}; write it in a block of its own", word.column)
+            if number in REFUSED and self.core.auxiliary.find_user_meaning("M", number) is None:
+                raise ProgramError("VP002", f"M{number} is not executed ({REFUSED[number]})", word.column)
             known = number in AT_BEGIN or number in AT_END or number in OWN or number in WITHOUT_EFFECT
-            if not known and self._meaning("M", number) is None:
-                raise BlockError(
+            if not known and self.core.auxiliary.find_user_meaning("M", number) is None:
+                raise ProgramError(
                     "VP002", f"M{number} is not a function of the language; [remap] in the settings file can give it a meaning",
                     word.column,
                 )  # fmt: skip
@@ -168,15 +198,12 @@ class KlartextFunctions(KlartextApproach):
         speed = words.take("S")
         codes = [code for word in words.functions for code in AT_BEGIN.get(word.number, ())]
         if speed is not None or codes:
-            block = Block(self.block.line, [("M", float(code), 1) for code in codes])
-            if speed is not None:
-                block.words, block.columns = {"S": speed}, {"S": 1}
-            self._run(block)
+            self.run_codes(codes, speed)
         for word in words.functions:
             if word.number in REFUSED or (
                 word.number not in AT_BEGIN and word.number not in AT_END and word.number not in OWN
             ):
-                self._execute_user_code(self.block, "M", word.number)
+                self.core.auxiliary.execute_user_code(self.frames.block, "M", word.number, {})
             else:
                 self._begin_own(word)
 
@@ -184,16 +211,20 @@ class KlartextFunctions(KlartextApproach):
         number = word.number
         if number == 94:
             self._reduce_angles(word.axes)
-        elif number in (126, 116):
-            setattr(self, {126: "shortest", 116: "metres"}[number], True)
+        elif number == 126:
+            self.contour.paths.shortest = True
+        elif number == 116:
+            self.frames.metres = True
         elif number in (136, 137):
-            if self.per_turn != (number == 136):  # the number in force is one of the other kind: F is to be given again
-                self.state.feed = self.state.feed_angular = 0.0
-            self.per_turn = number == 136
+            if self.contour.per_turn != (
+                number == 136
+            ):  # the number in force is one of the other kind: F is to be given again
+                self.core.set_feed(0.0)
+            self.contour.per_turn = number == 136
         elif number in (109, 110):
-            self.state.arc_feed = ARC_FEEDS[number]
+            self.core.set_arc_feed(ARC_FEEDS[number])
         elif number == 19:
-            self._run(Block(self.block.line, [("M", 19.0, 1)], {"R": self.spindle_angle}, {"R": 1}))
+            self.run_codes([19])
         elif number == 128:
             self.set_tcp(on=True)
         elif number == 99:
@@ -210,65 +241,71 @@ class KlartextFunctions(KlartextApproach):
             elif number == 129:
                 self.set_tcp(on=False)
             elif number == 111:
-                self.state.arc_feed = ARC_FEEDS[number]
-            elif number in (127, 117):
-                setattr(self, {127: "shortest", 117: "metres"}[number], False)
+                self.core.set_arc_feed(ARC_FEEDS[number])
+            elif number == 127:
+                self.contour.paths.shortest = False
+            elif number == 117:
+                self.frames.metres = False
         codes = [code for word in words.functions for code in AT_END.get(word.number, ())]
         if codes:
-            self._run(Block(self.block.line, [("M", float(code), 1) for code in codes]))
+            self.run_codes(codes)
 
     def set_tcp(self, *, on: bool) -> None:
         """M128 and M129: the machine stands still, its coordinates change their meaning."""
-        self.check_nothing_waits("M128" if on else "M129")
-        self._refuse_compensation("M128" if on else "M129")
-        self.tcp = on
-        self.refresh_frame()
+        if not on and self.state.tool_axis is not None:  # a tool vector without angles ends
+            self.core.settle_table(self.frames.block)
+        self.waiting.refuse("M128" if on else "M129")
+        self.core.refuse_compensation("M128" if on else "M129")
+        self.modes.tcp = on
+        self.frames.refresh_frame()
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn."""
         for axis, letter in ((3, "A"), (5, "C")):
             if (not letters or letter in letters) and letter in self.setup.axes:
-                self.wraps[axis] = _FULL_TURN * (self.state.position[axis] // _FULL_TURN)
+                self.frames.wraps[axis] = _FULL_TURN * (self.state.position[axis] // _FULL_TURN)
 
     def _retract(self, word: MWord) -> None:
         """M140 MB: away along the tool axis."""
-        self.check_nothing_waits("M140")
+        self.waiting.refuse("M140")
         if not word.to_limit and "MB" not in word.words:
-            raise BlockError("VP005", "M140 needs MB and a distance, or MB MAX", word.column)
-        distance = None if word.to_limit else self._length(word.words["MB"])
+            raise ProgramError("VP005", "M140 needs MB and a distance, or MB MAX", word.column)
+        distance = None if word.to_limit else self.frames.length(word.words["MB"])
         kind, feed = (
-            (MoveKind.RAPID, 0.0) if "F" not in word.words else (MoveKind.FEED, self.feed_of_word(word.words["F"]))
+            (MoveKind.RAPID, 0.0)
+            if "F" not in word.words
+            else (MoveKind.FEED, self.contour.feed_of_word(word.words["F"]))
         )
         self.retract(distance, kind, feed)
 
     def retract(self, distance: float | None, kind: MoveKind, feed: float = 0.0) -> None:
         """Away along the tool axis, mm; None: to machine coordinate Z 0, if the tool is below it."""
         state = self.state
-        self._refuse_beside("a retract along the tool axis")
+        self.frames.refuse_beside("a retract along the tool axis")
         if distance is None:
-            machine = self.machine_position()
+            machine = self.frames.machine_position()
             if machine[2] < 0 or not state.is_known(2):  # while the start is sought, this names Z
                 machine[2] = 0.0
                 self._go_machine(MoveKind.RAPID if not feed else kind, machine, feed)
             return
         if distance < 0:
-            raise BlockError("VP007", f"MB{distance:g} mm: a retract is not negative")
-        self._require_known(self.block, [2], "a retract by MB")
+            raise ProgramError("VP007", f"MB{distance:g} mm: a retract is not negative")
+        self.core.require_known(self.frames.block, [2], "a retract by MB")
         axis = self.setup.coordinates.tool_axis(state.position, state.frame)
         end = list(state.position)
         end[:3] = [
             float(v) for v in np.array(end[:3]) + distance * (np.array([0.0, 0.0, 1.0]) if axis is None else axis)
         ]
-        kept, state.feed = state.feed, feed or state.feed
-        self._motion_start(kind, absolute=True, machine=False)
-        self._record(self.block.line, kind, end, [0, 1, 2], absolute=False)
-        state.feed = kept
+        with self.core.keep_feed():
+            self.core.set_feed(feed or state.feed)
+            self.core.start_of_motion(kind, absolute=True, machine=False)
+            self.frames.run_line(self.frames.block, kind, end, [0, 1, 2], absolute=False)
 
     def _go_machine(self, kind: MoveKind, machine: np.ndarray, feed: float) -> None:
-        kept, self.state.feed = self.state.feed, feed or self.state.feed
-        self.move_machine(kind, machine, [2])
-        self.state.feed = kept
-        self.refresh_frame()
+        with self.core.keep_feed():
+            self.core.set_feed(feed or self.state.feed)
+            self.frames.move_machine(kind, machine, [2])
+        self.frames.refresh_frame()
 
 
 #: L of TOOL DEF before its number; not the L of QL1.

@@ -7,12 +7,14 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.tolerances import VECTOR_LENGTH
-from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.klartext.cycles import KlartextCycles
+from verne_post.gcode.klartext.contour import KlartextContour
+from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.paths import Target
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import spatial
 from verne_post.gcode.klartext.words import Words
+from verne_post.gcode.program_error import ProgramError
 
 _A, _C = 3, 5
 _TCPM: Final = re.compile(
@@ -21,23 +23,28 @@ _TCPM: Final = re.compile(
 )
 
 
-class KlartextOrientation(KlartextCycles):
+class KlartextOrientation:
     """Cycles, and how the tool is oriented along moves.
 
     ``as_spatial``: A, B, C are spatial angles (AXIS SPAT). ``along_vectors``: the axis goes along the great circle
     (PATHCTRL VECTOR).
     """
 
-    def __init__(self, *arguments: object) -> None:
-        super().__init__(*arguments)
-        self.as_spatial = self.along_vectors = False
+    def __init__(self, frames: KlartextFrames, contour: KlartextContour, functions: KlartextFunctions) -> None:
+        self.frames = frames
+        self.contour = contour
+        self.functions = functions
+        self.setup = frames.setup
+        self.state = frames.state
+        self.core = frames.core
+        self.modes = frames.modes
 
     def execute_function(self, statement: Statement) -> None:
         """FUNCTION TCPM, RESET TCPM, MODE MILL; anything else is refused by name."""
         text = " ".join(statement.rest.split())
         if text == "RESET TCPM":
-            self.as_spatial = self.along_vectors = False
-            self.set_tcp(on=False)
+            self.modes.as_spatial = self.modes.along_vectors = False
+            self.functions.set_tcp(on=False)
             return
         if text == "MODE MILL":
             return
@@ -51,19 +58,13 @@ class KlartextOrientation(KlartextCycles):
         _feed, axis, path, reference, _limit = match.groups()
         if reference not in (None, "TIP-TIP"):
             raise statement.error("VP002", f"REFPNT {reference} is not executed: positions here are those of the tip")
-        self.as_spatial, self.along_vectors = axis == "SPAT", path == "VECTOR"
-        self.set_tcp(on=True)
-
-    def set_tcp(self, *, on: bool) -> None:
-        """M128 and M129; a tool vector without angles ends with them."""
-        if not on and self.state.tool_axis is not None:
-            self._settle_table(self.block.line)
-        super().set_tcp(on=on)
+        self.modes.as_spatial, self.modes.along_vectors = axis == "SPAT", path == "VECTOR"
+        self.functions.set_tcp(on=True)
 
     def take_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
         """The tool axis of a block, by vectors or by spatial angles; None where it gives none."""
         vector = self._normal(statement, words) if statement.keyword == "LN" else None
-        if vector is None and self.tcp and self.as_spatial:
+        if vector is None and self.modes.tcp and self.modes.as_spatial:
             vector = self._spatial_vector(statement, words)
         return vector
 
@@ -72,23 +73,23 @@ class KlartextOrientation(KlartextCycles):
         state = self.state
         if vector is not None:
             if not self.setup.machine:
-                state.tool_axis = self._frame_vector(vector)
+                self.core.hold_tool_axis(self._frame_vector(vector))
                 return
             end = self.setup.coordinates.point_axis(target.end, np.array(self._frame_vector(vector)), state.frame)
             target.end[_A], target.end[_C] = end[_A], end[_C]
             target.axes = sorted({*target.axes, _A, _C})
-            state.tool_axis = self._frame_vector(vector) if self.along_vectors else None
+            self.core.hold_tool_axis(self._frame_vector(vector) if self.modes.along_vectors else None)
         elif target.turns:
-            if self.along_vectors and self.tcp and self.setup.machine:
+            if self.modes.along_vectors and self.modes.tcp and self.setup.machine:
                 axis = self.setup.coordinates.tool_axis(target.end, state.frame)
                 assert axis is not None
-                state.tool_axis = (float(axis[0]), float(axis[1]), float(axis[2]))
+                self.core.hold_tool_axis(axis)
             else:
-                state.tool_axis = None
+                self.core.hold_tool_axis(None)
 
     def _frame_vector(self, vector: np.ndarray) -> tuple[float, float, float]:
         """A direction of the input system in the frame, unit."""
-        turned = vector * np.sign(self.factors)
+        turned = vector * np.sign(self.frames.factors)
         turned = turned / np.linalg.norm(turned)
         return float(turned[0]), float(turned[1]), float(turned[2])
 
@@ -111,19 +112,19 @@ class KlartextOrientation(KlartextCycles):
         for names, values in (("NX, NY, NZ", normal), ("TX, TY, TZ", tool)):
             if any(value is None for value in values) and any(value is not None for value in values):
                 raise statement.error("VP005", f"LN needs all of {names}, or none of them")
-        if normal[0] is not None and (self.delta_radius or self.delta_length):
+        if normal[0] is not None and (self.contour.delta_radius or self.functions.delta_length):
             raise statement.error(
                 "VP026", "LN with NX NY NZ and a tool with DL or DR: compensation along the normal is not executed"
             )
         chosen = tool if tool[0] is not None else normal
         if chosen[0] is None:
             raise statement.error("VP005", "LN needs NX NY NZ or TX TY TZ")
-        if not self.tcp:
+        if not self.modes.tcp:
             if tool[0] is not None:
                 raise statement.error("VP017", "LN with TX TY TZ needs M128 or FUNCTION TCPM")
             return None
         vector = np.array(chosen, dtype=float)
         size = float(np.linalg.norm(vector))
         if not math.isfinite(size) or abs(size - 1.0) > VECTOR_LENGTH:
-            raise BlockError("VP007", f"the vector of LN has length {size:.6g}; it must be a unit vector")
+            raise ProgramError("VP007", f"the vector of LN has length {size:.6g}; it must be a unit vector")
         return vector / size

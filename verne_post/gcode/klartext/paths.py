@@ -8,12 +8,12 @@ from msgspec import Struct
 
 from verne_post.base.tolerances import ARC_CHORD_MM, ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES, Arc, center_arc, radius_arc
-from verne_post.gcode.frame_codes import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.klartext.elements import Element, center_of_sweep, make_arc, tangent_sweep
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
-from verne_post.gcode.motion_codes import MAX_TURNS
+from verne_post.gcode.rs274.motion import MAX_TURNS
+from verne_post.gcode.rs274.values import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.model.moves import AXES, MoveKind
 
 _ROTARY: Final = (3, 4, 5)
@@ -37,7 +37,7 @@ class Target(Struct):
         return any(axis in _ROTARY for axis in self.axes)
 
 
-class KlartextPaths(KlartextFrames):
+class KlartextPaths:
     """Frames, and what path functions mean in them.
 
     Attributes
@@ -50,8 +50,13 @@ class KlartextPaths(KlartextFrames):
         M126.
     """
 
-    def __init__(self, *arguments: object) -> None:
-        super().__init__(*arguments)  # type: ignore[arg-type]
+    def __init__(self, frames: KlartextFrames) -> None:
+        self.frames = frames
+        self.core = frames.core
+        self.setup = frames.setup
+        self.state = frames.state
+        self.modes = frames.modes
+        self.waiting = frames.waiting
         self.pole: dict[int, float] = {}
         self.direction: tuple[float, float] | None = None
         self.shortest = False
@@ -60,12 +65,13 @@ class KlartextPaths(KlartextFrames):
 
     def now(self) -> list[float]:
         """The programmed position (9) at which the next element begins."""
-        return self.state.position
+        return self.waiting.next_begin(self.state.position)
 
     def input_of(self, position: list[float]) -> list[float]:
         """X, Y, Z of a position of the frame in input coordinates, in the unit of the program."""
         return [
-            value / factor / self._length(1.0) for value, factor in zip(position, self.factors.tolist(), strict=False)
+            value / factor / self.frames.length(1.0)
+            for value, factor in zip(position, self.frames.factors.tolist(), strict=False)
         ]
 
     def read_target(self, statement: Statement, words: Words) -> Target:
@@ -82,7 +88,7 @@ class KlartextPaths(KlartextFrames):
                 named = ", ".join(self.setup.axes)
                 raise statement.error("VP011", f"{letter}: the machine has no such axis; it has {named}", at)
             if axis in _ROTARY:
-                wrap = self.wraps.get(axis, 0.0)
+                wrap = self.frames.wraps.get(axis, 0.0)
                 value = words.coordinate(letter, start[axis] - wrap)
                 assert value is not None
                 end[axis] = self._wrapped(axis, value + wrap, start[axis], step=letter in steps)
@@ -91,25 +97,27 @@ class KlartextPaths(KlartextFrames):
                 assert value is not None
                 here[axis] = value
             else:
-                value = words.coordinate(letter, start[axis] / self._length(1.0))
+                value = words.coordinate(letter, start[axis] / self.frames.length(1.0))
                 assert value is not None
-                end[axis] = self._length(value)
+                end[axis] = self.frames.length(value)
             bound = MAX_LENGTH_MM if letter in LINEAR else MAX_ANGLE_DEG
             if self.setup.machine and abs(value) > bound:
                 raise statement.error("VP007", f"{letter}{value:g} is beyond any machine")
             axes.append(axis)
         if any(axis < 3 for axis in axes):
-            placed = self.place(here)  # type: ignore[arg-type]
+            placed = self.frames.place(here)  # type: ignore[arg-type]
             for axis in axes:
                 if axis < 3:
                     end[axis] = placed[axis]
         if steps:
-            self._require_known(self.block, [AXES.index(letter) for letter in steps], "an incremental coordinate")
+            self.core.require_known(
+                self.frames.block, [AXES.index(letter) for letter in steps], "an incremental coordinate"
+            )
         return Target(start, end, axes)
 
     def _wrapped(self, axis: int, value: float, here: float, *, step: bool) -> float:
         """M126: the shorter way for A and C."""
-        if not self.shortest or step or axis not in self.wraps:
+        if not self.shortest or step or axis not in self.frames.wraps:
             return value
         return value - _FULL_TURN * math.floor((value - here) / _FULL_TURN + 0.5)
 
@@ -132,7 +140,7 @@ class KlartextPaths(KlartextFrames):
             if len(self.pole) != 2 or len(kept) != 1:
                 raise statement.error("VP005", "CC with one coordinate, and the other is not known from a CC before")
             given |= kept
-        self._require_known(self.block, sorted(open_axes), "CC")
+        self.core.require_known(self.frames.block, sorted(open_axes), "CC")
         self.pole = given
 
     def _pole_plane(self, statement: Statement) -> tuple[int, int, int, int]:
@@ -150,7 +158,7 @@ class KlartextPaths(KlartextFrames):
 
         Raises
         ------
-        BlockError
+        ProgramError
         """
         return BUILDERS[statement.keyword](self, statement, words, target)
 
@@ -166,7 +174,7 @@ class KlartextPaths(KlartextFrames):
         if {u, v} & set(target.axes):
             raise statement.error("VP003", f"{statement.keyword} takes PR and PA, and no coordinates of its plane")
         if not {"PR", "PA"} <= words.values.keys():  # from where the tool stands
-            self._require_known(self.block, [u, v], statement.keyword)
+            self.core.require_known(self.frames.block, [u, v], statement.keyword)
         here = self.input_of(target.start)
         du, dv = here[u] - self.pole[u], here[v] - self.pole[v]
         radius, angle = math.hypot(du, dv), math.degrees(math.atan2(dv, du))
@@ -177,7 +185,7 @@ class KlartextPaths(KlartextFrames):
         angle = angle if given_angle is None else given_angle
         here[u] = self.pole[u] + radius * math.cos(math.radians(angle))
         here[v] = self.pole[v] + radius * math.sin(math.radians(angle))
-        placed = self.place(here)  # type: ignore[arg-type]
+        placed = self.frames.place(here)  # type: ignore[arg-type]
         target.end[u], target.end[v] = placed[u], placed[v]
         target.axes = sorted({*target.axes, u, v})
 
@@ -185,18 +193,18 @@ class KlartextPaths(KlartextFrames):
         """DR, as it turns in the frame."""
         if words.rotation is None:
             raise statement.error("VP005", f"{statement.keyword} needs DR+ or DR-")
-        return words.rotation * (-1 if self.factors[u] * self.factors[v] < 0 else 1)
+        return words.rotation * (-1 if self.frames.factors[u] * self.frames.factors[v] < 0 else 1)
 
     def _circle(self, statement: Statement, words: Words, target: Target) -> Arc:
         """C: about the pole."""
         plane, u, v, _w = self._pole_plane(statement)
-        self._require_known(self.block, [0, 1, 2], "C")
+        self.core.require_known(self.frames.block, [0, 1, 2], "C")
         if not {u, v} & set(target.axes):
             raise statement.error("VP005", "C needs a coordinate of its end")
-        placed = self.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
+        placed = self.frames.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
         letters = PLANES[plane][3:]
         offsets = {letters[0]: placed[u], letters[1]: placed[v]}
-        tolerance = ARC_RADIUS_INCH_MM if self.state.inch else ARC_RADIUS_MM
+        tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
         clockwise = self._sense(statement, words, u, v) < 0
         target.axes = sorted({*target.axes, u, v})
         return center_arc(target.start, target.end, plane, clockwise, offsets, True, 0, tolerance)
@@ -204,13 +212,13 @@ class KlartextPaths(KlartextFrames):
     def _polar_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
         """CP: about the pole by an angle, with a height a helix."""
         plane, u, v, _w = self._pole_plane(statement)
-        self._require_known(self.block, [0, 1, 2], "CP")
+        self.core.require_known(self.frames.block, [0, 1, 2], "CP")
         if {u, v} & set(target.axes):
             raise statement.error("VP003", "CP takes PA or IPA, and no coordinates of its plane")
         here = self.input_of(target.start)
         du, dv = here[u] - self.pole[u], here[v] - self.pole[v]
         radius = math.hypot(du, dv)
-        if radius * self._length(1.0) < ZERO_LENGTH_MM:
+        if radius * self.frames.length(1.0) < ZERO_LENGTH_MM:
             raise statement.error("VP008", "CP from the pole itself: the radius is zero")
         begin, step, angle = math.degrees(math.atan2(dv, du)), words.take("IPA"), words.take("PA")
         if (step is None) == (angle is None):
@@ -224,17 +232,17 @@ class KlartextPaths(KlartextFrames):
                 raise statement.error("VP005", "CP PA needs DR+ or DR-")
             assert angle is not None
             sweep = words.rotation * ((words.rotation * (angle - begin)) % _FULL_TURN)
-            if math.radians(abs(sweep)) * radius * self._length(1.0) < ARC_CHORD_MM:
+            if math.radians(abs(sweep)) * radius * self.frames.length(1.0) < ARC_CHORD_MM:
                 sweep = words.rotation * _FULL_TURN
         if sweep == 0 or abs(sweep) > MAX_TURNS * _FULL_TURN:
             raise statement.error("VP008", f"CP with an angle of {sweep:g} degrees")
         end = math.radians(begin + sweep)
         here[u], here[v] = self.pole[u] + radius * math.cos(end), self.pole[v] + radius * math.sin(end)
-        placed = self.place(here)  # type: ignore[arg-type]
+        placed = self.frames.place(here)  # type: ignore[arg-type]
         target.end[u], target.end[v] = placed[u], placed[v]
         target.axes = sorted({*target.axes, u, v})
-        center = self.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
-        turned = sweep * (-1 if self.factors[u] * self.factors[v] < 0 else 1)
+        center = self.frames.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
+        turned = sweep * (-1 if self.frames.factors[u] * self.frames.factors[v] < 0 else 1)
         return make_arc(target.start, plane, (center[u], center[v]), turned)
 
     def _radius_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
@@ -242,15 +250,15 @@ class KlartextPaths(KlartextFrames):
         radius = words.take("R")
         if radius is None:
             raise statement.error("VP005", "CR needs R, the radius")
-        self._require_known(self.block, [0, 1, 2], "CR")
+        self.core.require_known(self.frames.block, [0, 1, 2], "CR")
         clockwise = self._sense(statement, words, 0, 1) < 0
         if math.dist(target.start[:2], target.end[:2]) < ARC_CHORD_MM:
             raise statement.error("VP008", "CR to the place where the tool is; write a full circle with CC and C")
-        return radius_arc(target.start, target.end, 0, clockwise, radius * self.unit, 0)
+        return radius_arc(target.start, target.end, 0, clockwise, radius * self.frames.unit, 0)
 
     def _tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:
         """CT: goes on in the direction of the element before."""
-        self._require_known(self.block, [0, 1, 2], "CT")
+        self.core.require_known(self.frames.block, [0, 1, 2], "CT")
         if self.direction is None:
             raise statement.error("VP017", "CT needs a line or an arc in X and Y right before it")
         start, end = (target.start[0], target.start[1]), (target.end[0], target.end[1])
@@ -272,7 +280,7 @@ class KlartextPaths(KlartextFrames):
         """The element that leads to a target at the feed rate in force."""
         state = self.state
         axes = tuple(target.axes)
-        return Element(self.block.line, target.start, target.end, kind, state.feed, axes, arc, state.arc_feed)
+        return Element(self.frames.block.line, target.start, target.end, kind, state.feed, axes, arc, state.arc_feed)
 
 
 #: What makes the element of a path function.

@@ -6,8 +6,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from verne_post.gcode.cycle_codes import MAX_HOLES
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import (
     MACHINING,
     PATTERNS,
@@ -16,10 +15,16 @@ from verne_post.gcode.klartext.cycle_words import (
     read_head,
     read_parameters,
 )
+from verne_post.gcode.klartext.cycles import KlartextCycles
 from verne_post.gcode.klartext.formulas import VALUE, read_value
+from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.functions import KlartextFunctions
+from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.settings import KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.cycles import MAX_HOLES
 
 _ITEM: Final = re.compile(r"[ \t]*(POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)(\d+)[ \t]*\(([^()]*)\)")
 _ITEM_WORD: Final = re.compile(rf"[ \t]*(NUMX|NUMY|NUM|ROTX|ROTY|ROT|START|STEP|DX|DY|[XYZD])[ \t]*({VALUE})")
@@ -40,15 +45,32 @@ class DefinedCycle(Struct, frozen=True):
     q: dict[int, float]
 
 
-class KlartextPatterns(KlartextSettings):
+class KlartextPatterns:
     """Settings, and where machining cycles run.
 
     ``cycle`` is the machining cycle in force, ``modal`` whether M89 calls it after every positioning block,
     ``cycle_unread`` that its definition was refused, ``assigned`` are the Q parameters that definitions have set.
     """
 
-    def __init__(self, *arguments: object) -> None:
-        super().__init__(*arguments)
+    def __init__(
+        self,
+        frames: KlartextFrames,
+        paths: KlartextPaths,
+        contour: KlartextContour,
+        functions: KlartextFunctions,
+        cycles: KlartextCycles,
+        settings: KlartextSettings,
+    ) -> None:
+        self.frames = frames
+        self.paths = paths
+        self.contour = contour
+        self.functions = functions
+        self.cycles = cycles
+        self.settings = settings
+        self.core = frames.core
+        self.state = frames.state
+        self.q = frames.q
+        self.waiting = frames.waiting
         self.cycle: DefinedCycle | None = None
         self.modal = False
         self.places: list[Place] = []
@@ -63,14 +85,14 @@ class KlartextPatterns(KlartextSettings):
         number = head.number
         if number in REFUSED_CYCLES:
             raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", 0)
-        if self.execute_setting(statement, head):
+        if self.settings.execute_setting(statement, head):
             return
         table = MACHINING.get(number) or PATTERNS.get(number)
         if table is None:
             raise statement.error(
                 "VP002", f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them", 0
             )
-        given = read_parameters(statement, head, self.q, self.call_feed)
+        given = read_parameters(statement, head, self.q, self.contour.call_feed)
         q = complete(statement, number, given, *table)
         for name, value in given.items():
             self.q.set(f"Q{name}", value)
@@ -79,7 +101,7 @@ class KlartextPatterns(KlartextSettings):
             self.modal = False
             return
         self.assigned = {name: given.get(name, value) for name, value in self.assigned.items()}
-        self.check_nothing_waits(f"CYCL DEF {number}")
+        self.waiting.refuse(f"CYCL DEF {number}")
         self._run_pattern(statement, number, q)
 
     def define_places(self, statement: Statement) -> None:
@@ -138,20 +160,20 @@ class KlartextPatterns(KlartextSettings):
         if self.cycle_unread:
             return
         if self.cycle is None:
-            raise BlockError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
+            raise ProgramError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
         for name, value in self.assigned.items():
             if not self.q.has(f"Q{name}", value):
-                raise BlockError("VP017", f"Q{name} has been changed since CYCL DEF {self.cycle.number}; whether a call takes the new value "
+                raise ProgramError("VP017", f"Q{name} has been changed since CYCL DEF {self.cycle.number}; whether a call takes the new value "
                                  "depends on the control: write CYCL DEF again")  # fmt: skip
         q = self.cycle.q if not z else {**self.cycle.q, 203: self.cycle.q[203] + z}
-        self.run_hole(self.cycle.number, q)
+        self.cycles.run_hole(self.cycle.number, q)
 
     def call_cycles(self, *, moved: bool) -> None:
         """What M99 and M89 ask for at the end of a block; M89 also after every block that has moved."""
-        if "cycle" in self.calls:
+        if "cycle" in self.functions.calls:
             self.modal = False
             self.call_cycle()
-        elif "modal" in self.calls:
+        elif "modal" in self.functions.calls:
             self.modal = True
             self.call_cycle()
         elif self.modal and moved:
@@ -159,23 +181,23 @@ class KlartextPatterns(KlartextSettings):
 
     def call_at(self, statement: Statement, words: Words) -> None:
         """CYCL CALL POS X Y Z: to the place at the height where the tool is, then the cycle. Its F holds for the way there alone."""
-        here = self.input_of(self.state.position)
+        here = self.paths.input_of(self.state.position)
         x, y = words.coordinate("X", here[0]), words.coordinate("Y", here[1])
         z = words.coordinate("Z", 0.0)
-        before = self.state.feed, self.state.feed_mode
-        if not words.rapid:
-            self.set_feed(statement, words)
-        words.check_used(statement, "F M")
-        if x is None and y is None and z is None:
-            raise statement.error("VP005", "CYCL CALL POS needs coordinates")
-        self._require_known(self.block, [axis for axis, value in enumerate((x, y)) if value is None], "CYCL CALL POS")
-        self._run_at((here[0] if x is None else x, here[1] if y is None else y, z or 0.0), rapid=words.rapid)
-        self.state.feed, self.state.feed_mode = before
+        with self.core.keep_feed():
+            if not words.rapid:
+                self.contour.set_feed(statement, words)
+            words.check_used(statement, "F M")
+            if x is None and y is None and z is None:
+                raise statement.error("VP005", "CYCL CALL POS needs coordinates")
+            open_axes = [axis for axis, value in enumerate((x, y)) if value is None]
+            self.core.require_known(self.frames.block, open_axes, "CYCL CALL POS")
+            self._run_at((here[0] if x is None else x, here[1] if y is None else y, z or 0.0), rapid=words.rapid)
 
     def call_places(self, statement: Statement, words: Words) -> None:
         """CYCL CALL PAT: at every place of PATTERN DEF."""
         if not words.rapid:
-            self.set_feed(statement, words)
+            self.contour.set_feed(statement, words)
         words.check_used(statement, "F M")
         if not self.places:
             raise statement.error("VP017", "CYCL CALL PAT, and no PATTERN DEF before it; point tables are not read")
@@ -189,19 +211,19 @@ class KlartextPatterns(KlartextSettings):
         if self.cycle_unread:
             return
         if self.cycle is None:
-            raise BlockError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
-        self.check_nothing_waits("a cycle call")
-        self._refuse_beside("a cycle call")
+            raise ProgramError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
+        self.waiting.refuse("a cycle call")
+        self.frames.refuse_beside("a cycle call")
         x, y, z = place
-        placed = self.place([x, y, 0.0])  # type: ignore[arg-type]
-        clear = max(self._z(self.cycle.q[203] + z + self.cycle.q[200]), least)
-        self._stand_at({0: placed[0], 1: placed[1], 2: clear})
+        placed = self.frames.place([x, y, 0.0])  # type: ignore[arg-type]
+        clear = max(self.cycles.find_height(self.cycle.q[203] + z + self.cycle.q[200]), least)
+        self.core.frames.stand_at({0: placed[0], 1: placed[1], 2: clear})
         height = max(self.state.position[2], clear)
         if self.state.position[2] < height:
-            self._go_straight([*self.state.position[:2], height, *self.state.position[3:]], rapid=True)
+            self.cycles.go_straight([*self.state.position[:2], height, *self.state.position[3:]], rapid=True)
         end = [placed[0], placed[1], height, *self.state.position[3:]]
-        self.check_upright("a motion")
-        self._go_straight(end, rapid)
+        self.frames.check_upright("a motion")
+        self.cycles.go_straight(end, rapid)
         self.call_cycle(z)
 
     # --- 220, 221 -----------------------------------------------------------------------------------------------
@@ -221,9 +243,9 @@ class KlartextPatterns(KlartextSettings):
         self.cycle = DefinedCycle(kept.number, {**kept.q, 200: q[200], 203: q[203], 204: second})
         try:
             for k, place in enumerate(places):
-                self._run_at(place, rapid=True, least=-math.inf if k else self._z(q[203] + q[204]))
+                self._run_at(place, rapid=True, least=-math.inf if k else self.cycles.find_height(q[203] + q[204]))
             if not q[301] and q[204] > q[200]:
-                self._to(q[203] + q[204], 0.0)
+                self.cycles.go_to_height(q[203] + q[204], 0.0)
         finally:
             self.cycle = DefinedCycle(kept.number, {**kept.q, 200: q[200], 203: q[203], 204: q[204]})
 

@@ -10,12 +10,14 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import POLE_SINE
-from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.klartext import transformations
+from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.formulas import VALUE, read_value
+from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Map
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.table_positions import TablePosition, choose_position, find_positions
 from verne_post.model.moves import MoveKind
 
@@ -55,18 +57,30 @@ class PlaneWords(Struct):
         return found
 
 
-class KlartextPlanes(KlartextFunctions):
+class KlartextPlanes:
     """Functions, and tilted planes."""
+
+    def __init__(self, frames: KlartextFrames, contour: KlartextContour, functions: KlartextFunctions) -> None:
+        self.frames = frames
+        self.contour = contour
+        self.functions = functions
+        self.core = frames.core
+        self.setup = frames.setup
+        self.state = frames.state
+        self.recorder = frames.recorder
+        self.q = frames.q
+        self.maps = frames.maps
+        self.waiting = frames.waiting
 
     def execute_plane(self, statement: Statement) -> None:
         """PLANE SPATIAL, EULER, VECTOR, POINTS, RELATIVE, AXIAL, RESET.
 
         Raises
         ------
-        BlockError
+        ProgramError
         """
-        self.check_nothing_waits("PLANE")
-        self._refuse_beside("PLANE")
+        self.waiting.refuse("PLANE")
+        self.frames.refuse_beside("PLANE")
         words = self._read_plane(statement)
         move = words.flag("MOVE", "TURN", "STAY")
         if move is None:
@@ -186,11 +200,11 @@ class KlartextPlanes(KlartextFunctions):
                         "VP011", f"{letter}: the machine has no such axis; it has {', '.join(self.setup.axes)}"
                     )
                 value = words.values.pop(name)
-                angles[axis] = angles[axis] + value if name[0] == "I" else value + self.wraps[axis]
+                angles[axis] = angles[axis] + value if name[0] == "I" else value + self.frames.wraps[axis]
                 given = True
         if not given:
             raise statement.error("VP005", "PLANE AXIAL needs A or C")
-        return self.table_map(angles[_A], angles[_C]).matrix, (angles[_A], angles[_C])
+        return self.frames.table_map(angles[_A], angles[_C]).matrix, (angles[_A], angles[_C])
 
     # --- rotary axes -----------------------------------------------------------------------------------------
 
@@ -203,14 +217,14 @@ class KlartextPlanes(KlartextFunctions):
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP102, VP103: with SEQ the table does not get there.
         """
         state, coordinates = self.state, self.setup.coordinates
         if not self.setup.machine:
             return state.position[_A], state.position[_C]
         base = replace(state.frame, feature=None)
-        here = [float(v) for v in coordinates.to_program(self.machine_position(), base)]
+        here = [float(v) for v in coordinates.to_program(self.frames.machine_position(), base)]
         positions = find_positions(self.setup, here, normal, base, tip_stays=tip_stays)
         if len(positions) == 1:
             return self._upright_angles(coordinates.point_axis(here, normal, base), base, table)
@@ -225,7 +239,7 @@ class KlartextPlanes(KlartextFunctions):
             self._show_angles((chosen.program[_A], chosen.program[_C]))  # what follows is not refused for want of them
             other = choose_position([one for one in positions if one not in mine], rank)
             way = "" if other.beyond else f"; {_name_angles(other)} is legal: leave out {sense}"
-            raise BlockError(
+            raise ProgramError(
                 "VP102" if "A" in chosen.beyond else "VP103",
                 f"{sense} needs {_name_angles(chosen)}, where {' and '.join(chosen.beyond)} is beyond the travel{way}",
             )
@@ -238,13 +252,13 @@ class KlartextPlanes(KlartextFunctions):
             return a, 0.0
         turn = math.degrees(math.atan2(table[1, 0], table[0, 0]))
         for c in (-turn, turn):
-            if np.abs(self.table_map(a, c).matrix - table).max() < POLE_SINE**0.5:
+            if np.abs(self.frames.table_map(a, c).matrix - table).max() < POLE_SINE**0.5:
                 return a, c
         return a, -turn
 
     def _show_angles(self, angles: tuple[float, float]) -> None:
         """Q120 to Q122: the computed positions."""
-        self.q.shown |= {120: angles[0] - self.wraps[_A], 121: 0.0, 122: angles[1] - self.wraps[_C]}
+        self.q.shown |= {120: angles[0] - self.frames.wraps[_A], 121: 0.0, 122: angles[1] - self.frames.wraps[_C]}
 
     def _position(
         self, statement: Statement, words: PlaneWords, move: str, angles: tuple[float, float], tilt: Array | None
@@ -263,19 +277,18 @@ class KlartextPlanes(KlartextFunctions):
             self._set_tilt(tilt)
             return
         kind = MoveKind.RAPID if feed is None else MoveKind.FEED
-        kept = self.state.feed
-        if feed is not None:
-            self.state.feed = self.feed_of_word(feed)
-            self._check_feed(self.block, 10)
-        if back or retract is not None:
-            self.retract(None if back else self._length(retract or 0.0), kind)
-        targets = {_A: angles[0], _C: angles[1]} if self.setup.machine else {}
-        if move == "TURN":
-            if targets:
-                self.turn_axes(kind, targets, None, sorted(targets))
-        else:
-            self._move_about_tip(kind, targets, self._length(distance or 0.0))
-        self.state.feed = kept
+        with self.core.keep_feed():
+            if feed is not None:
+                self.core.set_feed(self.contour.feed_of_word(feed))
+                self.contour.check_feed()
+            if back or retract is not None:
+                self.functions.retract(None if back else self.frames.length(retract or 0.0), kind)
+            targets = {_A: angles[0], _C: angles[1]} if self.setup.machine else {}
+            if move == "TURN":
+                if targets:
+                    self.frames.turn_axes(kind, targets, None, sorted(targets))
+            else:
+                self._move_about_tip(kind, targets, self.frames.length(distance or 0.0))
         self._set_tilt(tilt)
 
     def _set_tilt(self, tilt: Array | None) -> None:
@@ -283,11 +296,11 @@ class KlartextPlanes(KlartextFunctions):
         maps = self.maps
         if tilt is None and maps.tilt is not None and maps.inner.order:
             if maps.outer.order:
-                raise BlockError("VP017", "PLANE RESET while datum shifts, mirror images, rotations or scalings hold inside and outside the plane; "
+                raise ProgramError("VP017", "PLANE RESET while datum shifts, mirror images, rotations or scalings hold inside and outside the plane; "
                     "reset those of the plane first")  # fmt: skip
             maps.outer, maps.inner = maps.inner, maps.outer
         maps.tilt = tilt
-        self.refresh_frame()
+        self.frames.refresh_frame()
 
     def _move_about_tip(self, kind: MoveKind, targets: dict[int, float], distance: float) -> None:
         """MOVE: the tool turns about the point that lies a distance before its tip; that point keeps its place on the workpiece."""
@@ -295,28 +308,28 @@ class KlartextPlanes(KlartextFunctions):
         if not targets:
             return
         base = replace(state.frame, feature=None)
-        self._set_frame(base)
+        self.core.frames.set_frame(base)
         start = np.array(state.position)
         turn = np.array([targets[_A] - start[_A], targets[_C] - start[_C]])
-        self.recorder.fix_c(self.block.line)
+        self.recorder.fix_c(self.frames.block.line)
         angle = float(np.linalg.norm(turn))
-        points = np.repeat(start[None], self.places_along(angle), axis=0)
+        points = np.repeat(start[None], self.frames.places_along(angle), axis=0)
         points[:, [_A, _C]] += np.linspace(0.0, 1.0, len(points))[:, None] * turn
         axis = np.array([coordinates.tool_axis([float(v) for v in point], base) for point in points])
         points[:, :3] += distance * (axis - axis[0])
         x, y, z = (float(v) for v in start[:3] - distance * axis[0])
-        self._name_axes([float(value) for value in points[-1]], [_A, _C])
-        self.record_carried(kind, MoveKind.SWING, points, [_A, _C], angle, (x, y, z))
-        self.refresh_frame()
+        self.core.frames.name_axes([float(value) for value in points[-1]], [_A, _C])
+        self.frames.record_carried(kind, MoveKind.SWING, points, [_A, _C], angle, (x, y, z))
+        self.frames.refresh_frame()
 
     # --- cycle 19 ------------------------------------------------------------------------------------------------
 
     def set_working_plane(self, angles: tuple[float, float, float] | None) -> None:
         """Cycle 19: spatial angles; None, or all 0, ends it. The rotary axes stay."""
-        self._refuse_compensation("CYCL DEF 19")
+        self.core.refuse_compensation("CYCL DEF 19")
         tilt = None if angles is None or not any(angles) else transformations.spatial(*angles)
         if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
-            raise BlockError("VP017", "cycle 19 while datum shift, mirror image, rotation or scaling hold that were set in the plane before; "
+            raise ProgramError("VP017", "cycle 19 while datum shift, mirror image, rotation or scaling hold that were set in the plane before; "
                 "reset them first")  # fmt: skip
         normal = self._outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
         chosen = self._choose_angles(normal, None, None)

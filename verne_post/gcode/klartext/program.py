@@ -9,14 +9,25 @@ from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import Arc
-from verne_post.gcode.block import Block
+from verne_post.gcode.klartext.approach import KlartextApproach
 from verne_post.gcode.klartext.blank import Blank
+from verne_post.gcode.klartext.contour import KlartextContour
+from verne_post.gcode.klartext.cycles import KlartextCycles
 from verne_post.gcode.klartext.formulas import VALUE, read_value
-from verne_post.gcode.klartext.paths import Target
+from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.functions import KlartextFunctions
+from verne_post.gcode.klartext.orientation import KlartextOrientation
+from verne_post.gcode.klartext.paths import KlartextPaths, Target
 from verne_post.gcode.klartext.patterns import KlartextPatterns
+from verne_post.gcode.klartext.planes import KlartextPlanes
 from verne_post.gcode.klartext.q_parameters import assign, execute_fn, label_of
+from verne_post.gcode.klartext.settings import KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words, read_words
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import At
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.setup import Setup
 from verne_post.model.moves import AXES, MoveKind
 
 _PATHS: Final = ("L", "LN", "LP", "C", "CP", "CR", "CT", "CTP")
@@ -35,14 +46,25 @@ class Jump(Struct, frozen=True):
     repeats: int = 0
 
 
-class Klartext(KlartextPatterns):
+class Klartext:
     """Executes statements.
 
     ``jump`` is what the last one asks the flow for.
     """
 
-    def __init__(self, *arguments: object) -> None:
-        super().__init__(*arguments)
+    def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
+        self.frames = frames = KlartextFrames(setup, state, recorder)
+        self.core, self.setup, self.state, self.recorder = frames.core, setup, state, recorder
+        self.q, self.modes, self.maps, self.waiting = frames.q, frames.modes, frames.maps, frames.waiting
+        self.paths = KlartextPaths(frames)
+        self.contour = KlartextContour(frames, self.paths)
+        self.approaches = KlartextApproach(frames, self.paths, self.contour)
+        self.functions = KlartextFunctions(frames, self.contour)
+        self.planes = KlartextPlanes(frames, self.contour, self.functions)
+        self.cycles = KlartextCycles(frames, self.contour)
+        self.orientation = KlartextOrientation(frames, self.contour, self.functions)
+        self.settings = KlartextSettings(frames, self.functions, self.planes)
+        self.patterns = KlartextPatterns(frames, self.paths, self.contour, self.functions, self.cycles, self.settings)
         self.jump: Jump | None = None
         self.blank = Blank()
         self.failed = False
@@ -52,125 +74,125 @@ class Klartext(KlartextPatterns):
 
         Raises
         ------
-        BlockError
+        ProgramError
         """
         self.jump = None
-        self.calls = []
-        self.block = Block(shown_line)
+        self.functions.calls = []
+        self.frames.block = At(shown_line)
         if statement.keyword in _PATHS:
             self._execute_path(statement, corner_next)
         elif statement.keyword:
-            STATEMENTS[statement.keyword](self, statement)
-        if self.ended:
-            self.check_nothing_waits("the end of the program")
+            STATEMENTS[statement.keyword](self)(statement)
+        if self.functions.ended:
+            self.waiting.refuse("the end of the program")
 
     # --- path functions ----------------------------------------------------------------------------------------
 
     def _execute_path(self, statement: Statement, corner_next: Callable[[], bool]) -> None:
         words = read_words(statement, self.q)
-        self.check_functions(words, beside="coordinates")
+        self.functions.check_functions(words, beside="coordinates")
         machine = next((word.number for word in words.functions if word.number in (91, 92, 130)), None)
         if machine is not None:
             self._execute_elsewhere(statement, words, machine)
             return
-        if self.pending is None and self.approach is None:
-            self.begin_functions(words)
+        if self.waiting.pending is None and self.waiting.approach is None:
+            self.functions.begin_functions(words)
         elif words.functions:
             raise statement.error(
                 "VP017", "M functions beside the element after RND, CHF or APPR; write them in a block of their own"
             )
-        vector = self.take_vector(statement, words)
-        target = self.read_target(statement, words)
-        self.orient(target, vector)
-        arc = self.build(statement, words, target)
+        vector = self.orientation.take_vector(statement, words)
+        target = self.paths.read_target(statement, words)
+        self.orientation.orient(target, vector)
+        arc = self.paths.build(statement, words, target)
         self._finish_path(statement, words, target, arc, corner_next)
-        self.end_functions(words)
-        self.call_cycles(moved=bool(target.axes))
+        self.functions.end_functions(words)
+        self.patterns.call_cycles(moved=bool(target.axes))
 
     def _finish_path(
         self, statement: Statement, words: Words, target: Target, arc: Arc | None, corner_next: Callable[[], bool]
     ) -> None:
         rapid = words.rapid
-        self.set_feed(statement, words)
-        if self.approach is not None and words.compensation is not None:
+        self.contour.set_feed(statement, words)
+        if self.waiting.approach is not None and words.compensation is not None:
             raise statement.error("VP017", f"{words.compensation} in the first element after APPR, which sets the side")
         words.check_used(statement, "side F DR M" if statement.keyword in ("C", "CP", "CR") else "side F M")
         if rapid and arc is not None:
             raise statement.error("VP017", "FMAX on an arc is not executed; give F")
         kind = MoveKind.RAPID if rapid else MoveKind.FEED
         if not target.axes:
-            if self.pending is not None or self.approach is not None:
+            if self.waiting.pending is not None or self.waiting.approach is not None:
                 raise statement.error("VP017", "a block without coordinates where RND, CHF or APPR needs an element")
-            self.set_side(statement, words.compensation)
+            self.contour.set_side(statement, words.compensation)
             return
-        if target.turns and not self.tcp and arc is None:
+        if target.turns and not self.modes.tcp and arc is None:
             self._turn_table(statement, words, target, kind)
             return
         if target.turns and arc is not None:
             raise statement.error("VP017", "a rotary axis beside an arc is not executed")
-        if self.pending is None or self.corner is None:
-            self.set_side(statement, words.compensation)
-        elif words.compensation is not None and words.compensation != (self.side or "R0"):
+        if self.waiting.pending is None or self.waiting.corner is None:
+            self.contour.set_side(statement, words.compensation)
+        elif words.compensation is not None and words.compensation != (self.contour.side or "R0"):
             raise statement.error(
-                "VP017", f"{words.compensation} right after {self.corner.name}; change it one element later"
+                "VP017", f"{words.compensation} right after {self.waiting.corner.name}; change it one element later"
             )
         wait = corner_next()
         if wait and target.turns:
             raise statement.error("VP017", "RND or CHF after a move of a rotary axis")
-        self.add_element(self.element(target, arc, kind), wait=wait)
+        self.approaches.add_element(self.paths.element(target, arc, kind), wait=wait)
 
     def _turn_table(self, statement: Statement, words: Words, target: Target, kind: MoveKind) -> None:
         """A and C without tool-centre-point control."""
-        self.check_nothing_waits("a motion of a rotary axis")
+        self.waiting.refuse("a motion of a rotary axis")
         if words.compensation not in (None, "R0"):
             raise statement.error("VP017", f"{words.compensation} beside a rotary axis")
-        self.set_side(statement, words.compensation)
+        self.contour.set_side(statement, words.compensation)
         if kind == MoveKind.FEED:
-            self._check_feed(self.block, 10)
+            self.contour.check_feed()
         axes = target.axes
         point = target.end[:3] if any(axis < 3 for axis in axes) else None
-        self._motion_start(kind, absolute=True, machine=False)
+        self.core.start_of_motion(kind, absolute=True, machine=False)
         targets = {axis: target.end[axis] for axis in axes if 3 <= axis < 6}
         if not self.setup.machine:
-            self._record(self.block.line, kind, target.end, axes, absolute=True)
+            self.frames.run_line(self.frames.block, kind, target.end, axes)
         else:
-            self.turn_axes(kind, targets, point, axes)
-        self.last_rapid, self.direction = kind == MoveKind.RAPID, None
+            self.frames.turn_axes(kind, targets, point, axes)
+        self.contour.last_rapid, self.paths.direction = kind == MoveKind.RAPID, None
 
     def _execute_elsewhere(self, statement: Statement, words: Words, number: int) -> None:
         """M91, M92: machine coordinates; M130: the untilted system. Straight lines, without compensation."""
         name = f"M{number}"
         if statement.keyword != "L":
             raise statement.error("VP017", f"{name} goes with L")
-        self.check_nothing_waits(name)
-        self._refuse_beside(name)
-        self.begin_functions(words)
+        self.waiting.refuse(name)
+        self.frames.refuse_beside(name)
+        self.functions.begin_functions(words)
         kind = MoveKind.RAPID if words.rapid else MoveKind.FEED
-        self.set_feed(statement, words)
+        self.contour.set_feed(statement, words)
         if words.compensation in ("RL", "RR"):
             raise statement.error("VP017", f"{words.compensation} beside {name}")
-        self.set_side(statement, words.compensation)
+        self.contour.set_side(statement, words.compensation)
         if number == 130:
             self._go_untilted(statement, words, kind)
         else:
             self._go_in_machine(statement, words, kind, number)
-        self.last_rapid, self.direction = words.rapid, None
-        self.end_functions(words)
-        self.call_cycles(moved=True)
+        self.contour.last_rapid, self.paths.direction = words.rapid, None
+        self.functions.end_functions(words)
+        self.patterns.call_cycles(moved=True)
 
     def _go_untilted(self, statement: Statement, words: Words, kind: MoveKind) -> None:
         kept, self.maps.tilt = self.maps.tilt, None
         inner, self.maps.inner = self.maps.inner, type(self.maps.inner)()
-        self.refresh_frame()
+        self.frames.refresh_frame()
         try:
-            target = self.read_target(statement, words)
+            target = self.paths.read_target(statement, words)
             words.check_used(statement, "side F M")
             if target.turns:
                 raise statement.error("VP017", "a rotary axis beside M130 is not executed")
-            self.add_element(self.element(target, None, kind), wait=False)
+            self.approaches.add_element(self.paths.element(target, None, kind), wait=False)
         finally:
             self.maps.tilt, self.maps.inner = kept, inner
-            self.refresh_frame()
+            self.frames.refresh_frame()
 
     def _go_in_machine(self, statement: Statement, words: Words, kind: MoveKind, number: int) -> None:
         home = self.state.home2
@@ -178,7 +200,7 @@ class Klartext(KlartextPatterns):
             raise statement.error(
                 "VP015", "M92 counts from a position of the machine: add [home] g30 to the machine file"
             )
-        machine, axes = self.machine_position(), []
+        machine, axes = self.frames.machine_position(), []
         for axis, letter in enumerate(AXES):
             if letter not in words.values and "I" + letter not in words.values:
                 continue
@@ -189,21 +211,20 @@ class Klartext(KlartextPatterns):
             if "I" + letter in words.values:
                 raise statement.error("VP017", f"I{letter} beside M{number}: machine coordinates are absolute")
             value = words.take(letter) or 0.0
-            value = self._length(value) if letter in "XYZUVW" else value
+            value = self.frames.length(value) if letter in "XYZUVW" else value
             machine[axis] = value + (home[axis] if number == 92 and home is not None else 0.0)
             axes.append(axis)
         words.check_used(statement, "side F M")
         if not axes:
             raise statement.error("VP005", f"M{number} needs coordinates")
         if kind == MoveKind.FEED:
-            self._check_feed(self.block, 10)
-        self._motion_start(kind, absolute=True, machine=True)
+            self.contour.check_feed()
+        self.core.start_of_motion(kind, absolute=True, machine=True)
         if {0, 1, _C} & set(axes):
-            self.recorder.fix_c(self.block.line)
-        self.move_machine(kind, machine, axes)
-        for axis in {0, 1, 2, *axes}:
-            self.state.named[axis] = False
-        self.refresh_frame()
+            self.recorder.fix_c(self.frames.block.line)
+        self.frames.move_machine(kind, machine, axes)
+        self.core.frames.forget_programmed({0, 1, 2, *axes})
+        self.frames.refresh_frame()
 
     # --- corners, approach, departure -----------------------------------------------------------------------------
 
@@ -212,9 +233,9 @@ class Klartext(KlartextPatterns):
         if statement.keyword == "CHF" and rest.strip():
             rest = "LEN" + rest.lstrip()
         words = read_words(replace(statement, rest=rest), self.q)
-        if self.failed and self.pending is None:
+        if self.failed and self.waiting.pending is None:
             return
-        self.set_corner(statement, words)
+        self.contour.set_corner(statement, words)
 
     def _approach(self, statement: Statement) -> None:
         match = _APPROACH.match(statement.rest)
@@ -226,14 +247,14 @@ class Klartext(KlartextPatterns):
         words = read_words(
             replace(statement, rest=statement.rest[match.end() :], begin=statement.begin + match.end()), self.q
         )
-        self.check_functions(words, beside=statement.keyword)
-        self.begin_functions(words)
+        self.functions.check_functions(words, beside=statement.keyword)
+        self.functions.begin_functions(words)
         leaves = statement.keyword == "DEP"
-        target = self.read_target(statement, words)
+        target = self.paths.read_target(statement, words)
         if target.turns:
             raise statement.error("VP017", f"a rotary axis beside {statement.keyword}")
         if polar:
-            self.build(replace(statement, keyword="LP"), words, target)
+            self.paths.build(replace(statement, keyword="LP"), words, target)
         flat = [axis for axis in target.axes if axis < 2]
         if leaves and flat and kind != "LCT":
             raise statement.error("VP006", f"DEP {kind} takes no X and Y")
@@ -244,14 +265,14 @@ class Klartext(KlartextPatterns):
                 raise statement.error("VP017", f"{words.compensation} beside DEP, which ends compensation")
             height = target.end[2] if 2 in target.axes else None
             point = [*target.end[:2], *self.state.position[2:]] if kind == "LCT" else None
-            self.depart(statement, words, kind, point, height)
+            self.approaches.depart(statement, words, kind, point, height)
         else:
             open_axes = {0, 1} if kind == "LCT" else {0, 1} - set(flat)  # the way of LCT depends on where it begins
-            self._require_known(self.block, sorted(open_axes), f"APPR {kind}")
+            self.core.require_known(self.frames.block, sorted(open_axes), f"APPR {kind}")
             if 2 in target.axes:
-                self._stand_at({2: target.end[2]})
-            self.start_approach(statement, words, kind, target.end)
-        self.end_functions(words)
+                self.core.frames.stand_at({2: target.end[2]})
+            self.approaches.start_approach(statement, words, kind, target.end)
+        self.functions.end_functions(words)
 
     # --- calls -------------------------------------------------------------------------------------------------------
 
@@ -260,28 +281,28 @@ class Klartext(KlartextPatterns):
         match = re.match(r"[ \t]*(PAT|POS)?(?![A-Z])", statement.rest)
         where, at = (match.group(1), match.end()) if match is not None else (None, 0)
         words = read_words(replace(statement, rest=statement.rest[at:], begin=statement.begin + at), self.q)
-        self.check_functions(words, beside="CYCL CALL")
-        self.begin_functions(words)
+        self.functions.check_functions(words, beside="CYCL CALL")
+        self.functions.begin_functions(words)
         if where == "POS":
-            self.call_at(statement, words)
+            self.patterns.call_at(statement, words)
         elif where == "PAT":
-            self.call_places(statement, words)
+            self.patterns.call_places(statement, words)
         else:
             words.check_used(statement, "M")
-            self.call_cycle()
-        self.end_functions(words)
+            self.patterns.call_cycle()
+        self.functions.end_functions(words)
 
     def _block_of_words(self, statement: Statement) -> None:
         """M, F, S, R0 alone in a block."""
         words = read_words(statement, self.q)
-        self.check_functions(words)
-        self.check_nothing_waits("a block without coordinates")
-        self.begin_functions(words)
-        self.set_feed(statement, words)
-        self.set_side(statement, words.compensation)
+        self.functions.check_functions(words)
+        self.waiting.refuse("a block without coordinates")
+        self.functions.begin_functions(words)
+        self.contour.set_feed(statement, words)
+        self.contour.set_side(statement, words.compensation)
         words.check_used(statement, "side M")
-        self.end_functions(words)
-        self.call_cycles(moved=False)
+        self.functions.end_functions(words)
+        self.patterns.call_cycles(moved=False)
 
     # --- flow --------------------------------------------------------------------------------------------------------
 
@@ -331,7 +352,7 @@ class Klartext(KlartextPatterns):
         if answer.label is not None:
             self.jump = Jump("goto", answer.label)
         if answer.message is not None:
-            self.recorder.event(self.block.line, "not executed", text=answer.message)
+            self.recorder.event(self.frames.block.line, "not executed", text=answer.message)
 
     # --- head, end, stops ---------------------------------------------------------------------------------------------
 
@@ -340,7 +361,7 @@ class Klartext(KlartextPatterns):
         if match is None:
             raise statement.error("VP005", "BEGIN PGM needs a name, and MM or INCH")
         inch = match.group(1) == "INCH"
-        self.state.inch = inch
+        self.modes.inch = inch
         self.q.shown[113] = float(inch)
 
     def _end_program(self, statement: Statement) -> None:
@@ -348,37 +369,40 @@ class Klartext(KlartextPatterns):
 
     def _form(self, statement: Statement) -> None:
         """BLK FORM: the stock, shown as an event; a box or a cylinder is kept for the report."""
-        self.recorder.event(self.block.line, "stock", text="BLK FORM" + statement.rest.rstrip())
-        unit = MM_PER_INCH if self.state.inch else 1.0
+        self.recorder.event(self.frames.block.line, "stock", text="BLK FORM" + statement.rest.rstrip())
+        unit = MM_PER_INCH if self.modes.inch else 1.0
         stock = self.blank.read(statement, self.q, unit, self.state.frame)
         self.recorder.stock = stock or self.recorder.stock
 
     def _stop(self, statement: Statement) -> None:
         words = read_words(statement, self.q)
-        self.check_functions(words)
+        self.functions.check_functions(words)
         words.check_used(statement, "M")
-        self.check_nothing_waits("STOP")
-        self.begin_functions(words)
-        self._run(Block(statement.line, [("M", 0.0, 1)]))
-        self.end_functions(words)
-        self.call_cycles(moved=False)
+        self.waiting.refuse("STOP")
+        self.functions.begin_functions(words)
+        self.functions.run_codes([0])
+        self.functions.end_functions(words)
+        self.patterns.call_cycles(moved=False)
 
     def _pole(self, statement: Statement) -> None:
         words = read_words(statement, self.q)
-        self.set_pole(statement, words)
+        self.paths.set_pole(statement, words)
 
     def _refuse_selected(self, statement: Statement) -> None:
         raise statement.error("VP002", "CALL SELECTED PGM is not executed; write CALL PGM", 0)
 
 
 #: What executes a statement.
-STATEMENTS: Final[Mapping[str, Callable[[Klartext, Statement], None]]] = {
-    "BEGIN PGM": Klartext._begin_program, "END PGM": Klartext._end_program, "BLK FORM": Klartext._form,
-    "TOOL CALL": Klartext.call_tool, "TOOL DEF": Klartext.define_tool, "CYCL DEF": Klartext.define_cycle,
-    "CYCL CALL": Klartext._cycle_call, "CALL LBL": Klartext._call_label, "CALL PGM": Klartext._call_program,
-    "CALL SELECTED PGM": Klartext._refuse_selected, "PLANE": Klartext.execute_plane, "FUNCTION": Klartext.execute_function,
-    "TRANS": Klartext.transform, "PATTERN DEF": Klartext.define_places, "STOP": Klartext._stop, "LBL": Klartext._label,
-    "FN": Klartext._function_of_q, "APPR": Klartext._approach, "DEP": Klartext._approach, "RND": Klartext._corner,
-    "CHF": Klartext._corner, "CC": Klartext._pole, **dict.fromkeys(("Q", "QL", "QR", "QS"), Klartext._assign_parameter),
-    **dict.fromkeys(("M", "F", "S", "R0", "RL", "RR"), Klartext._block_of_words),
+STATEMENTS: Final[Mapping[str, Callable[[Klartext], Callable[[Statement], None]]]] = {
+    "BEGIN PGM": lambda one: one._begin_program, "END PGM": lambda one: one._end_program, "BLK FORM": lambda one: one._form,
+    "TOOL CALL": lambda one: one.functions.call_tool, "TOOL DEF": lambda one: one.functions.define_tool,
+    "CYCL DEF": lambda one: one.patterns.define_cycle, "CYCL CALL": lambda one: one._cycle_call,
+    "CALL LBL": lambda one: one._call_label, "CALL PGM": lambda one: one._call_program,
+    "CALL SELECTED PGM": lambda one: one._refuse_selected, "PLANE": lambda one: one.planes.execute_plane,
+    "FUNCTION": lambda one: one.orientation.execute_function, "TRANS": lambda one: one.settings.transform,
+    "PATTERN DEF": lambda one: one.patterns.define_places, "STOP": lambda one: one._stop, "LBL": lambda one: one._label,
+    "FN": lambda one: one._function_of_q, "APPR": lambda one: one._approach, "DEP": lambda one: one._approach,
+    "RND": lambda one: one._corner, "CHF": lambda one: one._corner, "CC": lambda one: one._pole,
+    **dict.fromkeys(("Q", "QL", "QR", "QS"), lambda one: one._assign_parameter),
+    **dict.fromkeys(("M", "F", "S", "R0", "RL", "RR"), lambda one: one._block_of_words),
 }  # fmt: skip

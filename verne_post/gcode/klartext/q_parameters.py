@@ -5,9 +5,10 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from verne_post.gcode.expressions import MAX_NUMBER, BlockError
+from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
+from verne_post.gcode.program_error import ProgramError
 
 _ASSIGNED: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
 _OPERATORS: Final = {1: r"\+", 2: "-", 3: r"\*", 4: "/|DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 13: "ANG"}
@@ -50,16 +51,16 @@ class QParameters(Struct):
         """Value of Q1, QL1, QR1; VP025 where it has none."""
         kind, number = _split(name)
         if kind == "QS":
-            raise BlockError("VP025", f"{name} is a text, not a number")
+            raise ProgramError("VP025", f"{name} is a text, not a number")
         key = f"{kind}{number}"
         if key in self.unknown:
-            raise BlockError("VP025", f"{key} was read at the machine (FN 18), so its value is not known here")
+            raise ProgramError("VP025", f"{key} was read at the machine (FN 18), so its value is not known here")
         table = self.local[-1] if kind == "QL" else self.values
         if key in table:
             return table[key]
         if kind == "Q" and number in self.shown:
             return self.shown[number]
-        raise BlockError("VP025", f"{key} has no value; set it first")
+        raise ProgramError("VP025", f"{key} has no value; set it first")
 
     def is_defined(self, name: str) -> bool:
         """True for a parameter with a value."""
@@ -72,14 +73,14 @@ class QParameters(Struct):
         """True where Q1, QL1 or QR1 has this value."""
         try:
             return self.value(name) == value
-        except BlockError:
+        except ProgramError:
             return False
 
     def set(self, name: str, value: float) -> None:
         """Set Q1, QL1 or QR1; VP007 beyond any number that means something."""
         kind, number = _split(name)
         if not abs(value) <= MAX_NUMBER:
-            raise BlockError("VP007", f"{kind}{number} would be {value:g}, beyond {MAX_NUMBER:g}")
+            raise ProgramError("VP007", f"{kind}{number} would be {value:g}, beyond {MAX_NUMBER:g}")
         key = f"{kind}{number}"
         self.unknown.discard(key)
         (self.local[-1] if kind == "QL" else self.values)[key] = value
@@ -88,7 +89,7 @@ class QParameters(Struct):
         """Text of QS1; VP025 where it has none."""
         kind, number = _split(name)
         if f"{kind}{number}" not in self.strings:
-            raise BlockError("VP025", f"{name} has no text; set it first")
+            raise ProgramError("VP025", f"{name} has no text; set it first")
         return self.strings[f"{kind}{number}"]
 
     def forget(self, name: str) -> None:
@@ -102,7 +103,7 @@ def _split(name: str) -> tuple[str, int]:
     digits = name[len(kind) :]
     number = int(digits) if len(digits) < 6 else 10**6
     if number > _LAST.get(kind, -1):
-        raise BlockError("VP025", f"{name[:12]}: there are {kind}0 to {kind}{_LAST.get(kind, 0)}")
+        raise ProgramError("VP025", f"{name[:12]}: there are {kind}0 to {kind}{_LAST.get(kind, 0)}")
     return kind, number
 
 
@@ -128,7 +129,7 @@ def _string(text: str, parameters: QParameters) -> str:
     while True:
         match = _STRING_PART.match(text, at)
         if match is None:
-            raise BlockError(
+            raise ProgramError(
                 "VP002", f"{text[at:].strip()[:20]}: expected a text in quotes, QS parameters and TOCHAR, joined by ||"
             )
         literal, name, number, decimals = match.groups()
@@ -139,23 +140,23 @@ def _string(text: str, parameters: QParameters) -> str:
         else:
             joined += f"{read_value(number, parameters):.{min(int(decimals or 0), 9)}f}"
         if len(joined) > _MAX_STRING:
-            raise BlockError("VP007", f"a text of more than {_MAX_STRING} characters")
+            raise ProgramError("VP007", f"a text of more than {_MAX_STRING} characters")
         at = match.end()
         if at == len(text):
             return joined
         if not text.startswith("||", at):
-            raise BlockError("VP001", f"{text[at:].strip()[:20]!r} in a text formula; expected ||")
+            raise ProgramError("VP001", f"{text[at:].strip()[:20]!r} in a text formula; expected ||")
         at += 2
 
 
 def _to_number(text: str, parameters: QParameters) -> float:
     match = re.fullmatch(r"[ \t]*TONUMB[ \t]*\([ \t]*SRC_(QS\d+)[ \t]*\)[ \t]*", text)
     if match is None:
-        raise BlockError("VP001", "expected TONUMB( SRC_QS1 )")
+        raise ProgramError("VP001", "expected TONUMB( SRC_QS1 )")
     try:
         return read_value(parameters.text(match.group(1)), parameters)
-    except BlockError as error:
-        raise BlockError("VP007", f"TONUMB: {error}") from None
+    except ProgramError as error:
+        raise ProgramError("VP007", f"TONUMB: {error}") from None
 
 
 class FnAnswer(Struct, frozen=True):
@@ -170,7 +171,7 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP002 for functions that are not executed, VP027 for FN 14, which stops the program.
     """
     match = re.match(r"[ \t]*(\d{1,2})[ \t]*:[ \t]*", statement.rest)
@@ -180,17 +181,17 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
     if number in _RELATIONS:
         return FnAnswer(label=_jump(number, rest, parameters))
     if number == 14:
-        raise BlockError("VP027", f"the program asks to stop: {rest.strip()}")
+        raise ProgramError("VP027", f"the program asks to stop: {rest.strip()}")
     if number in (15, 16):
         return FnAnswer(message=f"FN {number}: {rest}")
     if number == 18:
         read = re.match(r"SYSREAD[ \t]+(Q[LR]?\d+)[ \t]*=", rest)
         if read is None:
-            raise BlockError("VP001", "expected FN 18: SYSREAD Q1 = ID...")
+            raise ProgramError("VP001", "expected FN 18: SYSREAD Q1 = ID...")
         parameters.forget(read.group(1))
         return FnAnswer(message=f"FN 18: {rest}")
     if number in REFUSED_FUNCTIONS:
-        raise BlockError("VP002", f"FN {number} is not executed ({REFUSED_FUNCTIONS[number]})")
+        raise ProgramError("VP002", f"FN {number} is not executed ({REFUSED_FUNCTIONS[number]})")
     if number == 0:
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})()"
     elif number in (5, 6, 7):
@@ -198,10 +199,10 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
     elif number in _OPERATORS:
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
     else:
-        raise BlockError("VP002", f"FN {number} is not a function of the language")
+        raise ProgramError("VP002", f"FN {number} is not a function of the language")
     found = re.fullmatch(pattern, rest)
     if found is None:
-        raise BlockError("VP001", f"FN {number}: {rest[:40]!r} is not of the form that this function has")
+        raise ProgramError("VP001", f"FN {number}: {rest[:40]!r} is not of the form that this function has")
     name, first, second = found.groups()
     value = read_value(first, parameters)
     if number:
@@ -219,7 +220,7 @@ def _jump(number: int, rest: str, parameters: QParameters) -> str | None:
         )
     match = _JUMP.match(rest)
     if match is None or match.group(2) != _RELATIONS[number]:
-        raise BlockError("VP001", f"FN {number}: expected IF value {_RELATIONS[number]} value GOTO LBL label")
+        raise ProgramError("VP001", f"FN {number}: expected IF value {_RELATIONS[number]} value GOTO LBL label")
     first, relation, second, quoted, digits, text = match.groups()
     if not holds(relation, read_value(first, parameters), read_value(second, parameters)):
         return None

@@ -9,12 +9,12 @@ from contextlib import suppress
 from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.block import BlockError
 from verne_post.gcode.klartext.paths import BUILDERS
 from verne_post.gcode.klartext.program import Klartext
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words, read_usable_words
-from verne_post.gcode.missing_setup import ASSUMED_TOOL
+from verne_post.gcode.machining.assumptions import assume_feed, assume_length, assume_loaded_tool, name_axis, place
+from verne_post.gcode.program_error import ProgramError
 from verne_post.model.moves import AXES
 
 _A, _C = 3, 5
@@ -38,14 +38,14 @@ class KlartextRecovery:
     def __init__(self, interpreter: Klartext) -> None:
         self.to, self.uncertain = interpreter, False
 
-    def pass_failed(self, statement: Statement, error: BlockError) -> bool:
+    def pass_failed(self, statement: Statement, error: ProgramError) -> bool:
         """Take what a refused statement would have set; True where its error only follows from one before."""
         to, keyword = self.to, statement.keyword
         follows = self.uncertain and error.code in _OF_POSITIONS
         to.failed = True
         if keyword in _CONTOUR:
-            to.state.position = list(to.now())
-            to.pending = to.corner = to.approach = None
+            place(to.state, list(to.paths.now()))
+            to.waiting.clear()
         if keyword in BUILDERS or keyword in ("APPR", "CYCL CALL"):
             self._take_move(statement, error)
         elif keyword == "CC":
@@ -54,26 +54,25 @@ class KlartextRecovery:
             for number, axis in ((120, _A), (121, 4), (122, _C)):
                 to.q.shown.setdefault(number, to.state.position[axis])
         elif keyword == "CYCL DEF":
-            to.cycle_unread = True
+            to.patterns.cycle_unread = True
         elif keyword == "TOOL CALL":
             self._assume_tool()
         return follows
 
     def _assume_tool(self) -> None:
         state = self.to.state
-        state.length_given = True
+        assume_length(state)
         if self.to.setup.tool_length is None:
-            state.tools = {state.selected_tool or 0: ASSUMED_TOOL, **(state.tools or {})}
-            state.loaded_tool = state.selected_tool
+            assume_loaded_tool(state, state.selected_tool)
 
-    def _take_move(self, statement: Statement, error: BlockError) -> None:
+    def _take_move(self, statement: Statement, error: ProgramError) -> None:
         """The modes, the feed rate and the end point of a statement that moves."""
         to, state = self.to, self.to.state
         words = read_usable_words(statement, to.q)
         elsewhere = any(word.number in _ELSEWHERE for word in words.functions)
         words.functions = [word for word in words.functions if word.number in _MODES]
-        with suppress(BlockError):
-            to.begin_functions(words)
+        with suppress(ProgramError):
+            to.functions.begin_functions(words)
         self._take_feed(statement, words, error)
         axes = [axis for axis, letter in enumerate(AXES) if {letter, "I" + letter} & set(words.values)]
         self.uncertain |= elsewhere or any(not state.known[axis] and AXES[axis] not in words.values for axis in axes)
@@ -81,45 +80,45 @@ class KlartextRecovery:
             if AXES[axis] not in to.setup.axes:
                 words.values.pop(AXES[axis], None)
                 words.values.pop("I" + AXES[axis], None)
-            state.known[axis] = state.named[axis] = True
+            name_axis(state, axis)
         if not elsewhere:
             self._go_to_end(statement, words)
-        with suppress(BlockError):
-            to.end_functions(words)
+        with suppress(ProgramError):
+            to.functions.end_functions(words)
 
-    def _take_feed(self, statement: Statement, words: Words, error: BlockError) -> None:
+    def _take_feed(self, statement: Statement, words: Words, error: ProgramError) -> None:
         state = self.to.state
         given = error.code == "VP009" or bool({"F", "FU", "FZ"} & set(words.values))
         words.values.pop("FZ", None)
-        with suppress(BlockError):
-            self.to.set_feed(statement, words)
+        with suppress(ProgramError):
+            self.to.contour.set_feed(statement, words)
         if given:
-            state.feed = state.feed or 1.0
+            assume_feed(state)
 
     def _go_to_end(self, statement: Statement, words: Words) -> None:
         to, state = self.to, self.to.state
         start = list(state.position)
         try:
-            target = to.read_target(statement, words)
+            target = to.paths.read_target(statement, words)
             if statement.keyword in _POLAR:
-                to.build(statement, words, target)
-        except BlockError:
+                to.paths.build(statement, words, target)
+        except ProgramError:
             self.uncertain = True
             return
         way = [end - begin for begin, end in zip(start[:2], target.end[:2], strict=True)]
         if (size := math.hypot(*way)) > ZERO_LENGTH_MM:
-            to.direction = way[0] / size, way[1] / size
-        if target.turns and not to.tcp:  # X, Y, Z of the machine keep their numbers
+            to.paths.direction = way[0] / size, way[1] / size
+        if target.turns and not to.modes.tcp:  # X, Y, Z of the machine keep their numbers
             self.uncertain |= to.maps.tilt is not None
-            state.position = [*start[:3], *target.end[3:]]
-            to.refresh_frame()
-        state.position = list(target.end)
+            place(state, [*start[:3], *target.end[3:]])
+            to.frames.refresh_frame()
+        place(state, list(target.end))
 
     def _take_pole(self, statement: Statement) -> None:
         """The coordinates of CC that can be read; X and Y where the tool is, for those that cannot."""
         to = self.to
         words = read_usable_words(statement, to.q)
-        here = to.input_of(to.now())
+        here = to.paths.input_of(to.paths.now())
         given = {axis: words.values[letter] for axis, letter in enumerate("XYZ") if letter in words.values}
         self.uncertain |= len(given) != 2
-        to.pole = given if len(given) == 2 else {0: here[0], 1: here[1]}
+        to.paths.pole = given if len(given) == 2 else {0: here[0], 1: here[1]}

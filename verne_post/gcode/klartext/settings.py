@@ -6,11 +6,14 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from verne_post.gcode.block import Block
 from verne_post.gcode.klartext.cycle_words import Head, read_parameters
 from verne_post.gcode.klartext.formulas import VALUE, read_value
-from verne_post.gcode.klartext.orientation import KlartextOrientation
+from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.functions import KlartextFunctions
+from verne_post.gcode.klartext.planes import KlartextPlanes
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.machining.machining import check_dwell
+from verne_post.gcode.program_error import At
 from verne_post.model.moves import PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
@@ -21,15 +24,25 @@ _LAST_NAMED_SYSTEM: Final = 9
 _Handler = Callable[["KlartextSettings", Statement, Head], None]
 
 
-class KlartextSettings(KlartextOrientation):
+class KlartextSettings:
     """Orientation, and cycles that set modes."""
+
+    def __init__(self, frames: KlartextFrames, functions: KlartextFunctions, planes: KlartextPlanes) -> None:
+        self.frames = frames
+        self.functions = functions
+        self.planes = planes
+        self.core = frames.core
+        self.state = frames.state
+        self.q = frames.q
+        self.maps = frames.maps
+        self.waiting = frames.waiting
 
     def execute_setting(self, statement: Statement, head: Head) -> bool:
         """One line of a setting cycle; False where the cycle is none."""
         handler = SETTINGS.get(head.number)
         if handler is None:
             return False
-        self.check_nothing_waits(f"CYCL DEF {head.number}")
+        self.waiting.refuse(f"CYCL DEF {head.number}")
         if head.part or head.number == 247:  # line 0 only names the cycle
             handler(self, statement, head)
         elif head.number in (8, 19, 32):  # what follows replaces it; without more it ends
@@ -41,14 +54,14 @@ class KlartextSettings(KlartextOrientation):
             self._change_maps("mirror image")
             self.maps.current.mirrored = (False, False)
             self.maps.current.set("mirror", active=False)
-            self.refresh_frame()
+            self.frames.refresh_frame()
         elif number == 19:
-            self.set_working_plane(None)
+            self.planes.set_working_plane(None)
         else:
-            self.state.control = PathControl()
+            self.core.set_path_control(PathControl())
 
     def _change_maps(self, what: str) -> None:
-        self._refuse_compensation(what)
+        self.core.refuse_compensation(what)
 
     # --- maps ---------------------------------------------------------------------------------------------
 
@@ -84,10 +97,10 @@ class KlartextSettings(KlartextOrientation):
                     "VP017", "a datum shift in a tilted plane while one from before the plane holds: which of them it would change "
                     "differs between controls; write PLANE RESET first",
                 )  # fmt: skip
-            shift[axis] = self._length(value) + (shift[axis] if step else 0.0)
+            shift[axis] = self.frames.length(value) + (shift[axis] if step else 0.0)
         layer.shift = (shift[0], shift[1], shift[2])
         layer.set("shift", active=any(shift))
-        self.refresh_frame()
+        self.frames.refresh_frame()
 
     def _end_outer_shift(self, axis: int) -> None:
         outer = self.maps.outer
@@ -115,7 +128,7 @@ class KlartextSettings(KlartextOrientation):
         layer = self.maps.current
         layer.mirrored = ("X" in letters, "Y" in letters)
         layer.set("mirror", active=bool(letters))
-        self.refresh_frame()
+        self.frames.refresh_frame()
 
     def _rotation(self, statement: Statement, head: Head) -> None:
         self.rotate(statement, head.rest)
@@ -129,7 +142,7 @@ class KlartextSettings(KlartextOrientation):
         layer = self.maps.current
         layer.angle = read_value(match.group(2), self.q) + (layer.angle if match.group(1) else 0.0)
         layer.set("rotation", active=layer.angle % 360.0 != 0.0)
-        self.refresh_frame()
+        self.frames.refresh_frame()
 
     def _scaling(self, statement: Statement, head: Head) -> None:
         self.scale(statement, head.rest)
@@ -146,11 +159,11 @@ class KlartextSettings(KlartextOrientation):
         layer = self.maps.current
         layer.scale = factor
         layer.set("scale", active=factor != 1.0)
-        self.refresh_frame()
+        self.frames.refresh_frame()
 
     def transform(self, statement: Statement) -> None:
         """TRANS DATUM AXIS, TRANS DATUM RESET, TRANS MIRROR, ROTATION, SCALE."""
-        self.check_nothing_waits("TRANS")
+        self.waiting.refuse("TRANS")
         text = " ".join(statement.rest.split())
         for begin, (action, fixed) in _TRANS.items():
             if text == begin and fixed is not None:
@@ -177,7 +190,7 @@ class KlartextSettings(KlartextOrientation):
             angles[match.group(2)] = read_value(match.group(3), self.q)
             at = match.end()
         if text.strip():
-            self.set_working_plane((angles["A"], angles["B"], angles["C"]))
+            self.planes.set_working_plane((angles["A"], angles["B"], angles["C"]))
 
     def _preset(self, statement: Statement, head: Head) -> None:
         """247: the preset; shifts, mirror images, rotations and scalings end."""
@@ -193,11 +206,13 @@ class KlartextSettings(KlartextOrientation):
                 "VP007",
                 f"Q339={values[339]:g}: presets are 1 to {top}: 1 to 9 are G54 to G59.3 of --wcs, others G54.1P10 ...",
             )
-        self._refuse_compensation("CYCL DEF 247")
+        self.core.refuse_compensation("CYCL DEF 247")
         state = self.state
         self.maps.reset()
-        self._set_frame(replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool, feature=None))
-        self.refresh_frame()
+        self.core.frames.set_frame(
+            replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool, feature=None)
+        )
+        self.frames.refresh_frame()
 
     def _tolerance(self, statement: Statement, head: Head) -> None:
         """32.1 T0.05: tolerance at corners; 32.2 HSC-MODE and TA are without effect."""
@@ -208,28 +223,30 @@ class KlartextSettings(KlartextOrientation):
                 raise statement.error("VP001", "expected HSC-MODE:0 TA0.5")
             return
         if not head.rest.strip():
-            self.state.control = PathControl()
+            self.core.set_path_control(PathControl())
             return
         match = re.fullmatch(rf"[ \t]*T[ \t]*({VALUE})[ \t]*", head.rest)
         if match is None:
             raise statement.error("VP001", "expected T and the tolerance")
-        value = self._length(read_value(match.group(1), self.q))
+        value = self.frames.length(read_value(match.group(1), self.q))
         if value < 0:
             raise statement.error("VP007", f"T{value:g}: a tolerance is not negative")
-        self.state.control = PathControl(PathMode.BLEND, value) if value else PathControl()
+        self.core.set_path_control(PathControl(PathMode.BLEND, value) if value else PathControl())
 
     def _dwell_time(self, statement: Statement, head: Head) -> None:
         match = re.fullmatch(rf"[ \t]*(?:DWELL|V\.ZEIT|V\.ZT|VERW\.ZEIT)?[ \t]*({VALUE})[ \t]*", head.rest)
         if match is None:
             raise statement.error("VP001", "expected DWELL and the time in seconds")
-        self._run(Block(statement.line, [("G", 4.0, 1)], {"P": read_value(match.group(1), self.q)}, {"P": 1}))
+        self.core.dwell(
+            self.frames.block, check_dwell(At(statement.line, {"P": 1}), read_value(match.group(1), self.q))
+        )
 
     def _orient(self, statement: Statement, head: Head) -> None:
         """13: the angle to which M19 orients the spindle."""
         match = re.fullmatch(rf"[ \t]*(?:ANGLE|WINKEL)?[ \t]*({VALUE})[ \t]*", head.rest)
         if match is None:
             raise statement.error("VP001", "expected ANGLE and degrees")
-        self.spindle_angle = read_value(match.group(1), self.q)
+        self.functions.spindle_angle = read_value(match.group(1), self.q)
 
 
 #: TRANS functions: what they do, and with which text where the program gives none.

@@ -8,8 +8,8 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
-from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.plain import PlainLines
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line
 from verne_post.gcode.words import split_words
 
@@ -83,9 +83,9 @@ class Statement(Struct, frozen=True):
     begin: int = 0
     deleted: bool = False
 
-    def error(self, code: str, message: str, at: int | None = None) -> BlockError:
+    def error(self, code: str, message: str, at: int | None = None) -> ProgramError:
         """An error of this statement, at a place of ``rest``."""
-        return BlockError(code, message, None if at is None else self.begin + at + 1)
+        return ProgramError(code, message, None if at is None else self.begin + at + 1)
 
 
 class KlartextText(ChunkedText):
@@ -109,7 +109,7 @@ class KlartextText(ChunkedText):
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP001: the statement goes on, and the text ends.
         """
         raw = self.raw(line)
@@ -122,7 +122,7 @@ class KlartextText(ChunkedText):
             following = self.raw(line + len(parts))
             if following is None:
                 if goes_on:
-                    raise BlockError("VP001", "the statement goes on (~), and the text ends", line=line)
+                    raise ProgramError("VP001", "the statement goes on (~), and the text ends", line=line)
                 break
             more = decode_line(following)
             if not goes_on and not _CYCLE_PARAMETER.match(more.upper()):
@@ -145,7 +145,7 @@ class KlartextText(ChunkedText):
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP023: a label that stands twice.
         """
         found: dict[str, int] = {}
@@ -157,7 +157,7 @@ class KlartextText(ChunkedText):
             if name == "0":
                 continue
             if name in found:
-                raise BlockError("VP023", f"LBL {name} stands twice, first in line {found[name]}", 1, line=line)
+                raise ProgramError("VP023", f"LBL {name} stands twice, first in line {found[name]}", 1, line=line)
             found[name] = line
         return found
 
@@ -201,7 +201,7 @@ def read_statement(parts: list[str], line: int) -> Statement:
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP002: they begin with no word of the language.
     """
     text = _upper(parts[0])
@@ -218,7 +218,7 @@ def read_statement(parts: list[str], line: int) -> Statement:
         word = re.match(r"[^\s+\-=]*", text[begin:])
         shown = (word.group() if word else "") or text[begin : begin + 10]
         why = f"executed ({_REFUSED[shown]})" if shown in _REFUSED else "a statement that is executed here"
-        raise BlockError("VP002", f"{shown[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
+        raise ProgramError("VP002", f"{shown[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
     name = " ".join(keyword.group().split())
     tail = " ".join(_upper(part) for part in parts[1:])
     at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin

@@ -7,9 +7,9 @@ from typing import Final
 from msgspec import Struct, field
 
 from verne_post.base.numbers import is_count
-from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.program_error import ProgramError
 
 #: Functions that take numbers after them, by M number, and the words that belong to them.
 _M_WORDS: Final = {128: ("F",), 140: ("F", "MB"), 103: ("F",), 120: ("LA",), 112: ("T", "A")}
@@ -68,7 +68,7 @@ class Words(Struct):
         """Where a coordinate leads from ``here``: X or IX; None where neither is given."""
         absolute, step = self.take(letter), self.take("I" + letter)
         if absolute is not None and step is not None:
-            raise BlockError("VP004", f"{letter} and I{letter} in one block")
+            raise ProgramError("VP004", f"{letter} and I{letter} in one block")
         return absolute if step is None else here + step
 
     def take_no_other_feed(self, statement: Statement) -> None:
@@ -98,7 +98,7 @@ def read_words(statement: Statement, numbers: Numbers) -> Words:
 
     Raises
     ------
-    BlockError
+    ProgramError
         With the column of the first character that fits nothing.
     """
     words, text, at = Words(), statement.rest, 0
@@ -122,7 +122,7 @@ def read_usable_words(statement: Statement, numbers: Numbers) -> Words:
     while at < len(text):
         match = _WORD.match(text, at)
         if match is not None:
-            with suppress(BlockError):
+            with suppress(ProgramError):
                 _add(statement, words, match, match.start(), numbers)
             at = match.end()
         else:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct, field
 
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.values import Value
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call, read_argument_values
@@ -46,14 +46,14 @@ class Arguments(Struct):
             raise self.error("VP007", f"{name} {value:g} is a number; a text is needed", name)
         return value
 
-    def error(self, code: str, message: str, name: str) -> BlockError:
+    def error(self, code: str, message: str, name: str) -> ProgramError:
         """An error at an argument."""
         at = list(self.names).index(name) if name in self.names else -1
         column = self.call.column
         if self.call.arguments and 0 <= at < len(self.call.arguments):
             argument = self.call.arguments[at]
             column = argument.column + len(argument.text) - len(argument.text.lstrip())
-        return BlockError(code, f"{self.call.name}: {message}", column)
+        return ProgramError(code, f"{self.call.name}: {message}", column)
 
     def refuse_rest(self, harmless: Sequence[str] = ()) -> None:
         """Arguments that were given other than 0, and that nothing has asked for, are not executed."""
@@ -68,10 +68,10 @@ def read_cycle(call: Call, names: Sequence[str], variables: Variables) -> Argume
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP005: more than the cycle has.
     """
     given = read_argument_values(call.arguments or (), variables)
     if len(given) > len(names):
-        raise BlockError("VP005", f"{call.name} has {len(names)} values; here are {len(given)}", call.column)
+        raise ProgramError("VP005", f"{call.name} has {len(names)} values; here are {len(given)}", call.column)
     return Arguments(call, {name: value for name, value in zip(names, given, strict=False) if value is not None}, names)

@@ -4,53 +4,83 @@ from typing import Final
 
 from verne_post.base.numbers import is_count
 from verne_post.base.tolerances import WHOLE_NUMBER
-from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.codes import CodeTable, read_m_code
+from verne_post.gcode.machining.auxiliary import refuse_twice
 from verne_post.gcode.missing_setup import number_of_tool
-from verne_post.gcode.siemens.splines import SiemensSplines
+from verne_post.gcode.program_error import At
+from verne_post.gcode.siemens.modes import FEED_CODES
+from verne_post.gcode.siemens.motion import SiemensMotion
+from verne_post.gcode.siemens.vocabulary import REFUSED
 from verne_post.gcode.siemens.words import Word, Words
+from verne_post.model.moves import ZERO9, FeedMode
 
-_FEED_MODES: Final = {"G93": 930, "G94": 940, "G95": 950}
+_FEED_MODES: Final = {code: mode for mode, code in FEED_CODES.items()}
+#: M functions; those of the builder are given a meaning by [remap].
+_M_CODES: Final = CodeTable(
+    g_groups={},
+    m_groups={
+        "stopping": (0, 1, 2, 30),
+        "tool change": (6,),
+        "spindle": (3, 4, 5, 19),
+        "coolant": (7, 8, 9),
+        "gear": (40,),
+    },
+    refused_g={},
+    refused_m={int(word[1:]): why for word, why in REFUSED.items() if word[0] == "M" and word[1:].isdigit()},
+    words_of_g={},
+    words_of_m={},
+)
 
 
-class SiemensAuxiliary(SiemensSplines):
+class SiemensAuxiliary:
     """Motion and splines, and what a block says beside them."""
 
-    def _run_auxiliary(self, words: Words, block: Block) -> None:
-        made = Block(words.line, columns=block.columns)
-        if (speed := words.words.get("S")) is not None and words.code("dwell") is None:
-            words.take("S")
-            made.words["S"] = speed.value
-        if (tool := words.take("T")) is not None:
-            made.words["T"] = float(self._tool_number(tool))
+    def __init__(self, motion: SiemensMotion) -> None:
+        self.motion = motion
+        self.core = motion.core
+        self.setup = motion.setup
+        self.state = motion.state
+        self.recorder = motion.recorder
+        self.keys = motion.keys
+
+    def run(self, words: Words, block: At) -> None:
+        speed = words.take("S") if words.code("dwell") is None else None
+        tool = None if (word := words.take("T")) is None else self._tool_number(word)
         if (position := words.take("SPOS")) is not None:
-            self._stop_spindle_at(position, words.line)
+            self._stop_spindle_at(position, block)
         if (edges := words.take("CUTMOD")) is not None:
             self._refuse_turned_edges(edges, words.line)
         if (function := words.take("H")) is not None:
             self.recorder.event(words.line, "auxiliary", code=f"H{function.value:g}")
         groups: dict[str, list[int]] = {}
         for number, column in words.m:
-            if number in (0, 1, 2, 17, 30) or self._execute_user_code(made, "M", float(number)):
+            if number in (0, 1, 2, 17, 30):
                 continue
-            groups.setdefault(self.table.group_of_m[self._m_code(float(number), column)], []).append(number)
-        for group, codes in groups.items():
-            if len(codes) > 1 and group != "coolant":
-                raise BlockError(
-                    "VP003", f"M{codes[0]} and M{codes[1]} are of one group ({group})", block.columns.get("M")
-                )
+            if not self.core.auxiliary.execute_user_code(block, "M", float(number), {}):
+                groups.setdefault(_M_CODES.group_of_m[read_m_code(_M_CODES, float(number), column)], []).append(number)
+        refuse_twice(groups, block.columns.get("M"), several=("coolant",))
         if "gear" in groups:
             self.recorder.event(words.line, "without effect", word="M40")
-        self._execute_auxiliary(made, groups)
+        auxiliary, tools, spindle = self.core.auxiliary, self.core.tools, groups.get("spindle", [])
+        if speed is not None:
+            auxiliary.set_speed(block, speed.value, switched=bool(spindle))
+        if tool is not None:
+            tools.select(block, tool)
+        for _code in groups.get("tool change", []):
+            tools.change(block)
+        for code in spindle:
+            auxiliary.execute_spindle_code(block, code, 0.0)
+        for code in groups.get("coolant", []):
+            auxiliary.switch_coolant(block, code)
         self._select_edge(words, loaded=bool(groups.get("tool change")))
 
-    def _stop_spindle_at(self, word: Word, line: int) -> None:
+    def _stop_spindle_at(self, word: Word, at: At) -> None:
         """SPOS: the spindle stops at an angle; DC, ACP and ACN say in which sense it turns there."""
         if word.mode == "IC":
             raise word.error(
                 "VP002", "SPOS=IC() counts from where the spindle stands, which is not known here; write DC()"
             )
-        self.recorder.event(line, "orient", angle=word.value)
-        self.state.spindle_on = False
+        self.core.auxiliary.orient_spindle(at, word.value)
 
     def _refuse_turned_edges(self, word: Word, line: int) -> None:
         """CUTMOD: only 0, cutting edges as the tool table has them."""
@@ -61,19 +91,18 @@ class SiemensAuxiliary(SiemensSplines):
             )
         self.recorder.event(line, "without effect", word="CUTMOD")
 
-    def _run_feed(self, words: Words, block: Block) -> None:
-        mode = words.code("feed mode")
-        if mode is None and "F" not in words.words:
-            return
-        groups = {} if mode is None else {"feed mode": _FEED_MODES[mode]}
-        made = Block(words.line, columns=block.columns)
-        if (feed := words.words.get("F")) is not None and words.code("dwell") is None:
-            words.take("F")
-            made.words["F"] = block.words["F"] = feed.value
-        self._set_feed(made, groups)
-        self.modes.feed_mode = self.state.feed_mode
-        if "F" in made.words and self.modes.feed != 1.0 and self.state.feed_mode.name != "INVERSE":
-            self.state.feed *= self.modes.feed
+    def run_feed(self, words: Words) -> None:
+        state = self.state
+        if (mode := words.code("feed mode")) is not None:
+            self.core.set_feed_mode(_FEED_MODES[mode])
+        feed = words.take("F") if words.code("dwell") is None else None
+        if feed is not None:
+            if feed.value < 0:
+                raise feed.error("VP007", f"F{feed.value:g}: a feed rate is not negative")
+            self.motion.has_feed = True
+            unit = 1.0 if state.feed_mode == FeedMode.INVERSE else self.motion.modes.feed
+            self.core.set_feed(feed.value * unit, feed.value)
+        self.motion.modes.feed_mode = state.feed_mode
 
     def _tool_number(self, word: Word) -> int:
         """T5, T="5", T="name"."""
@@ -85,12 +114,6 @@ class SiemensAuxiliary(SiemensSplines):
             return round(number)
         return number_of_tool(name, f'T="{name}"', "siemens", self.setup, self.state, word.column)
 
-    def _cutter_diameter(self, block: Block, code: int) -> float:
-        """Of the tool in the spindle; with D0 the path is on the contour."""
-        if self.state.loaded_tool and not self.modes.edge:
-            return 0.0
-        return super()._cutter_diameter(block, code)
-
     def _select_edge(self, words: Words, *, loaded: bool) -> None:
         """D: the length of the tool is in force with D1, which M6 brings with it; D0 takes it away. An empty spindle has no length."""
         word, state = words.take("D"), self.state
@@ -99,15 +122,15 @@ class SiemensAuxiliary(SiemensSplines):
         on = word is None or self._switches_edge_on(word, tool or 0)
         if (word is None and not loaded) or (waits and on):
             return
-        self._refuse_compensation("a change of tool offset")
-        block, self.modes.edge = Block(words.line), on
+        self.core.refuse_compensation("a change of tool offset")
+        at, tools, self.motion.modes.edge = At(words.line), self.core.tools, on
         if not on or (loaded and not tool):
-            self._set_tool_length(block, 490)
+            tools.set_length(lambda: ZERO9)
         elif state.tools is None and not self.setup.machine:
-            state.length_given = True
+            tools.expect_length()
         elif tool or not self.setup.machine or self.setup.tool_length is not None:
-            self._set_tool_length(block, 430)
-        self.set_chain()
+            tools.set_length(lambda: tools.find_offset(at, 0))
+        self.motion.set_chain()
 
     def _switches_edge_on(self, word: Word, tool: int) -> bool:
         """False for D0; D1 is the one edge of the tool, with the key ``d_numbers`` it is D and the tool's own number."""

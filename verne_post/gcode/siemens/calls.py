@@ -5,7 +5,7 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import Cursor, code_part
 from verne_post.gcode.siemens.modes import Modes
@@ -107,7 +107,7 @@ def read_procedure(section: Section) -> Procedure:
         match = _PROC.match(text)
         try:
             return Procedure(line - 1) if match is None else _read_proc(Cursor(text, match.end()), line)
-        except BlockError as error:
+        except ProgramError as error:
             error.line = line
             raise
     return Procedure(section.first - 1)
@@ -166,7 +166,7 @@ def bind_arguments(call: Call, procedure: Procedure, variables: Variables) -> tu
     arguments = call.arguments or ()
     arguments = () if len(arguments) == 1 and not arguments[0].text.strip() else arguments
     if len(arguments) > len(procedure.parameters):
-        raise BlockError(
+        raise ProgramError(
             "VP023",
             f"{call.name} takes {len(procedure.parameters)} values (its PROC line); here are {len(arguments)}",
             call.column,
@@ -213,7 +213,7 @@ def _bind_array(call: Call, given: tuple[Argument, ...], parameter: Parameter, v
         or any(size not in (0, n) for size, n in zip(parameter.bounds, outside.bounds, strict=True))
     ):
         sizes = ",".join(str(size or "") for size in parameter.bounds)
-        raise BlockError(
+        raise ProgramError(
             "VP023", f"{call.name}: {parameter.name} is an array, {parameter.kind}[{sizes}]; {text[:20]} is none",
             given[0].column,
         )  # fmt: skip

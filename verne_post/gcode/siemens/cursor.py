@@ -5,7 +5,8 @@ from typing import Final
 
 from msgspec import Struct
 
-from verne_post.gcode.expressions import MAX_NUMBER, BlockError
+from verne_post.gcode.expressions import MAX_NUMBER
+from verne_post.gcode.program_error import ProgramError
 
 #: A number as it is written, with EX for a power of ten.
 NUMBER: Final = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)(?:EX([+-]?[0-9]+))?", re.IGNORECASE)
@@ -37,9 +38,9 @@ class Cursor(Struct):
             symbol = self.text[self.at : self.at + 1]
         return symbol
 
-    def error(self, code: str, message: str, at: int | None = None) -> BlockError:
+    def error(self, code: str, message: str, at: int | None = None) -> ProgramError:
         """An error at a character (None: the next one)."""
-        return BlockError(code, message, (self.at if at is None else at) + 1)
+        return ProgramError(code, message, (self.at if at is None else at) + 1)
 
     def take(self, symbol: str) -> bool:
         """Pass a symbol if it comes next."""

@@ -5,8 +5,8 @@ from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.cycle_codes import MAX_PECKS
+from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.rs274.cycles import MAX_PECKS
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
@@ -43,11 +43,11 @@ class Drilling:
 
         Raises
         ------
-        BlockError
+        ProgramError
             With the argument that does not fit.
         """
         given = read_cycle(call, PARAMETERS[call.name], self.variables)
-        hole = _Hole(self.interpreter, given, Block(line))
+        hole = _Hole(self.interpreter, given, At(line))
         with self.interpreter.state.exact_path():
             hole.drill()
 
@@ -55,7 +55,7 @@ class Drilling:
 class _Hole:
     """One hole: its heights (mm, programmed), and the moves."""
 
-    def __init__(self, interpreter: SiemensInterpreter, given: Arguments, block: Block) -> None:
+    def __init__(self, interpreter: SiemensInterpreter, given: Arguments, block: At) -> None:
         self.to, self.given, self.block = interpreter, given, block
         self.unit = interpreter.modes.length
         axis = given.whole("_AXN") if "_AXN" in given.names else 0
@@ -73,21 +73,21 @@ class _Hole:
             self.normal = (first, second, third)[axis - 1]
         self._check_place()
         self._read_heights()
-        self.to._stand_at({self.normal: self.to.to_core(self.normal, self.clear)})
+        self.to.core.frames.stand_at({self.normal: self.to.motion.to_core(self.normal, self.clear)})
 
     # --- checks and heights -------------------------------------------------------------------------------
 
     def _check_place(self) -> None:
         to, name = self.to, self.given.call.name
-        to._require_known(self.block, [axis for axis in (0, 1, 2) if axis != self.normal], name)
-        to._refuse_compensation(name)
+        to.core.require_known(self.block, [axis for axis in (0, 1, 2) if axis != self.normal], name)
+        to.core.refuse_compensation(name)
         if to.state.feed_mode == FeedMode.INVERSE:
-            raise BlockError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
-        to._check_feed(self.block, 10)
-        if to.state.tool_axis is not None and not to.follows_part:
-            to._settle_table(self.block.line)
-        if (tool := to.tilted_tool(self.normal)) is not None:
-            raise BlockError(
+            raise ProgramError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
+        to.motion.check_feed("G1")
+        if to.state.tool_axis is not None and not to.motion.follows_part:
+            to.motion.settle_table(self.block)
+        if (tool := to.core.tilted_tool(self.normal)) is not None:
+            raise ProgramError(
                 "VP017", f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; write CYCLE800 or turn the table", self.given.call.column,
             )  # fmt: skip
 
@@ -164,7 +164,7 @@ class _Hole:
     # --- moves --------------------------------------------------------------------------------------------
 
     def _go(self, height: float, *, rapid: bool) -> None:
-        self.to.run_line(self.block, MoveKind.RAPID if rapid else MoveKind.FEED, {self.normal: height})
+        self.to.motion.run_line(self.block, MoveKind.RAPID if rapid else MoveKind.FEED, {self.normal: height})
 
     def _dwell(self, seconds: float) -> None:
         if seconds:
@@ -173,9 +173,9 @@ class _Hole:
     def drill(self) -> None:
         """Make the hole, and go to the retract plane."""
         name, given = self.given.call.name, self.given
-        here = self.to.programmed(self.normal)
+        here = self.to.motion.programmed(self.normal)
         if (here - self.clear) * self.up < -ZERO_LENGTH_MM and (here - self.retract) * self.up < -ZERO_LENGTH_MM:
-            raise BlockError("VP017", f"{name}: the tool stands at {here:g} mm, below the safety clearance {self.clear:g} mm: it would be moved through the part; "
+            raise ProgramError("VP017", f"{name}: the tool stands at {here:g} mm, below the safety clearance {self.clear:g} mm: it would be moved through the part; "
                              "move it to the retract plane before", given.call.column)  # fmt: skip
         {
             "CYCLE81": self._cycle_82, "CYCLE82": self._cycle_82, "CYCLE83": self._cycle_83, "CYCLE85": self._cycle_85, "CYCLE86": self._cycle_86,
@@ -210,12 +210,9 @@ class _Hole:
         self._go(self.retract, rapid=True)
 
     def _feed_at(self, feed: float, height: float) -> None:
-        state = self.to.state
-        before, state.feed = state.feed, feed * self.to.modes.feed
-        try:
+        with self.to.core.keep_feed():
+            self.to.core.set_feed(feed * self.to.modes.feed)
             self._go(height, rapid=False)
-        finally:
-            state.feed = before
 
     def _cycle_86(self) -> None:
         """Bore: stop the spindle at an angle, lift off, out in rapid traverse."""
@@ -229,28 +226,29 @@ class _Hole:
         given.refuse_rest()
         plane = PLANES[to.state.plane][:2]
         axes = (*plane, self.normal)
-        to._switch_spindle(self.block.line, on=True, backwards=_DIRECTIONS[direction])
+        to.core.auxiliary.switch_spindle(self.block, on=True, backwards=_DIRECTIONS[direction])
         self._go(self.clear, rapid=True)
         self._go(self.bottom, rapid=False)
         self._dwell(seconds)
-        to.recorder.event(self.block.line, "orient", angle=angle)
-        to.state.spindle_on = False
-        hole = {axis: to.programmed(axis) for axis in plane}
-        to.run_line(
+        to.core.auxiliary.orient_spindle(self.block, angle)
+        hole = {axis: to.motion.programmed(axis) for axis in plane}
+        to.motion.run_line(
             self.block,
             MoveKind.RAPID,
-            {axis: to.programmed(axis) + size for axis, size in zip(axes, lift, strict=True)},
+            {axis: to.motion.programmed(axis) + size for axis, size in zip(axes, lift, strict=True)},
         )
         self._go(self.clear, rapid=True)
-        to.run_line(self.block, MoveKind.RAPID, hole)
+        to.motion.run_line(self.block, MoveKind.RAPID, hole)
         self._go(self.retract, rapid=True)
-        to._switch_spindle(self.block.line, on=True, backwards=_DIRECTIONS[direction])
+        to.core.auxiliary.switch_spindle(self.block, on=True, backwards=_DIRECTIONS[direction])
 
     def _cycle_840(self) -> None:
         """Tap with a compensating chuck: in, the spindle turns the other way, out."""
         given, to = self.given, self.to
         if not (to.state.spindle_on and to.state.spindle_speed > 0):
-            raise BlockError("VP017", "CYCLE840 needs a turning spindle; give S and M3 or M4 first", given.call.column)
+            raise ProgramError(
+                "VP017", "CYCLE840 needs a turning spindle; give S and M3 or M4 first", given.call.column
+            )
         seconds = self._seconds("DTB", self.digits[1])
         out, after = given.whole("SDR"), given.whole("SDAC", 3)
         pitch, size = self._length("PIT"), given.number("MPIT")
@@ -267,22 +265,18 @@ class _Hole:
         backwards = to.state.spindle_reversed
         if out not in (0, 3, 4) or after not in (3, 4, 5) or (out and _DIRECTIONS[out] == backwards):
             raise given.error("VP007", "SDR is 0 or the other direction of the spindle, SDAC 3, 4 or 5", "SDR")
-        state = to.state
-        feed = state.feed
-        if pitch and encoder == 0 and state.feed_mode == FeedMode.PER_MINUTE:
-            state.feed = pitch * state.spindle_speed
-        try:
+        with to.core.keep_feed():
+            if pitch and encoder == 0 and to.state.feed_mode == FeedMode.PER_MINUTE:
+                to.core.set_feed(pitch * to.state.spindle_speed)
             self._go(self.clear, rapid=True)
             self._go(self.bottom, rapid=False)
-            to._switch_spindle(self.block.line, on=True, backwards=not backwards)
+            to.core.auxiliary.switch_spindle(self.block, on=True, backwards=not backwards)
             self._dwell(seconds)
             self._go(self.clear, rapid=False)
-        finally:
-            state.feed = feed
         if out:
-            to._switch_spindle(self.block.line, on=after != 5, backwards=after == 4)
+            to.core.auxiliary.switch_spindle(self.block, on=after != 5, backwards=after == 4)
         else:  # without SDR the direction comes back by itself
-            to._switch_spindle(self.block.line, on=True, backwards=backwards)
+            to.core.auxiliary.switch_spindle(self.block, on=True, backwards=backwards)
         self._go(self.retract, rapid=True)
 
     # --- CYCLE83 --------------------------------------------------------------------------------------------
@@ -317,11 +311,9 @@ class _Hole:
         depths = list(_strokes(depth, first_stroke, amount * self.unit if amount > 0 else amount, abs(least), given))
         for number, below in enumerate(depths):
             height = self.reference - self.up * below
-            self.to.state.feed = feed * (factor if number == 0 else 1.0)
-            try:
+            with self.to.core.keep_feed():
+                self.to.core.set_feed(feed * (factor if number == 0 else 1.0))
                 self._go(height, rapid=False)
-            finally:
-                self.to.state.feed = feed
             last = number == len(depths) - 1
             self._dwell(last_dwell if last else dwells[0])
             if last:

@@ -5,7 +5,9 @@ from contextlib import suppress
 from typing import Final
 
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.machining.assumptions import assume_feed, assume_turning_spindle, know_axis, with_length
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.blank import set_blank
@@ -20,7 +22,6 @@ from verne_post.gcode.siemens.swivel import Swivel
 from verne_post.gcode.siemens.system_variables import SystemVariables
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call, WordReader, Words
-from verne_post.gcode.state import State
 from verne_post.gcode.text import decode_line
 from verne_post.model.moves import AXES, MoveKind
 
@@ -85,14 +86,14 @@ class Executor:
 
         Raises
         ------
-        BlockError
+        ProgramError
             A block that lacks nothing but a tool or F has moved the axes all the same: nothing else is reported for it.
         """
         if words.calls:
             words.used.add("P")
         try:
             moved = self.interpreter.run(words)
-        except BlockError as error:
+        except ProgramError as error:
             if error.code in _LACKING:
                 self._go_on(words, error.code)
             raise
@@ -107,21 +108,19 @@ class Executor:
         """Execute the cycle of MCALL; its columns are those of another line."""
         try:
             self.drilling.run(call, line)
-        except BlockError as error:
+        except ProgramError as error:
             error.column = None
             raise
 
     def _go_on(self, words: Words, code: str) -> None:
         """Execute a block once more as if there were a length, a feed rate and a turning spindle: its end point counts."""
         state = self.interpreter.state
-        given, state.length_given = state.length_given, True
-        state.feed = state.feed or 1.0
-        state.spindle_on, state.spindle_speed = True, state.spindle_speed or 1.0
-        with suppress(BlockError):
+        assume_feed(state)
+        assume_turning_spindle(state)
+        with with_length(state, then=code == "VP012"), suppress(ProgramError):
             self.interpreter.run(words)
-        state.length_given = given or code == "VP012"
 
-    def pass_failed(self, raw: bytes, error: BlockError) -> bool:
+    def pass_failed(self, raw: bytes, error: ProgramError) -> bool:
         """After an error in a line: its axes and F count as given; True where the error only follows from such a line before.
 
         Positions after it are not what the program means: errors of arcs and incremental values are reported no more.
@@ -129,24 +128,25 @@ class Executor:
         follows = self.uncertain and error.code in _OF_POSITIONS
         state, named = self.interpreter.state, set(_NAMED.findall(code_part(decode_line(raw)).upper()))
         for letter in named - {"F"}:
-            state.known[AXES.index(letter)] = self.uncertain = True
+            know_axis(state, AXES.index(letter))
+            self.uncertain = True
         if "F" in named:
-            state.feed = state.feed or 1.0
+            assume_feed(state)
         return follows
 
     def finish(self) -> None:
         """At the end of the program: what waits for its end."""
-        self.interpreter.end_spline()
+        self.interpreter.splines.end_spline()
 
     def restore(self, modes: Modes) -> None:
         """Bring back what SAVE has kept."""
-        self.interpreter._refuse_compensation("the end of a subprogram with SAVE")
-        self.interpreter.modes = modes
-        state = self.interpreter.state
-        state.plane, state.arc_feed = modes.plane, modes.arc_feed
-        if state.feed_mode != modes.feed_mode:  # as after G93, G94 and G95: F is to be given again
-            state.feed_mode, state.feed, state.feed_angular = modes.feed_mode, 0.0, 0.0
-        self.interpreter.set_chain()
+        self.interpreter.core.refuse_compensation("the end of a subprogram with SAVE")
+        self.interpreter.state.modes = modes
+        core = self.interpreter.core
+        core.set_plane(modes.plane)
+        core.set_arc_feed(modes.arc_feed)
+        core.set_feed_mode(modes.feed_mode)  # as after G93, G94 and G95: F is to be given again
+        self.interpreter.motion.set_chain()
         self.interpreter.set_path_control()
 
     # --- cycles ---------------------------------------------------------------------------------------------
@@ -163,7 +163,7 @@ class Executor:
 
     def run_cycle(self, call: Call, line: int) -> None:
         """Execute a cycle of the control."""
-        self.interpreter.note_numbers()
+        self.interpreter.motion.note_numbers()
         if call.name == "CYCLE800":
             self.swivel.run(call, line)
         elif call.name == "CYCLE832":
@@ -177,15 +177,15 @@ class Executor:
 
     def _run_pattern(self, call: Call, line: int) -> None:
         """Go to every place of a pattern, and execute the cycle of MCALL there."""
-        to, block = self.interpreter, Block(line)
+        to, block = self.interpreter, At(line)
         first, second, *_ = PLANES[to.state.plane]
         if self.modal is not None and not self.is_drilling(self.modal.name):
-            raise BlockError(
+            raise ProgramError(
                 "VP002", f"{call.name} with MCALL {self.modal.name}: patterns call drilling cycles alone", call.column
             )
         is_placed = to.state.is_known(first) and to.state.is_known(second)
-        here = (to.programmed(first), to.programmed(second)) if is_placed else None
+        here = (to.motion.programmed(first), to.motion.programmed(second)) if is_placed else None
         for u, v in places_of_pattern(call, self.variables, self.modes.length, here):
-            to.run_line(block, MoveKind.RAPID, {first: u, second: v})
+            to.motion.run_line(block, MoveKind.RAPID, {first: u, second: v})
             if self.modal is not None:
                 self._drill_modal(self.modal, line)

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import Final
 
-from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.flow import MAX_DEPTH
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.repeats import Repeats
+from verne_post.gcode.rs274.flow import MAX_DEPTH
 from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, copy_scope, freeze, read_procedure
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.executor import Executor
@@ -70,7 +70,7 @@ class Flow:
 
         Raises
         ------
-        BlockError
+        ProgramError
             With the column of what cannot be executed.
         """
         text, line, moves = self.text, self.line, self.executor.move_count
@@ -183,18 +183,18 @@ class Flow:
         """Call a subprogram."""
         section = self.library.find(call.name, self.text)
         if section is None:
-            raise BlockError("VP023", f"{call.name} is defined neither in the program nor in a file {call.name}.SPF in its folder or a "
+            raise ProgramError("VP023", f"{call.name} is defined neither in the program nor in a file {call.name}.SPF in its folder or a "
                              "--subroutine-path", call.column)  # fmt: skip
         if len(self.frames) > MAX_DEPTH:
-            raise BlockError(
+            raise ProgramError(
                 "VP024", f"more than {MAX_DEPTH} calls inside each other, the last of {call.name}", call.column
             )
         executor = self.executor
         try:
             procedure = read_procedure(section)
-        except BlockError as error:
+        except ProgramError as error:
             where = f"PROC of {section.name}, line {error.line}"
-            raise BlockError(error.code, f"{where}: {error.message}", call.column) from None
+            raise ProgramError(error.code, f"{where}: {error.message}", call.column) from None
         scope, results = bind_arguments(call, procedure, executor.variables)
         executor.event(self.shown_line or line, "call", label=section.name)
         saved = executor.modes.copy() if procedure.save else None
@@ -228,7 +228,9 @@ class Flow:
             raise cursor.error("VP001", "MCALL takes one call: MCALL CYCLE81(...)", column)
         call = freeze(words.calls[0], self.executor.variables)
         if self.executor.is_cycle(call.name) and not self.executor.is_drilling(call.name):
-            raise BlockError("VP002", f"MCALL {call.name}: only drilling cycles and subprograms are modal", call.column)
+            raise ProgramError(
+                "VP002", f"MCALL {call.name}: only drilling cycles and subprograms are modal", call.column
+            )
         self.executor.modal = call
 
     # --- definitions, messages ----------------------------------------------------------------------------------
@@ -241,7 +243,7 @@ class Flow:
         """A PROC line of the program itself: nothing calls it, so its values are what they are without a call."""
         procedure = read_procedure(self.frame.section)
         if self.in_call or procedure.line != line:
-            raise BlockError("VP001", "PROC is the first block of a program", 1)
+            raise ProgramError("VP001", "PROC is the first block of a program", 1)
         scope, _results = bind_arguments(Call("PROC", None, 1), procedure, self.executor.variables)
         self.executor.variables.scopes[-1].update(scope)
 
@@ -266,7 +268,7 @@ class Flow:
             raise cursor.error("VP005", "SETAL takes the number of an alarm, and a text", 0)
         shown_values = " ".join(shown(value) for value in values)
         if any(round(values[0]) in numbers for numbers in _STOPPING_ALARMS):
-            raise BlockError("VP027", f"the program asks to stop: alarm {shown_values}")
+            raise ProgramError("VP027", f"the program asks to stop: alarm {shown_values}")
         self.executor.event(self.shown_line or line, "message", text=f"alarm {shown_values}")
 
 
@@ -280,14 +282,14 @@ _HANDLERS: Final[dict[str, _Handler]] = {
 def _refuse_second_call(words: Words) -> None:
     """A block has one call, and none beside the end of a program: what would come first is not written."""
     if len(words.calls) > 1:
-        raise BlockError(
+        raise ProgramError(
             "VP003",
             f"{words.calls[0].name} and {words.calls[1].name} in one block: write one call a block",
             words.calls[1].column,
         )
     ends = [(number, column) for number, column in words.m if number in (2, 17, 30)]
     if words.calls and ends:
-        raise BlockError(
+        raise ProgramError(
             "VP003",
             f"{words.calls[0].name} and M{ends[0][0]} in one block: write the end in a block of its own",
             ends[0][1],

@@ -36,23 +36,23 @@ class FrameValues:
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP001 and others where it is no frame; VP002 for work offsets that mirror, scale or tilt.
         """
         value, to = self._read(cursor), self.to
-        to.end_spline()
+        to.splines.end_spline()
         if name == _PROGRAMMABLE:
-            to.note_numbers()
-            to.change_frames(replace(value, swivel=to.modes.frames.swivel), name)
+            to.motion.note_numbers()
+            to.frame_words.change_frames(replace(value, swivel=to.modes.frames.swivel), name)
             return
         if name == _ACTIVE:
-            to._refuse_compensation(name)
-            to.note_numbers()
+            to.core.refuse_compensation(name)
+            to.motion.note_numbers()
             to.modes.offset = self._work_offset(value, to.state.systems[to.modes.system], name, cursor, at)
-            to.set_chain()
+            to.motion.set_chain()
             return
         frame = self._stored(name, index, cursor, at)
-        to.store_offset(self._work_offset(value, frame, name, cursor, at))
+        to.frame_words.store_offset(self._work_offset(value, frame, name, cursor, at))
 
     def _read(self, cursor: Cursor) -> Frames:
         """Frames between colons: each refers to the one before."""
@@ -93,7 +93,7 @@ class FrameValues:
                 values[axis] = read_number(cursor, self.names)
             if name == "CSCALE" and values[axis] <= 0:
                 raise cursor.error("VP007", f"{name}({letter},{values[axis]:g}): a scale is greater than 0", at)
-        return self.to.changed_by(Frames(), name[1:], values)
+        return self.to.frame_words.changed_by(Frames(), name[1:], values)
 
     # --- work offsets -----------------------------------------------------------------------------------
 
@@ -114,9 +114,9 @@ class FrameValues:
     def _stored(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Frame:
         number = index[0]
         systems = self.to.state.systems
-        if not isinstance(number, int) or number < 0 or self.to.system_number(number) not in systems:
+        if not isinstance(number, int) or number < 0 or self.to.frame_words.system_number(number) not in systems:
             raise cursor.error("VP025", f"{name}[{number}]: there is no such work offset", at)
-        return systems[self.to.system_number(number)]
+        return systems[self.to.frame_words.system_number(number)]
 
     @staticmethod
     def _work_offset(value: Frames, frame: Frame, name: str, cursor: Cursor, at: int) -> Frame:

@@ -1,25 +1,30 @@
 """TRANS, ROT, SCALE, MIRROR and their additive forms, numbers of work offsets, the plane of CYCLE800."""
 
-from msgspec.structs import replace
-
 from verne_post.base.arrays import Array
-from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.frames import Frames, rotation_about
-from verne_post.gcode.siemens.places import SiemensPlaces
+from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.words import Words
-from verne_post.model.moves import AXES, ZERO9, Frame
+from verne_post.model.moves import AXES, Frame
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 
-class SiemensFrameWords(SiemensPlaces):
+class SiemensFrameWords:
     """Places, and the words that change where they are."""
+
+    def __init__(self, motion: SiemensMotion) -> None:
+        self.motion = motion
+        self.core = motion.core
+        self.state = motion.state
+        self.recorder = motion.recorder
+        self.keys = motion.keys
 
     @staticmethod
     def system_number(number: int) -> int:
         """Work system of a settable offset: 1 to 4 are G54 to G57, 5 and on G505 and on."""
         return number if number <= 9 else ADDITIONAL_SYSTEMS + number - 9
 
-    def run_frame_word(self, words: Words, block: Block) -> None:
+    def run_frame_word(self, words: Words, block: At) -> None:
         """Execute TRANS, ROT, SCALE, MIRROR or an additive one."""
         word = words.code("frame")
         assert word is not None
@@ -32,7 +37,7 @@ class SiemensFrameWords(SiemensPlaces):
                 raise item.error("VP006", f"{word} does not use {item.name}")
             if kind == "SCALE" and item.value <= 0:
                 raise item.error("VP007", f"{word} {item.name}{item.value:g}: a scale is greater than 0")
-        chain, in_plane = self.modes.frames.begin(word), words.take("RPL") if kind == "ROT" else None
+        chain, in_plane = self.motion.modes.frames.begin(word), words.take("RPL") if kind == "ROT" else None
         if in_plane is not None and values:
             raise in_plane.error("VP003", f"{word} takes RPL=, or angles about X, Y, Z")
         if in_plane is not None:
@@ -43,19 +48,19 @@ class SiemensFrameWords(SiemensPlaces):
 
     def change_frames(self, chain: Frames, word: str) -> None:
         """Put another chain of frames in force while the machine stands still; ``word`` for messages."""
-        self._refuse_compensation(word)
-        before = self.modes.frames
-        self.modes.frames = chain
+        self.core.refuse_compensation(word)
+        before = self.motion.modes.frames
+        self.motion.modes.frames = chain
         try:
-            self.set_chain()
-        except BlockError:
-            self.modes.frames = before
+            self.motion.set_chain()
+        except ProgramError:
+            self.motion.modes.frames = before
             raise
 
     def changed_by(self, chain: Frames, kind: str, values: dict[int, float]) -> Frames:
         """A chain after TRANS, ROT, SCALE or MIRROR with values of axes: lengths in the unit of the program, degrees, factors."""
         if kind == "TRANS":
-            shift = [self.modes.length * values.get(axis, 0.0) for axis in range(3)]
+            shift = [self.motion.modes.length * values.get(axis, 0.0) for axis in range(3)]
             return chain.move(shift, [values.get(axis, 0.0) for axis in (3, 4, 5)])
         if kind == "ROT":
             return chain.turn(self._rotation(*(values.get(axis, 0.0) for axis in range(3))))
@@ -71,8 +76,7 @@ class SiemensFrameWords(SiemensPlaces):
 
     def store_offset(self, frame: Frame) -> None:
         """A stored work offset changes; what is written holds from the next G54 on."""
-        state, modes = self.state, self.modes
+        state, modes = self.state, self.motion.modes
         if frame.system == modes.system and modes.offset is None:
             modes.offset = state.systems[frame.system]
-        state.systems[frame.system] = replace(frame, g92=ZERO9)
-        self.recorder.placed.add(frame.system)
+        self.core.frames.store_later(frame)

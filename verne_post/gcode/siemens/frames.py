@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.model.moves import Feature
 
 #: Columns of a frame's matrix that are less square to each other than this are skewed, which no motion here can follow.
@@ -81,17 +81,17 @@ def split(frame: Affine, mirrored: int) -> Split:
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP017: after a turn of axes of unequal scales circles are no circles and directions are skewed.
     """
     linear = frame.linear
     scale = np.sqrt((linear**2).sum(axis=0))
     if scale.min() <= 0.0:
-        raise BlockError("VP007", "a scale of 0 leaves nothing of the part")
+        raise ProgramError("VP007", "a scale of 0 leaves nothing of the part")
     scale[np.abs(scale - 1.0) < _NOTHING] = 1.0
     rotation = linear / scale
     if np.abs(rotation.T @ rotation - np.eye(3)).max() > _SQUARE:
-        raise BlockError(
+        raise ProgramError(
             "VP017", "a rotation after unequal scales skews the axes; scale after the rotation, or all axes alike"
         )
     if np.linalg.det(rotation) < 0:

@@ -1,14 +1,23 @@
 """One block of a Siemens program: its functions in order, then its motion. Cycles and the frame words are in their own files."""
 
-from typing import ClassVar, Final
+from typing import Final
 
 import numpy as np
 from msgspec.structs import replace
 
-from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.frame_codes import MAX_DWELL_S
+from verne_post.gcode.codes import g_name
+from verne_post.gcode.machining.compensation import Compensation
+from verne_post.gcode.machining.machining import MAX_DWELL_S
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.auxiliary import SiemensAuxiliary
-from verne_post.gcode.siemens.modes import ARC_FEEDS
+from verne_post.gcode.siemens.frame_words import SiemensFrameWords
+from verne_post.gcode.siemens.modes import ARC_FEEDS, Modes
+from verne_post.gcode.siemens.motion import SiemensMotion
+from verne_post.gcode.siemens.places import SiemensPlaces
+from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
 
@@ -23,36 +32,46 @@ _AUXILIARY: Final = frozenset(("S", "T", "SPOS", "H", "D", "CUTMOD"))
 _OF_MOTION: Final = frozenset(("motion",))
 
 
-class SiemensInterpreter(SiemensAuxiliary):
+class SiemensInterpreter:
     """Executes blocks, given as :class:`~verne_post.gcode.siemens.words.Words`."""
 
-    perpendicular_entry: ClassVar[bool] = True  # NORM
-    diameter_codes: ClassVar[bool] = False
-    axis_words: ClassVar[str] = "A3= B3= C3="
-    length_words: ClassVar[str] = "T and M6 with --tool-table, or --tool-length MM"
+    def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
+        self.motion = motion = SiemensMotion(setup, state, recorder)
+        self.core, self.setup, self.state, self.recorder, self.keys = motion.core, setup, state, recorder, motion.keys
+        self.places = SiemensPlaces(motion)
+        self.frame_words = SiemensFrameWords(motion)
+        self.splines = SiemensSplines(motion, self.places)
+        self.auxiliary = SiemensAuxiliary(motion)
+        self.ended = False
+
+    @property
+    def modes(self) -> Modes:
+        """What holds from block to block."""
+        return self.motion.modes
 
     def run(self, words: Words) -> bool:
         """Execute one block without its calls; True where axes were named, after which a modal call comes.
 
         Raises
         ------
-        BlockError
+        ProgramError
             With the column of what cannot be executed.
         """
-        block = Block(words.line, columns={name: word.column for name, word in words.words.items()})
+        block = At(words.line, {name: word.column for name, word in words.words.items()})
+        self.motion.has_feed = False
         for name, _column in words.no_effect:
             self.recorder.event(words.line, "without effect", word=name)
-        self.end_spline(words)
-        self.note_numbers()
+        self.splines.end_spline(words)
+        self.motion.note_numbers()
         if words.is_empty:  # nothing but variables
             return False
         self._set_modes_of(words)
-        self._run_feed(words, block)
+        self.auxiliary.run_feed(words)
         if words.m or not words.words.keys().isdisjoint(_AUXILIARY):
-            self._run_auxiliary(words, block)
+            self.auxiliary.run(words, block)
         if not words.groups.keys() <= _OF_MOTION:
             self._run_groups(words, block)
-        self.block_numbers = []  # what follows the motion belongs to it
+        self.motion.block_numbers = []  # what follows the motion belongs to it
         named = self._run_motion(words, block)
         if words.code("exact stop of the block") is not None:
             self.set_path_control()
@@ -62,7 +81,7 @@ class SiemensInterpreter(SiemensAuxiliary):
 
     def _refuse_motion_beside(self, words: Words, group: str) -> None:
         if words.code("motion") is not None or words.code("suppression") is not None:
-            raise BlockError("VP003", f"{words.code(group)} stands in a block without motion", words.column(group))
+            raise ProgramError("VP003", f"{words.code(group)} stands in a block without motion", words.column(group))
 
     @staticmethod
     def _refuse_unused(words: Words) -> None:
@@ -71,14 +90,14 @@ class SiemensInterpreter(SiemensAuxiliary):
                 shown = word.text if word.text is not None else f"{word.value:g}"
                 raise word.error("VP006", f"nothing in the block uses {name}{'=' if len(name) > 1 else ''}{shown}")
 
-    def _run_groups(self, words: Words, block: Block) -> None:
+    def _run_groups(self, words: Words, block: At) -> None:
         """Functions that change frames, offsets and the transformation, and the dwell."""
         if words.code("frame") is not None:
             self._refuse_motion_beside(words, "frame")
-            self.run_frame_word(words, block)
+            self.frame_words.run_frame_word(words, block)
         if words.code("pole") is not None:
             self._refuse_motion_beside(words, "pole")
-            self.set_pole(words, block)
+            self.places.set_pole(words, block)
         self._select_offset(words)
         self._select_transformation(words)
         if words.code("dwell") is not None:
@@ -93,9 +112,9 @@ class SiemensInterpreter(SiemensAuxiliary):
         if (plane := words.code("plane")) is not None:
             number = int(plane[1:]) - 17
             if number != state.plane:
-                self._refuse_compensation("a change of plane")
                 modes.angle = None
-            state.plane = modes.plane = number
+            self.core.set_plane(number)
+            modes.plane = number
         if (units := words.code("units")) is not None:
             modes.units = units
         if (distance := words.code("distance")) is not None:
@@ -104,10 +123,10 @@ class SiemensInterpreter(SiemensAuxiliary):
             if (word := words.code(group)) is not None:
                 setattr(modes, name, word)
         if (arc_feed := words.code("feed on arcs")) is not None:
-            modes.arc_feed = state.arc_feed = ARC_FEEDS[arc_feed]
+            modes.arc_feed = ARC_FEEDS[arc_feed]
+            self.core.set_arc_feed(modes.arc_feed)
         if (motion := words.code("motion")) is not None:
             modes.motion = motion
-            state.motion = MOTIONS.get(motion)
         for name in _TOLERANCES:
             if (tolerance := words.take(name)) is not None:
                 setattr(modes, name.lower(), self._tolerance(tolerance))
@@ -128,14 +147,16 @@ class SiemensInterpreter(SiemensAuxiliary):
         """What G60, G64 to G645 and the tolerances mean; ``once``: G9 in the block."""
         modes = self.modes
         if modes.exact == "G60" or once:
-            self.state.control = PathControl(PathMode.EXACT_STOP)
+            self.core.set_path_control(PathControl(PathMode.EXACT_STOP))
             return
         tolerance = None
         if modes.exact == "G641":
             tolerance = _SHARE_OF_ADIS * (modes.adis or 0.0)
         elif modes.exact in ("G642", "G643", "G645"):
             tolerance = modes.ctol
-        self.state.control = PathControl(PathMode.BLEND, tolerance, tolerance, modes.otol)
+        self.core.set_path_control(PathControl(PathMode.BLEND, tolerance, tolerance, modes.otol))
+
+    # --- auxiliary functions --------------------------------------------------------------------------
 
     # --- work offsets, transformation -------------------------------------------------------------------
 
@@ -144,39 +165,39 @@ class SiemensInterpreter(SiemensAuxiliary):
         if code is None:
             return
         number = 0 if code == "G500" else int(code[1:]) - 53 if len(code) == 3 else int(code[1:]) - 500
-        system = self.system_number(number)
+        system = self.frame_words.system_number(number)
         if system not in self.state.systems:
-            raise BlockError(
+            raise ProgramError(
                 "VP007", f"{code}: work offsets here are G54 to G57 and G505 to G557", words.column("offset")
             )
         self.modes.system, self.modes.offset = system, self.state.systems[system]
-        self.set_chain()
+        self.motion.set_chain()
 
     def _select_transformation(self, words: Words) -> None:
         code = words.code("transformation")
         if code is None or self.modes.tcp == (code == "TRAORI"):
             return
-        self._refuse_compensation(code)
+        self.core.refuse_compensation(code)
         if code == "TRAFOOF" and self.state.tool_axis is not None and self.modes.frames.swivel.is_identity:
-            self._settle_vector()
+            self.settle_vector()
         self.modes.tcp = code == "TRAORI"
-        self.set_chain()
+        self.motion.set_chain()
 
-    def _settle_vector(self) -> None:
+    def settle_vector(self) -> None:
         """A tool axis that is upright holds with A at 0; any other leaves the side of the table open."""
         vector = self.setup.coordinates.displacement(
             np.array(self.state.tool_axis), replace(self.state.frame, tool=ZERO9)
         )
         if vector[2] >= 1.0 - _UPRIGHT:
-            self.state.tool_axis = None
+            self.core.hold_tool_axis(None)
 
     # --- dwell, motion, stops ---------------------------------------------------------------------------
 
-    def _run_dwell(self, words: Words, block: Block) -> None:
+    def _run_dwell(self, words: Words, block: At) -> None:
         self._refuse_motion_beside(words, "dwell")
         seconds, turns = words.take("F"), words.take("S")
         if (seconds is None) == (turns is None):
-            raise BlockError(
+            raise ProgramError(
                 "VP005", "G4 takes F, the time in seconds, or S, turns of the spindle", words.column("dwell")
             )
         if turns is not None:
@@ -187,16 +208,16 @@ class SiemensInterpreter(SiemensAuxiliary):
     def seconds_of_turns(self, turns: float) -> float:
         """How long the spindle takes for so many turns."""
         if not (self.state.spindle_on and self.state.spindle_speed > 0):
-            raise BlockError("VP017", "a dwell in turns of the spindle needs a turning spindle; give S and M3 first")
+            raise ProgramError("VP017", "a dwell in turns of the spindle needs a turning spindle; give S and M3 first")
         return 60.0 * turns / self.state.spindle_speed
 
-    def dwell(self, block: Block, seconds: float) -> None:
+    def dwell(self, block: At, seconds: float) -> None:
         """Stand still."""
         if not 0.0 <= seconds <= MAX_DWELL_S:
-            raise BlockError("VP007", f"a dwell of {seconds:g} s: it is not negative, and no longer than a day")
-        self._record_dwell(block, seconds)
+            raise ProgramError("VP007", f"a dwell of {seconds:g} s: it is not negative, and no longer than a day")
+        self.core.dwell(block, seconds)
 
-    def _run_motion(self, words: Words, block: Block) -> bool:
+    def _run_motion(self, words: Words, block: At) -> bool:
         """The motion of a block; True where axes were named."""
         modes = self.modes
         if not words.groups.keys() <= _OF_MOTION:
@@ -211,9 +232,9 @@ class SiemensInterpreter(SiemensAuxiliary):
                 self._run_in_machine(words, block, suppressed)
                 return False
         if modes.motion == "BSPLINE":
-            self.add_spline_point(words, block)
+            self.splines.add_spline_point(words, block)
             return False
-        places, vector = self.read_places(words, block), self.read_vector(words)
+        places, vector = self.places.read_places(words, block), self.places.read_vector(words)
         if (
             not places
             and vector is None
@@ -222,19 +243,19 @@ class SiemensInterpreter(SiemensAuxiliary):
             return False
         if modes.motion in ("G0", "G1"):
             kind = MoveKind.RAPID if modes.motion == "G0" else MoveKind.FEED
-            self.run_line(block, kind, places, vector)
+            self.motion.run_line(block, kind, places, vector)
         else:
             if vector is not None:
-                raise BlockError(
+                raise ProgramError(
                     "VP002",
                     f"A3= B3= C3= beside {modes.motion}: an arc keeps the tool axis, or turns A and C; write short lines",
                 )
             self._run_curve(words, block, places)
         return bool(places)
 
-    def _run_in_machine(self, words: Words, block: Block, code: str) -> None:
+    def _run_in_machine(self, words: Words, block: At, code: str) -> None:
         if self.modes.motion not in ("G0", "G1"):
-            raise BlockError("VP017", f"{code} needs G0 or G1", words.column("suppression"))
+            raise ProgramError("VP017", f"{code} needs G0 or G1", words.column("suppression"))
         places = {}
         for axis, letter in enumerate(AXES):
             if (word := words.take(letter)) is None:
@@ -244,16 +265,16 @@ class SiemensInterpreter(SiemensAuxiliary):
             places[axis] = word.value * (1.0 if letter in "ABC" else self.modes.length)
         if places:
             kind = MoveKind.RAPID if self.modes.motion == "G0" else MoveKind.FEED
-            self.run_machine_line(block, kind, places)
+            self.motion.run_machine_line(block, kind, places)
 
-    def _go_to_fixed_point(self, words: Words, block: Block) -> None:
+    def _go_to_fixed_point(self, words: Words, block: At) -> None:
         """G75: the named axes go to a fixed point of the machine in rapid traverse; their values mean nothing."""
         number = words.take("FP")
         point = 1 if number is None else number.value
         home = self.state.home if point == 1 else self.state.home2 if point == 2 else None
         column = words.column("fixed point")
         if home is None:
-            raise BlockError(
+            raise ProgramError(
                 "VP015", f"G75 FP={point:g}: the machine file gives fixed points 1 and 2 as [home] g28 and g30", column
             )
         named = [
@@ -262,54 +283,69 @@ class SiemensInterpreter(SiemensAuxiliary):
             if words.take(letter) is not None or words.take(f"{letter}1") is not None
         ]
         if not named:
-            raise BlockError("VP005", "G75 needs the axes that go to the fixed point, as in G75 Z0", column)
+            raise ProgramError("VP005", "G75 needs the axes that go to the fixed point, as in G75 Z0", column)
         edge, self.modes.edge = self.modes.edge, False
         try:
-            self.run_machine_line(block, MoveKind.RAPID, {axis: home[axis] for axis in named})
+            self.motion.run_machine_line(block, MoveKind.RAPID, {axis: home[axis] for axis in named})
         finally:
             self.modes.edge = edge
 
-    def _run_curve(self, words: Words, block: Block, places: dict[int, float]) -> None:
+    def _run_curve(self, words: Words, block: At, places: dict[int, float]) -> None:
         motion = self.modes.motion
-        self._require_known(block, [0, 1, 2], "an arc")
+        self.core.require_known(block, [0, 1, 2], "an arc")
         if motion in ("G2", "G3"):
-            center, radius, turns = self.read_arc(words, block, places, motion == "G2")
-            self.run_arc(block, motion == "G2", places, center, radius, turns)
+            center, radius, turns = self.places.read_arc(words, block, places, motion == "G2")
+            self.motion.run_arc(block, motion == "G2", places, center, radius, turns)
         elif motion == "CT":
-            middle, clockwise = self.read_tangent_arc(places)
-            self.run_arc(block, clockwise, places, middle, 0.0, 0)
+            middle, clockwise = self.places.read_tangent_arc(places)
+            self.motion.run_arc(block, clockwise, places, middle, 0.0, 0)
         else:
             point = []
             for axis, name in enumerate(("I1", "J1", "K1")):
                 word = words.take(name)
                 if word is not None and word.mode in ("DC", "ACP", "ACN"):
                     raise word.error("VP017", f"{word.mode} is about rotary axes; {name} is a length")
-                here = self.programmed(axis)
+                here = self.motion.programmed(axis)
                 value = 0.0 if word is None else word.value * self.modes.length
                 relative = word is not None and (word.mode == "IC" or (not word.mode and not self.modes.absolute))
                 point.append(here if word is None else here + value if relative else value)
             if not {"I1", "J1", "K1"} & set(words.words):
-                raise BlockError("VP005", "CIP needs an intermediate point, I1= J1= K1=")
-            self.run_spatial_arc(block, point, places)
+                raise ProgramError("VP005", "CIP needs an intermediate point, I1= J1= K1=")
+            self.motion.run_spatial_arc(block, point, places)
 
-    def _switch_compensation(self, words: Words, block: Block) -> None:
+    def _switch_compensation(self, words: Words, block: At) -> None:
         code = words.code("compensation")
         if code is None:
             return
         first, second = {0: (0, 1), 1: (2, 0), 2: (1, 2)}[self.state.plane]
         number = {"G40": 400, "G41": 410, "G42": 420}[code]
-        if code != "G40" and self.scale(first) * self.scale(second) < 0:
+        if number != 400 and self.motion.scale(first) * self.motion.scale(second) < 0:
             number = 830 - number
-        if number == 400 or self.state.compensation is None or self.state.compensation.code != number:
-            self._compensate(Block(words.line, columns=block.columns), number)
+        state = self.state
+        if number == 400:
+            self.core.end_compensation()
+        elif state.compensation is None or state.compensation.code != number:
+            self.core.check_compensation(g_name(number))
+            radius = 0.5 * self._find_diameter(block, g_name(number))
+            sign = 1 if number == 410 else -1
+            self.core.start_compensation(Compensation(number, state.plane, sign * radius, perpendicular=True))  # NORM
+
+    def _find_diameter(self, at: At, name: str) -> float:
+        """Of the tool in the spindle; with D0 the path is on the contour."""
+        number = self.state.loaded_tool or 0
+        if number and not self.modes.edge:
+            return 0.0
+        if number == 0:
+            raise ProgramError("VP012", f"{name} without D, and no tool is in the spindle; load one")
+        return self.core.tools.find_diameter(at, number, "")
 
     def _run_stops(self, words: Words) -> None:
         for number, _column in words.m:
             if number in (2, 30):
                 self.ended = True
-                self.recorder.event(words.line, "end", code=f"M{number}")
+                self.core.auxiliary.end(At(words.line), f"M{number}")
             elif number in (0, 1):
-                self.recorder.event(words.line, "stop", stop="optional" if number else "program")
+                self.core.auxiliary.stop(At(words.line), number)
 
 
 #: 1 - cosine of a tool axis that counts as upright: half the last of six decimals of A3 and B3.

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.calls import Frame, Repeat
 from verne_post.gcode.siemens.cursor import Cursor, without_zeros
 from verne_post.gcode.siemens.executor import Executor
@@ -36,7 +36,7 @@ def whole_repeats(value: float, column: int) -> int:
     """How often P says."""
     number = round(value) if abs(value) <= _MOST_REPEATS else -1
     if abs(value - number) > _WHOLE or number < 0:
-        raise BlockError("VP007", f"P{value:g}: a whole number from 0 to {_MOST_REPEATS}", column)
+        raise ProgramError("VP007", f"P{value:g}: a whole number from 0 to {_MOST_REPEATS}", column)
     return number
 
 

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.siemens.frames import Frames
-from verne_post.model.moves import ArcFeed, FeedMode, Frame
+from verne_post.model.moves import ArcFeed, FeedMode, Frame, PathMode
 
 #: Group 16: on the contour, at the tool's centre, on the contour of inside arcs alone.
 ARC_FEEDS: Final[Mapping[str, ArcFeed]] = {
@@ -17,6 +17,8 @@ ARC_FEEDS: Final[Mapping[str, ArcFeed]] = {
     "CFTCP": ArcFeed("CFTCP"),
     "CFIN": ArcFeed("CFIN", 0.0, 1.0),
 }
+#: What F means.
+FEED_CODES: Final = {FeedMode.PER_MINUTE: "G94", FeedMode.INVERSE: "G93", FeedMode.PER_REVOLUTION: "G95"}
 
 
 class Modes(Struct):
@@ -78,9 +80,20 @@ class Modes(Struct):
     arc_feed: ArcFeed = ArcFeed("CFC", 0.0, math.inf, assumed=True)
 
     @property
+    def inch(self) -> bool:
+        """Lengths are inches."""
+        return self.units in ("G70", "G700")
+
+    def show(self, feed: FeedMode, _path: PathMode) -> list[str]:
+        """The G functions that hold."""
+        unit = f"{self.units} ({'inch' if self.inch else 'mm'})"
+        way = "G90 (absolute)" if self.absolute else "G91 (incremental)"
+        return [self.motion, unit, way, FEED_CODES[feed], self.exact, "TRAORI" if self.tcp else "TRAFOOF"]
+
+    @property
     def length(self) -> float:
         """Mm of a unit of lengths."""
-        return MM_PER_INCH if self.units in ("G70", "G700") else 1.0
+        return MM_PER_INCH if self.inch else 1.0
 
     @property
     def feed(self) -> float:

@@ -2,27 +2,26 @@
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar, Final
+from typing import Final
 
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.arcs import PLANES, Arc
-from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.codes import RS274, CodeTable
-from verne_post.gcode.frame_codes import MAX_ANGLE_DEG, MAX_LENGTH_MM
-from verne_post.gcode.interpret import Interpreter
-from verne_post.gcode.lengths import arc_length, length_of
+from verne_post.base.tolerances import ARC_RADIUS_MM, ZERO_LENGTH_MM
+from verne_post.gcode.arcs import PLANES, center_arc, radius_arc
+from verne_post.gcode.lengths import length_of
+from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.spatial_arc import arc_through
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.rs274.motion import refuse_lacking
+from verne_post.gcode.rs274.values import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.frames import Affine, Split, split
 from verne_post.gcode.siemens.modes import Modes
-from verne_post.gcode.siemens.vocabulary import REFUSED
-from verne_post.gcode.spatial_arc import SpatialArc, arc_through, plane_of_arc
 from verne_post.gcode.standing_table import standing_table
-from verne_post.gcode.state import State
 from verne_post.model.control_keys import SiemensKeys, read_keys
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
 
@@ -31,8 +30,6 @@ _A, _C = 3, 5
 _STANDS: Final = 1e-9
 #: Scales of two axes that differ by less than this share are equal: circles stay circles.
 _ALIKE: Final = 1e-9
-#: 1 - cosine of the angle between an arc's axis and X, Y or Z that is rounding.
-_IN_PLANE: Final = 1e-14
 
 
 def tangent_of(plane: int, center: Sequence[float], end: Sequence[float], sweep: float) -> list[float]:
@@ -43,28 +40,27 @@ def tangent_of(plane: int, center: Sequence[float], end: Sequence[float], sweep:
     return tangent
 
 
-class SiemensMotion(Interpreter):
-    """The interpreter of all dialects, which is given places instead of blocks."""
+#: What gives a tool length.
+_LENGTH_WORDS: Final = "T and M6 with --tool-table, or --tool-length MM"
 
-    table: ClassVar[CodeTable] = replace(
-        RS274,
-        g_groups={},
-        m_groups={
-            "stopping": (0, 1, 2, 30),
-            "tool change": (6,),
-            "spindle": (3, 4, 5, 19),
-            "coolant": (7, 8, 9),
-            "gear": (40,),
-        },
-        refused_g={},
-        refused_m={int(word[1:]): why for word, why in REFUSED.items() if word[0] == "M" and word[1:].isdigit()},
-    )
+
+class SiemensMotion:
+    """Motion of Siemens programs on the machining core.
+
+    Attributes
+    ----------
+    core : Machining
+    has_feed : bool
+        The block has an F of its own.
+    """
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
-        super().__init__(setup, state, recorder)
+        self.core = Machining(setup, state, recorder, "A3= B3= C3=")
+        self.setup, self.state, self.recorder = setup, state, recorder
+        self.has_feed = False
         self.keys: SiemensKeys = read_keys(SiemensKeys, setup.control.get("siemens", {}))
-        self.modes = Modes()
-        state.arc_feed = self.modes.arc_feed
+        state.modes = Modes()
+        self.core.set_arc_feed(self.modes.arc_feed)
         self._split = Split(None)
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
@@ -72,7 +68,13 @@ class SiemensMotion(Interpreter):
         self.shifted: dict[int, float] = {}
         #: The same of all axes when the block began.
         self.block_numbers: list[float] = []
-        state.systems = {0: Frame(0, tool=state.frame.tool), **state.systems}
+        self.core.frames.add_system(Frame(0, tool=state.frame.tool))
+
+    @property
+    def modes(self) -> Modes:
+        """What holds from block to block."""
+        modes: Modes = self.state.modes
+        return modes
 
     # --- the frame chain ------------------------------------------------------------------------------
 
@@ -82,15 +84,19 @@ class SiemensMotion(Interpreter):
         self._split = split(chain.total, chain.mirrored)
         offset = self.modes.offset or self.state.systems[self.modes.system]
         base = replace(offset, g92=ZERO9, tool=self.state.frame.tool)
-        self._set_frame(replace(base, feature=self._plane(base, self.state.position)))
+        self.change_frame(replace(base, feature=self._plane(base, self.state.position)))
 
     def note_numbers(self) -> None:
         """Keep where all axes stand, before offsets may change."""
         self.block_numbers = [self.programmed(axis) for axis in range(len(AXES))]
 
-    def _set_frame(self, frame: Frame) -> None:
-        """As all dialects change frames; keeps where axes stood, for G91."""
-        super()._set_frame(frame)
+    def change_frame(self, frame: Frame) -> None:
+        """Put a frame of the core in force; where axes stood is kept, for G91."""
+        self.core.frames.set_frame(frame)
+        self.keep_numbers()
+
+    def keep_numbers(self) -> None:
+        """Keep the numbers of axes from before their offsets changed."""
         for axis, before in enumerate(self.block_numbers):
             if abs(self.programmed(axis) - before) > ZERO_LENGTH_MM:
                 self.shifted.setdefault(axis, before)
@@ -131,14 +137,18 @@ class SiemensMotion(Interpreter):
             return value + self.modes.frames.rotary[axis - 3]
         return value * self.scale(axis)
 
+    def check_feed(self, name: str) -> None:
+        """Refuse a feed move, ``name``, that lacks F or a tool length."""
+        refuse_lacking(self.core, name, given=self.has_feed, length_words=_LENGTH_WORDS)
+
     # --- straight moves ---------------------------------------------------------------------------------
 
-    def run_line(self, block: Block, kind: MoveKind, places: dict[int, float], vector: Array | None = None) -> None:
+    def run_line(self, block: At, kind: MoveKind, places: dict[int, float], vector: Array | None = None) -> None:
         """A straight move to programmed places of some axes, and to a tool axis (3,) in program directions."""
         state = self.state
         if kind == MoveKind.FEED:
-            self._check_feed(block, 10)
-        self._check_places(block, places)
+            self.check_feed("G1")
+        self.check_places(block, places)
         begin = list(state.position)
         end = self._begin_turn(block, kind, places)
         axes = list(places)
@@ -150,8 +160,8 @@ class SiemensMotion(Interpreter):
         if _C in places:
             self.recorder.fix_c(block.line)
         if not self.follows_part and {_A, _C} & set(places):  # the axes of the machine go there, beside the table
-            self._name_axes(end, axes, machine=True)
-        self._record(block.line, kind, end, axes, absolute=True)
+            self.core.frames.name_axes(end, axes, machine=True)
+        self.core.line(block, kind, end, axes)
         self.set_heading([b - a for a, b in zip(begin[:3], state.position[:3], strict=True)])
 
     def set_heading(self, way: Sequence[float]) -> None:
@@ -160,7 +170,7 @@ class SiemensMotion(Interpreter):
         if length > 0.0:
             self.heading = [part / length for part in way]
 
-    def _check_places(self, block: Block, places: dict[int, float]) -> None:
+    def check_places(self, block: At, places: dict[int, float]) -> None:
         for axis, value in places.items():
             letter = AXES[axis]
             if letter not in self.setup.axes:
@@ -169,12 +179,12 @@ class SiemensMotion(Interpreter):
             if self.setup.machine and abs(value) > (MAX_ANGLE_DEG if 3 <= axis < 6 else MAX_LENGTH_MM):
                 raise block.error("VP007", f"{letter}{value:g} is beyond any machine", letter)
 
-    def _begin_turn(self, block: Block, kind: MoveKind, places: dict[int, float]) -> list[float]:
+    def _begin_turn(self, block: At, kind: MoveKind, places: dict[int, float]) -> list[float]:
         """The end of a move in core numbers; without TRAORI the frame first follows the table to where it will stand."""
         state = self.state
         if state.tool_axis is not None and not self.follows_part:
-            self._settle_table(block.line)
-        end = list(self._motion_start(kind, absolute=True, machine=False))
+            self.settle_table(block)
+        end = list(self.core.start_of_motion(kind, absolute=True, machine=False))
         for axis, value in places.items():
             end[axis] = self.to_core(axis, value)
         if self.modes.tcp or not {_A, _C} & set(places):
@@ -187,14 +197,14 @@ class SiemensMotion(Interpreter):
             raise block.error("VP017", "A and C turn at a feed rate without TRAORI: on a machine with three linear axes the tip would follow a curve; "
                               "write TRAORI, or G0", "A" if _A in places else "C")  # fmt: skip
         if turned:
-            self._refuse_compensation("a turn of the table")
+            self.core.refuse_compensation("a turn of the table")
             base = replace(state.frame, feature=None)
-            self._set_frame(replace(base, feature=self._plane(base, end)))
+            self.change_frame(replace(base, feature=self._plane(base, end)))
         return end
 
-    def _settle_table(self, line: int) -> None:
-        """As in all dialects; places without TRAORI follow the table."""
-        super()._settle_table(line)
+    def settle_table(self, at: At) -> None:
+        """A tool axis gives way to the place of the table that it has; places without TRAORI follow the table."""
+        self.core.settle_table(at)
         self.set_chain()
 
     # --- tool axes ----------------------------------------------------------------------------------------
@@ -203,10 +213,10 @@ class SiemensMotion(Interpreter):
         """Take a tool axis in program directions: the end point with a pair A, C that holds it."""
         state = self.state
         turned = self.turn_vectors(vector)
-        state.tool_axis = (float(turned[0]), float(turned[1]), float(turned[2]))
+        self.core.hold_tool_axis(turned)
         end = self.setup.coordinates.point_axis(end, turned, state.frame)
         if self.leads_axes("vector") and self.setup.machine:
-            state.tool_axis = None
+            self.core.hold_tool_axis(None)
         return end
 
     def turn_vectors(self, vectors: Array) -> Array:
@@ -219,16 +229,16 @@ class SiemensMotion(Interpreter):
         state = self.state
         if state.tool_axis is not None and not {_A, _C} <= set(places):
             letter = "A" if _A in places else "C"
-            raise BlockError(
+            raise ProgramError(
                 "VP013",
                 f"{letter} alone after tool vectors: which side the table stands on was not programmed; name A and C together",
             )
-        state.tool_axis = None
+        self.core.hold_tool_axis(None)
         if not self.modes.tcp or self.leads_axes("words"):
             return
         axis = self.setup.coordinates.tool_axis(end, state.frame)
         if axis is not None:
-            state.tool_axis = (float(axis[0]), float(axis[1]), float(axis[2]))
+            self.core.hold_tool_axis(axis)
 
     def leads_axes(self, given: str) -> bool:
         """True where A and C go linearly along a block; ``given``: "words" or "vector"."""
@@ -242,7 +252,7 @@ class SiemensMotion(Interpreter):
 
     def run_arc(
         self,
-        block: Block,
+        block: At,
         clockwise: bool,
         places: dict[int, float],
         center: tuple[float, float] | None,
@@ -252,26 +262,32 @@ class SiemensMotion(Interpreter):
         """An arc in the active plane to programmed places; ``center`` counts from the start (programmed, in the plane), or a radius."""
         state = self.state
         first, second, _normal, letter1, letter2 = PLANES[state.plane]
-        self._check_feed(block, 20)
-        self._check_places(block, places)
+        self.check_feed("G2")
+        self.check_places(block, places)
         scales = self.scale(first), self.scale(second)
         if abs(abs(scales[0]) - abs(scales[1])) > _ALIKE * abs(scales[0]):
-            raise BlockError("VP017", "an arc under unequal scales of its plane would be an ellipse")
-        self._require_known(block, [0, 1, 2], "an arc")
+            raise ProgramError("VP017", "an arc under unequal scales of its plane would be an ellipse")
+        self.core.require_known(block, [0, 1, 2], "an arc")
         start, end = self._begin_arc(block, places)
-        made = Block(block.line, columns=dict(block.columns))
-        made.words = {AXES[axis]: 0.0 for axis in places} | {"P": float(turns + 1)}
-        if center is not None:
-            made.words[letter1], made.words[letter2] = center[0] * scales[0], center[1] * scales[1]
-        else:
-            made.words["R"] = radius * abs(scales[0])
         mirrored = scales[0] * scales[1] < 0
-        state.absolute_centers = False
-        self._move_on_arc(made, 20 if clockwise != mirrored else 30, start, end)
+        clockwise = clockwise != mirrored
+        if center is not None:
+            offsets = {letter1: center[0] * scales[0], letter2: center[1] * scales[1]}
+            self._check_sizes(block, offsets)
+            arc = center_arc(start, end, state.plane, clockwise, offsets, False, turns, ARC_RADIUS_MM)
+        else:
+            self._check_sizes(block, {"R": radius * abs(scales[0])})
+            arc = radius_arc(start, end, state.plane, clockwise, radius * abs(scales[0]), turns)
+        self.core.arc(block, start, end, arc, list(places))
         arc = self.recorder.arcs[-1]
         self.set_heading(tangent_of(state.plane, arc.center, end, arc.sweep))
 
-    def _begin_arc(self, block: Block, places: dict[int, float]) -> tuple[list[float], list[float]]:
+    def _check_sizes(self, at: At, lengths: dict[str, float]) -> None:
+        for name, length in lengths.items():
+            if self.setup.machine and abs(length) > MAX_LENGTH_MM:
+                raise at.error("VP007", f"{name}{length:g} is beyond any machine", name)
+
+    def _begin_arc(self, block: At, places: dict[int, float]) -> tuple[list[float], list[float]]:
         """Where an arc to programmed places starts and ends, the table's axes with it."""
         end = self._begin_turn(block, MoveKind.FEED, places)
         start = list(self.state.position)
@@ -279,67 +295,40 @@ class SiemensMotion(Interpreter):
             self._take_rotary(end, places)
         return start, end
 
-    def run_spatial_arc(self, block: Block, middle: list[float], places: dict[int, float]) -> None:
+    def run_spatial_arc(self, block: At, middle: list[float], places: dict[int, float]) -> None:
         """CIP: an arc over a programmed point (3,) to programmed places."""
-        self._check_feed(block, 20)
-        self._check_places(block, places)
-        self._refuse_compensation("CIP")
-        self._require_known(block, [0, 1, 2], "an arc")
+        self.check_feed("G2")
+        self.check_places(block, places)
+        self.core.refuse_compensation("CIP")
+        self.core.require_known(block, [0, 1, 2], "an arc")
         if np.ptp(np.abs(self._split.scale)) > _ALIKE:
-            raise BlockError("VP017", "CIP under unequal scales would be an ellipse")
+            raise ProgramError("VP017", "CIP under unequal scales would be an ellipse")
         start, end = self._begin_arc(block, places)
         over = np.array([self.to_core(axis, value) for axis, value in enumerate(middle)])
         circle = arc_through(np.array(start[:3]), over, np.array(end[:3]))
-        along = int(np.argmax(np.abs(circle.normal)))
-        if abs(circle.normal[along]) > 1.0 - _IN_PLANE:  # a plane of the axes
-            sign = 1 if circle.normal[along] > 0 else -1
-            center = [float(value) for value in circle.center]
-            center[along] = start[along]
-            arc = Arc((2, 1, 0)[along], (center[0], center[1], center[2]), sign, sign * circle.sweep)
-            self._add_arc(block.line, start, end, arc)
-        else:
-            self._add_tilted_arc(block.line, start, end, circle)
-        self._arrive(end, list(places), absolute=True)
+        self.core.spatial_arc(block, start, end, circle, list(places))
         self.set_heading(np.cross(circle.normal, np.array(end[:3]) - circle.center).tolist())
-
-    def _add_arc(self, line: int, start: list[float], end: list[float], arc: Arc) -> None:
-        feed = self._feed_of((arc_length(arc, start, end), True))
-        self.recorder.add(self.state, line, MoveKind.ARC, end, feed, arc)
-
-    def _add_tilted_arc(self, line: int, start: list[float], end: list[float], circle: SpatialArc) -> None:
-        """Record an arc in the plane that holds it."""
-        state = self.state
-        frame, vector = state.frame, state.tool_axis
-        within = np.array(plane_of_arc(circle, None).rotation).reshape(3, 3)
-        begin, last = [
-            [*map(float, (np.array(place[:3]) - circle.center) @ within), *place[3:]] for place in (start, end)
-        ]
-        state.frame = replace(frame, feature=plane_of_arc(circle, frame.feature))
-        if vector is not None:
-            x, y, z = (float(value) for value in np.array(vector) @ within)
-            state.tool_axis = (x, y, z)
-        self._add_arc(line, begin, last, Arc(0, (0.0, 0.0, begin[2]), 1, circle.sweep))
-        state.frame, state.tool_axis = frame, vector
 
     # --- machine coordinates --------------------------------------------------------------------------------
 
-    def run_machine_line(self, block: Block, kind: MoveKind, places: dict[int, float]) -> None:
+    def run_machine_line(self, block: At, kind: MoveKind, places: dict[int, float]) -> None:
         """G53, G153, SUPA: places of the machine; the tool length in force counts."""
         state = self.state
         if kind == MoveKind.FEED:
-            self._check_feed(block, 10)
-        self._check_places(block, places)
-        self._refuse_compensation("G53, G153 and SUPA")
+            self.check_feed("G1")
+        self.check_places(block, places)
+        self.core.refuse_compensation("G53, G153 and SUPA")
         machine = self.setup.coordinates.to_machine(np.array(state.position), state.frame)
         turned = max(abs(math.sin(math.radians(machine[_A]))), abs(math.sin(math.radians(0.5 * machine[_C])))) > _STANDS
         if self.modes.tcp and self.setup.machine and (turned or {_A, _C} & set(places)):
-            raise BlockError("VP017", "G53, G153 or SUPA under TRAORI while the table is turned: places would be those of the turned part; write "
+            raise ProgramError("VP017", "G53, G153 or SUPA under TRAORI while the table is turned: places would be those of the turned part; write "
                              "TRAFOOF first")  # fmt: skip
-        self._end_vector_for_machine(block.line, list(places))
+        if self.core.end_tool_axis(block, list(places)):
+            self.set_chain()
         targets = dict(places)
         if 2 in targets and self.modes.edge:
             targets[2] += state.frame.tool_length
-        self._move_to_machine(block.line, kind, targets)
+        self.core.machine_line(block, kind, targets)
         if {_A, _C} & set(places):
             self.set_chain()
         self.heading = None

@@ -8,9 +8,9 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.block import Block, BlockError
 from verne_post.gcode.lengths import length_of
-from verne_post.gcode.motion_codes import MAX_TURNS
+from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES
@@ -20,14 +20,20 @@ _ROTARY: Final = "ABC"
 NO_AXIS: Final = 1e-6
 
 
-class SiemensPlaces(SiemensMotion):
+class SiemensPlaces:
     """Motion, and what words mean as places."""
 
-    def read_places(self, words: Words, block: Block) -> dict[int, float]:
+    def __init__(self, motion: SiemensMotion) -> None:
+        self.motion = motion
+        self.core = motion.core
+        self.state = motion.state
+        self.keys = motion.keys
+
+    def read_places(self, words: Words, block: At) -> dict[int, float]:
         """Programmed places of the axes that a block names, absolute, mm and degrees."""
         places = self._read_polar(words, block)
         for axis in places:
-            self.shifted.pop(axis, None)
+            self.motion.shifted.pop(axis, None)
         for axis, letter in enumerate(AXES):
             word = words.take(letter)
             if word is None:
@@ -37,15 +43,15 @@ class SiemensPlaces(SiemensMotion):
             places[axis] = self._place(word, axis, block)
         return places
 
-    def _place(self, word: Word, axis: int, block: Block) -> float:
+    def _place(self, word: Word, axis: int, block: At) -> float:
         rotary = word.name in _ROTARY
-        value = word.value if rotary else word.value * self.modes.length
+        value = word.value if rotary else word.value * self.motion.modes.length
         if word.mode in ("DC", "ACP", "ACN") and not rotary:
             raise word.error("VP017", f"{word.mode} is for rotary axes; {word.name} is a linear one")
-        if word.mode == "IC" or (not word.mode and not self.modes.absolute):
-            self._require_known(block, [axis], "an incremental value")
+        if word.mode == "IC" or (not word.mode and not self.motion.modes.absolute):
+            self.core.require_known(block, [axis], "an incremental value")
             return self._count_from(word, axis) + value
-        self.shifted.pop(axis, None)
+        self.motion.shifted.pop(axis, None)
         if rotary and (word.mode or word.name in self.keys.modulo_axes) and self.state.known[axis]:
             return self._rotary_place(word, axis, value)
         return value
@@ -55,9 +61,9 @@ class SiemensPlaces(SiemensMotion):
 
         After a change of offsets that is where the axis stands, or the number that it had before: a choice of machine data.
         """
-        before = self.shifted.pop(axis, None)
+        before = self.motion.shifted.pop(axis, None)
         if before is None or self.keys.offsets_in_g91 == "kept":
-            return self.programmed(axis)
+            return self.motion.programmed(axis)
         if self.keys.offsets_in_g91 == "travelled":
             return before
         raise word.error("VP017", f"{word.name} is incremental, and its offset has changed: whether a control travels the change with it is "
@@ -65,7 +71,7 @@ class SiemensPlaces(SiemensMotion):
 
     def _rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
-        here = self.programmed(axis)
+        here = self.motion.programmed(axis)
         turned = math.fmod(value - here, 360.0)
         if word.mode == "DC":
             return here + turned - 360.0 * round(turned / 360.0)
@@ -79,33 +85,35 @@ class SiemensPlaces(SiemensMotion):
 
     # --- polar words ------------------------------------------------------------------------------------
 
-    def set_pole(self, words: Words, block: Block) -> None:
+    def set_pole(self, words: Words, block: At) -> None:
         """G110, G111, G112: the pole from the last place, from zero, from the last pole."""
         first, second, *_ = PLANES[self.state.plane]
         code = words.code("pole")
-        base = {"G110": (self.programmed(first), self.programmed(second)), "G111": (0.0, 0.0), "G112": self.modes.pole}[
-            code or ""
-        ]
+        base = {
+            "G110": (self.motion.programmed(first), self.motion.programmed(second)),
+            "G111": (0.0, 0.0),
+            "G112": self.motion.modes.pole,
+        }[code or ""]
         if code == "G110":
-            self._require_known(block, [first, second], "G110")
-        self.modes.angle = None  # it belongs to the pole before
+            self.core.require_known(block, [first, second], "G110")
+        self.motion.modes.angle = None  # it belongs to the pole before
         radius, angle = words.take("RP"), words.take("AP")
         values = [words.take(AXES[axis]) for axis in (first, second)]
         if radius is not None or angle is not None:
             if radius is None or angle is None or any(values):
-                raise BlockError("VP005", f"{code} takes two axes of the plane, or RP= and AP=", words.column("pole"))
-            size, turn = radius.value * self.modes.length, math.radians(angle.value)
-            self.modes.pole = base[0] + size * math.cos(turn), base[1] + size * math.sin(turn)
+                raise ProgramError("VP005", f"{code} takes two axes of the plane, or RP= and AP=", words.column("pole"))
+            size, turn = radius.value * self.motion.modes.length, math.radians(angle.value)
+            self.motion.modes.pole = base[0] + size * math.cos(turn), base[1] + size * math.sin(turn)
             return
-        x, y = (0.0 if word is None else word.value * self.modes.length for word in values)
-        self.modes.pole = base[0] + x, base[1] + y
+        x, y = (0.0 if word is None else word.value * self.motion.modes.length for word in values)
+        self.motion.modes.pole = base[0] + x, base[1] + y
 
-    def _read_polar(self, words: Words, block: Block) -> dict[int, float]:
+    def _read_polar(self, words: Words, block: At) -> dict[int, float]:
         angle, radius = words.take("AP"), words.take("RP")
         if angle is None and radius is None:
             return {}
         first, second, *_ = PLANES[self.state.plane]
-        modes = self.modes
+        modes = self.motion.modes
         if angle is not None:
             modes.angle = self._polar_angle(angle, modes.angle)
         if radius is not None:
@@ -126,7 +134,7 @@ class SiemensPlaces(SiemensMotion):
         }
 
     def _polar_angle(self, word: Word, before: float | None) -> float:
-        if word.mode != "IC" and (word.mode or self.modes.absolute):
+        if word.mode != "IC" and (word.mode or self.motion.modes.absolute):
             return word.value
         if before is None:
             raise word.error(
@@ -142,13 +150,13 @@ class SiemensPlaces(SiemensMotion):
         first = next((word for word in given if word is not None), None)
         if first is None:
             return None
-        if not self.modes.tcp:
+        if not self.motion.modes.tcp:
             raise first.error("VP017", "A3= B3= C3= without TRAORI")
         vector = np.array([0.0 if word is None else word.value for word in given])
         size = float(length_of(vector))
         if size < NO_AXIS:
             raise first.error("VP007", "A3= B3= C3= of length 0 are no tool axis")
-        if self.modes.reference == "ORIMKS" and not self.modes.frames.total.is_identity:
+        if self.motion.modes.reference == "ORIMKS" and not self.motion.modes.frames.total.is_identity:
             raise first.error("VP017", "A3= B3= C3= with ORIMKS under a programmable frame count in directions of the machine; write ORIWKS, or "
                               "leave the frame out")  # fmt: skip
         return vector / size
@@ -156,7 +164,7 @@ class SiemensPlaces(SiemensMotion):
     # --- centres of arcs --------------------------------------------------------------------------------
 
     def read_arc(
-        self, words: Words, block: Block, places: dict[int, float], clockwise: bool
+        self, words: Words, block: At, places: dict[int, float], clockwise: bool
     ) -> tuple[tuple[float, float] | None, float, int]:
         """From the start to the centre in the plane (programmed; None with a radius), radius, further turns; ``places`` get the end where AR says it."""
         first, second, _normal, *letters = PLANES[self.state.plane]
@@ -166,20 +174,20 @@ class SiemensPlaces(SiemensMotion):
         if wrong is not None:
             raise wrong.error("VP006", f"{wrong.name} does not belong to an arc in this plane")
         given = [words.take(letter) for letter in letters]
-        here = [self.programmed(axis) for axis in (first, second)]
+        here = [self.motion.programmed(axis) for axis in (first, second)]
         center: tuple[float, float] | None = None
         if any(word is not None for word in given):
             center = self._to_center(given, here)
         if radius is not None:
             if center is not None or opening is not None:
                 raise radius.error("VP003", "an arc has one of CR=, a centre (I, J, K), AR=")
-            return None, radius.value * self.modes.length, turns
+            return None, radius.value * self.motion.modes.length, turns
         if opening is not None:
             return self._opened(opening, center, here, places, (first, second), clockwise), 0.0, turns
         if center is None and ("AP" in words.words or "RP" in words.words):
-            center = self.modes.pole[0] - here[0], self.modes.pole[1] - here[1]
+            center = self.motion.modes.pole[0] - here[0], self.motion.modes.pole[1] - here[1]
         if center is None:
-            raise BlockError("VP005", "an arc needs its centre (I, J, K), CR=, or AR=")
+            raise ProgramError("VP005", "an arc needs its centre (I, J, K), CR=, or AR=")
         return center, 0.0, turns
 
     def _turns(self, word: Word | None) -> int:
@@ -194,7 +202,7 @@ class SiemensPlaces(SiemensMotion):
         """I J K count from the start, but for AC()."""
         found = []
         for word, start in zip(given, here, strict=True):
-            value = 0.0 if word is None else word.value * self.modes.length
+            value = 0.0 if word is None else word.value * self.motion.modes.length
             if word is not None and word.mode not in ("", "AC", "IC"):
                 raise word.error("VP017", f"{word.mode} is for rotary axes")
             found.append(value - start if word is not None and word.mode == "AC" else value)
@@ -235,24 +243,24 @@ class SiemensPlaces(SiemensMotion):
     def read_tangent_arc(self, places: dict[int, float]) -> tuple[tuple[float, float], bool]:
         """CT: from the start to the centre (programmed, in the plane) of the arc that leaves in the direction of the last motion; whether it is clockwise."""
         first, second, normal, *_ = PLANES[self.state.plane]
-        if self.heading is None:
-            raise BlockError("VP013", "CT goes on in the direction of the motion before, and there is none")
-        scale = self.scale(first), self.scale(second)
-        du, dv = self.heading[first] / scale[0], self.heading[second] / scale[1]
+        if self.motion.heading is None:
+            raise ProgramError("VP013", "CT goes on in the direction of the motion before, and there is none")
+        scale = self.motion.scale(first), self.motion.scale(second)
+        du, dv = self.motion.heading[first] / scale[0], self.motion.heading[second] / scale[1]
         size = math.hypot(du, dv)
-        here = self.programmed(first), self.programmed(second)
+        here = self.motion.programmed(first), self.motion.programmed(second)
         end = places.get(first, here[0]), places.get(second, here[1])
         u, v = end[0] - here[0], end[1] - here[1]
         chord = math.hypot(u, v)
         if (
             size < NO_AXIS
             or chord < ZERO_LENGTH_MM
-            or (normal in places and abs(places[normal] - self.programmed(normal)) > ZERO_LENGTH_MM)
+            or (normal in places and abs(places[normal] - self.motion.programmed(normal)) > ZERO_LENGTH_MM)
         ):
-            raise BlockError("VP008", "CT needs a direction and an end point in the active plane")
+            raise ProgramError("VP008", "CT needs a direction and an end point in the active plane")
         du, dv = du / size, dv / size
         across = du * v - dv * u
         if abs(across) < ZERO_LENGTH_MM:
-            raise BlockError("VP008", "CT: the end point lies straight ahead; the arc would be a line")
+            raise ProgramError("VP008", "CT: the end point lies straight ahead; the arc would be a line")
         radius = chord * chord / (2.0 * across)  # signed: to the left of the direction
         return (-radius * dv, radius * du), radius < 0

@@ -2,17 +2,16 @@
 
 import re
 from functools import cached_property
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from msgspec import Struct, field
 
-from verne_post.base.arrays import Mask
+from verne_post.base.arrays import Ints, Mask
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain_arcs
-from verne_post.gcode.expressions import BlockError
-from verne_post.gcode.interpret import Interpreter
 from verne_post.gcode.plain import PlainLines
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import code_part, without_zeros
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
@@ -113,11 +112,32 @@ def _put_vectors(text: bytes) -> bytes:
     return _VECTOR.sub(lambda match: _STANDS_FOR[match[1][0]], text) if b"=" in text else text
 
 
-class Language(Interpreter):
+class Language:
     """What :class:`~verne_post.gcode.text.ProgramText` needs to know: no % begins a program here, and there are no O words."""
 
-    percent = rb"(?!)"
-    o_letters = b"\x00"
+    percent: ClassVar[bytes] = rb"(?!)"
+    o_letters: ClassVar[bytes] = b"\x00"
+    end_alone: ClassVar[bool] = False
+
+    @classmethod
+    def prepare(cls, text: str) -> str:
+        """A line as it is."""
+        return text
+
+    @classmethod
+    def label_of(cls, text: str) -> str:
+        """There are no O words."""
+        return text
+
+    @classmethod
+    def find_start(cls, source: Text) -> int:
+        """A program begins where its text does."""
+        return 0
+
+    @classmethod
+    def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
+        """None: the texts mark by themselves what is not plain."""
+        return np.empty(0, dtype=np.int32)
 
 
 class Line(Struct, frozen=True):
@@ -229,7 +249,7 @@ class SiemensText(ProgramText):
 
         Raises
         ------
-        BlockError
+        ProgramError
             VP023, with its line: something is closed that is not open, or never closed.
         """
         structure, opened = Structure(), list[tuple[str, int]]()
@@ -246,7 +266,7 @@ class SiemensText(ProgramText):
             self._take(structure, opened, word, line)
         for word, begin in opened:
             closing = next(end for end, opening in _CLOSES.items() if opening == ("IF" if word == "ELSE" else word))
-            raise BlockError("VP023", f"{word} is never closed; expected {closing}", 1, line=begin)
+            raise ProgramError("VP023", f"{word} is never closed; expected {closing}", 1, line=begin)
         return structure
 
     @staticmethod
@@ -258,7 +278,7 @@ class SiemensText(ProgramText):
         fits = opened and (opened[-1][0] == wanted or (word == "ENDIF" and opened[-1][0] == "ELSE"))
         if not fits:
             still = f"; {opened[-1][0]} of line {opened[-1][1]} is open" if opened else ""
-            raise BlockError("VP023", f"{word} without {wanted} before it{still}", 1, line=line)
+            raise ProgramError("VP023", f"{word} without {wanted} before it{still}", 1, line=line)
         _word, begin = opened.pop()
         structure.branch[begin] = line
         structure.end[begin], structure.begin[line] = line, begin

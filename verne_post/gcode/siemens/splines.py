@@ -8,8 +8,9 @@ from msgspec import Struct, field
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.gcode.block import Block, BlockError
-from verne_post.gcode.siemens.frame_words import SiemensFrameWords
+from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.siemens.motion import SiemensMotion
+from verne_post.gcode.siemens.places import SiemensPlaces
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.gcode.splines import BSpline, check_room, uniform_knots
 from verne_post.model.moves import FeedMode
@@ -28,7 +29,7 @@ class _Draft(Struct):
     ``axes`` are the tool axes (3,) of the control points, without any where A and C go along by themselves.
     """
 
-    block: Block
+    block: At
     degree: int
     points: list[list[float]]
     weights: list[float] = field(default_factory=lambda: [1.0])
@@ -37,11 +38,16 @@ class _Draft(Struct):
     axes: list[Array] = field(default_factory=list)
 
 
-class SiemensSplines(SiemensFrameWords):
+class SiemensSplines:
     """Frame words, and splines."""
 
-    #: The spline whose control points are being read.
-    draft: _Draft | None = None
+    def __init__(self, motion: SiemensMotion, places: SiemensPlaces) -> None:
+        self.motion = motion
+        self.places = places
+        self.core = motion.core
+        self.setup = motion.setup
+        self.state = motion.state
+        self.draft: _Draft | None = None  # the spline whose control points are being read
 
     def end_spline(self, words: Words | None = None) -> None:
         """Follow the spline that has been read, unless a block only gives it another point."""
@@ -51,7 +57,7 @@ class SiemensSplines(SiemensFrameWords):
         self.draft = None
         count, degree = len(draft.points), draft.degree
         if count <= degree:
-            raise BlockError(
+            raise ProgramError(
                 "VP031",
                 f"BSPLINE of degree {degree} needs {degree} points after its start; there are {count - 1}",
                 None,
@@ -61,46 +67,49 @@ class SiemensSplines(SiemensFrameWords):
         if axes is not None:
             self._check_axes(draft, axes)
             if self.setup.machine:  # A and C are coordinates of the spline
-                axes = self.state.tool_axis = None
+                axes = None
+                self.core.hold_tool_axis(None)
         spline = BSpline(degree, draft.points, draft.weights, _make_knots(draft), draft.lines, axes)
-        self._follow_spline(draft.block, spline, "BSPLINE")
+        self.core.spline(draft.block, spline, "BSPLINE")
         first, last = draft.points[-2][:3], draft.points[-1][:3]
-        self.set_heading([b - a for a, b in zip(first, last, strict=True)])
+        self.motion.set_heading([b - a for a, b in zip(first, last, strict=True)])
 
-    def add_spline_point(self, words: Words, block: Block) -> None:
+    def add_spline_point(self, words: Words, block: At) -> None:
         """Read a block under BSPLINE."""
         if self.draft is None and not words.words.keys() & _POINT_WORDS - {"F"} and words.code("motion") is None:
             return  # such a block neither begins a spline nor goes on with one
-        if not self.modes.absolute:
-            raise BlockError("VP017", "BSPLINE in G91: control points are absolute; write G90")
+        if not self.motion.modes.absolute:
+            raise ProgramError("VP017", "BSPLINE in G91: control points are absolute; write G90")
         degree = _read_degree(words.take("SD"))
         draft = self.draft
         if draft is None:
-            self._check_spline_modes("BSPLINE")
+            self.core.check_spline("BSPLINE")
             if self.state.feed_mode == FeedMode.INVERSE:
-                raise BlockError("VP017", "BSPLINE with inverse-time feed (G93): its blocks are one motion; use G94")
-            self._require_known(block, [0, 1, 2], "BSPLINE")
+                raise ProgramError("VP017", "BSPLINE with inverse-time feed (G93): its blocks are one motion; use G94")
+            self.core.require_known(block, [0, 1, 2], "BSPLINE")
             draft = self.draft = _Draft(block, degree or _DEGREES[-1], [list(self.state.position)], lines=[block.line])
         elif degree is not None and degree != draft.degree:
-            raise BlockError("VP031", f"SD={degree} in a spline of degree {draft.degree}; write SD in its first block")
+            raise ProgramError(
+                "VP031", f"SD={degree} in a spline of degree {draft.degree}; write SD in its first block"
+            )
         weight, interval = words.take("PW"), words.take("PL")
         if weight is not None and weight.value <= 0:
             raise weight.error("VP031", f"PW={weight.value:g}: the weight of a control point is positive")
         if interval is not None and interval.value < 0:
             raise interval.error("VP031", f"PL={interval.value:g}: a parameter interval is not negative")
-        places, vector = self.read_places(words, block), self.read_vector(words)
+        places, vector = self.places.read_places(words, block), self.places.read_vector(words)
         if not places:
             for word in (weight, interval, *(words.words.get(name) for name in ("A3", "B3", "C3"))):
                 if word is not None:
                     raise word.error("VP005", f"{word.name}= needs the axes of its control point")
             return
-        self._check_feed(block, 10)
-        self._check_places(block, places)
-        if not self.modes.tcp and set(_ROTARY) & set(places):
-            raise BlockError("VP017", "A and C in BSPLINE without TRAORI: the tip would follow another curve")
+        self.motion.check_feed("G1")
+        self.motion.check_places(block, places)
+        if not self.motion.modes.tcp and set(_ROTARY) & set(places):
+            raise ProgramError("VP017", "A and C in BSPLINE without TRAORI: the tip would follow another curve")
         point = list(draft.points[-1])
         for axis, value in places.items():
-            point[axis] = self.to_core(axis, value)
+            point[axis] = self.motion.to_core(axis, value)
         point = self._lead_axis(draft, point, vector, turns=bool(set(_ROTARY) & set(places)))
         check_room(len(draft.points))
         draft.points.append(point)
@@ -113,12 +122,14 @@ class SiemensSplines(SiemensFrameWords):
         if vector is None and not draft.axes:
             return point
         if turns:
-            raise BlockError("VP003", "A or C, and A3= B3= C3=, in one BSPLINE: the tool axis is given by one of both")
+            raise ProgramError(
+                "VP003", "A or C, and A3= B3= C3=, in one BSPLINE: the tool axis is given by one of both"
+            )
         if not draft.axes:
             if len(draft.points) > 1:
-                raise BlockError("VP031", "A3= B3= C3= begin in the first block of BSPLINE, or in none")
+                raise ProgramError("VP031", "A3= B3= C3= begin in the first block of BSPLINE, or in none")
             draft.axes.append(self._first_axis())
-        axis = draft.axes[-1] if vector is None else self.turn_vectors(vector)
+        axis = draft.axes[-1] if vector is None else self.motion.turn_vectors(vector)
         draft.axes.append(axis)
         return self.setup.coordinates.point_axis(point, axis, self.state.frame)
 
@@ -139,7 +150,7 @@ class SiemensSplines(SiemensFrameWords):
                 return  # nobody knows how A and C turn the tool
             middle = first + second
             if float(np.linalg.norm(np.cross(between, middle))) > _ASIDE * float(np.linalg.norm(middle)):
-                raise BlockError("VP031", "the tool axes of these control points are too far apart, or too near to the vertical, for A and C to "
+                raise ProgramError("VP031", "the tool axes of these control points are too far apart, or too near to the vertical, for A and C to "
                                  "lead the tool along BSPLINE between them; write G1", None, line)  # fmt: skip
 
 
@@ -174,7 +185,7 @@ def _make_knots(draft: _Draft) -> list[float]:
     still = degree - 1
     inner = given[still:] if not any(given[:still]) else given[: len(given) - still]
     if sum(value == 0 for value in given) != still or 0 in inner:
-        raise BlockError(
+        raise ProgramError(
             "VP031", f"PL= of BSPLINE: {count - 1} blocks of degree {degree} have {count - degree} intervals greater than 0, and {still} of 0 at the "
             "beginning or at the end", None, draft.block.line,
         )  # fmt: skip

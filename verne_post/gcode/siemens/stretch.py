@@ -44,9 +44,10 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     last = stop.cut(line, last, in_main=in_main) - chunk.first_line
     if last - row < plain.MIN_LINES or flow.frame.repeats or flow.executor.modal is not None or not _is_plain(to):
         return None
-    to.state.motion = MOTIONS[to.modes.motion]
     pointed = not chunk.lines.arcs and bool(chunk.lines.has_offsets[row])
-    if not plain.is_ready(to.state, chunk.lines, row, pointed=pointed):
+    motion = MOTIONS[to.modes.motion]
+    view = plain.PlainView(motion, pointed=pointed)
+    if not plain.is_ready(to.state, view, chunk.lines, row):
         return None
     if pointed:
         last = _end_of_vectors(to, chunk.lines, row, last)
@@ -56,15 +57,15 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
         last = chunk.lines.first_named(row, last, _ROTARY)
     if last - row < plain.MIN_LINES:
         return None
-    start, motion = to.state.position, to.state.motion
+    start = to.state.position
     done = plain.execute(
-        chunk.lines, row, last, to, flow.shown_line, partial(_point, to, chunk.lines) if pointed else None
+        chunk.lines, row, last, to.core, view, flow.shown_line, partial(_point, to, chunk.lines) if pointed else None
     )
     if done == row:
         return None
-    to.modes.motion = _CODES[to.state.motion]
-    for axis in [axis for axis in to.shifted if chunk.lines.row[done - 1, axis] >= row]:
-        del to.shifted[axis]
+    to.modes.motion = _CODES[view.motion or 0]
+    for axis in [axis for axis in to.motion.shifted if chunk.lines.row[done - 1, axis] >= row]:
+        del to.motion.shifted[axis]
     _set_heading(to, chunk.lines, row, done, start, motion)
     flow.line = line + done - row
     flow.repeats.count(flow.text, line, flow.line - 1, 0)
@@ -78,7 +79,7 @@ def _is_plain(to: SiemensInterpreter) -> bool:
         modes.motion in MOTIONS
         and modes.absolute
         and modes.units in ("G71", "G710")
-        and to.has_no_scale
+        and to.motion.has_no_scale
         and modes.frames.rotary == (0.0, 0.0, 0.0)
     )
 
@@ -96,19 +97,18 @@ def _end_of_vectors(to: SiemensInterpreter, lines: plain.PlainLines, first: int,
 
 def _point(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Array) -> Array | None:
     """Turn A and C of ends (n, 9) to the tool axes of the lines; returns these (n, 3), or None where A and C go linearly."""
-    state = to.state
     assert lines.offsets is not None
     vectors = np.nan_to_num(lines.offsets[first : first + len(end)])
-    axes = to.turn_vectors(vectors / length_of(vectors)[:, None])
-    plain.turn_to_axes(to, end, axes)
-    linear = to.leads_axes("vector") and to.setup.machine
-    state.tool_axis = None if linear else (float(axes[-1, 0]), float(axes[-1, 1]), float(axes[-1, 2]))
+    axes = to.motion.turn_vectors(vectors / length_of(vectors)[:, None])
+    plain.turn_to_axes(to.core, end, axes)
+    linear = to.motion.leads_axes("vector") and to.setup.machine
+    to.core.hold_tool_axis(None if linear else axes[-1])
     return None if linear else axes
 
 
 def _rotary_words_are_plain(to: SiemensInterpreter) -> bool:
     """True where A and C words turn the table linearly."""
-    return to.modes.tcp and to.leads_axes("words") and not to.keys.modulo_axes
+    return to.modes.tcp and to.motion.leads_axes("words") and not to.keys.modulo_axes
 
 
 def _set_heading(
@@ -129,9 +129,11 @@ def _set_heading(
         if code >= MOTIONS["G2"] and lines.moves[row]:
             assert lines.offsets is not None
             clockwise = np.array([code == MOTIONS["G2"]])
-            arc = find_arcs(lines.offsets[[row]], clockwise, np.array([1]), np.array([begin, end]), to.state)
-            to.set_heading(tangent_of(to.state.plane, arc.center[0].tolist(), end, float(arc.sweep[0])))
+            arc = find_arcs(
+                lines.offsets[[row]], clockwise, np.array([1]), np.array([begin, end]), to.state, inch=False
+            )
+            to.motion.set_heading(tangent_of(to.state.plane, arc.center[0].tolist(), end, float(arc.sweep[0])))
             return
         if begin[:3] != end[:3]:
-            to.set_heading([b - a for a, b in zip(begin[:3], end[:3], strict=True)])
+            to.motion.set_heading([b - a for a, b in zip(begin[:3], end[:3], strict=True)])
             return

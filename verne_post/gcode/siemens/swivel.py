@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.frames import Affine, rotation_about
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -54,13 +54,13 @@ class Swivel:
     def run(self, call: Call, line: int) -> None:
         """CYCLE800: a new plane, a plane on the plane in force, or none."""
         given = read_cycle(call, _SWIVEL, self.variables)
-        block = Block(line)
-        self.to._refuse_compensation("CYCLE800")
+        block = At(line)
+        self.to.core.refuse_compensation("CYCLE800")
         if not given.values or given.text("_TC") == "0":
             self._end()
             return
         if not self.to.modes.frames.program.is_identity:
-            raise BlockError("VP017", "CYCLE800 under a programmable frame (TRANS, ROT, SCALE, MIRROR): controls put the plane before it; write TRANS "
+            raise ProgramError("VP017", "CYCLE800 under a programmable frame (TRANS, ROT, SCALE, MIRROR): controls put the plane before it; write TRANS "
                              "without axes first, and the offset as _X0 _Y0 _Z0", call.column)  # fmt: skip
         self._retract(given, block)
         self._set_plane(given)
@@ -77,10 +77,10 @@ class Swivel:
         modes = self.to.modes
         modes.frames = replace(modes.frames, swivel=Affine())
         if self.to.state.tool_axis is not None and not modes.tcp:
-            self.to._settle_vector()
-        self.to.set_chain()
+            self.to.settle_vector()
+        self.to.motion.set_chain()
 
-    def _retract(self, given: Arguments, block: Block) -> None:
+    def _retract(self, given: Arguments, block: At) -> None:
         """_FR: 1 lifts Z, 2 lifts Z and then moves X and Y, to the home position of the machine; 5 goes back along the tool."""
         kind, to = given.whole("_FR"), self.to
         way = given.number("_FR_I") * to.modes.length
@@ -89,13 +89,16 @@ class Swivel:
         if kind == 5:
             if way < 0:
                 raise given.error("VP007", f"_FR_I {way:g}: the way back is not negative", "_FR_I")
-            to._require_known(block, [0, 1, 2], "CYCLE800 with _FR 5")
+            to.core.require_known(block, [0, 1, 2], "CYCLE800 with _FR 5")
             axis = to.setup.coordinates.tool_axis(to.state.position, to.state.frame)
             tool = np.array([0.0, 0.0, 1.0]) if axis is None else np.asarray(axis)
-            to.run_line(
+            to.motion.run_line(
                 block,
                 MoveKind.RAPID,
-                {number: to.programmed(number) + way * float(tool[number]) / to.scale(number) for number in range(3)},
+                {
+                    number: to.motion.programmed(number) + way * float(tool[number]) / to.motion.scale(number)
+                    for number in range(3)
+                },
             )
             return
         if kind not in (1, 2):
@@ -106,14 +109,15 @@ class Swivel:
             )
         home = to.state.home
         if home is None:
-            raise BlockError(
+            raise ProgramError(
                 "VP015",
                 f"CYCLE800 with _FR {kind} retracts to a position of the machine: add [home] g28 to the machine file",
                 given.call.column,
             )
         for axes in ([2], [0, 1])[:kind]:
-            to._end_vector_for_machine(block.line, axes)
-            to._move_to_machine(block.line, MoveKind.RAPID, {number: home[number] for number in axes})
+            if to.core.end_tool_axis(block, axes):
+                to.motion.set_chain()
+            to.core.machine_line(block, MoveKind.RAPID, {number: home[number] for number in axes})
 
     # --- the plane ----------------------------------------------------------------------------------------
 
@@ -141,7 +145,7 @@ class Swivel:
         rotation = self._rotation(given)
         plane = base.then(before, rotation).then(after, np.eye(3))
         modes.frames = replace(modes.frames, swivel=plane)
-        to.set_chain()
+        to.motion.set_chain()
 
     def _rotation(self, given: Arguments) -> Array:
         """The turn of the plane from _MODE and the angles."""
@@ -202,7 +206,7 @@ class Swivel:
         u, _s, v = np.linalg.svd((place[1:] - place[0]).T)
         return np.asarray(u @ v)
 
-    def _turn_table(self, block: Block, direction: int) -> None:
+    def _turn_table(self, block: At, direction: int) -> None:
         """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays where it is on the part.
 
         To the level plane A and C go to 0, which is the only place that means the same on all controls. Of the pairs of A and C that
@@ -211,20 +215,20 @@ class Swivel:
         to = self.to
         state, tcp = to.state, to.modes.tcp
         if not tcp and state.tool_axis is not None:  # the linear axes stand still, wherever on the part that is
-            to._settle_table(block.line)
-        state.tool_axis = None
-        if to.setup.machine and not to.follows_part:
+            to.motion.settle_table(block)
+        to.core.hold_tool_axis(None)
+        if to.setup.machine and not to.motion.follows_part:
             a, _b, c = to.modes.frames.rotary
             turns = 360.0 * round(to.state.position[5] / 360.0)
-            to.run_line(block, MoveKind.RAPID, {3: -a, 5: turns - c})
+            to.motion.run_line(block, MoveKind.RAPID, {3: -a, 5: turns - c})
             return
-        begin = to._motion_start(MoveKind.RAPID, absolute=True, machine=not tcp)
+        begin = to.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=not tcp)
         upright = np.array([0.0, 0.0, 1.0])
         positions = find_positions(to.setup, list(begin), upright, state.frame, tip_stays=tcp)
         end = choose_position(positions, lambda one: (-direction * one.tilt, one.turned)).program
         to.recorder.fix_c(block.line)
-        to._record(block.line, MoveKind.RAPID, end, [3, 5] if to.setup.machine else [], absolute=True)
-        to.heading = None
+        to.core.line(block, MoveKind.RAPID, end, [3, 5] if to.setup.machine else [])
+        to.motion.heading = None
 
     # --- CYCLE832 -------------------------------------------------------------------------------------------
 

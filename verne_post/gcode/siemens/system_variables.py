@@ -13,7 +13,6 @@ from verne_post.gcode.siemens.frame_values import FrameValues, holds_frame
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.values import Index, Names, Value
 from verne_post.model.moves import AXES, ZERO9, Frame
-from verne_post.model.part_setup import Tool
 
 #: 0 here: the program is executed, not searched, tested or simulated.
 _ZERO: Final = ("$P_SIM", "$P_ISTEST", "$P_SEARCH", "$P_SEARCHL", "$P_DRYRUN", "$P_PROGTEST", "$AC_SIM")
@@ -70,14 +69,14 @@ class SystemVariables:
             frame, axis, part = self._offset(name, index, cursor, at)
             if part != "TR":
                 if part == "RT" and axis == 2:
-                    self.to.store_offset(replace(frame, turn=value))
+                    self.to.frame_words.store_offset(replace(frame, turn=value))
                 elif value != (1.0 if part == "SC" else 0.0):
                     text = f"{name}[..., {AXES[axis]}, {part}]: work offsets here are shifted (TR), and turned about Z (RT)"
                     raise cursor.error("VP002", text, at)
                 return
             origin = list(frame.origin)
             origin[axis] = value
-            self.to.store_offset(replace(frame, origin=vector9(origin)))
+            self.to.frame_words.store_offset(replace(frame, origin=vector9(origin)))
             return
         if name in _TOOL_DATA or name in _NO_WEAR:
             self._write_tool(name, index, value, cursor, at)
@@ -93,7 +92,7 @@ class SystemVariables:
 
     def _active(self) -> int:
         system = self.to.modes.system
-        return next((number for number in range(100) if self.to.system_number(number) == system), 0)
+        return next((number for number in range(100) if self.to.frame_words.system_number(number) == system), 0)
 
     def _position(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> float:
         letter = index[0] if len(index) == 1 else ""
@@ -105,12 +104,16 @@ class SystemVariables:
         if name == "$AA_IM":
             machine = self.to.setup.coordinates.to_machine(np.array(self.to.state.position), self.to.state.frame)
             return float(machine[axis])
-        value = self.to.programmed(axis)
+        value = self.to.motion.programmed(axis)
         return value if axis > 2 else value / self.to.modes.length
 
     def _offset(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> tuple[Frame, int, str]:
         number, letter, part = (*index, None, None, None)[:3]
-        known = isinstance(number, int) and number >= 0 and self.to.system_number(number) in self.to.state.systems
+        known = (
+            isinstance(number, int)
+            and number >= 0
+            and self.to.frame_words.system_number(number) in self.to.state.systems
+        )
         if (
             len(index) != 3
             or not known
@@ -121,7 +124,7 @@ class SystemVariables:
             raise cursor.error("VP025", f"{name} is read and set as {name}[number, axis, TR]", at)
         assert isinstance(number, int)
         assert isinstance(part, str)
-        return self.to.state.systems[self.to.system_number(number)], AXES.index(letter), part
+        return self.to.state.systems[self.to.frame_words.system_number(number)], AXES.index(letter), part
 
     def _tool(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> int:
         flat = self.to.keys.d_numbers == "tools" and len(index) == 1  # numbers of D without those of tools
@@ -143,11 +146,9 @@ class SystemVariables:
             return
         if value < 0:
             raise cursor.error("VP007", f"{name} {value:g}: a {what} is not negative", at)
-        state = self.to.state
-        tools = dict(state.tools or {})
-        tool = tools.get(number, Tool(number, number, ZERO9, unmeasured=f"{name} without $TC_DP3"))
+        tools = self.to.core.tools
+        tool = tools.find_tool(number, f"{name} without $TC_DP3")
         if what == "length":
-            tools[number] = dataclasses.replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]), unmeasured="")
+            tools.define(dataclasses.replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]), unmeasured=""))
         else:
-            tools[number] = dataclasses.replace(tool, diameter=2.0 * value)
-        state.tools = tools
+            tools.define(dataclasses.replace(tool, diameter=2.0 * value))

@@ -5,7 +5,8 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final, Protocol
 
-from verne_post.gcode.expressions import MAX_NESTING, BlockError
+from verne_post.gcode.expressions import MAX_NESTING
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 
 #: What an expression has: a number (BOOL: 0 and 1), or a text.
@@ -31,7 +32,7 @@ class Names(Protocol):
     """Where names of expressions get their values."""
 
     def read(self, name: str, index: "tuple[Index, ...]", cursor: Cursor, at: int) -> Value:
-        """Value of a variable; raises BlockError (VP025) for one that has none."""
+        """Value of a variable; raises ProgramError (VP025) for one that has none."""
 
 
 #: An index of a variable: a number, or the name of an axis or component.
@@ -43,7 +44,7 @@ def read_value(cursor: Cursor, names: Names, depth: int = 0) -> Value:
 
     Raises
     ------
-    BlockError
+    ProgramError
         With the column of what does not fit.
     """
     return _Reader(cursor, names, depth).level(0)
@@ -286,7 +287,7 @@ def _number_of(text: str) -> float:
 def _is_number(text: str) -> float:
     try:
         _number_of(text)
-    except (ValueError, BlockError):
+    except (ValueError, ProgramError):
         return 0.0
     return 1.0
 

@@ -4,7 +4,7 @@ from typing import Final, Protocol
 
 from msgspec import Struct, field
 
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Index, Names, Value, read_indices, read_value, round_half_away
 from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS
@@ -23,10 +23,10 @@ class SystemVariables(Protocol):
     """Variables that begin with ``$``."""
 
     def read_system(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Value:
-        """Value of one; raises BlockError."""
+        """Value of one; raises ProgramError."""
 
     def write_system(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
-        """Set one; raises BlockError."""
+        """Set one; raises ProgramError."""
 
     def assign_frame(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int, names: Names) -> bool:
         """Read the value of a frame and set a variable to it; False for variables that are no frames."""
@@ -221,6 +221,6 @@ def read_type(cursor: Cursor) -> str:
 def refuse_leftover(cursor: Cursor) -> None:
     """Nothing may follow."""
     if not cursor.ended:
-        raise BlockError(
+        raise ProgramError(
             "VP001", f"{cursor.text[cursor.at : cursor.at + 20].rstrip()!r}: nothing may follow here", cursor.at + 1
         )

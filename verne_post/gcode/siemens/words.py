@@ -7,7 +7,7 @@ from typing import Final
 from msgspec import Struct, field
 
 from verne_post.base.numbers import is_count
-from verne_post.gcode.expressions import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
 from verne_post.gcode.siemens.variables import Variables, refuse_leftover
@@ -61,9 +61,9 @@ class Word(Struct, frozen=True):
     mode: str = ""
     text: str | None = None
 
-    def error(self, code: str, message: str) -> BlockError:
+    def error(self, code: str, message: str) -> ProgramError:
         """An error at this word."""
-        return BlockError(code, message, self.column)
+        return ProgramError(code, message, self.column)
 
 
 class Argument(Struct, frozen=True):
@@ -131,7 +131,7 @@ class WordReader:
 
         Raises
         ------
-        BlockError
+        ProgramError
             With the column of what does not fit, or is not executed.
         """
         words = Words(line)
@@ -315,7 +315,7 @@ class WordReader:
         assert value is not None
         self._add(words, Word(letter, sign * value, at + 1), cursor, at)
 
-    def _unknown(self, name: str, cursor: Cursor, at: int) -> BlockError:
+    def _unknown(self, name: str, cursor: Cursor, at: int) -> ProgramError:
         if name in FRAME_FUNCTIONS:
             return cursor.error("VP001", f"{name}() is the value of a frame; write $P_PFRAME={name}(...)", at)
         why = why_refused(name)

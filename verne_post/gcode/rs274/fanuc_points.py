@@ -8,8 +8,8 @@ import numpy as np
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode.block import Block
-from verne_post.gcode.nurbs_codes import NURBS
-from verne_post.gcode.state import State
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.rs274.nurbs import NURBS
 from verne_post.gcode.words import whole_lines
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import FeedMode
@@ -93,8 +93,8 @@ def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
         block.words
     )
     codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
-    inch = 200 in codes or (state.inch and 210 not in codes)
-    spline = NURBS in codes or (state.motion == NURBS and not codes)
+    inch = 200 in codes or (state.modes.inch and 210 not in codes)
+    spline = NURBS in codes or (state.modes.motion == NURBS and not codes)
     for letter in bare:
         if letter == "F":
             if 950 in codes or (state.feed_mode == FeedMode.PER_REVOLUTION and not codes & {930, 940}):
@@ -106,7 +106,7 @@ def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
             continue
         if (letter == "K" and drills) or (spline and letter in "KR"):
             continue  # repeats, knots and weights
-        if letter in "IJK" and (state.vectors or 435 in codes):
+        if letter in "IJK" and (state.modes.vectors or 435 in codes):
             continue  # a direction has no unit
         angle = letter in _ANGLES or (letter in "IJK" and _PLANE in codes)
         time = 40 in codes and letter in "XU"
@@ -118,7 +118,7 @@ def find_unrounded(block: Block, text: str, state: State) -> str | None:
     for match in _COMPUTED.finditer(text):
         letter = match[1].upper()
         if letter in block.words:
-            step = _INCREMENT_INCH if state.inch and letter not in _ANGLES else INCREMENT
+            step = _INCREMENT_INCH if state.modes.inch and letter not in _ANGLES else INCREMENT
             steps = block.words[letter] / step
             if abs(steps - round(steps)) > _WHOLE_INCREMENTS * max(abs(steps), 1.0):
                 return letter

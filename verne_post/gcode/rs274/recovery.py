@@ -7,16 +7,25 @@ modal words and its end point are taken. Nothing of this reaches the user: a pro
 import re
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from typing import Final
 
 from verne_post.base.units import MM_PER_INCH
-from verne_post.gcode.block import Block, BlockError
+from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, TAKES_AXES
-from verne_post.gcode.frame_codes import LINEAR
-from verne_post.gcode.interpret import Interpreter
-from verne_post.gcode.missing_setup import ASSUMED_TOOL
+from verne_post.gcode.machining.assumptions import (
+    assume_homes,
+    assume_length,
+    assume_loaded_tool,
+    assume_tools,
+    assume_turning_spindle,
+    drop_compensation,
+    lose_axis,
+    place_axis,
+)
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.values import LINEAR
 from verne_post.model.moves import AXES, ZERO9
 
 #: Errors after which a program does not go on: the next line is not known.
@@ -36,26 +45,26 @@ class Recovery:
     ``uncertain`` are the axes whose position is not known, as has been reported, or depends on a block that was not executed.
     """
 
-    def __init__(self, interpreter: Interpreter) -> None:
+    def __init__(self, interpreter: Rs274) -> None:
         self.interpreter = interpreter
         self.uncertain: set[int] = set()
 
-    def execute(self, block: Block) -> list[BlockError]:
+    def execute(self, block: Block) -> list[ProgramError]:
         """Execute a block as far as possible; returns its errors, without those that follow from others."""
         execute: Callable[[Block], None] = self.interpreter.execute
-        errors: list[BlockError] = []
+        errors: list[ProgramError] = []
         for _ in range(_MAX_TRIES):
             try:
                 execute(block)
                 return errors
-            except BlockError as error:
+            except ProgramError as error:
                 if not self._follows(error, errors):
                     errors.append(error)
                 if error.code in FATAL:
                     return errors
                 if not self._assume(block, error):
                     break
-            execute = partial(Interpreter.execute, self.interpreter)  # the block is in the words of RS274/NGC by now
+            execute = partial(Rs274.execute, self.interpreter)  # the block is in the words of RS274/NGC by now
         self._give_up(block)
         return errors
 
@@ -71,7 +80,7 @@ class Recovery:
                 block.words[letter], block.columns[letter] = float(number), 0
         self._give_up(block)
 
-    def _follows(self, error: BlockError, errors: list[BlockError]) -> bool:
+    def _follows(self, error: ProgramError, errors: list[ProgramError]) -> bool:
         """True for an error that another one has caused."""
         if error.code == "VP013":
             unknown = {axis for axis, known in enumerate(self.interpreter.state.known) if not known}
@@ -82,7 +91,7 @@ class Recovery:
 
     # --- what the block needs is assumed ----------------------------------------------------------
 
-    def _assume(self, block: Block, error: BlockError) -> bool:
+    def _assume(self, block: Block, error: ProgramError) -> bool:
         """Let a block do without what the error names; False where it cannot."""
         assume = {
             "VP002": self._drop_code, "VP003": self._drop_code, "VP005": self._assume_motion, "VP006": self._drop_word,
@@ -91,10 +100,10 @@ class Recovery:
         }.get(error.code)  # fmt: skip
         return assume is not None and assume(block, error)
 
-    def _go_on(self, _block: Block, _error: BlockError) -> bool:
+    def _go_on(self, _block: Block, _error: ProgramError) -> bool:
         return True
 
-    def _drop_code(self, block: Block, error: BlockError) -> bool:
+    def _drop_code(self, block: Block, error: ProgramError) -> bool:
         left = [code for code in block.codes if code[2] != error.column]
         dropped = [letter for letter, _number, column in block.codes if column == error.column]
         if not dropped or (
@@ -105,56 +114,56 @@ class Recovery:
         return True
 
     @staticmethod
-    def _drop_word(block: Block, error: BlockError) -> bool:
+    def _drop_word(block: Block, error: ProgramError) -> bool:
         letter = next((letter for letter, column in block.columns.items() if column == error.column), None)
         if letter is None:
             return False
         del block.words[letter], block.columns[letter]
         return True
 
-    def _drop_axes(self, block: Block, _error: BlockError) -> bool:
+    def _drop_axes(self, block: Block, _error: ProgramError) -> bool:
         for letter in set(block.words) & set(AXES) - set(self.interpreter.setup.axes):
             del block.words[letter], block.columns[letter]
         return True
 
-    def _assume_motion(self, block: Block, _error: BlockError) -> bool:
+    def _assume_motion(self, block: Block, _error: ProgramError) -> bool:
         """A rapid traverse, for axis words without a motion code."""
-        table, state = self.interpreter.table, self.interpreter.state
+        table = self.interpreter.table
         motions = table.g_groups["motion"]
-        if state.motion is not None or any(
+        if self.interpreter.modes.motion is not None or any(
             letter == "G" and round(10 * n) in motions for letter, n, _at in block.codes
         ):
             return False
-        state.motion = 0
+        self.interpreter.modes.motion = 0
         return True
 
-    def _assume_feed(self, block: Block, _error: BlockError) -> bool:
+    def _assume_feed(self, block: Block, _error: ProgramError) -> bool:
         state = self.interpreter.state
-        state.feed = state.feed_angular = block.words["F"] = 1.0
-        state.spindle_on, state.spindle_speed = True, state.spindle_speed or 1.0
+        block.words["F"] = 1.0
+        self.interpreter.core.set_feed(1.0)
+        assume_turning_spindle(state)
         return True
 
-    def _assume_tool(self, block: Block, _error: BlockError) -> bool:
+    def _assume_tool(self, block: Block, _error: ProgramError) -> bool:
         state = self.interpreter.state
         if not state.length_given and not {"H", "T", "D"} & set(block.words):
-            state.length_given = True
+            assume_length(state)
             return True
         numbers = {round(block.words[letter]) for letter in "THDQ" if letter in block.words}
         numbers.add(state.loaded_tool or 0)
         known = state.tools or {}
         if missing := {n for n in numbers if n not in known or known[n].diameter <= 0 or known[n].unmeasured}:
-            state.tools = {**known, **{n: replace(ASSUMED_TOOL, number=n, pocket=n) for n in missing}}
+            assume_tools(state, missing)
         elif state.loaded_tool:
             return False
-        state.loaded_tool = state.loaded_tool or 1
-        state.tools = {state.loaded_tool: ASSUMED_TOOL, **(state.tools or {})}
+        assume_loaded_tool(state, state.loaded_tool or 1)
         return True
 
-    def _assume_home(self, _block: Block, _error: BlockError) -> bool:
+    def _assume_home(self, _block: Block, _error: ProgramError) -> bool:
         state = self.interpreter.state
         if state.home == state.home2 == ZERO9:
             return False
-        state.home = state.home2 = ZERO9
+        assume_homes(state)
         return True
 
     # --- the block is given up ----------------------------------------------------------------------
@@ -172,20 +181,18 @@ class Recovery:
             word for word, (letter, code, _column) in zip(block.codes, codes, strict=True)
             if (table.group_of_g if letter == "G" else table.group_of_m).get(code, _NO_MODES[0]) not in _NO_MODES
         ]  # fmt: skip
-        if state.compensation is not None:  # what the contour would have been is not known
-            state.compensation = state.centre = None
-            state.arc_may_follow = True
+        drop_compensation(state)
         used = "FST" + "".join(table.words_of_g.get(code, "") for letter, code, _column in codes if letter == "G")
         modes.words = {letter: value for letter, value in block.words.items() if letter in used and letter in "FSTH"}
         modes.columns = dict.fromkeys(modes.words, 1)
-        with suppress(BlockError):  # it has been reported what is wrong with the block
-            Interpreter.execute(interpreter, modes)
+        with suppress(ProgramError):  # it has been reported what is wrong with the block
+            Rs274.execute(interpreter, modes)
         g = {code for letter, code, _column in codes if letter == "G"}
         motion = g & set(table.g_groups["motion"])
         if motion:
-            state.motion = min(motion)
+            self.interpreter.modes.motion = min(motion)
         plain = not any(code not in table.group_of_g or code in (530, *TAKES_AXES) for code in g)
-        known = plain and state.absolute and state.motion not in (None, *CYCLES)
+        known = plain and self.interpreter.modes.absolute and self.interpreter.modes.motion not in (None, *CYCLES)
         for letter in AXES:
             if letter in block.words and letter in interpreter.setup.axes:
                 axis = AXES.index(letter)
@@ -197,10 +204,9 @@ class Recovery:
     def _place(self, axis: int, value: float) -> None:
         """Let an axis stand where its word says."""
         state = self.interpreter.state
-        value *= MM_PER_INCH if state.inch and AXES[axis] in LINEAR else 1.0
-        state.position = [value if i == axis else old for i, old in enumerate(state.position)]
-        state.known[axis] = state.named[axis] = True
+        value *= MM_PER_INCH if self.interpreter.modes.inch and AXES[axis] in LINEAR else 1.0
+        place_axis(state, axis, value)
 
     def _lose(self, axis: int) -> None:
-        self.interpreter.state.known[axis] = False
+        lose_axis(self.interpreter.state, axis)
         self.uncertain.add(axis)

@@ -8,10 +8,11 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from verne_post.gcode.block import Block, BlockError, OWord
-from verne_post.gcode.interpret import Call, Interpreter
+from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.parameters import LOCAL_INDICES
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.repeats import Repeats
+from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.text import ProgramText, decode_line
 
 #: Calls inside each other; LinuxCNC allows nine.
@@ -39,8 +40,8 @@ def _holds(o: OWord, line: int) -> bool:
     """The condition of if or elseif in a line, which need not be the one that is executed."""
     try:
         return bool(o.read_condition())
-    except BlockError as error:
-        raise BlockError(error.code, error.message, error.column, line) from None
+    except ProgramError as error:
+        raise ProgramError(error.code, error.message, error.column, line) from None
 
 
 class Flow:
@@ -56,7 +57,7 @@ class Flow:
         Line of the program that stands for lines of another file; None while the program itself is executed.
     """
 
-    def __init__(self, text: ProgramText, interpreter: Interpreter) -> None:
+    def __init__(self, text: ProgramText, interpreter: Rs274) -> None:
         self.main, self.interpreter = text, interpreter
         self.text, self.line = text, text.first_line
         self.shown_line: int | None = None
@@ -81,9 +82,9 @@ class Flow:
         _ = self.text.structure  # labels that do not fit together are errors from the first O word on
         try:
             self._execute_o_word(o, line)
-        except BlockError as error:
+        except ProgramError as error:
             column = error.column or (None if error.line else o.reader.column(o.label_at - 1))
-            raise BlockError(error.code, error.message, column, error.line) from None
+            raise ProgramError(error.code, error.message, column, error.line) from None
 
     def _execute_o_word(self, o: OWord, line: int) -> None:
         if o.keyword == "call":
@@ -144,7 +145,7 @@ class Flow:
         elif o.keyword == "endrepeat":
             begin = structure.begin[line]
             if begin not in counters:
-                raise BlockError("VP023", f"o{o.label} endrepeat is reached, and its repeat (line {begin}) was not")
+                raise ProgramError("VP023", f"o{o.label} endrepeat is reached, and its repeat (line {begin}) was not")
             counters[begin] -= 1
             if counters[begin] > 0:
                 self.line = begin + 1
@@ -158,7 +159,7 @@ class Flow:
 
     def _skip_sub(self, o: OWord, line: int) -> None:
         if o.label in self._called and not self.in_call:
-            raise BlockError(
+            raise ProgramError(
                 "VP023",
                 f"o{o.label} sub is met after its call; define it before the first call, or after the end of the program",
             )
@@ -168,7 +169,7 @@ class Flow:
         label = o.resolve_label()
         arguments = o.read_arguments()
         if len(arguments) > MAX_ARGUMENTS:
-            raise BlockError(
+            raise ProgramError(
                 "VP023", f"o{label} call with {len(arguments)} arguments; there are at most {MAX_ARGUMENTS}"
             )
         text, (begin, _end) = self._find_sub(label)
@@ -186,16 +187,16 @@ class Flow:
             if label in text.structure.subs:
                 return text, text.structure.subs[label]
             if label in text.structure.programs and label not in text.structure.subs:
-                raise BlockError("VP023", f"o{label} is a subprogram of M98 and M99; call it with M98 P{label}")
+                raise ProgramError("VP023", f"o{label} is a subprogram of M98 and M99; call it with M98 P{label}")
         name = label.strip("<>")
         text_of_file = self._find_file(name)
         if text_of_file is None:
-            raise BlockError(
+            raise ProgramError(
                 "VP023",
                 f"o{label} is defined neither in the program nor in a file {name}.ngc in its folder or a --subroutine-path",
             )
         if label not in text_of_file.structure.subs:
-            raise BlockError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
+            raise ProgramError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
         return text_of_file, text_of_file.structure.subs[label]
 
     def _find_file(self, name: str) -> ProgramText | None:
@@ -208,11 +209,11 @@ class Flow:
 
     def _enter(self, text: ProgramText, begin: int, line: int, label: str) -> _Frame:
         if len(self._frames) > MAX_DEPTH:
-            raise BlockError("VP024", f"more than {MAX_DEPTH} calls inside each other, the last of o{label}")
+            raise ProgramError("VP024", f"more than {MAX_DEPTH} calls inside each other, the last of o{label}")
         self.interpreter.recorder.event(self.shown_line or line, "call", label=label)
         frame = _Frame(self.text, self.line, label, begin=begin)
         self._frames.append(frame)
-        self.interpreter.state.saved.append(None)
+        self.interpreter.modes.saved.append(None)
         if text is not self.main and self.shown_line is None:
             self.shown_line = line
         self.text, self.line = text, begin
@@ -221,9 +222,11 @@ class Flow:
     def _execute_return(self, o: OWord) -> None:
         frame = self._frames[-1]
         if frame.label is None:
-            raise BlockError("VP023", f"o{o.label or ''} {o.keyword} outside a subroutine")
+            raise ProgramError("VP023", f"o{o.label or ''} {o.keyword} outside a subroutine")
         if frame.program:
-            raise BlockError("VP023", f"o{o.label or ''} {o.keyword} in a subprogram that M98 has called; expected M99")
+            raise ProgramError(
+                "VP023", f"o{o.label or ''} {o.keyword} in a subprogram that M98 has called; expected M99"
+            )
         value = o.read_return_value()
         store = self.interpreter.state.store
         store.named["_value"] = 0.0 if value is None else value
@@ -237,7 +240,7 @@ class Flow:
         self.text, self.line = frame.text, frame.line
         if self.text is self.main:
             self.shown_line = None
-        self.interpreter.leave_call(self.shown_line or max(frame.line - 1, 1))
+        self.interpreter.functions.leave_call(self.shown_line or max(frame.line - 1, 1))
         self.interpreter.recorder.event(self.shown_line or max(frame.line - 1, 1), "return", label=frame.label)
 
     # --- M98, M99 ------------------------------------------------------------------------------------
@@ -246,9 +249,9 @@ class Flow:
         """Follow M98 or M99 of the block in ``line``."""
         try:
             self._follow(call, line)
-        except BlockError as error:
+        except ProgramError as error:
             column = error.column or (None if error.line else call.column)
-            raise BlockError(error.code, error.message, column, error.line) from None
+            raise ProgramError(error.code, error.message, column, error.line) from None
 
     def _follow(self, call: Call, line: int) -> None:
         if call.label is None:
@@ -261,9 +264,9 @@ class Flow:
     def _end_program(self) -> None:
         frame = self._frames[-1]
         if frame.label is None:
-            raise BlockError("VP024", "M99 in the main program starts it again, without end; end it with M2 or M30")
+            raise ProgramError("VP024", "M99 in the main program starts it again, without end; end it with M2 or M30")
         if not frame.program:
-            raise BlockError(
+            raise ProgramError(
                 "VP023", f"M99 in a subroutine that o{frame.label} call has called; expected endsub or return"
             )
         frame.remaining -= 1
@@ -277,12 +280,12 @@ class Flow:
             if label in text.structure.programs:
                 return text, text.structure.programs[label]
             if label in text.structure.subs:
-                raise BlockError("VP023", f"o{label} sub is called with o{label} call, not with M98")
+                raise ProgramError("VP023", f"o{label} sub is called with o{label} call, not with M98")
         for name in (label, f"o{label}", f"o{int(label):04d}", f"{int(label):04d}"):
             text_of_file = self._find_file(name)
             if text_of_file is not None:
                 return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
-        raise BlockError(
+        raise ProgramError(
             "VP023",
             f"M98 P{label}: there is no O{label} in the program, and no file {label}.ngc or O{int(label):04d}.nc beside it",
         )

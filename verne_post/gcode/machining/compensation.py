@@ -12,8 +12,8 @@ from msgspec import Struct, field
 
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM
 from verne_post.gcode.arcs import PLANES, Arc
-from verne_post.gcode.expressions import BlockError
 from verne_post.gcode.lengths import helix_length
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 
 Point = tuple[float, float]
@@ -100,12 +100,12 @@ class Compensation(Struct):
         """An arc between programmed points; returns where the centre ends and its arc."""
         u, v, *_ = PLANES[self.plane]
         if self.segment is None and self.perpendicular:
-            raise BlockError("VP026", "the entry move of the cutter compensation must be straight, not an arc")
+            raise ProgramError("VP026", "the entry move of the cutter compensation must be straight, not an arc")
         p, q, c = (start[u], start[v]), (end[u], end[v]), (arc.center[u], arc.center[v])
         sense = 1 if arc.sweep > 0 else -1
         radius = math.dist(p, c) - sense * self.radius
         if radius <= 0:
-            raise BlockError(
+            raise ProgramError(
                 "VP026", f"the radius of the tool, {abs(self.radius):.4f} mm, is not less than that of the arc, "
                 f"{math.dist(p, c):.4f} mm",
             )  # fmt: skip
@@ -143,7 +143,7 @@ class Compensation(Struct):
         du, dv = p[0] - target[0], p[1] - target[1]
         length, depth = math.hypot(du, dv), du * inwards[0] + dv * inwards[1]
         if depth <= _LEAST_BEND * length:
-            raise BlockError("VP026", "the entry arc of the cutter compensation is too short for the radius of the tool, "
+            raise ProgramError("VP026", "the entry arc of the cutter compensation is too short for the radius of the tool, "
                              f"{abs(self.radius):.4f} mm: no arc leads to its end in its direction")  # fmt: skip
         radius = length * length / (2.0 * depth)
         center = target[0] + radius * inwards[0], target[1] + radius * inwards[1]
@@ -152,7 +152,7 @@ class Compensation(Struct):
 
     def _check_entry(self, length: float) -> None:
         if length <= abs(self.radius) and not self.perpendicular:
-            raise BlockError(
+            raise ProgramError(
                 "VP026", f"the entry move of the cutter compensation is {length:.4f} mm long; it must be longer than the "
                 f"radius, {abs(self.radius):.4f} mm",
             )  # fmt: skip
@@ -201,7 +201,7 @@ class Compensation(Struct):
     def _round_corner(self, recorder: Recorder, feed: float, corner: Point, target: Point, turn: float) -> None:
         """An arc about an outside corner."""
         if feed == 0.0:
-            raise BlockError("VP009", "the arc about an outside corner needs a feed rate; give F")
+            raise ProgramError("VP009", "the arc about an outside corner needs a feed rate; give F")
         sense = -1 if self.radius > 0 else 1
         sweep = (sense * turn) % _FULL  # half a turn has either sign
         end = self._point_at(self.corner, target)
@@ -253,8 +253,8 @@ class Compensation(Struct):
         for row in self.rows:
             recorder.amend(row, u, v, end, sweep if row == self.rows[0] else None)
 
-    def _gouge_error(self) -> BlockError:
-        return BlockError(
+    def _gouge_error(self) -> ProgramError:
+        return ProgramError(
             "VP026",
             f"the tool (radius {abs(self.radius):.4f} mm) cannot reach into this inside corner without cutting into the contour",
         )

@@ -2,7 +2,7 @@
 
 It is exact and complete for the language; long stretches of plain moves are done by
 :mod:`verne_post.gcode.plain`, which must agree with it to the last bit. O words and
-subprograms, which decide where a program goes on, are in :mod:`verne_post.gcode.flow`.
+subprograms, which decide where a program goes on, are in :mod:`verne_post.gcode.rs274.flow`.
 """
 
 from typing import ClassVar, Final
@@ -14,25 +14,30 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
-from verne_post.gcode.block import POLAR, Block, BlockError, read_block
-from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name
-from verne_post.gcode.frame_codes import polar_end, whole
-from verne_post.gcode.messages import read_message
-from verne_post.gcode.modal_codes import ModalCodes
+from verne_post.gcode.block import POLAR, Block, read_block
+from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name, read_m_code
+from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
+from verne_post.gcode.machining.machining import Machining, check_dwell
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.parameters import Parameters
+from verne_post.gcode.plain import PlainView
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.rs274.cycles import CycleCodes
+from verne_post.gcode.rs274.functions import FunctionCodes
+from verne_post.gcode.rs274.messages import read_message
+from verne_post.gcode.rs274.modes import Modes
+from verne_post.gcode.rs274.motion import MotionCodes
+from verne_post.gcode.rs274.offsets import OffsetCodes
+from verne_post.gcode.rs274.splines import SPLINES, SplineCodes
+from verne_post.gcode.rs274.traits import Traits
+from verne_post.gcode.rs274.values import WordValues, polar_end, whole
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.spline_codes import SPLINES
-from verne_post.gcode.state import State
-from verne_post.model.moves import AXES
+from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 
 _MAX_M_CODES: Final = 4
 #: Numbers of G words -> codes of motion that need nothing but their own words.
 _PLAIN_MOTIONS: Final = {0.0: 0, 1.0: 10, 2.0: 20, 3.0: 30}
-#: M codes with which LinuxCNC's examples of switchable kinematics select one, and what it is there.
-_KINEMATICS: Final = {428: "tcp on", 429: "tcp off", 430: "tcp off"}
-#: Words that may stand beside a user-defined code.
-_REMAPPED_WORDS: Final = "PQRLEDHK"
 
 
 class Call(Struct, frozen=True):
@@ -43,13 +48,17 @@ class Call(Struct, frozen=True):
     repeats: int = 1
 
 
-class Interpreter(ModalCodes):
+_SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
+
+
+class Rs274:
     """Executes blocks on a state and records what they do.
 
     ``ended`` becomes True at M2 or M30; ``call`` is the call of M98 or M99 in the last block.
     """
 
     table: ClassVar[CodeTable] = RS274
+    traits: ClassVar[Traits] = Traits()
     #: What may follow a ``%`` that begins or ends a program.
     percent: ClassVar[bytes] = rb"[ \t\r]*"
     #: Letters that begin an O word.
@@ -65,15 +74,40 @@ class Interpreter(ModalCodes):
     custom_macro: ClassVar[bool] = False
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
-        super().__init__(setup, state, recorder)
+        self.core = Machining(setup, state, recorder)
+        self.setup, self.state, self.recorder = setup, state, recorder
+        self.modes: Modes = state.modes
+        self.values = WordValues(setup, state)
+        self.offsets = OffsetCodes(self.core, self.values, self.traits)
+        self.functions = FunctionCodes(self.core, self.values, self.offsets)
+        self.motion = MotionCodes(self.core, self.values, self.traits)
+        self.splines = SplineCodes(self.core, self.values, self.motion, self.traits)
+        self.cycles = CycleCodes(self.core, self.values, self.motion, self.traits)
         self.parameters = Parameters(setup, state, custom_macro=self.custom_macro)
         own = type(self)
-        self.reads_plain_words = own.read is Interpreter.read or own.__dict__.get("plain_words", False)
+        self.reads_plain_words = own.read is Rs274.read or own.__dict__.get("plain_words", False)
         self._axes = frozenset(setup.axes)
         straight, arcs = self._axes | {"F"}, self._axes | set("F" + self.table.words_of_g[20])
         self._plain_words: dict[int | None, frozenset[str]] = {0: straight, 10: straight, 20: arcs, 30: arcs}
         self.ended = False
         self.call: Call | None = None
+
+    # --- what the run of a program asks --------------------------------------------------------
+
+    def may_restart(self) -> bool:
+        """True where the next block does not depend on those before."""
+        return self.modes.cycle is None and self.modes.spline is None
+
+    def view_plain_lines(self, *, has_vector: bool) -> PlainView | None:
+        """What the modes make of plain lines, of which the first has I, J or K; None where they are more than moves."""
+        modes = self.modes
+        if not modes.absolute or modes.diameter_mode or modes.spline is not None or (modes.vectors and not has_vector):
+            return None
+        return PlainView(modes.motion, modes.inch, arcs=not modes.absolute_centers, pointed=modes.vectors)
+
+    def go_on_after_plain_lines(self, view: PlainView) -> None:
+        """Plain lines have been executed, the last of them with a motion."""
+        self.modes.motion, self.modes.cycle = view.motion, None
 
     # --- one block -------------------------------------------------------------------------
 
@@ -106,7 +140,7 @@ class Interpreter(ModalCodes):
 
         Raises
         ------
-        BlockError
+        ProgramError
             Before anything of the block has taken effect, except for its modal words.
         """
         self.call = None
@@ -114,16 +148,16 @@ class Interpreter(ModalCodes):
             self._set_parameter(key, value, column)
         if block.comment is not None:
             self._show_comment(block)
-        if not (block.codes or block.words) or self._execute_plain_motion(block):
+        if not (block.codes or block.words) or self.execute_plain_motion(block):
             return
         g, m = self._group_codes(block)
-        active = self.state.motion
-        self._guard_spline(g)
+        active = self.modes.motion
+        self.splines.guard(g)
         motion = self._plan(block, g, m)
-        self._set_feed(block, g)
+        self.functions.set_feed(block, g)
         if "spindle mode" in g:
-            self._set_spindle_mode(block, g["spindle mode"])
-        self._execute_auxiliary(block, m)
+            self.functions.set_spindle_mode(block, g["spindle mode"])
+        self.functions.execute(block, m)
         if 40 in g.values():
             self._dwell(block)
         self._set_modes(block, g)
@@ -135,38 +169,43 @@ class Interpreter(ModalCodes):
         elif motion in SPLINES:
             self._execute_spline(block, motion)
         elif motion is not None and motion != 800:
-            self._move(block, motion, machine="machine coordinates" in g)
+            self.motion.move(block, motion, machine="machine coordinates" in g)
         self._execute_stops(block, m)
         self._execute_call(block, m)
 
-    def _execute_plain_motion(self, block: Block) -> bool:
+    def execute_plain_motion(self, block: Block) -> bool:
         """Execute a block that only moves, with G0 to G3 or as the block before; False for any other.
 
         It is the short way through :meth:`execute`: one code or none, axis words, F, and the words of arcs.
         """
-        state, words = self.state, block.words
+        words = block.words
         if block.codes:
             letter, number, _column = block.codes[0]
             motion = _PLAIN_MOTIONS.get(number) if letter == "G" and len(block.codes) == 1 else None
         else:
-            motion = state.motion if not self._axes.isdisjoint(words) else None
+            motion = self.modes.motion if not self._axes.isdisjoint(words) else None
         letters = self._plain_words.get(motion)
-        if letters is None or not letters.issuperset(words) or state.spline is not None or state.diameter_mode:
+        if (
+            letters is None
+            or not letters.issuperset(words)
+            or self.modes.spline is not None
+            or self.modes.diameter_mode
+        ):
             return False
         if "F" in words:
             if words["F"] < 0:
                 return False
-            self._set_feed(block, {})
+            self.functions.set_feed(block, {})
         assert motion is not None
-        state.motion, state.cycle = motion, None
-        self._move(block, motion, machine=False)
+        self.modes.motion, self.modes.cycle = motion, None
+        self.motion.move(block, motion, machine=False)
         return True
 
     def _set_parameter(self, key: int | str, value: float, column: int) -> None:
         try:
             self.parameters.set(key, value)
-        except BlockError as error:
-            raise BlockError(error.code, error.message, column) from None
+        except ProgramError as error:
+            raise ProgramError(error.code, error.message, column) from None
 
     def _show_comment(self, block: Block) -> None:
         answer = read_message(block.comment or "", self.parameters)
@@ -174,7 +213,7 @@ class Interpreter(ModalCodes):
             return
         channel, text = answer
         if channel == "abort":
-            raise BlockError("VP027", f"the program asks to stop: {text.strip()}")
+            raise ProgramError("VP027", f"the program asks to stop: {text.strip()}")
         kind = "not executed" if channel == "file" else "message"
         named = {} if channel in ("file", "msg") else {"channel": channel}
         self.recorder.event(block.line, kind, text=text, **named)
@@ -189,14 +228,14 @@ class Interpreter(ModalCodes):
                 raise block.error("VP011", f"{letter}: the machine has no such axis; it has {named}", letter)
         motion = self._choose_motion(block, g, axes)
         if motion in CYCLES and (98 in m.get("subprograms", []) or 40 in g.values()):
-            raise BlockError(
+            raise ProgramError(
                 "VP003", "M98 or G4 in a block of a canned cycle: P and L would serve both; write two blocks"
             )
         self._check_words(block, self._usable_words(block, g, m, motion))
         if "machine coordinates" in g and motion not in (0, 10):
-            raise BlockError("VP017", "G53 needs G0 or G1")
-        if "machine coordinates" in g and g.get("distance", 900 if self.state.absolute else 910) != 900:
-            raise BlockError("VP017", "G53 is absolute; it cannot be used with G91")
+            raise ProgramError("VP017", "G53 needs G0 or G1")
+        if "machine coordinates" in g and g.get("distance", 900 if self.modes.absolute else 910) != 900:
+            raise ProgramError("VP017", "G53 is absolute; it cannot be used with G91")
         return motion
 
     def _choose_motion(self, block: Block, g: dict[str, int], axes: list[str]) -> int | None:
@@ -207,24 +246,24 @@ class Interpreter(ModalCodes):
         takes = non_modal in TAKES_AXES or g.get("tool length") == 431
         if takes and explicit is not None and explicit != 800:
             taker = g_name(non_modal if non_modal in TAKES_AXES else 431)
-            raise BlockError("VP003", f"{taker} and {g_name(explicit)} both use the axis words; write two blocks")
+            raise ProgramError("VP003", f"{taker} and {g_name(explicit)} both use the axis words; write two blocks")
         if axes and explicit == 800 and not takes:
             raise block.error("VP006", f"{axes[0]}: G80 cancels motion, nothing uses axis words", axes[0])
         if explicit is not None or takes:
             return explicit
         # I J K alone: a full circle, or under G43.5 a turn of the tool
-        arc = self.state.motion in (20, 30)
-        words = axes or [letter for letter in "IJK" if letter in block.words and (arc or self.state.vectors)]
-        if words and self.state.motion is None:
+        arc = self.modes.motion in (20, 30)
+        words = axes or [letter for letter in "IJK" if letter in block.words and (arc or self.modes.vectors)]
+        if words and self.modes.motion is None:
             raise block.error("VP005", f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active", words[0])
         if axes and self._has_user_code(block):
             raise block.error("VP006", f"{axes[0]} beside a user-defined code, and no motion code uses it", axes[0])
-        return self.state.motion if words else None
+        return self.modes.motion if words else None
 
     def _usable_words(self, block: Block, g: dict[str, int], m: dict[str, list[int]], motion: int | None) -> set[str]:
         """Letters that some code of the block uses."""
         letters = set("FST" + AXES)
-        vectors = g.get("tool length", 435 if self.state.vectors else 490) == 435
+        vectors = g.get("tool length", 435 if self.modes.vectors else 490) == 435
         if vectors and motion in (0, 10) and "machine coordinates" not in g:
             letters |= set("IJK")
         for code in (*g.values(), motion):
@@ -233,14 +272,105 @@ class Interpreter(ModalCodes):
             for code in codes:
                 letters |= set(self.table.words_of_m.get(code, ""))
         if self._has_user_code(block):
-            letters |= set(_REMAPPED_WORDS)
+            letters |= set(REMAPPED_WORDS)
         return letters
 
     @staticmethod
     def _check_words(block: Block, usable: set[str]) -> None:
         for letter, column in block.columns.items():
             if letter not in usable:
-                raise BlockError("VP006", f"nothing in the block uses {letter}{block.words[letter]:g}", column)
+                raise ProgramError("VP006", f"nothing in the block uses {letter}{block.words[letter]:g}", column)
+
+    # --- modes -----------------------------------------------------------------------------------
+
+    def _set_modes(self, block: Block, g: dict[str, int]) -> None:
+        if "plane" in g:
+            self.core.set_plane((g["plane"] - 170) // 10)
+        if "units" in g:
+            self.modes.inch = g["units"] == 200
+        if "lathe diameter" in g:
+            self.modes.diameter_mode = g["lathe diameter"] == 70
+        if self.modes.diameter_mode and "X" in block.words:
+            raise block.error("VP002", "X under G7 is a diameter, which only a lathe has; write G8 first", "X")
+        if "cutter compensation" in g:
+            self.motion.compensate(block, g["cutter compensation"])
+        if "tool length" in g:
+            self.core.refuse_compensation(g_name(g["tool length"]))
+            self.modes.vectors = g["tool length"] == 435
+            self.offsets.set_tool_length(block, g["tool length"])
+        if "work offset" in g:
+            self._select_system(block, g["work offset"])
+        if "path control" in g:
+            self._set_path_control(block, g["path control"])
+        if "distance" in g:
+            self.modes.absolute = g["distance"] == 900
+        if "arc distance" in g:
+            self.modes.absolute_centers = g["arc distance"] == 901
+        if "retract" in g:
+            self.modes.initial_level = g["retract"] == 980
+        if "motion" in g or "cancel" in g:
+            self.modes.motion = g.get("motion")
+        if self.modes.motion not in CYCLES:
+            self.modes.cycle = None
+
+    def _select_system(self, block: Block, code: int) -> None:
+        self.core.frames.select_system(self._system_number(block, code))
+
+    def _system_number(self, block: Block, code: int) -> int:
+        """Number of the work system of a code."""
+        return _SYSTEMS[code]
+
+    def _set_path_control(self, block: Block, code: int) -> None:
+        if code != 640:
+            mode = PathMode.EXACT_PATH if code == 610 else PathMode.EXACT_STOP
+            self.core.set_path_control(PathControl(mode))
+            return
+        values = []
+        for letter in "PQ":
+            value = block.words.get(letter)
+            if value is not None and value < 0:
+                raise block.error("VP007", f"{letter}{value:g}: a tolerance is not negative", letter)
+            values.append(None if value is None else self.values.length(value))
+        self.core.set_path_control(
+            PathControl(PathMode.BLEND, values[0], values[1] if values[1] is not None else values[0])
+        )
+
+    # --- dwell, offsets, home ------------------------------------------------------------
+
+    def _dwell(self, block: Block) -> None:
+        if "P" not in block.words:
+            raise ProgramError("VP005", "G4 needs P, the time")
+        self.core.dwell(block, check_dwell(block, block.words["P"]))
+
+    def _execute_non_modal(self, block: Block, code: int) -> None:
+        if code == 100:
+            self.offsets.execute_g10(block)
+        elif code in (280, 300):
+            self.motion.go_home(block, code)
+        elif code in (281, 301):
+            self._store_home(block, code)
+        elif code in (520, 920):
+            self.offsets.execute_g92(block, code)
+        elif code in (921, 922):
+            if code == 921:
+                self.core.frames.store_shift(ZERO9)
+                self.modes.local_shift = ZERO9
+            self.core.frames.apply_shift(on=False)
+        else:
+            self.core.frames.apply_shift(on=True)
+
+    def _store_home(self, block: Block, code: int) -> None:
+        """G28.1, G30.1: the home position is where the machine stands."""
+        state = self.state
+        self.core.require_known(block, [AXES.index(letter) for letter in self.setup.axes], g_name(code))
+        point = tuple(float(v) for v in self.setup.coordinates.to_machine(np.array(state.position), state.frame))
+        self.core.frames.set_home(point, second=code != 281)
+
+    def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
+        self.cycles.execute(block, motion, goes_on=goes_on)
+
+    def _execute_spline(self, block: Block, motion: int) -> None:
+        self.splines.execute(block, motion)
 
     # --- ends, subprograms ---------------------------------------------------------------------
 
@@ -248,11 +378,10 @@ class Interpreter(ModalCodes):
         for code in m.get("stopping", []):
             if code in (2, 30):
                 self.ended = True
-                self._refuse_unfinished_spline()
-                self.recorder.event(block.line, "end", code=f"M{code}")
+                self.splines.refuse_unfinished()
+                self.core.auxiliary.end(block, f"M{code}")
             else:
-                kind = {0: "program", 1: "optional", 60: "pallet"}[code]
-                self.recorder.event(block.line, "stop", stop=kind)
+                self.core.auxiliary.stop(block, code)
 
     def _execute_call(self, block: Block, m: dict[str, list[int]]) -> None:
         for code in m.get("subprograms", []):
@@ -261,7 +390,7 @@ class Interpreter(ModalCodes):
                 self.call = Call(None, column)
                 return
             if "P" not in block.words:
-                raise BlockError("VP005", "M98 needs P, the number of the subprogram", column)
+                raise ProgramError("VP005", "M98 needs P, the number of the subprogram", column)
             repeats = whole(block, "L") if "L" in block.words else 1
             self.call = Call(str(whole(block, "P")), column, repeats)
 
@@ -275,19 +404,21 @@ class Interpreter(ModalCodes):
             return
         column = block.columns[given[0]]
         if g.get("non-modal") in (*TAKES_AXES, 281, 301) or "machine coordinates" in g or g.get("tool length") == 431:
-            raise BlockError("VP017", f"{given[0]}: polar words are for motion, and not in machine coordinates", column)
+            raise ProgramError(
+                "VP017", f"{given[0]}: polar words are for motion, and not in machine coordinates", column
+            )
         for letter in "XY":
             if letter in words:
-                raise BlockError(
+                raise ProgramError(
                     "VP003", f"{letter} beside {given[0]}: a place is given by X, Y or by @, ^, not both", column
                 )
         if g.get("plane", 170 + 10 * state.plane) != 170:
-            raise BlockError("VP017", "polar words (@, ^) need the XY plane (G17)", column)
-        absolute = g.get("distance", 900 if state.absolute else 910) == 900
-        unit = MM_PER_INCH if g.get("units", 200 if state.inch else 210) == 200 else 1.0
+            raise ProgramError("VP017", "polar words (@, ^) need the XY plane (G17)", column)
+        absolute = g.get("distance", 900 if self.modes.absolute else 910) == 900
+        unit = MM_PER_INCH if g.get("units", 200 if self.modes.inch else 210) == 200 else 1.0
         x, y = state.position[0] / unit, state.position[1] / unit
         if not absolute or len(given) < len(POLAR):
-            self._require_known(block, [0, 1], "a polar word alone, or in G91,")
+            self.core.require_known(block, [0, 1], "a polar word alone, or in G91,")
         block.polar = {letter: words.pop(letter) for letter in given}
         block.columns["X"] = block.columns["Y"] = column
         for letter in given:
@@ -302,70 +433,36 @@ class Interpreter(ModalCodes):
         g: dict[str, int] = {}
         m: dict[str, list[int]] = {}
         for letter, number, column in block.codes:
-            if self._execute_user_code(block, letter, number):
+            if self.core.auxiliary.execute_user_code(block, letter, number, block.words):
                 continue
             if letter == "G":
                 code = self._g_code(number, column)
                 group = self.table.group_of_g[code]
                 if group in g:
-                    raise BlockError(
+                    raise ProgramError(
                         "VP003", f"{g_name(g[group])} and {g_name(code)} are of one modal group ({group})", column
                     )
                 g[group] = code
                 continue
-            code = self._m_code(number, column)
+            code = read_m_code(self.table, number, column)
             group = self.table.group_of_m[code]
             if group in m:
-                raise BlockError("VP003", f"M{m[group][0]} and M{code} are of one modal group ({group})", column)
+                raise ProgramError("VP003", f"M{m[group][0]} and M{code} are of one modal group ({group})", column)
             m.setdefault(group, []).append(code)
         if sum(len(codes) for codes in m.values()) > _MAX_M_CODES:
-            raise BlockError("VP003", f"more than {_MAX_M_CODES} M codes in one block")
+            raise ProgramError("VP003", f"more than {_MAX_M_CODES} M codes in one block")
         return g, m
 
     def _g_code(self, number: float, column: int) -> int:
         code = round(number * 10)
         if abs(number * 10 - code) > 10 * WHOLE_NUMBER or number < 0:
-            raise BlockError("VP002", f"G{number:g} is not a code", column)
+            raise ProgramError("VP002", f"G{number:g} is not a code", column)
         if code in self.table.refused_g:
-            raise BlockError("VP002", f"{g_name(code)} is not executed ({self.table.refused_g[code]})", column)
+            raise ProgramError("VP002", f"{g_name(code)} is not executed ({self.table.refused_g[code]})", column)
         if code not in self.table.group_of_g:
-            raise BlockError("VP002", f"{g_name(code)} is not a code of this language", column)
+            raise ProgramError("VP002", f"{g_name(code)} is not a code of this language", column)
         return code
-
-    def _m_code(self, number: float, column: int) -> int:
-        code = round(number)
-        if abs(number - code) > WHOLE_NUMBER or number < 0:
-            raise BlockError("VP007", f"M{number:g}: an M code is a whole number", column)
-        settles = f'[remap] in verne-post.toml can give it a meaning: M{code} = "ignore", or "event"'
-        if code in _KINEMATICS:
-            settles = (
-                f"LinuxCNC switches kinematics with it, and [remap] in verne-post.toml says to which: M{code} = "
-                f'"tcp on" or "tcp off" (in its examples "{_KINEMATICS[code]}")'
-            )
-        if code in self.table.refused_m:
-            raise BlockError("VP002", f"M{code} is not executed ({self.table.refused_m[code]}); {settles}", column)
-        if code not in self.table.group_of_m:
-            raise BlockError("VP002", f"M{code} is not a code of this language; {settles}", column)
-        return code
-
-    def _meaning(self, letter: str, number: float) -> str | None:
-        """The meaning that [remap] in the settings file gives to a code."""
-        if not self.setup.remap or number < 0:
-            return None
-        return self.setup.remap.get(g_name(round(number * 10)) if letter == "G" else f"M{number:g}")
 
     def _has_user_code(self, block: Block) -> bool:
-        return any(self._meaning(letter, number) for letter, number, _column in block.codes)
-
-    def _execute_user_code(self, block: Block, letter: str, number: float) -> bool:
-        """Execute a user-defined code ([remap]); False for any other."""
-        meaning = self._meaning(letter, number)
-        if meaning is None:
-            return False
-        if meaning in ("tcp on", "tcp off"):
-            self.state.tcp_off = meaning == "tcp off"
-            self.recorder.says_tcp = True
-        if meaning != "ignore":
-            words = {key: value for key, value in block.words.items() if key in _REMAPPED_WORDS}
-            self.recorder.event(block.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **words)
-        return True
+        find_meaning = self.core.auxiliary.find_user_meaning
+        return any(find_meaning(letter, number) for letter, number, _column in block.codes)

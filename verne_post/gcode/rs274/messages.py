@@ -3,7 +3,8 @@
 import re
 from typing import Final
 
-from verne_post.gcode.expressions import BlockError, Values
+from verne_post.gcode.expressions import Values
+from verne_post.gcode.program_error import ProgramError
 
 _CHANNELS: Final = ("MSG", "DEBUG", "PRINT", "LOG", "ABORT")
 #: They write to files or read from them: a program names no files here.
@@ -43,7 +44,7 @@ def _expand(text: str, values: Values) -> str:
             return ""
         try:
             value = values.value(name.replace(" ", "").replace("\t", "").lower() if name is not None else int(index))
-        except BlockError:
+        except ProgramError:
             return "######"
         return "%d" % round(value) if form == "%d" else form % (value + 0.0)  # noqa: UP031 - the form is the program's
 

@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ARC_CHORD_MM
-from verne_post.gcode.block import BlockError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.model.moves import Feature
 
 
@@ -24,14 +24,14 @@ def arc_through(start: Array, middle: Array, end: Array) -> SpatialArc:
 
     Raises
     ------
-    BlockError
+    ProgramError
         VP008 where the points do not determine a circle.
     """
     first, second = middle - start, end - start
     normal = np.cross(first, second)
     size = float(np.linalg.norm(normal))
     if size <= ARC_CHORD_MM * max(float(np.linalg.norm(first)), float(np.linalg.norm(second))):
-        raise BlockError(
+        raise ProgramError(
             "VP008",
             "start, intermediate point and end lie on one line, or two of them are one point: there is no circle through them",
         )

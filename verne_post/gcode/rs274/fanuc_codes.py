@@ -3,7 +3,7 @@
 from typing import Final
 
 from verne_post.gcode.codes import RS274, CodeTable
-from verne_post.gcode.nurbs_codes import NURBS
+from verne_post.gcode.rs274.nurbs import NURBS
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 PLANE, TO_PLANE, PLANE_OFF, ADDITIONAL = 682, 531, 690, 541

@@ -1,0 +1,117 @@
+"""The shape of the house, read from the syntax trees: few levels of classes, no private names across files, one writer of the core's state."""
+
+import ast
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "verne_post"
+#: Levels of classes of the package, and methods of one class itself.
+MAX_LEVELS, MAX_METHODS = 3, 40
+
+
+@cache
+def trees() -> dict[str, ast.Module]:
+    """Every file of the package, by its path in it."""
+    return {
+        path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
+        for path in sorted(PACKAGE.rglob("*.py"))
+    }
+
+
+@cache
+def classes() -> dict[str, list[ast.ClassDef]]:
+    """All classes at the top of files, by name: a name may stand in several files."""
+    found: dict[str, list[ast.ClassDef]] = {}
+    for tree in trees().values():
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(node)
+    return found
+
+
+def count_levels(name: str) -> int:
+    """How many classes of the package stand on each other, with the one of this name at the end."""
+    bases = [base.id for node in classes().get(name, []) for base in node.bases if isinstance(base, ast.Name)]
+    return 1 + max((count_levels(base) for base in bases if base in classes() and base != name), default=0)
+
+
+#: Names of the standard library that begin so.
+_OF_PYTHON = {"_exit", "_replace", "_asdict"}
+
+
+def is_private(name: str) -> bool:
+    """One underscore at the beginning, and no name of Python's own."""
+    return name.startswith("_") and not name.startswith("__") and name not in _OF_PYTHON
+
+
+def test_classes_have_few_levels():
+    assert {name: levels for name in classes() if (levels := count_levels(name)) > MAX_LEVELS} == {}
+
+
+def test_classes_have_few_methods():
+    counts = {
+        node.name: sum(isinstance(item, ast.FunctionDef | ast.AsyncFunctionDef) for item in node.body)
+        for nodes in classes().values()
+        for node in nodes
+    }
+    assert {name: count for name, count in counts.items() if count > MAX_METHODS} == {}
+
+
+@pytest.mark.parametrize("path", sorted(trees()))
+def test_no_private_name_is_used_from_another_file(path):
+    """``other._x`` may only be a name that this file gives itself; ``from other import _x`` never."""
+    tree = trees()[path]
+    own = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    own |= {
+        node.attr
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and is_private(node.attr)
+    }
+    own |= {
+        target.id
+        for node in ast.walk(tree)
+        for target in (node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else [])
+        if isinstance(target, ast.Name)
+    }  # fmt: skip
+    imported = [
+        alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("verne_post")
+        for alias in node.names
+        if is_private(alias.name)
+    ]
+    used = [
+        node.attr
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and is_private(node.attr) and node.attr not in own
+    ]
+    assert imported == []
+    assert used == []
+
+
+#: What is given before a program is executed; and the core's fast way through stretches of plain lines.
+_OF_THE_CORE = {"gcode/start.py", "gcode/read.py", "gcode/initial_state.py", "gcode/plain.py"}
+
+
+def test_only_the_core_writes_its_state():
+    """Languages ask for an operation; what holds afterwards is the core's to say."""
+    state = next(node for node in classes()["State"] if any(isinstance(item, ast.AnnAssign) for item in node.body))
+    fields = {item.target.id for item in state.body if isinstance(item, ast.AnnAssign)} - {"modes"}
+    written = []
+    for path, tree in trees().items():
+        if not path.startswith("gcode/") or path.startswith("gcode/machining/") or path in _OF_THE_CORE:
+            continue
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Attribute | ast.Subscript) and isinstance(node.ctx, ast.Store):
+                target = node.value if isinstance(node, ast.Subscript) else node
+                if isinstance(target, ast.Attribute) and target.attr in fields:
+                    holder = (
+                        target.value.attr
+                        if isinstance(target.value, ast.Attribute)
+                        else getattr(target.value, "id", "")
+                    )
+                    if holder == "state":
+                        written.append(f"{path}:{node.lineno} {target.attr}")
+    assert written == []

@@ -1,0 +1,39 @@
+"""What holds from statement to statement in a Klartext program, for those who show it."""
+
+from typing import Final
+
+from msgspec import Struct
+
+from verne_post.model.moves import FeedMode, PathMode
+
+_FEEDS: Final = {
+    FeedMode.PER_MINUTE: "F in mm/min",
+    FeedMode.INVERSE: "F in 1/min",
+    FeedMode.PER_REVOLUTION: "F in mm per turn",
+}
+
+
+class Modes(Struct):
+    """Modes.
+
+    Attributes
+    ----------
+    inch : bool
+        Unit of BEGIN PGM.
+    tcp : bool
+        M128 or FUNCTION TCPM: the tool centre point is controlled.
+    as_spatial : bool
+        AXIS SPAT: A, B, C are spatial angles.
+    along_vectors : bool
+        PATHCTRL VECTOR: the tool axis goes along the great circle.
+    """
+
+    inch: bool = False
+    tcp: bool = False
+    as_spatial: bool = False
+    along_vectors: bool = False
+
+    def show(self, feed: FeedMode, path: PathMode) -> list[str]:
+        """Every statement says itself how it moves; this is what holds beside it."""
+        corners = "corners blended (cycle 32)" if path == PathMode.BLEND else "exact stop"
+        return ["inch" if self.inch else "mm", "M128" if self.tcp else "M129", _FEEDS[feed], corners]

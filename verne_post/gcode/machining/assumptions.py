@@ -1,0 +1,84 @@
+"""After an error: what the core would hold, had the program been right. Nothing of it reaches the user."""
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.missing_setup import ASSUMED_TOOL
+from verne_post.model.moves import ZERO9
+
+
+def assume_feed(state: State) -> None:
+    """Any feed rate will do."""
+    state.feed = state.feed or 1.0
+
+
+def assume_turning_spindle(state: State) -> None:
+    """Any speed will do."""
+    state.spindle_on, state.spindle_speed = True, state.spindle_speed or 1.0
+
+
+def assume_length(state: State) -> None:
+    """Any tool length will do."""
+    state.length_given = True
+
+
+@contextmanager
+def with_length(state: State, *, then: bool) -> Iterator[None]:
+    """A length counts as given meanwhile, and afterwards where it was or ``then``."""
+    given, state.length_given = state.length_given, True
+    try:
+        yield
+    finally:
+        state.length_given = given or then
+
+
+def assume_tools(state: State, numbers: Iterable[int]) -> None:
+    """Tools are in the table."""
+    new = {number: replace(ASSUMED_TOOL, number=number, pocket=number) for number in numbers}
+    state.tools = {**(state.tools or {}), **new}
+
+
+def assume_loaded_tool(state: State, number: int | None) -> None:
+    """A tool is in the spindle, and in the table."""
+    state.loaded_tool = number
+    state.tools = {number or 0: ASSUMED_TOOL, **(state.tools or {})}
+
+
+def assume_homes(state: State) -> None:
+    """Both home positions are somewhere."""
+    state.home = state.home2 = ZERO9
+
+
+def drop_compensation(state: State) -> None:
+    """What the contour would have been is not known."""
+    if state.compensation is not None:
+        state.compensation = state.centre = None
+        state.arc_may_follow = True
+
+
+def place_axis(state: State, axis: int, value: float) -> None:
+    """An axis stands where its word says (mm, degrees)."""
+    state.position = [value if i == axis else old for i, old in enumerate(state.position)]
+    name_axis(state, axis)
+
+
+def name_axis(state: State, axis: int) -> None:
+    """The program has said where an axis is."""
+    state.known[axis] = state.named[axis] = True
+
+
+def know_axis(state: State, axis: int) -> None:
+    """The position of an axis counts as known."""
+    state.known[axis] = True
+
+
+def lose_axis(state: State, axis: int) -> None:
+    """Where an axis stands is not known."""
+    state.known[axis] = False
+
+
+def place(state: State, position: list[float]) -> None:
+    """The axes stand at a position (9)."""
+    state.position = position

@@ -1,0 +1,505 @@
+"""Motion of a program in the active frame: lines, arcs, splines, dwells, places of the machine; beside the contour with G41 and G42."""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Final, Literal
+
+import numpy as np
+from msgspec.structs import replace
+
+from verne_post.base.arrays import Array
+from verne_post.base.tolerances import ARC_CHORD_MM, DRILL_TILT, POLE_SINE, UPRIGHT_DEG, ZERO_LENGTH_MM
+from verne_post.base.units import RAD_PER_DEG, SECONDS_PER_MINUTE
+from verne_post.gcode.arcs import Arc
+from verne_post.gcode.lengths import arc_length, effective_feed, line_lengths
+from verne_post.gcode.machining.auxiliary import Auxiliary
+from verne_post.gcode.machining.compensation import Compensation
+from verne_post.gcode.machining.frames import Frames, refuse_compensation
+from verne_post.gcode.machining.spatial_arc import SpatialArc, plane_of_arc
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.tools import Tools
+from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.splines import BSpline, cut_spline
+from verne_post.model.moves import AXES, ArcFeed, FeedMode, MoveKind, PathControl, PathMode, TablePlace
+
+_X, _Y, _Z = 0, 1, 2
+_A, _C = 3, 5
+_ROTARY: Final = (3, 4, 5)
+#: 1 - cosine of the angle between an arc's axis and X, Y or Z that is rounding.
+_IN_PLANE: Final = 1e-14
+MAX_DWELL_S: Final = 86_400.0
+#: What a feed move may lack.
+Lacking = Literal["feed rate", "constant spindle speed", "spindle", "tool length"]
+
+
+def check_dwell(at: At, seconds: float) -> float:
+    """The seconds of a dwell; refuses (VP007) what is none."""
+    if seconds < 0:
+        raise at.error("VP007", f"P{seconds:g}: a dwell is not negative", "P")
+    if seconds > MAX_DWELL_S:
+        raise at.error("VP007", f"P{seconds:g}: a dwell of more than a day is a mistake", "P")
+    return seconds
+
+
+class Machining:
+    """The operations of one program on one machine.
+
+    Attributes
+    ----------
+    setup : Setup
+    state : State
+        What holds from one operation to the next.
+    recorder : Recorder
+        Gets the moves and events.
+    frames : Frames
+        What coordinates mean.
+    tools : Tools
+    auxiliary : Auxiliary
+        Spindle, coolant, signals, stops.
+    axis_words : str
+        Words of the language that give a tool axis.
+    """
+
+    def __init__(self, setup: Setup, state: State, recorder: Recorder, axis_words: str = "I J K") -> None:
+        self.setup, self.state, self.recorder, self.axis_words = setup, state, recorder, axis_words
+        self.frames = Frames(setup, state, recorder)
+        self.tools = Tools(self.frames)
+        self.auxiliary = Auxiliary(setup, state, recorder)
+
+    # --- what must be known, and what must not be -----------------------------------------------------
+
+    def require_known(self, at: At, axes: list[int], why: str) -> None:
+        """Refuse (VP013) what needs the position of axes that no absolute word has named yet."""
+        for axis in axes:
+            if not self.state.is_known(axis):
+                letter = AXES[axis]
+                raise at.error("VP013", f"{why} needs the position of {letter}, which no absolute word has named yet; "
+                    f"name {letter} with G90 first", letter)  # fmt: skip
+
+    def refuse_compensation(self, what: str) -> None:
+        """Refuse (VP017) what cannot be while cutter compensation holds."""
+        refuse_compensation(self.state, what)
+
+    def tilted_tool(self, axis: int = 2) -> str | None:
+        """The tool axis in words where it does not point along Z, or another axis of the program; else None."""
+        tool = self.setup.coordinates.tool_axis(self.state.position, self.state.frame)
+        if tool is None or tool[axis] >= 1.0 - DRILL_TILT:
+            return None
+        return f"the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f})"
+
+    # --- feed --------------------------------------------------------------------------------------
+
+    def find_lacking(self) -> Lacking | None:
+        """What a feed move would lack: a feed rate, for feed per revolution a constant speed (not G96) or a turning spindle, or a tool length.
+
+        The language says it in its own words.
+        """
+        state = self.state
+        if state.feed == 0.0:
+            return "feed rate"
+        if state.feed_mode == FeedMode.PER_REVOLUTION and state.surface_speed and self.setup.machine:
+            return "constant spindle speed"
+        turning = state.spindle_on and state.spindle_speed > 0
+        if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
+            return "spindle"
+        return "tool length" if self.setup.machine and not state.length_given else None
+
+    def find_feed(self, lengths: tuple[object, object]) -> float:
+        """Feed of a move as `dump moves` shows it: see :func:`~verne_post.gcode.lengths.effective_feed`."""
+        state = self.state
+        return float(effective_feed(state.feed_mode, state.feed, state.feed_angular, *lengths))
+
+    def set_feed_mode(self, mode: FeedMode, *, keep_feed: bool = False) -> None:
+        """What F means. A number of another meaning is forgotten, unless it is already one of this."""
+        state = self.state
+        if mode != state.feed_mode:
+            self.refuse_compensation("a change of feed mode")
+            if not keep_feed:
+                self.set_feed(0.0)
+        state.feed_mode = mode
+
+    def set_feed(self, feed: float, angular: float | None = None) -> None:
+        """A feed rate as the feed mode has it, lengths in mm; ``angular`` is that of rotary axes alone, else the same number."""
+        self.state.feed = feed
+        self.state.feed_angular = feed if angular is None else angular
+
+    def set_arc_feed(self, rule: ArcFeed) -> None:
+        """Where F holds on arcs beside the contour."""
+        self.state.arc_feed = rule
+
+    def find_arc_feed_share(self, on_contour: float) -> float:
+        """Feed rate of the tool's centre over F on an arc, by the rule in force; ``on_contour`` keeps F on the contour."""
+        share = self.state.arc_feed.share(on_contour)
+        self.recorder.note_arc_feed(self.state.arc_feed, share)
+        return share
+
+    @contextmanager
+    def keep_feed(self) -> Iterator[None]:
+        """Feed rate, its mode and the rule for arcs are afterwards what they were before."""
+        state = self.state
+        before = state.feed, state.feed_angular, state.feed_mode, state.arc_feed
+        try:
+            yield
+        finally:
+            state.feed, state.feed_angular, state.feed_mode, state.arc_feed = before
+
+    # --- plane, corners ----------------------------------------------------------------------------
+
+    def set_plane(self, plane: int) -> None:
+        """The plane of arcs and of cutter compensation: 0 XY, 1 ZX, 2 YZ."""
+        if plane != self.state.plane:
+            self.refuse_compensation("a change of plane")
+        self.state.plane = plane
+
+    def set_path_control(self, control: PathControl) -> None:
+        """How corners are passed from here on."""
+        self.state.control = control
+
+    # --- motion ------------------------------------------------------------------------------------
+
+    def start_of_motion(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
+        """Where axes (9) stand that a motion does not name; applies the rule for a change of tool length under tilt.
+
+        Parameters
+        ----------
+        kind : MoveKind
+        absolute : bool
+            The motion is programmed in absolute terms.
+        machine : bool
+            It goes to places of the machine.
+
+        Raises
+        ------
+        ProgramError
+            VP016: the tip is elsewhere, and this motion would not go from there.
+        """
+        state = self.state
+        held, state.held = state.held, None
+        if held is None:
+            return state.position
+        tilt = self.setup.coordinates.to_machine(np.array(state.position), state.frame)[3]
+        if abs(math.sin(RAD_PER_DEG * tilt)) <= POLE_SINE and math.cos(RAD_PER_DEG * tilt) > 0:
+            return state.position
+        if kind != MoveKind.RAPID or not (absolute or machine):
+            raise ProgramError(
+                "VP016", f"the tool length has changed while the table is tilted (A {tilt:g} deg), so the tip is elsewhere; "
+                "the next motion must be a G0 in absolute terms",
+            )  # fmt: skip
+        if machine:
+            return state.position
+        return [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
+
+    def line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
+        """Move straight to an end (9) in the active frame; under cutter compensation beside it.
+
+        Parameters
+        ----------
+        at : At
+        kind : MoveKind
+            RAPID or FEED.
+        end : list of float
+            Nine axes, mm and degrees.
+        axes : list of int
+            Those that the program has named.
+        absolute : bool
+            They were named in absolute terms: their positions are known from now on.
+        """
+        state = self.state
+        begin, target = state.centre or state.position, end
+        state.centre = None
+        if state.compensation is not None:
+            self._check_compensated(state.position, end)
+            target = state.compensation.offset_line(self.recorder, state.position, end, state.feed)
+        if kind == MoveKind.RAPID:
+            feed = math.nan
+        elif state.feed_mode != FeedMode.INVERSE and state.feed == state.feed_angular:
+            feed = state.feed
+        else:
+            feed = self.find_feed(line_lengths(np.array(target) - np.array(begin)))
+        self.recorder.add(state, at.line, kind, target, feed)
+        if state.compensation is not None:
+            state.compensation.settle(self.recorder.count - 1, at.line, end)
+            state.centre = target
+        state.arc_may_follow = True
+        self.arrive(end, axes, absolute=absolute)
+
+    def arrive(self, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
+        """The axes stand at an end (9), of which the program has named some."""
+        state = self.state
+        if absolute and False in state.known:
+            self.frames.name_axes(end, axes)
+        state.position = end
+        state.placed = state.placed or bool(axes)
+        for axis in axes:
+            state.named[axis] = True
+
+    def arc(
+        self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True
+    ) -> None:
+        """Move on an arc in a plane of the frame, from where the tool stands; under cutter compensation beside it."""
+        state = self.state
+        if not state.arc_may_follow:
+            raise ProgramError(
+                "VP026", "the move after the end of cutter compensation (G40) must be straight, not an arc"
+            )
+        target, feed = end, state.feed
+        if state.compensation is not None:
+            self._check_compensated(start, end)
+            programmed = arc
+            target, arc = state.compensation.offset_arc(self.recorder, start, end, arc, state.feed)
+            feed *= self.find_arc_feed_share(state.compensation.length_ratio(start, end, programmed))
+        elif state.feed_mode == FeedMode.INVERSE:  # which compensation refuses
+            feed *= arc_length(arc, start, end)
+        self.recorder.add(state, at.line, MoveKind.ARC, target, feed, arc)
+        if state.compensation is not None:
+            state.compensation.settle(self.recorder.count - 1, at.line, end)
+            state.centre = target
+        self.arrive(end, axes, absolute=absolute)
+
+    def machine_line(self, at: At, kind: MoveKind, targets: dict[int, float]) -> None:
+        """Move some axes to machine coordinates (mm, degrees); the others keep theirs."""
+        state, coordinates = self.state, self.setup.coordinates
+        self.start_of_motion(kind, absolute=True, machine=True)
+        if {_X, _Y, _C} & set(targets):
+            self.recorder.fix_c(at.line)
+        machine = coordinates.to_machine(np.array(state.position), state.frame)
+        for axis, value in targets.items():
+            machine[axis] = value
+        end = [float(v) for v in coordinates.to_program(machine, state.frame)]
+        self.frames.name_axes(end, list(targets), machine=True)
+        self.line(at, kind, end, list(targets), absolute=False)
+        self.frames.forget_programmed({0, 1, 2, *targets})
+
+    def stand(self, position: list[float]) -> None:
+        """The axes stand at a position (9) to which no motion has led."""
+        self.state.position = position
+
+    def dwell(self, at: At, seconds: float) -> None:
+        """Stand still."""
+        self.recorder.add(self.state, at.line, MoveKind.DWELL, self.state.position, seconds)
+
+    def spatial_arc(self, at: At, start: list[float], end: list[float], circle: SpatialArc, axes: list[int]) -> None:
+        """Move on an arc in any plane of space."""
+        along = int(np.argmax(np.abs(circle.normal)))
+        if abs(circle.normal[along]) > 1.0 - _IN_PLANE:  # a plane of the axes
+            sign = 1 if circle.normal[along] > 0 else -1
+            center = [float(value) for value in circle.center]
+            center[along] = start[along]
+            arc = Arc((2, 1, 0)[along], (center[0], center[1], center[2]), sign, sign * circle.sweep)
+            self._add_arc(at, start, end, arc)
+        else:
+            self._add_tilted_arc(at, start, end, circle)
+        self.arrive(end, axes)
+
+    def _add_arc(self, at: At, start: list[float], end: list[float], arc: Arc) -> None:
+        feed = self.find_feed((arc_length(arc, start, end), True))
+        self.recorder.add(self.state, at.line, MoveKind.ARC, end, feed, arc)
+
+    def _add_tilted_arc(self, at: At, start: list[float], end: list[float], circle: SpatialArc) -> None:
+        """Record an arc in the plane that holds it."""
+        state = self.state
+        frame, vector = state.frame, state.tool_axis
+        within = np.array(plane_of_arc(circle, None).rotation).reshape(3, 3)
+        begin, last = [
+            [*map(float, (np.array(place[:3]) - circle.center) @ within), *place[3:]] for place in (start, end)
+        ]
+        state.frame = replace(frame, feature=plane_of_arc(circle, frame.feature))
+        if vector is not None:
+            x, y, z = (float(value) for value in np.array(vector) @ within)
+            state.tool_axis = (x, y, z)
+        self._add_arc(at, begin, last, Arc(0, (0.0, 0.0, begin[2]), 1, circle.sweep))
+        state.frame, state.tool_axis = frame, vector
+
+    # --- splines -----------------------------------------------------------------------------------
+
+    def check_spline(self, name: str) -> None:
+        """Refuse a spline where none may be; ``name`` is that of the language."""
+        self.refuse_compensation(name)
+        if not self.state.arc_may_follow:
+            raise ProgramError(
+                "VP026", "the move after the end of cutter compensation (G40) must be straight, not a spline"
+            )
+
+    def spline(self, at: At, spline: BSpline, name: str, *, absolute: bool = True) -> None:
+        """Move along a B-spline at the feed rate in force; its first control point is where the tool is.
+
+        Raises
+        ------
+        ProgramError
+            VP031 where there is no such curve; VP017 and others as for arcs.
+        """
+        state = self.state
+        self.check_spline(name)
+        start = self.start_of_motion(MoveKind.SPLINE, absolute=absolute, machine=False)
+        points = [list(point) for point in spline.points]
+        if max(abs(a - b) for a, b in zip(points[0], start, strict=True)) > ARC_CHORD_MM:
+            where = " ".join(f"{letter}{points[0][AXES.index(letter)]:.6g}" for letter in self.setup.axes)
+            raise ProgramError(
+                "VP031", f"{name} begins at {where}, and the tool is elsewhere; lead to the first control point"
+            )
+        points[0] = list(start)
+        turning = next((axis for axis in _ROTARY if any(point[axis] != start[axis] for point in points)), None)
+        if turning is not None and state.tool_axis is not None:
+            raise ProgramError(
+                "VP013",
+                f"{AXES[turning]} in {name} while a tool axis ({self.axis_words}) holds; name A and C in a G1 before",
+            )
+        if state.tcp_off:
+            for point in points[1:]:
+                self.check_tcp_off(start, point)
+        if any(point[_C] != start[_C] for point in points):
+            self.recorder.fix_c(at.line)
+        cut = cut_spline(replace(spline, points=points))
+        whole = float(cut.length.sum())
+        feed = self.find_feed((whole, True))
+        timed = state.feed_mode == FeedMode.INVERSE
+        times = SECONDS_PER_MINUTE / state.feed * cut.length / whole if timed else np.full(len(cut.line), np.nan)
+        number = self.recorder.keep_pieces(cut.pieces.select(np.flatnonzero(~cut.straight)))
+        control = state.control
+        if control.mode == PathMode.EXACT_STOP:  # the curve is one motion
+            state.control = PathControl(PathMode.EXACT_PATH)
+        each = zip(cut.line, cut.end, times.tolist(), strict=True)
+        for place, (line, end, seconds) in enumerate(each):
+            if place == len(cut.line) - 1:
+                state.control = control
+            if cut.axis is not None:
+                x, y, z = cut.axis[place].tolist()
+                state.tool_axis = x, y, z
+            if cut.straight[place]:
+                self.recorder.add(state, line, MoveKind.FEED, end, feed, seconds=seconds)
+            else:
+                self.recorder.add(state, line, MoveKind.SPLINE, end, feed, spline=number, seconds=seconds)
+                number += 1
+        moved = [axis for axis in range(len(AXES)) if any(point[axis] != start[axis] for point in points)]
+        self.arrive(list(points[-1]), moved)
+
+    # --- tool axes ---------------------------------------------------------------------------------
+
+    def hold_tool_axis(self, axis: Sequence[float] | Array | None) -> None:
+        """A tool axis (3,), unit, program directions, holds from here on; None: A and C words do."""
+        self.state.tool_axis = None if axis is None else (float(axis[0]), float(axis[1]), float(axis[2]))
+
+    def end_tool_axis(self, at: At, axes: list[int]) -> bool:
+        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, anything else settles the table.
+
+        Returns True where the table has been settled.
+        """
+        if self.state.tool_axis is None or (not set(axes) - {_Z} and not self._depends_on_side()):
+            return False
+        if {_X, _Y, _A, _C} <= set(axes):
+            self.state.tool_axis = None
+            return False
+        self.settle_table(at)
+        return True
+
+    def _depends_on_side(self) -> bool:
+        """Whether Z of the machine is another one on the other side of the table: where the axes of the table do not meet."""
+        coordinates, frame = self.setup.coordinates, self.state.frame
+        here = coordinates.to_machine(np.array(self.state.position), frame)
+        turned = here.copy()
+        turned[[_A, _C]] = -here[_A], here[_C] + 180.0
+        other = np.array(self.state.position)
+        other[[_A, _C]] = coordinates.to_program(turned, frame)[[_A, _C]]
+        return bool(abs(coordinates.to_machine(other, frame)[_Z] - here[_Z]) > ZERO_LENGTH_MM)
+
+    def settle_table(self, at: At) -> None:
+        """A tool axis gives way to the place of the table that it has.
+
+        Of all that hold the axis, only the whole program decides which one that is: the place that has been found for it
+        (``setup.table_places``), and as long as there is none the nearest. A rapid to it has no length in the end: it begins
+        where the table stands.
+        """
+        state, coordinates, recorder = self.state, self.setup.coordinates, self.recorder
+        machine = coordinates.to_machine(np.array(state.position), state.frame)
+        places, number = self.setup.table_places, len(recorder.table_places)
+        pair = places[number] if number < len(places) else (float(machine[_A]), float(machine[_C]))
+        recorder.table_places.append(TablePlace(recorder.count, pair))
+        state.tool_axis = None
+        if pair == (machine[_A], machine[_C]):
+            return
+        machine[[_A, _C]] = pair
+        place = coordinates.to_program(machine, state.frame)
+        end = list(state.position)  # the tip stays at its place of the part
+        end[_A], end[_C] = float(place[_A]), float(place[_C])
+        recorder.add(state, at.line, MoveKind.RAPID, end, math.nan)
+        state.position = end
+
+    def check_tcp_off(self, start: list[float], end: list[float]) -> None:
+        """Without tool-centre-point control other controls mean other places, but for an upright, unturned table."""
+        coordinates, frame = self.setup.coordinates, self.state.frame
+        for point in (start, end):
+            machine = coordinates.to_machine(np.array(point), frame)
+            if self.setup.machine and (abs(machine[_A]) > UPRIGHT_DEG or abs(machine[_C]) > UPRIGHT_DEG):
+                raise ProgramError(
+                    "VP017", f"tool-centre-point control is off (user-defined code), and the table stands at A {machine[_A]:g}, "
+                    f"C {machine[_C]:g}: this machine always controls the tool centre point; turn to A0 C0 before, or use machine coordinates",
+                )  # fmt: skip
+
+    # --- cutter compensation -----------------------------------------------------------------------
+
+    def check_compensation(self, name: str) -> None:
+        """Refuse (VP017) the beginning of cutter compensation where it cannot begin."""
+        state = self.state
+        if state.compensation is not None:
+            raise ProgramError("VP017", f"{name} while cutter compensation is on; write G40 first")
+        if state.plane == 2:
+            raise ProgramError("VP017", f"{name} in the YZ plane (G19); cutter compensation works in G17 and G18")
+        if state.feed_mode == FeedMode.INVERSE:
+            raise ProgramError(
+                "VP017", f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
+            )
+        if not self._is_tool_upright():
+            raise ProgramError("VP017", f"{name} while a tool axis ({self.axis_words}) holds")
+
+    def _is_tool_upright(self) -> bool:
+        """True where no tool axis holds, or the one along Z of a tilted work plane (G53.1), in which the contour then lies."""
+        state = self.state
+        return state.tool_axis is None or (
+            state.frame.feature is not None and state.plane == 0 and state.tool_axis == (0.0, 0.0, 1.0)
+        )
+
+    def start_compensation(self, compensation: Compensation) -> None:
+        """The next moves go beside the contour."""
+        self.state.compensation = compensation
+
+    def allow_arc(self) -> None:
+        """A straight move has led back to the programmed contour."""
+        self.state.arc_may_follow = True
+
+    def end_compensation(self) -> None:
+        """The next straight move leads back to the contour."""
+        state = self.state
+        state.arc_may_follow = state.arc_may_follow and (
+            state.compensation is None or state.compensation.segment is None
+        )
+        state.compensation = None
+
+    def suspend_compensation(self) -> Compensation | None:
+        """The next moves are those of the tool's centre; what holds is returned for :meth:`enter_beside`."""
+        held, self.state.compensation = self.state.compensation, None
+        return held
+
+    def enter_beside(self, at: At, compensation: Compensation, corner: list[float]) -> None:
+        """The tool's centre stands beside ``corner`` (9), the first point of a contour, beside which the next moves go."""
+        state = self.state
+        compensation.enter_beside((corner[0], corner[1]), self.recorder.count - 1, state.position, at.line)
+        state.compensation, state.centre = compensation, state.position
+        state.position = list(corner)
+
+    def leave_beside(self) -> None:
+        """Compensation ends; the tool stays beside the contour."""
+        state = self.state
+        state.compensation = None
+        if state.centre is not None:
+            state.position, state.centre = state.centre, None
+        state.arc_may_follow = True
+
+    def _check_compensated(self, start: list[float], end: list[float]) -> None:
+        turning = next((axis for axis in _ROTARY if start[axis] != end[axis]), None)
+        if turning is not None:
+            raise ProgramError(
+                "VP026", f"{AXES[turning]} turns under cutter compensation: the contour is plane; write G40 first"
+            )

@@ -1,0 +1,141 @@
+"""Tools: which one is in the spindle, whose length holds, and how wide it is."""
+
+from collections.abc import Callable
+
+from msgspec.structs import replace
+
+from verne_post.gcode.machining.frames import Frames, refuse_compensation
+from verne_post.gcode.machining.state import tool_facts
+from verne_post.gcode.missing_setup import check_measured, missing_tool
+from verne_post.gcode.program_error import At, ProgramError
+from verne_post.model.moves import ZERO9
+from verne_post.model.part_setup import Tool, Vector9, tool_text, tool_word
+
+
+class Tools:
+    """Selects and changes tools, and puts their lengths in force."""
+
+    def __init__(self, frames: Frames) -> None:
+        self.frames, self.setup, self.state, self.recorder = frames, frames.setup, frames.state, frames.recorder
+
+    # --- in the spindle ----------------------------------------------------------------------------
+
+    def check_tool(self, at: At, number: int, word: str) -> None:
+        """Refuse (VP012) a tool that the tool table does not have."""
+        if self.state.tools is not None and number != 0 and number not in self.state.tools:
+            raise missing_tool(number, word, at, self.setup, self.state)
+
+    def select(self, at: At, number: int) -> None:
+        """The tool comes with the next tool change."""
+        self.check_tool(at, number, "T")
+        self.state.selected_tool = number
+
+    def change(self, at: At) -> None:
+        """The selected tool comes into the spindle, which stops for it."""
+        self._load(self.state.selected_tool or 0)
+        refuse_compensation(self.state, "M6")
+        self.state.spindle_on = False
+        self.recorder.event(at.line, "tool", **tool_facts(self.state, self.state.loaded_tool or 0))
+
+    def set_number(self, at: At, number: int) -> None:
+        """No tool is changed: only its number is set (M61)."""
+        self._load(number)
+        self.recorder.event(at.line, "tool number", **tool_facts(self.state, number))
+
+    def _load(self, number: int) -> None:
+        state = self.state
+        if number:
+            self._check_one_tool(number)
+        state.loaded_tool = number
+        if state.compensation is None and state.centre is not None:
+            # the tool stays beside the contour that the end of compensation has left
+            state.position, state.centre = state.centre, None
+
+    def _check_one_tool(self, number: int) -> None:
+        """--tool-length is the length of one tool."""
+        state = self.state
+        if self.setup.tool_length is not None and state.only_tool is not None and state.only_tool != number:
+            names = [tool_word(each, state.tool_names) for each in (state.only_tool, number)]
+            raise ProgramError(
+                "VP018",
+                f"--tool-length holds for one tool, but the program uses {names[0]} and {names[1]}; use --tool-table instead",
+                about=names[1],
+            )
+        state.only_tool = number
+
+    # --- length ------------------------------------------------------------------------------------
+
+    def set_length(self, find_offset: Callable[[], Vector9]) -> None:
+        """Put a tool offset in force. Where it cannot be found that is one error: no feed move lacks a length then."""
+        self.state.length_given = True
+        offset = find_offset()
+        if self.setup.tool_length is None:
+            self.frames.set_frame(replace(self.state.frame, tool=offset))
+
+    def expect_length(self) -> None:
+        """A length counts as given, though nobody knows it: without a machine."""
+        self.state.length_given = True
+
+    def find_offset(self, at: At, number: int) -> Vector9:
+        """The offset of a tool; of the one in the spindle for 0.
+
+        Raises
+        ------
+        ProgramError
+            VP012: the tool is not known; VP007: this machine cannot use its offset.
+        """
+        state = self.state
+        if self.setup.tool_length is not None:
+            if number:
+                self._check_one_tool(number)
+            return ZERO9
+        if number == 0:
+            number = state.loaded_tool or 0
+        if number == 0:
+            if self.setup.machine:
+                raise ProgramError(
+                    "VP012", "G43 without H, and no tool is in the spindle; write G43 H, or use --tool-length"
+                )
+            return ZERO9
+        if state.tools is None or number not in state.tools:
+            raise missing_tool(number, "H", at, self.setup, state)
+        check_measured(state.tools[number], self.setup, state, at.columns.get("H"))
+        offset = state.tools[number].offset
+        if self.setup.machine and offset[2] < 0:
+            raise ProgramError("VP007", f"tool {number} has the length {offset[2]:g} mm; a length is not negative")
+        if self.setup.machine and any(offset[:2] + offset[3:]):
+            raise ProgramError(
+                "VP007", f"tool {number} has offsets other than a length (Z), which this machine cannot use"
+            )
+        return offset
+
+    # --- the table ---------------------------------------------------------------------------------
+
+    def find_diameter(self, at: At, number: int, instead: str) -> float:
+        """Diameter of a tool in mm; ``instead`` is what may be done without the tool table.
+
+        Raises
+        ------
+        ProgramError
+            VP012: it is not known.
+        """
+        state = self.state
+        name = tool_text(number, state.tool_names)
+        if state.tools is None or number not in state.tools:
+            text = f"the diameter of {name} is not known; give --tool-table FILE{instead}"
+            raise at.error("VP012", text, "D", name)
+        if state.tools[number].diameter <= 0:
+            raise at.error("VP012", f"{name} has no diameter in the tool table (D)", "D", name)
+        return state.tools[number].diameter
+
+    def define(self, tool: Tool) -> None:
+        """Put a tool into the table, or in place of the one with its number."""
+        self.state.tools = {**(self.state.tools or {}), tool.number: tool}
+
+    def find_tool(self, number: int, unmeasured: str) -> Tool:
+        """A tool of the table, or a new one, which ``unmeasured`` names without a length."""
+        return (self.state.tools or {}).get(number, Tool(number, number, ZERO9, unmeasured=unmeasured))
+
+    def reload_table(self) -> None:
+        """The table is as it was at the start."""
+        self.state.tools = dict(self.setup.tools) if self.setup.tools is not None else None

@@ -1,0 +1,34 @@
+"""Errors of programs, and the place in a program that they are about."""
+
+from typing import Final
+
+from msgspec import Struct, field
+
+#: Characters of a message: a name may be as long as its file.
+_LONGEST_MESSAGE: Final = 1000
+
+
+class ProgramError(Exception):
+    """What a program says cannot be executed: finding code, sentence, 1-based column (None: the whole line).
+
+    ``line`` is None where it is the line being executed. ``about`` is the thing that the message names, such as a tool:
+    the same message about another thing has the same cause.
+    """
+
+    def __init__(
+        self, code: str, message: str, column: int | None = None, line: int | None = None, about: str | None = None
+    ) -> None:
+        super().__init__(message)
+        self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
+        self.code, self.column, self.line, self.about = code, column, line, about
+
+
+class At(Struct):
+    """Where in the program something is executed: the line, and the columns of its words by their names."""
+
+    line: int
+    columns: dict[str, int] = field(default_factory=dict)
+
+    def error(self, code: str, message: str, word: str, about: str | None = None) -> ProgramError:
+        """An error at a word; without a column where the line has no such word."""
+        return ProgramError(code, message, self.columns.get(word), about=about)

@@ -1,0 +1,152 @@
+"""Auxiliary functions, F, S and T: spindle, tool, coolant, signals, override switches; saved modal state."""
+
+from typing import Final
+
+from msgspec.structs import replace
+
+from verne_post.gcode.block import Block
+from verne_post.gcode.codes import g_name
+from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.settings import restore_settings, save_settings
+from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.rs274.modes import Modes, Saved
+from verne_post.gcode.rs274.offsets import OffsetCodes
+from verne_post.gcode.rs274.values import WordValues, whole
+from verne_post.model.moves import FeedMode
+
+#: Codes of the group "spindle" that are the spindle's; the others save and restore modes.
+_SPINDLE: Final = (3, 4, 5, 19)
+_FEED_MODES: Final = {930: FeedMode.INVERSE, 940: FeedMode.PER_MINUTE, 950: FeedMode.PER_REVOLUTION}
+#: M50 to M53 -> switch; M48 and M49 turn the first two.
+_SWITCHES: Final = {50: "feed", 51: "speed", 52: "adaptive", 53: "hold"}
+#: L words of M66: L0 at once, rise, fall, high, low.
+_MAX_WAIT: Final = 4
+#: What M70 and M73 save of the state. The motion mode is not among it.
+_SAVED: Final = ("absolute", "absolute_centers", "inch", "diameter_mode", "initial_level")
+
+
+class FunctionCodes:
+    """F, S, T and M codes."""
+
+    def __init__(self, core: Machining, values: WordValues, offsets: OffsetCodes) -> None:
+        self.core, self.values, self.offsets, self.state = core, values, offsets, core.state
+        self.modes: Modes = core.state.modes
+
+    # --- feed, speed, tool ---------------------------------------------------------------------
+
+    def set_feed(self, block: Block, g: dict[str, int]) -> None:
+        state = self.state
+        if (mode := g.get("feed mode")) is not None:
+            self.core.set_feed_mode(_FEED_MODES[mode])
+        if "F" in block.words:
+            value = block.words["F"]
+            if value < 0:
+                raise block.error("VP007", f"F{value:g}: a feed rate is not negative", "F")
+            self.core.set_feed(value if state.feed_mode == FeedMode.INVERSE else self.values.length(value), value)
+
+    def set_spindle_mode(self, block: Block, code: int) -> None:
+        """G96: S is the speed of the surface, D the most turns a minute; G97: S is turns a minute."""
+        words = block.words
+        if code == 960 and "S" not in words:
+            raise ProgramError("VP005", "G96 needs S, the speed of the surface")
+        most = abs(words["D"]) if code == 960 and "D" in words else None
+        self.core.auxiliary.set_spindle_mode(block, g_name(code), words.get("S"), surface=code == 960, most=most)
+
+    def execute(self, block: Block, m: dict[str, list[int]]) -> None:
+        auxiliary, tools, words = self.core.auxiliary, self.core.tools, block.words
+        if "S" in words:
+            auxiliary.set_speed(block, words["S"], switched=any(code in _SPINDLE for code in m.get("spindle", [])))
+        if "T" in words:
+            tools.select(block, whole(block, "T"))
+        for code in m.get("signals", []):
+            self._set_output(block, code)
+        for code in m.get("tool change", []):
+            self._change_tool(block, code)
+        for code in m.get("spindle", []):
+            if code in _SPINDLE:
+                auxiliary.execute_spindle_code(block, code, words.get("R", 0.0))
+            else:
+                self._save_or_restore(block, code)
+        for code in m.get("coolant", []):
+            auxiliary.switch_coolant(block, code)
+        for code in m.get("override", []):
+            both = {"feed": code == 48, "speed": code == 48}
+            auxiliary.set_overrides(block, both if code in (48, 49) else {_SWITCHES[code]: words.get("P", 1.0) != 0.0})
+
+    def _change_tool(self, block: Block, code: int) -> None:
+        """M6; M61, which only sets the number."""
+        if code != 61:
+            self.core.tools.change(block)
+            return
+        if "Q" not in block.words:
+            raise ProgramError("VP005", "M61 needs Q, the number of the tool")
+        tool = whole(block, "Q")
+        self.core.tools.check_tool(block, tool, "Q")
+        self.core.tools.set_number(block, tool)
+
+    # --- signals ---------------------------------------------------------------------------------
+
+    def _set_output(self, block: Block, code: int) -> None:
+        """M62 to M68: outputs, and M66, which waits for an input."""
+        if code == 66:
+            self._wait_for_input(block)
+            return
+        digital = code <= 65
+        letter = "P" if digital else "E"
+        if letter not in block.words:
+            raise ProgramError("VP005", f"M{code} needs {letter}, the number of the output")
+        output = whole(block, letter)
+        if not digital and "Q" not in block.words:
+            raise ProgramError("VP005", f"M{code} needs Q, the value")
+        value: dict[str, object] = {"on": code in (62, 64)} if digital else {"value": block.words["Q"]}
+        self.core.auxiliary.set_output(block, output, synchronised=code in (62, 63, 67), **value)
+
+    def _wait_for_input(self, block: Block) -> None:
+        words = block.words
+        if ("P" in words) == ("E" in words):
+            raise ProgramError("VP005", "M66 needs P, a digital input, or E, an analog one")
+        how = whole(block, "L") if "L" in words else 0
+        if how > _MAX_WAIT:
+            raise block.error("VP007", f"M66 L{how}: modes of waiting are L0 to L{_MAX_WAIT}", "L")
+        if how and "E" in words:
+            raise block.error("VP007", "M66 E waits for nothing: only L0 goes with an analog input", "L")
+        if how and words.get("Q", 0.0) <= 0:
+            raise ProgramError("VP005", f"M66 L{how} needs Q, the longest time to wait, greater than 0")
+        letter = "P" if "P" in words else "E"
+        self.modes.inputs_read = True
+        self.core.auxiliary.wait_for_input(block, whole(block, letter), analog=letter == "E", wait=how)
+
+    # --- saved state ---------------------------------------------------------------------------------
+
+    def _save_or_restore(self, block: Block, code: int) -> None:
+        saved = self.modes.saved
+        if code == 71:
+            saved[-1] = None
+        elif code == 72:
+            last = saved[-1]
+            if last is None:
+                raise ProgramError("VP017", "M72 without M70 or M73 before it at the same level of calls")
+            self._restore(last, block)
+        else:
+            state = self.state
+            values = {name: getattr(self.modes, name) for name in _SAVED}
+            frame = state.frame
+            saved[-1] = Saved(values, save_settings(self.core), frame.system, state.g92_on, frame.tool, code == 73)
+
+    def _restore(self, saved: Saved, at: At) -> None:
+        state, frames = self.state, self.core.frames
+        self.core.refuse_compensation("M72, or a return after M73,")
+        for name, value in saved.values.items():
+            setattr(self.modes, name, value)
+        restore_settings(self.core, at, saved.settings)
+        frames.select_system(saved.system)
+        if saved.g92_on != state.g92_on:
+            self.core.frames.apply_shift(on=saved.g92_on)
+        if saved.tool != state.frame.tool:
+            frames.set_frame(replace(state.frame, tool=saved.tool))
+
+    def leave_call(self, line: int) -> None:
+        """Back from a call: bring back what M73 has saved in it."""
+        saved = self.modes.saved.pop()
+        if saved is not None and saved.automatic:
+            self._restore(saved, At(line))

@@ -1,0 +1,102 @@
+"""Modes of RS274/NGC: what its words mean, and what its codes keep, from one block to the next."""
+
+from typing import Final
+
+from msgspec import Struct, field
+
+from verne_post.gcode.codes import g_name
+from verne_post.gcode.machining.settings import Settings
+from verne_post.gcode.splines import SplineDraft
+from verne_post.model.moves import FeedMode, PathMode
+from verne_post.model.part_setup import Vector9
+
+_FEED_CODES: Final = {FeedMode.PER_MINUTE: "G94", FeedMode.INVERSE: "G93", FeedMode.PER_REVOLUTION: "G95"}
+_PATH_CODES: Final = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1", PathMode.BLEND: "G64"}
+
+
+class Saved(Struct, frozen=True):
+    """What M72, or the return from a call after M73 (``automatic``), brings back."""
+
+    values: dict[str, object]
+    settings: Settings
+    system: int
+    g92_on: bool
+    tool: Vector9
+    automatic: bool
+
+
+class Cycle(Struct, frozen=True):
+    """What is kept while canned cycles follow each other. mm, s.
+
+    Attributes
+    ----------
+    normal : int
+        The drill axis.
+    start : float
+        Its place before the first cycle.
+    start_inch : bool
+        G20 was active there.
+    clear, bottom : float
+        Heights of R and of the bottom.
+    numbers : tuple of float
+        The words R and bottom as they were given.
+    of_g90 : tuple of bool
+        For each of the two whether it was given in G90.
+    absolute, inch : bool
+        G90 and G20 in the last block.
+    step, dwell : float or None
+        Q and P.
+    shift : tuple of float or None
+        I J K of G87.
+    """
+
+    normal: int
+    start: float
+    start_inch: bool
+    clear: float
+    bottom: float
+    numbers: tuple[float, float]
+    of_g90: tuple[bool, bool]
+    absolute: bool
+    inch: bool
+    step: float | None = None
+    dwell: float | None = None
+    shift: tuple[float, ...] | None = None
+
+
+class Modes(Struct):
+    """What holds in RS274/NGC. mm, degrees."""
+
+    motion: int | None = None
+    absolute: bool = True
+    absolute_centers: bool = False
+    inch: bool = False
+    #: What of it is Fanuc's G52, which has a store of its own there.
+    local_shift: tuple[float, ...] = (0.0,) * 9
+    #: G7: a lathe's X words are diameters.
+    diameter_mode: bool = False
+    #: G98: canned cycles retract to where they began.
+    initial_level: bool = False
+    cycle: Cycle | None = None
+    #: The last D since the tool change; only Fanuc controls keep it.
+    cutter_number: int | None = None
+    #: A spline whose control points are being read.
+    spline: SplineDraft | None = None
+    #: After G5: the number of motions so far, and where a G5 that follows goes on (I and J, mm).
+    spline_leg: tuple[int, float, float] | None = None
+    #: M66 has read an input, whose value is not known here.
+    inputs_read: bool = False
+    #: What M70 and M73 have saved, one place a level of calls.
+    saved: list[Saved | None] = field(default_factory=lambda: [None])
+    #: G43.5 is active: I, J, K of straight moves are the tool axis.
+    vectors: bool = False
+
+    def show(self, feed: FeedMode, path: PathMode) -> list[str]:
+        """The codes that hold."""
+        return [
+            "no motion (G80)" if self.motion is None else g_name(self.motion),
+            "G20 (inch)" if self.inch else "G21 (mm)",
+            "G90 (absolute)" if self.absolute else "G91 (incremental)",
+            _FEED_CODES[feed],
+            _PATH_CODES[path],
+        ]

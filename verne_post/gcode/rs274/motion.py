@@ -1,0 +1,261 @@
+"""Codes that move: straight moves, arcs, tool vectors, home positions, cutter compensation."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, UPRIGHT_DEG, VECTOR_LENGTH
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.gcode.arcs import center_arc, radius_arc
+from verne_post.gcode.block import Block
+from verne_post.gcode.codes import g_name
+from verne_post.gcode.lengths import length_of
+from verne_post.gcode.machining.compensation import Compensation
+from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.modes import Modes
+from verne_post.gcode.rs274.traits import Traits
+from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, whole
+from verne_post.model.moves import AXES, FeedMode, MoveKind
+
+_X, _Y, _Z = 0, 1, 2
+_A, _C = 3, 5
+_ROTARY: Final = (3, 4, 5)
+#: So many turns of one arc at most.
+MAX_TURNS: Final = 10_000
+
+
+#: What gives a tool length.
+LENGTH_WORDS: Final = "G43 H with --tool-table, --tool-length MM, or G49 for length 0"
+
+
+def refuse_lacking(core: Machining, name: str, *, given: bool, length_words: str) -> None:
+    """Refuse a feed move, ``name``, that lacks a feed rate (VP009) or a tool length (VP012).
+
+    ``given``: its block has an F of its own, as inverse-time feed needs it.
+    """
+    if core.state.feed_mode == FeedMode.INVERSE and not given:
+        raise ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
+    lacking = core.find_lacking()
+    if lacking == "feed rate":
+        raise ProgramError("VP009", f"{name} with feed rate zero; give F")
+    if lacking == "constant spindle speed":
+        raise ProgramError("VP017", f"{name} with feed per revolution (G95) under G96: the feed rate would follow the spindle, and that the distance "
+                           "of the tool from X0; write G94, or G97 with S")  # fmt: skip
+    if lacking == "spindle":
+        raise ProgramError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
+    if lacking == "tool length":
+        raise ProgramError("VP012", f"no tool length has been given before the first feed move; use {length_words}")
+
+
+class MotionCodes:
+    """Codes that move the axes, and cutter compensation."""
+
+    def __init__(self, core: Machining, values: WordValues, traits: Traits) -> None:
+        self.core, self.values, self.traits = core, values, traits
+        self.setup, self.state, self.recorder = core.setup, core.state, core.recorder
+        self.modes: Modes = core.state.modes
+
+    # --- home --------------------------------------------------------------------------------
+
+    def go_home(self, block: Block, code: int) -> None:
+        state, setup = self.state, self.setup
+        self.core.refuse_compensation(g_name(code))
+        home = state.home if code == 280 else state.home2
+        if home is None:
+            raise ProgramError(
+                "VP015", f"{g_name(code)} needs the home position of the machine: add [home] {g_name(code).lower()} "
+                "to the machine file, or retract with G53 G0 Z0",
+            )  # fmt: skip
+        axes = self.values.named_axes(block)
+        # an incremental via word of 0 means no via point, so the axis need not be known
+        moving = [axis for axis in axes if self.modes.absolute or block.words[AXES[axis]] != 0.0]
+        if not self.modes.absolute:
+            self.core.require_known(block, moving, f"{g_name(code)} with an incremental via point")
+        if state.tool_axis is not None or self.modes.vectors:
+            self._check_vector_axes(block, moving, machine=False)
+        via = list(self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving))
+        if _C in moving:
+            self.recorder.fix_c(block.line)
+        for axis in moving:
+            value = self.values.axis_value(block, axis)
+            via[axis] = value if self.modes.absolute else via[axis] + value
+        if state.tcp_off and moving:
+            self.core.check_tcp_off(state.position, via)
+        self.core.line(block, MoveKind.RAPID, via, moving, absolute=self.modes.absolute)
+        chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
+        for axis in chosen:
+            if math.isnan(home[axis]):
+                raise ProgramError(
+                    "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
+                )
+        self.core.end_tool_axis(block, chosen)
+        self.core.machine_line(block, MoveKind.RAPID, self._home_targets(block, code, home, chosen))
+
+    def _home_targets(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
+        """Machine coordinates of axes that go home; X or Y alone goes along its direction in a turned work system."""
+        targets = {axis: home[axis] for axis in axes}
+        state, coordinates = self.state, self.setup.coordinates
+        if not state.frame.turn or len({_X, _Y} & set(axes)) != 1:
+            return targets
+        axis = _X if _X in axes else _Y
+        name = f"{g_name(code)} {AXES[axis]} alone in a turned work system (R of G10 L2)"
+        self.core.require_known(block, [_X, _Y], name)
+        if math.isnan(home[_X]) or math.isnan(home[_Y]):
+            raise ProgramError("VP015", f"{name} needs the home position of X and of Y")
+        here = np.array([state.position, state.position])
+        here[1, axis] += 1.0
+        place, beside = coordinates.to_machine(here, state.frame)[:, :3]
+        angle = RAD_PER_DEG * state.frame.turn + (0.5 * math.pi if axis == _Y else 0.0)
+        direction = np.array([math.cos(angle), math.sin(angle), 0.0])
+        if np.abs(beside - place - direction).max() > RAD_PER_DEG * UPRIGHT_DEG:
+            raise block.error("VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is no direction of the machine; name X and Y "
+                "together, or turn the table to A0 C0 before", AXES[axis])  # fmt: skip
+        end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], direction[:2]) * direction
+        return targets | {_X: float(end[0]), _Y: float(end[1])}
+
+    # --- motion ----------------------------------------------------------------------------------
+
+    def move(self, block: Block, motion: int, *, machine: bool) -> None:
+        kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
+        axes = self.values.named_axes(block)
+        state = self.state
+        if kind == MoveKind.FEED:
+            self.check_feed(block, motion)
+        if state.tool_axis is not None or self.modes.vectors:
+            self._check_vector_axes(block, axes, machine=machine)
+        if machine:
+            self.core.refuse_compensation("G53")
+            self.core.end_tool_axis(block, axes)
+            self.core.machine_line(block, kind, {axis: self.values.axis_value(block, axis) for axis in axes})
+            return
+        if False in state.known:
+            if motion in (20, 30):
+                self.core.require_known(block, self._arc_axes(axes), "an arc")
+            if not self.modes.absolute:
+                self.core.require_known(block, axes, "an incremental move")
+        start = self.core.start_of_motion(kind, absolute=self.modes.absolute, machine=False)
+        end = list(start)
+        if _C in axes:
+            self.recorder.fix_c(block.line)
+        for axis in axes:
+            value = self.values.axis_value(block, axis)
+            end[axis] = value if self.modes.absolute else end[axis] + value
+        if state.tcp_off:
+            self.core.check_tcp_off(start, end)
+        if motion in (0, 10) and self.modes.vectors and any(letter in block.words for letter in "IJK"):
+            end = self._point_tool(block, end)
+            axes = [*axes, _A, _C] if self.setup.machine else axes
+        if motion in (20, 30):
+            self._move_on_arc(block, motion, start, end)
+        else:
+            self.core.line(block, kind, end, axes, absolute=self.modes.absolute)
+
+    def _check_vector_axes(self, block: Block, axes: list[int], *, machine: bool) -> None:
+        """While a tool axis holds, A and C words mean nothing; after it, both must come together."""
+        rotary = [axis for axis in axes if axis in _ROTARY]
+        if not rotary:
+            return
+        letter = AXES[rotary[0]]
+        if self.modes.vectors:
+            raise block.error(
+                "VP006", f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for A and C words", letter
+            )
+        if not {_A, _C} <= set(rotary):
+            raise block.error("VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
+                "name A and C together", letter)  # fmt: skip
+        if not machine:
+            self.core.hold_tool_axis(None)
+
+    def _point_tool(self, block: Block, end: list[float]) -> list[float]:
+        """Take the tool axis I J K: the end point with a pair A, C that holds it."""
+        for letter in "IJK":
+            if letter not in block.words:
+                given = next(other for other in "IJK" if other in block.words)
+                raise block.error("VP005", f"{given} without {letter}: a tool axis needs I, J and K", given)
+        vector = np.array([block.words[letter] for letter in "IJK"])
+        size = float(length_of(vector))
+        if abs(size - 1.0) > VECTOR_LENGTH:
+            raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
+        self.core.hold_tool_axis(vector / size)
+        return self.setup.coordinates.point_axis(end, vector / size, self.state.frame)
+
+    @staticmethod
+    def _arc_axes(axes: list[int]) -> list[int]:
+        return sorted({0, 1, 2, *axes})
+
+    def check_feed(self, block: Block, motion: int) -> None:
+        refuse_lacking(self.core, g_name(motion), given="F" in block.words, length_words=LENGTH_WORDS)
+
+    def _move_on_arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
+        state = self.state
+        offsets = {letter: self.values.length(block.words[letter]) for letter in "IJK" if letter in block.words}
+        if self.setup.machine:
+            for letter in "IJKR":
+                if abs(self.values.length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
+                    raise block.error("VP007", f"{letter}{block.words[letter]:g} is beyond any machine", letter)
+        turns = whole(block, "P") if "P" in block.words else 1
+        if not 1 <= turns <= MAX_TURNS:
+            raise block.error("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", "P")
+        clockwise = motion == 20
+        if "R" in block.words:
+            if offsets:
+                raise block.error("VP003", "an arc has either R or a centre (I, J, K), not both", "R")
+            arc = radius_arc(start, end, state.plane, clockwise, self.values.length(block.words["R"]), turns - 1)
+        elif offsets:
+            tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
+            arc = center_arc(
+                start, end, state.plane, clockwise, offsets, self.modes.absolute_centers, turns - 1, tolerance
+            )
+        else:
+            raise ProgramError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
+        self.core.arc(block, start, end, arc, self.values.named_axes(block), absolute=self.modes.absolute)
+
+    # --- cutter compensation ------------------------------------------------------------------------
+
+    def compensate(self, block: Block, code: int) -> None:
+        """G40, G41, G42, G41.1, G42.1; a negative diameter (G41.1, G42.1) changes the side."""
+        if code == 400:
+            self.core.end_compensation()
+            return
+        name = g_name(code)
+        self.core.check_compensation(name)
+        if self.modes.vectors:
+            raise ProgramError("VP017", f"{name} while a tool axis (I J K) holds")
+        radius = 0.5 * self._cutter_diameter(block, code)
+        self.core.start_compensation(
+            Compensation(
+                code,
+                self.state.plane,
+                radius if code < 420 else -radius,
+                perpendicular=self.traits.perpendicular_entry,
+                at_once=self.traits.begins_at_once,
+            )
+        )
+
+    def _cutter_diameter(self, block: Block, code: int) -> float:
+        state = self.state
+        if code % 10:  # in the block
+            if "D" not in block.words:
+                raise ProgramError("VP005", f"{g_name(code)} needs D, the diameter")
+            return self.values.length(block.words["D"])
+        if self.traits.zero_is_no_offset:
+            if "D" not in block.words:
+                if self.modes.cutter_number is None:
+                    raise ProgramError(
+                        "VP005", f"{g_name(code)} needs D, the number of the offset, after the tool change"
+                    )
+                block.words["D"] = float(self.modes.cutter_number)
+            if not block.words["D"]:
+                return 0.0
+        number = (whole(block, "D") if "D" in block.words else 0) or state.loaded_tool or 0
+        if number == 0:
+            other = (
+                f", or write {g_name(code + 1)} with the diameter (D0 for a path on the contour)"
+                if self.traits.diameter_codes
+                else ""
+            )
+            raise ProgramError("VP012", f"{g_name(code)} without D, and no tool is in the spindle; load one{other}")
+        instead = f", or use {g_name(code + 1)} D" if self.traits.diameter_codes else ""
+        return self.core.tools.find_diameter(block, number, instead)

@@ -1,0 +1,42 @@
+"""Where controls that speak RS274/NGC differ in what the same codes do."""
+
+from msgspec import Struct
+
+
+class Traits(Struct, frozen=True, kw_only=True):
+    """How a control executes codes that others have too; as LinuxCNC does unless a dialect says otherwise.
+
+    Attributes
+    ----------
+    zero_is_no_offset : bool
+        H0 and D0 are no offset, and D holds until the next tool change; else they are those of the tool in the spindle.
+    perpendicular_entry : bool
+        The entry move of cutter compensation ends beside the start of the contour, not beside its own end.
+    begins_at_once : bool
+        Such a compensation begins with its first block, also without motion in the plane.
+    diameter_codes : bool
+        G41.1 and G42.1 are there, which take the diameter itself.
+    beside_spline : tuple of int
+        G codes that may stand among control points of a spline.
+    spline_end : str
+        How a spline ends, in words.
+    needs_dwell : tuple of int
+        Canned cycles that need P.
+    feeds_out_whole : bool
+        G89 feeds out to the height that G98 or G99 asks for; else to R, and goes on in rapid traverse.
+    keeps_heights : bool
+        R and the bottom stay at their heights when G90 or G91 changes; else the numbers stay, and are read anew.
+    stores_without_holes : bool
+        L0 stores the words of a cycle and drills no hole.
+    """
+
+    zero_is_no_offset: bool = False
+    perpendicular_entry: bool = False
+    begins_at_once: bool = True
+    diameter_codes: bool = True
+    beside_spline: tuple[int, ...] = (52, 53, 900, 910)
+    spline_end: str = "G5.3 ends it"
+    needs_dwell: tuple[int, ...] = (820, 860, 880, 890)
+    feeds_out_whole: bool = True
+    keeps_heights: bool = False
+    stores_without_holes: bool = False
