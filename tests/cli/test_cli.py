@@ -992,6 +992,17 @@ def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any
     assert "tool length 60 mm (one length for the program)" in said
 
 
+def test_lengths_of_one_tool_stand_together(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """Until G43 a tool has the length of the one before it, after G49 none: the summary names each tool once."""
+    table, path = tmp_path / "t.tbl", tmp_path / "p.nc"
+    table.write_text("T1 Z80\nT2 Z95\n")
+    head = "G21 G90 G94\nT1 M6\nG43 H1 G0 X0 Y0 Z60 A0 C0\nG1 Z50 F500\nG0 Z80\n"
+    path.write_text(f"{head}T2 M6\nG0 X9\nG43 H2 Z90\nG49 Z200\nM2\n")
+    options = ("--tool-table", table, "--wcs", "G54=0,0,60", "--split-at-stops")
+    said = " ".join(run("convert", path, *options, "-o", tmp_path / "o.csv").err.split())
+    assert "tool 1 80 mm, tool 2 80 then 95 then 0 mm (0 mm: no length is in force, or none was given)" in said
+
+
 def test_an_offset_that_does_not_hold_is_named(tmp_path: Path, run: Callable[..., Any]) -> None:
     path = tmp_path / "p.nc"
     path.write_text("G21 G90 G10 L2 P1 X0 Y0 Z-500\nG0 X0 Y0 Z90 A0 C0\nG1 X9 F900\nM2\n")

@@ -304,15 +304,17 @@ def _setup(summary: Summary) -> Facts:
 
 
 def _tools(summary: Summary) -> str:
-    """Lengths of the tools, and where they are from when nobody may have given one."""
+    """Lengths of each tool in the order of their use, and where they are from when nobody may have given one."""
     names = tool_names(summary.events)
-    lengths = [
-        (f"{tool_text(number, names)} " if number else "") + f"{length:g} mm" for number, length in summary.tools
-    ]
+    lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43, and none after G49 or D0
+    for number, length in summary.tools:
+        lengths.setdefault(f"{tool_text(number, names)} " if number else "", []).append(f"{length:g}")
+    tools = ", ".join(f"{tool}{' then '.join(used)} mm" for tool, used in lengths.items())
     source = " (one length for the program)" if summary.options.tool_length is not None else ""
     if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
-        source = " (no length is in force, or none was given)"
-    return f"{', '.join(lengths)}{source}"
+        zero = "" if len(summary.tools) == 1 else "0 mm: "
+        source = f" ({zero}no length is in force, or none was given)"
+    return f"{tools}{source}"
 
 
 def _offsets(summary: Summary) -> str:
