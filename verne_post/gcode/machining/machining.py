@@ -68,6 +68,9 @@ class Machining:
         self.frames = Frames(setup, state, recorder)
         self.tools = Tools(self.frames)
         self.auxiliary = Auxiliary(setup, state, recorder)
+        #: No tool length holds any more while the table is tilted, and Z still has the value of the tip: a value for the
+        #: spindle's nose would take the tool down by its length.
+        self._needs_z = False
 
     # --- what must be known, and what must not be -----------------------------------------------------
 
@@ -190,6 +193,7 @@ class Machining:
             )  # fmt: skip
         if machine:
             return state.position
+        self._needs_z = not any(state.frame.tool) and not math.isnan(held[_Z])
         return [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
 
     def line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
@@ -208,6 +212,12 @@ class Machining:
             They were named in absolute terms: their positions are known from now on.
         """
         state = self.state
+        needs_z, self._needs_z = self._needs_z, False
+        if needs_z and _Z not in axes:
+            raise ProgramError(
+                "VP016", "no tool length holds any more while the table is tilted: the programmed Z would take the tool down by its "
+                "length; name Z in this motion, or retract in machine coordinates before",
+            )  # fmt: skip
         begin, target = state.centre or state.position, end
         state.centre = None
         if state.compensation is not None:
