@@ -377,7 +377,7 @@ class FanucInterpreter(Rs274):
         if state.tcp_off:
             raise ProgramError("VP017", "G53.1 while tool-centre-point control is off (user-defined code)")
         self.core.hold_tool_axis((0.0, 0.0, 1.0))
-        begin = self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False)
+        begin = self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=(3, 5))
         end = self.setup.coordinates.point_axis(list(begin), np.array([0.0, 0.0, 1.0]), state.frame)
         self.recorder.fix_c(block.line)
         self.core.line(block, MoveKind.RAPID, end, [3, 5] if self.setup.machine else [])

@@ -92,7 +92,7 @@ class KlartextContour:
     def _record_element(self, element: Element) -> None:
         if self.modes.tcp is False and any(axis < 3 for axis in element.axes):
             self.frames.check_upright("a motion")
-        self.core.start_of_motion(element.kind, absolute=True, machine=False)
+        self.core.start_of_motion(element.kind, absolute=True, machine=False, axes=element.axes)
         axes = list(element.axes)
         if any(axis == 5 for axis in axes):
             self.recorder.fix_c(element.line)

@@ -1,7 +1,7 @@
 """Motion of a program in the active frame: lines, arcs, splines, dwells, places of the machine; beside the contour with G41 and G42."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final, Literal
 
@@ -68,9 +68,6 @@ class Machining:
         self.frames = Frames(setup, state, recorder)
         self.tools = Tools(self.frames)
         self.auxiliary = Auxiliary(setup, state, recorder)
-        #: No tool length holds any more while the table is tilted, and Z still has the value of the tip: a value for the
-        #: spindle's nose would take the tool down by its length.
-        self._needs_z = False
 
     # --- what must be known, and what must not be -----------------------------------------------------
 
@@ -163,7 +160,9 @@ class Machining:
 
     # --- motion ------------------------------------------------------------------------------------
 
-    def start_of_motion(self, kind: MoveKind, *, absolute: bool, machine: bool) -> list[float]:
+    def start_of_motion(
+        self, kind: MoveKind, *, absolute: bool, machine: bool, axes: Iterable[int] | None = None
+    ) -> list[float]:
         """Where axes (9) stand that a motion does not name; applies the rule for a change of tool length under tilt.
 
         Parameters
@@ -173,11 +172,13 @@ class Machining:
             The motion is programmed in absolute terms.
         machine : bool
             It goes to places of the machine.
+        axes : iterable of int, optional
+            Those that the motion names; None where it says where all of them go.
 
         Raises
         ------
         ProgramError
-            VP016: the tip is elsewhere, and this motion would not go from there.
+            VP016: the tip is elsewhere, and this motion would not go from there, or would go down by the tool length.
         """
         state = self.state
         held, state.held = state.held, None
@@ -193,7 +194,12 @@ class Machining:
             )  # fmt: skip
         if machine:
             return state.position
-        self._needs_z = not any(state.frame.tool) and not math.isnan(held[_Z])
+        if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(held[_Z]):
+            # Z was programmed for the tip; for the spindle's nose it would take the tool down by its length
+            raise ProgramError(
+                "VP016", "no tool length holds any more while the table is tilted: the programmed Z would take the tool down by its "
+                "length; name Z in this motion, or retract in machine coordinates before",
+            )  # fmt: skip
         return [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
 
     def line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
@@ -212,12 +218,6 @@ class Machining:
             They were named in absolute terms: their positions are known from now on.
         """
         state = self.state
-        needs_z, self._needs_z = self._needs_z, False
-        if needs_z and _Z not in axes:
-            raise ProgramError(
-                "VP016", "no tool length holds any more while the table is tilted: the programmed Z would take the tool down by its "
-                "length; name Z in this motion, or retract in machine coordinates before",
-            )  # fmt: skip
         begin, target = state.centre or state.position, end
         state.centre = None
         if state.compensation is not None:

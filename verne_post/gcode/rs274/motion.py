@@ -75,7 +75,8 @@ class MotionCodes:
             self.core.require_known(block, moving, f"{g_name(code)} with an incremental via point")
         if state.tool_axis is not None or self.modes.vectors:
             self._check_vector_axes(block, moving, machine=False)
-        via = list(self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving))
+        start = self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving, axes=moving)
+        via = list(start)
         if _C in moving:
             self.recorder.fix_c(block.line)
         for axis in moving:
@@ -135,7 +136,7 @@ class MotionCodes:
                 self.core.require_known(block, self._arc_axes(axes), "an arc")
             if not self.modes.absolute:
                 self.core.require_known(block, axes, "an incremental move")
-        start = self.core.start_of_motion(kind, absolute=self.modes.absolute, machine=False)
+        start = self.core.start_of_motion(kind, absolute=self.modes.absolute, machine=False, axes=axes)
         end = list(start)
         if _C in axes:
             self.recorder.fix_c(block.line)

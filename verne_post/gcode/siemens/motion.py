@@ -184,7 +184,7 @@ class SiemensMotion:
         state = self.state
         if state.tool_axis is not None and not self.follows_part:
             self.settle_table(block)
-        end = list(self.core.start_of_motion(kind, absolute=True, machine=False))
+        end = list(self.core.start_of_motion(kind, absolute=True, machine=False, axes=places))
         for axis, value in places.items():
             end[axis] = self.to_core(axis, value)
         if self.modes.tcp or not {_A, _C} & set(places):
