@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from collections import OrderedDict
 from functools import cached_property
 from itertools import pairwise
-from typing import ClassVar, Final, Protocol
+from typing import ClassVar, Final
 
 import numpy as np
 from msgspec import Struct, field
@@ -26,28 +26,35 @@ _SILENT: Final = rb"(?:[ \t\r/]|\([^()\n]*\))*+"  # possessive: a line of blanks
 _O_LINE: Final = rb"^" + _SILENT + rb"(?:N[ \t0-9.+]*+" + _SILENT + rb")?[%b][^\n]*"
 
 
-class Language(Protocol):
-    """What a text needs to know of its language."""
+class Language:
+    """What a text needs to know of its language; as it is where lines are words of RS274/NGC and nothing stands before them."""
 
-    percent: ClassVar[bytes]  # what may follow a %, as a regular expression
-    o_letters: ClassVar[bytes]  # what may begin an O word
-    end_alone: ClassVar[bool]  # a % ends a program also where none begins it
+    #: What may follow a ``%`` that begins or ends a program, as a regular expression.
+    percent: ClassVar[bytes] = rb"[ \t\r]*"
+    #: Letters that begin an O word.
+    o_letters: ClassVar[bytes] = b"O"
+    #: A ``%`` ends a program also where none begins it.
+    end_alone: ClassVar[bool] = False
 
     @classmethod
     def prepare(cls, text: str) -> str:
-        """A line in the words of RS274/NGC."""
+        """A line in the words of RS274/NGC; every character keeps its column."""
+        return text
 
     @classmethod
     def label_of(cls, text: str) -> str:
         """What a line that begins with an O word says about the structure."""
+        return cls.prepare(text)
 
     @classmethod
     def find_start(cls, source: Text) -> int:
         """Where the program begins in its text: after what a control does not read."""
+        return 0
 
     @classmethod
     def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
         """Lines of a chunk, from 0, that mean more than their words, so that only the exact reader can read them."""
+        return np.empty(0, dtype=np.int32)
 
 
 class Chunk(Struct, frozen=True, dict=True):

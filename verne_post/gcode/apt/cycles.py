@@ -5,8 +5,8 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
+from verne_post.gcode.machining.holes import MAX_PECKS
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.cycles import MAX_PECKS
 
 #: Unit of a feed rate -> feed mode (G94, G95), and whether it is in inches (None: as UNITS).
 FEED_UNITS: Final = {

@@ -23,7 +23,6 @@ class KlartextApproach:
         self.contour = contour
         self.core = frames.core
         self.state = frames.state
-        self.recorder = frames.recorder
         self.waiting = frames.waiting
 
     def add_element(self, element: Element, *, wait: bool) -> None:

@@ -10,9 +10,9 @@ from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.elements import Point, make_arc
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.lengths import helix_length
+from verne_post.gcode.machining.holes import MAX_PECKS
 from verne_post.gcode.machining.machining import MAX_DWELL_S
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.cycles import MAX_PECKS
 from verne_post.model.moves import MoveKind
 
 _Q = dict[int, float]

@@ -23,8 +23,8 @@ from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.settings import KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
+from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.cycles import MAX_HOLES
 
 _ITEM: Final = re.compile(r"[ \t]*(POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)(\d+)[ \t]*\(([^()]*)\)")
 _ITEM_WORD: Final = re.compile(rf"[ \t]*(NUMX|NUMY|NUM|ROTX|ROTY|ROT|START|STEP|DX|DY|[XYZD])[ \t]*({VALUE})")

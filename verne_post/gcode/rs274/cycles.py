@@ -6,6 +6,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import g_name
+from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS
 from verne_post.gcode.machining.machining import Machining, check_dwell
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Cycle, Modes
@@ -16,8 +17,6 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 #: How far above the last depth a peck begins again, mm.
 PECK_CLEARANCE_MM: Final = 0.254
-#: So many holes, and pecks in all of them, may one block have.
-MAX_HOLES, MAX_PECKS = 10_000, 30_000
 _DWELLS: Final = (820, 860, 880, 890)
 _NEEDS_STEP: Final = (730, 830)
 _NEEDS_SPINDLE: Final = (740, 840, 860, 870, 880)
@@ -36,7 +35,8 @@ class CycleCodes:
         state = self.state
         name = g_name(motion)
         _u, _v, normal, *_ = PLANES[state.plane]
-        self.core.stand(list(self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=False)))
+        start = self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=False, axes=(normal,))
+        self.core.stand(list(start))
         self._check_cycle(block, motion, normal)
         goes_on = goes_on and self.modes.cycle is not None and self.modes.cycle.normal == normal
         cycle = self._cycle_heights(block, motion, normal, self.modes.cycle if goes_on else None)

@@ -10,7 +10,6 @@ from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.settings import restore_settings, save_settings
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.modes import Modes, Saved
-from verne_post.gcode.rs274.offsets import OffsetCodes
 from verne_post.gcode.rs274.values import WordValues, whole
 from verne_post.model.moves import FeedMode
 
@@ -28,8 +27,8 @@ _SAVED: Final = ("absolute", "absolute_centers", "inch", "diameter_mode", "initi
 class FunctionCodes:
     """F, S, T and M codes."""
 
-    def __init__(self, core: Machining, values: WordValues, offsets: OffsetCodes) -> None:
-        self.core, self.values, self.offsets, self.state = core, values, offsets, core.state
+    def __init__(self, core: Machining, values: WordValues) -> None:
+        self.core, self.values, self.state = core, values, core.state
         self.modes: Modes = core.state.modes
 
     # --- feed, speed, tool ---------------------------------------------------------------------

@@ -10,8 +10,6 @@ from typing import ClassVar, Final
 import numpy as np
 from msgspec import Struct
 
-from verne_post.base.arrays import Ints
-from verne_post.base.long_text import Text
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import POLAR, Block, read_block
@@ -33,6 +31,7 @@ from verne_post.gcode.rs274.splines import SPLINES, SplineCodes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import WordValues, polar_end, whole
 from verne_post.gcode.setup import Setup
+from verne_post.gcode.text import Language
 from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 
 _MAX_M_CODES: Final = 4
@@ -51,7 +50,7 @@ class Call(Struct, frozen=True):
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
 
 
-class Rs274:
+class Rs274(Language):
     """Executes blocks on a state and records what they do.
 
     ``ended`` becomes True at M2 or M30; ``call`` is the call of M98 or M99 in the last block.
@@ -59,12 +58,6 @@ class Rs274:
 
     table: ClassVar[CodeTable] = RS274
     traits: ClassVar[Traits] = Traits()
-    #: What may follow a ``%`` that begins or ends a program.
-    percent: ClassVar[bytes] = rb"[ \t\r]*"
-    #: Letters that begin an O word.
-    o_letters: ClassVar[bytes] = b"O"
-    #: A ``%`` ends a program also where none begins it.
-    end_alone: ClassVar[bool] = False
     #: Lines of plain words mean what they mean in RS274/NGC, whatever :meth:`read` does with others; each class that reads
     #: in its own way says so itself.
     plain_words: ClassVar[bool] = True
@@ -79,7 +72,7 @@ class Rs274:
         self.modes: Modes = state.modes
         self.values = WordValues(setup, state)
         self.offsets = OffsetCodes(self.core, self.values, self.traits)
-        self.functions = FunctionCodes(self.core, self.values, self.offsets)
+        self.functions = FunctionCodes(self.core, self.values)
         self.motion = MotionCodes(self.core, self.values, self.traits)
         self.splines = SplineCodes(self.core, self.values, self.motion, self.traits)
         self.cycles = CycleCodes(self.core, self.values, self.motion, self.traits)
@@ -110,26 +103,6 @@ class Rs274:
         self.modes.motion, self.modes.cycle = view.motion, None
 
     # --- one block -------------------------------------------------------------------------
-
-    @classmethod
-    def prepare(cls, text: str) -> str:
-        """A line in the words of RS274/NGC; every character keeps its column."""
-        return text
-
-    @classmethod
-    def label_of(cls, text: str) -> str:
-        """What a line that begins with an O word says about the structure."""
-        return cls.prepare(text)
-
-    @classmethod
-    def find_start(cls, source: Text) -> int:
-        """Where the program begins in its text: after what a control does not read."""
-        return 0
-
-    @classmethod
-    def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
-        """Lines of a chunk, from 0, that mean more than their words, so that only the exact reader can read them."""
-        return np.empty(0, dtype=np.int32)
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; with the current values of parameters."""

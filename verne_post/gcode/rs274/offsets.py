@@ -11,7 +11,6 @@ from verne_post.gcode.codes import g_name
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import WordValues, whole
 from verne_post.model.moves import AXES, ZERO9
@@ -26,7 +25,6 @@ class OffsetCodes:
     def __init__(self, core: Machining, values: WordValues, traits: Traits) -> None:
         self.core, self.values, self.traits = core, values, traits
         self.setup, self.state = core.setup, core.state
-        self.modes: Modes = core.state.modes
 
     def set_tool_length(self, block: Block, code: int) -> None:
         if code in (434, 435):

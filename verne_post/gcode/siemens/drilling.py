@@ -5,8 +5,8 @@ from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.machining.holes import MAX_PECKS
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.gcode.rs274.cycles import MAX_PECKS
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables

@@ -16,7 +16,6 @@ class SiemensFrameWords:
         self.motion = motion
         self.core = motion.core
         self.state = motion.state
-        self.recorder = motion.recorder
         self.keys = motion.keys
 
     @staticmethod

@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-from verne_post.gcode.rs274.cycles import MAX_HOLES
+from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call

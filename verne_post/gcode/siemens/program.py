@@ -7,14 +7,14 @@ from typing import ClassVar, Final
 import numpy as np
 from msgspec import Struct, field
 
-from verne_post.base.arrays import Ints, Mask
+from verne_post.base.arrays import Mask
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import code_part, without_zeros
-from verne_post.gcode.text import Chunk, ProgramText, decode_line
+from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line
 from verne_post.gcode.words import split_words, whole_lines
 
 #: The line that begins a program in a file that holds several.
@@ -112,32 +112,11 @@ def _put_vectors(text: bytes) -> bytes:
     return _VECTOR.sub(lambda match: _STANDS_FOR[match[1][0]], text) if b"=" in text else text
 
 
-class Language:
-    """What :class:`~verne_post.gcode.text.ProgramText` needs to know: no % begins a program here, and there are no O words."""
+class SiemensLanguage(Language):
+    """No % begins a program here, and there are no O words; the texts mark by themselves what is not plain."""
 
     percent: ClassVar[bytes] = rb"(?!)"
     o_letters: ClassVar[bytes] = b"\x00"
-    end_alone: ClassVar[bool] = False
-
-    @classmethod
-    def prepare(cls, text: str) -> str:
-        """A line as it is."""
-        return text
-
-    @classmethod
-    def label_of(cls, text: str) -> str:
-        """There are no O words."""
-        return text
-
-    @classmethod
-    def find_start(cls, source: Text) -> int:
-        """A program begins where its text does."""
-        return 0
-
-    @classmethod
-    def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
-        """None: the texts mark by themselves what is not plain."""
-        return np.empty(0, dtype=np.int32)
 
 
 class Line(Struct, frozen=True):
@@ -181,7 +160,7 @@ class SiemensText(ProgramText):
     """One file: its lines in chunks, and the programs in it."""
 
     def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
-        super().__init__(source, setup, Language, name)
+        super().__init__(source, setup, SiemensLanguage, name)
 
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
         """Split the lines of a chunk into words: those of arcs, or, where there are tool axes, these as I, J and K."""
