@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks
 from verne_post.base.lapack import pbtrf, pbtrs
+from verne_post.base.ragged import find_runs
 from verne_post.base.rows import row_norm
 from verne_post.base.team import ALONE, Team
 from verne_post.model.moves import Moves
@@ -135,8 +136,8 @@ def _find_stretches(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
 
     A long one is faired in parts. Each has vertices on both sides whose result is not used.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], soft, [False]]).astype(np.int8)))
-    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+    starts, ends = find_runs(soft)
+    for first, last in zip(starts.tolist(), ends.tolist(), strict=True):
         if last - first < SHORTEST:
             continue
         for begin in range(first, last, LONGEST):

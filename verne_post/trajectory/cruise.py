@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
+from verne_post.base.ragged import find_runs
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import hold_ends, lowest_around, mean_around
@@ -45,8 +46,7 @@ def find_cruise(grid: Grid, x: Array, limits: Limits, unit: float) -> Array:
     jerk = slope[1:] * (change / (tuning.CRUISE_EVEN * unit) ** 2)[:, None]
     goes_on = even[1:] & even[:-1] & (change <= tuning.CRUISE_STEP)
     goes_on &= (jerk <= (1.0 - share) * limits.jerk).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], goes_on, [False]]).astype(np.int8)))
-    first, last = edges[::2], edges[1::2]
+    first, last = find_runs(goes_on)
     if not len(first):
         return np.empty((0, 2))
     # each maximum is taken up to the next stretch: what lies between is taken off

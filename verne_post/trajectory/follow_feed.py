@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.ragged import find_runs
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import lowest_around, mean_around
@@ -55,8 +56,7 @@ def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
 
 def _find_stretches(slow: Mask) -> Iterator[tuple[int, int]]:
     """First and last row of stretches of slow steps; those that one difference sees together are one."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], slow, [False]]).astype(np.int8)))
-    first, last = edges[::2], edges[1::2]
+    first, last = find_runs(slow)
     if len(first):
         apart = np.flatnonzero(first[1:] - last[:-1] > 2 * REST_ROWS)
         yield from zip(first[np.append(0, apart + 1)].tolist(), last[np.append(apart, -1)].tolist(), strict=True)

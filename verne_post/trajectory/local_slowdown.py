@@ -3,6 +3,7 @@
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.ragged import find_runs
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import interpolate
 from verne_post.trajectory.row_limits import REST_ROWS
@@ -23,9 +24,9 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
     slowness = smooth[begin : begin + n]
     inside = slowness > 0
     inside[[0, -1]] = False
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
+    starts, ends = find_runs(inside)
     parts, done = [], 0
-    for low, high in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+    for low, high in zip(starts.tolist(), ends.tolist(), strict=True):
         first, last = low - 1, high  # rows that stay where they are
         around = slice(max(first - reach, 0), min(last + reach, n - 1) + 1)
         at = _slower_instants(first, slowness[first : last + 1])
