@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-import verne_post
+from tests.conftest import ROOT
 
 SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
 PROGRAM = "G21 G90 G94 G49\nG0 X0 Y0 Z50 A0 C0\nG1 Z20 F2000\nX10\nM2\n"
@@ -427,7 +427,7 @@ def test_files_of_a_set_up_lie_in_its_folder(job: Path, run: Callable[..., Any],
 
 def test_files_of_the_settings_lie_in_their_folder(job: Path, run: Callable[..., Any]) -> None:
     """The machine and the baseline; settings that the command line names may name any file."""
-    machine = (Path(verne_post.__file__).parents[1] / "machine_configs" / "verne.toml").read_text()
+    machine = (ROOT / "machine_configs" / "verne.toml").read_text()
     baseline = '{"schema": 1, "known": {}}'
     for place in (job, job.parent, job / "below"):
         (place / "ours.toml").write_text(machine)
@@ -468,7 +468,7 @@ def test_what_is_found_is_no_link_to_another_folder(job: Path, run: Callable[...
 
 
 def test_deviations_of_a_machine_lie_in_its_folder(job: Path, run: Callable[..., Any]) -> None:
-    text = (Path(verne_post.__file__).parents[1] / "machine_configs" / "verne.toml").read_text()
+    text = (ROOT / "machine_configs" / "verne.toml").read_text()
     for name in ("../secret", "link", "/etc/hostname"):
         Path("ours.toml").write_text(f'{text}\n[as_built]\nfile = "{name}"\n')
         said = run("machine", "validate", "ours.toml").err
