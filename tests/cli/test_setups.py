@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 
-from tests.conftest import ROOT
+import verne_post
 
+MACHINES = Path(__file__).resolve().parents[2] / "machine_configs"
 SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
 PROGRAM = "G21 G90 G94 G49\nG0 X0 Y0 Z50 A0 C0\nG1 Z20 F2000\nX10\nM2\n"
 
@@ -152,11 +153,10 @@ def test_a_file_that_the_settings_name_and_nobody_has_is_named_with_its_key(
 
 def test_files_may_begin_with_the_mark_that_editors_write(folder: Path, run: Callable[..., Any]) -> None:
     """A set-up, settings, a machine and what they name: as without the mark."""
-    shipped = Path(__file__).resolve().parents[2] / "machine_configs" / "verne.toml"
     Path("part.nc").write_text(PROGRAM.replace(" G49", "").replace("G0 X0", "T1 M6\nG43 H1\nG0 X0"), encoding="utf-8")
     texts = {
         "verne-post.toml": 'machine = "mine.toml"\n',
-        "mine.toml": shipped.read_text(encoding="utf-8"),
+        "mine.toml": (MACHINES / "verne.toml").read_text(encoding="utf-8"),
         "part.nc.toml": 'tool_table = "tools.tbl"\ntool_shapes = "shapes.toml"\nmeasured_offset = "wcs.csv"\n',
         "tools.tbl": "T1 P1 Z66 D6\n",
         "shapes.toml": "[tool.1]\ncutter = { diameter = 6, length = 20 }\n",
@@ -232,8 +232,7 @@ def test_rows_under_a_name_that_is_shared_now_do_not_stay(folder: Path, run: Cal
 
 def test_the_settings_file_names_the_machine_of_a_folder(folder: Path, run: Callable[..., Any]) -> None:
     words = ("--tool-length", "80", "--wcs", "G54=0,0,60")
-    shipped = Path(__file__).resolve().parents[2] / "machine_configs"
-    text = (shipped / "verne.toml").read_text(encoding="utf-8")
+    text = (MACHINES / "verne.toml").read_text(encoding="utf-8")
     (folder / "machines").mkdir()
     (folder / "machines" / "mine.toml").write_text(text.replace('name = "VERNE"', 'name = "MINE"'), encoding="utf-8")
     settings = folder / "verne-post.toml"
@@ -326,8 +325,7 @@ def test_a_project_file_without_the_table_is_no_settings_file(folder: Path, run:
 
 
 def test_a_path_is_no_name_of_a_machine(folder: Path) -> None:
-    shipped = Path(__file__).resolve().parents[2] / "machine_configs"
-    shutil.copy(shipped / "serial.toml", folder / "verne")
+    shutil.copy(MACHINES / "serial.toml", folder / "verne")
     assert verne_post.load_machine(Path("verne")).name == "serial five-axis machine"
     assert verne_post.load_machine("verne").name == "VERNE"
 
@@ -427,7 +425,7 @@ def test_files_of_a_set_up_lie_in_its_folder(job: Path, run: Callable[..., Any],
 
 def test_files_of_the_settings_lie_in_their_folder(job: Path, run: Callable[..., Any]) -> None:
     """The machine and the baseline; settings that the command line names may name any file."""
-    machine = (ROOT / "machine_configs" / "verne.toml").read_text()
+    machine = (MACHINES / "verne.toml").read_text()
     baseline = '{"schema": 1, "known": {}}'
     for place in (job, job.parent, job / "below"):
         (place / "ours.toml").write_text(machine)
@@ -468,7 +466,7 @@ def test_what_is_found_is_no_link_to_another_folder(job: Path, run: Callable[...
 
 
 def test_deviations_of_a_machine_lie_in_its_folder(job: Path, run: Callable[..., Any]) -> None:
-    text = (ROOT / "machine_configs" / "verne.toml").read_text()
+    text = (MACHINES / "verne.toml").read_text()
     for name in ("../secret", "link", "/etc/hostname"):
         Path("ours.toml").write_text(f'{text}\n[as_built]\nfile = "{name}"\n')
         said = run("machine", "validate", "ours.toml").err
