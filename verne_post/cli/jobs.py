@@ -22,7 +22,6 @@ from verne_post.base.printable import json_text
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
-from verne_post.cli.memory import keep_freed_memory
 from verne_post.cli.temporary import remove_all, temporary_folder, tidy_up_when_ended
 from verne_post.config.files import read_file
 from verne_post.model.findings import Finding, InputError, finding
@@ -345,7 +344,6 @@ def _hold_interruptions() -> Iterator[None]:
 
 def _begin_worker() -> None:
     """In a worker: end with the process that started it, however that ends, and leave nothing behind."""
-    keep_freed_memory()
     tidy_up_when_ended("SIGINT")  # a terminal interrupts all processes; the parent says so
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})

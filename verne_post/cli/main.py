@@ -18,7 +18,6 @@ from verne_post import __version__
 from verne_post.base.printable import printable, printable_lines
 from verne_post.cli.arithmetic import same_everywhere
 from verne_post.cli.files import FileError
-from verne_post.cli.memory import keep_freed_memory
 from verne_post.cli.streams import drop, echo, prepare_streams
 from verne_post.cli.temporary import tidy_up_when_ended
 from verne_post.model.verdict import ExitStatus
@@ -149,7 +148,6 @@ def _describe_failure(error: OSError) -> str:
 def run() -> None:
     """Entry point: run the command and exit with the documented status."""
     same_everywhere()
-    keep_freed_memory()
     prepare_streams()
     tidy_up_when_ended()
     sys.exit(main(sys.argv[1:]))
