@@ -85,13 +85,13 @@ def convert(
     >>> result.ok, len(result.setpoints) > 1000
     (True, True)
     """
-    _callable(sink, "sink")
-    _callable(progress, "progress")
+    _check_callable(sink, "sink")
+    _check_callable(progress, "progress")
     try:
-        text, chosen = _program(source, options, setup)
+        text, chosen = _read_program(source, options, setup)
     except InputError as error:
         return refused(error)
-    return convert_source(text, _machine(machine), chosen, sink, progress)
+    return convert_source(text, _load_machine(machine), chosen, sink, progress)
 
 
 def check(
@@ -108,12 +108,12 @@ def check(
     >>> result.ok, result.findings[0].code
     (False, 'VP101')
     """
-    _callable(progress, "progress")
+    _check_callable(progress, "progress")
     try:
-        text, chosen = _program(source, options, setup)
+        text, chosen = _read_program(source, options, setup)
     except InputError as error:
         return refused(error)
-    return check_source(text, _machine(machine), chosen, progress)
+    return check_source(text, _load_machine(machine), chosen, progress)
 
 
 def explain(
@@ -128,10 +128,10 @@ def explain(
     UsageError
         The line has no motion; names the nearest lines that have.
     """
-    text, chosen = _program(source, options, setup)
+    text, chosen = _read_program(source, options, setup)
     if isinstance(line, bool) or not isinstance(line, int):
         raise UsageError("line", f"{line!r}: expected the number of a source line")
-    return explain_source(text, _machine(machine), chosen, line)
+    return explain_source(text, _load_machine(machine), chosen, line)
 
 
 def verify(
@@ -157,8 +157,8 @@ def verify(
         stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
     except UnicodeDecodeError as error:
         raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
-    text, chosen = _program(source, options, setup)
-    loaded = _machine(machine)
+    text, chosen = _read_program(source, options, setup)
+    loaded = _load_machine(machine)
     program = assemble(text, loaded, chosen)
     drives = drives_of(loaded, chosen)
     name = str(setpoints) if isinstance(setpoints, os.PathLike) else "setpoints"
@@ -190,11 +190,11 @@ def fit(
     ------
     InputError
     """
-    text, chosen = _program(source, options, setup)
+    text, chosen = _read_program(source, options, setup)
     allowed = check_ranges(free, {} if ranges is None else ranges)
     if aim not in get_args(Aim):
         raise UsageError("aim", f"{aim!r}: expected one of {', '.join(get_args(Aim))}")
-    loaded = _machine(machine)
+    loaded = _load_machine(machine)
     found = propose(text, loaded, chosen, free, allowed, aim=aim)
     return replace(found, text=fit_text(chosen.source_name, loaded, found).rstrip("\n"))
 
@@ -202,7 +202,7 @@ def fit(
 # --- arguments -----------------------------------------------------------------------------------------
 
 
-def _program(source: Source, options: Options | None, setup: Setup) -> tuple[Text, Options]:
+def _read_program(source: Source, options: Options | None, setup: Setup) -> tuple[Text, Options]:
     """The text of a program, and its options; a path brings its subprograms and its set-up."""
     if options is not None and not isinstance(options, Options):
         raise UsageError("options", f"expected Options, got {type(options).__name__}")
@@ -239,10 +239,10 @@ def _read(source: Source, what: str) -> Text:
     raise UsageError(what, f"expected bytes, text or a path, got {type(source).__name__}")
 
 
-def _machine(machine: MachineLike) -> Machine:
+def _load_machine(machine: MachineLike) -> Machine:
     return machine if isinstance(machine, Machine) else load_machine(machine)
 
 
-def _callable(given: object, what: str) -> None:
+def _check_callable(given: object, what: str) -> None:
     if given is not None and not callable(given):
         raise UsageError(what, f"expected a function, got {type(given).__name__}")

@@ -25,7 +25,6 @@ from verne_post import Options, convert
 from verne_post.app.assemble import assemble
 from verne_post.app.plan import plan_program
 from verne_post.cli.arithmetic import settings
-from verne_post.cli.memory import keep_freed_memory
 from verne_post.model.machine import Machine
 
 Array = NDArray[np.float64]
@@ -215,5 +214,4 @@ if __name__ == "__main__":
     # as the command does; libraries read this when they are loaded
     if not settings().items() <= os.environ.items():
         os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **settings()})
-    keep_freed_memory()
     main()

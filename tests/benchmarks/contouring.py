@@ -32,7 +32,6 @@ from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
 from verne_post.app.plan import Plan, plan_program
 from verne_post.cli.arithmetic import settings
-from verne_post.cli.memory import keep_freed_memory
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
@@ -401,5 +400,4 @@ if __name__ == "__main__":
     # as the command does; libraries read this when they are loaded
     if not settings().items() <= os.environ.items():
         os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **settings()})
-    keep_freed_memory()
     main()

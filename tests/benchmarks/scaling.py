@@ -42,8 +42,6 @@ with open(sys.argv[1], "rb") as file:
 CONVERT = f"""
 import sys, time
 from verne_post.cli.main import main
-from verne_post.cli.memory import keep_freed_memory
-keep_freed_memory()
 assert main(sys.argv[1:]) == 0
 {_TOLD}"""
 

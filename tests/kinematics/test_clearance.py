@@ -6,7 +6,12 @@ import pytest
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
 from verne_post.base.rotations import axis_of_angles
-from verne_post.kinematics.checks.bodies import _flat_end_to_table, _to_table, line_segment_distance, point_distance
+from verne_post.kinematics.checks.bodies import (
+    _bound_flat_end_to_table,
+    _measure_to_table,
+    line_segment_distance,
+    point_distance,
+)
 from verne_post.kinematics.checks.clearance import _find_straight, check_clearance
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -90,7 +95,7 @@ def test_distance_from_the_table_against_brute_force():
     rng = np.random.default_rng(2)
     start, end = rng.uniform(-400, 400, (2, 200, 3))
     start[:, 2] = np.abs(start[:, 2])
-    found = _to_table(start, end, 250.0)
+    found = _measure_to_table(start, end, 250.0)
     s = np.linspace(0.0, 1.0, 4001)[:, None]
     for k in range(200):
         p = start[k] + s * (end[k] - start[k])
@@ -101,9 +106,9 @@ def test_distance_from_the_table_against_brute_force():
 def test_a_flat_end_touches_with_its_rim():
     """A tool of radius 10 tilted by 30 degrees: its lowest rim point is 5 mm below the tip."""
     axis = np.array([[0.0, 0.5, np.sqrt(0.75)]])
-    assert _flat_end_to_table(np.array([[0.0, 0.0, 7.0]]), axis, 10.0, 250.0) == pytest.approx(2.0)
-    assert _flat_end_to_table(np.array([[0.0, 0.0, 3.0]]), axis, 10.0, 250.0) == pytest.approx(-2.0)
-    assert _flat_end_to_table(np.array([[300.0, 0.0, -5.0]]), axis, 10.0, 250.0) == pytest.approx(40.0)
+    assert _bound_flat_end_to_table(np.array([[0.0, 0.0, 7.0]]), axis, 10.0, 250.0) == pytest.approx(2.0)
+    assert _bound_flat_end_to_table(np.array([[0.0, 0.0, 3.0]]), axis, 10.0, 250.0) == pytest.approx(-2.0)
+    assert _bound_flat_end_to_table(np.array([[300.0, 0.0, -5.0]]), axis, 10.0, 250.0) == pytest.approx(40.0)
 
 
 # --- the machine's bodies ---------------------------------------------------------------------------

@@ -159,7 +159,7 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
         coordinates=machine.coordinates, axes=machine.coordinates.axes, machine=True,
         home=points[0] if machine.home else None, home2=points[1] if machine.home else None,
         tools=dict(options.tools) if options.tools is not None else None, tool_length=options.tool_length, frames=frames,
-        given_systems=frozenset(options.wcs), travel=MachineTravel(machine), **_text_options(options),
+        given_systems=frozenset(options.wcs), travel=MachineTravel(machine), **_select_text_options(options),
     )  # fmt: skip
 
 
@@ -167,7 +167,7 @@ def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Findi
     """Moves as a plain interpreter sees them (``dump moves``), up to the first error, and the errors."""
     setup = gcode.interpreter_setup(
         tools=options.tools, tool_length=options.tool_length,
-        origins={system: offset.origin_mm for system, offset in options.wcs.items()}, **_text_options(options),
+        origins={system: offset.origin_mm for system, offset in options.wcs.items()}, **_select_text_options(options),
     )  # fmt: skip
     return interpret_until_error(source, setup)
 
@@ -178,7 +178,7 @@ def modal_state(source: Text, program: Program, line: int) -> State:
     return state_after(source, setup, program.moves, line)
 
 
-def _text_options(options: Options) -> dict[str, Any]:
+def _select_text_options(options: Options) -> dict[str, Any]:
     """What concerns the text of a program alone, by the names of :class:`~verne_post.gcode.setup.TextOptions`."""
     try:
         refuse_known_codes(options.remap)
@@ -254,7 +254,7 @@ def cut_at_stops(draft: Draft) -> Draft:
     """``split_at_stops``: standstills where the machine waits for a person; without it such stops are refused."""
     kept = draft.path.moves_with_length
     begin = int(kept[0] if draft.restart is None else kept[np.searchsorted(kept, draft.restart.move)])
-    waits = _waits(draft.moves, int(kept[0]), optional_stop=draft.options.optional_stop)
+    waits = _find_waits(draft.moves, int(kept[0]), optional_stop=draft.options.optional_stop)
     if not draft.options.split_at_stops and any(before > begin for before, _item in waits):
         raise InputError(*merge_same(item for before, item in waits if before > begin))
     gaps = {int(np.searchsorted(kept, before)): (before, item.line or 0) for before, item in reversed(waits)}
@@ -372,7 +372,7 @@ def _approach_place(machine: Machine, options: Options) -> str | tuple[float, ..
     return tuple(float(drive.places(np.array(number))) for drive, number in zip(drives, place, strict=True))
 
 
-def _waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[int, Finding]]:
+def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[int, Finding]]:
     """Stops after the first motion, move number ``first``, by the move that follows: setpoints cannot wait there."""
     found = []
     for event in moves.events:

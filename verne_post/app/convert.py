@@ -84,7 +84,7 @@ def convert_program(
         return refused(error)
     verification, timed = _write(plan, fmt, take, progress)
     summary = replace(summarise(source, plan, fmt, verification), timed=timed)
-    findings = (*plan.findings, *_own_faults(verification, options))
+    findings = (*plan.findings, *_find_own_faults(verification, options))
     setpoints = None if sink is not None or not verification.ok else _collect(collected, machine, fmt)
     return Result(findings, summary, setpoints)
 
@@ -97,7 +97,7 @@ def _write(
     Of several processes, the one that leads hands rows over while another one checks them.
     """
     verifier, team = verifier_of(plan.program, fmt), plan.program.team
-    events, before = _events(plan.program)
+    events, before = _list_events(plan.program)
     event_rows = EventRows(before)
     for block, move in setpoint_blocks(plan, fmt):
         measured = verifier.measure(block)
@@ -144,7 +144,7 @@ def _ignore(_block: SetpointBlock) -> None:
     """The sink of processes that do not lead."""
 
 
-def _events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:
+def _list_events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:
     """Events and dwells in order, and the move after each; -1 for what is to be done before the first one."""
     moves, dwells = program.moves, program.moves.dwells
     waits = {int(dwell): float(moves.feed[dwell]) for dwell in dwells if dwell not in program.stops}
@@ -155,7 +155,7 @@ def _events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:
     return every, np.where(before <= first, -1, before)
 
 
-def _own_faults(verification: Verification, options: Options) -> list[Finding]:
+def _find_own_faults(verification: Verification, options: Options) -> list[Finding]:
     """What our own verification found: a fault of ours, unless the user accepted a rounding that is too coarse."""
     if verification.ok:
         return []

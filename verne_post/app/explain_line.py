@@ -38,16 +38,16 @@ def explain_line(line: Line) -> Iterator[str]:
     solved = joints.solve(np.array([line.last]), np.array([1.0]))
     tip, angles = solved.tip[0], solved.angles[0]
     tool = float(joints.contour.tool_length(np.array([line.last]))[0])
-    yield from _words(line, tool - joints.lift)
+    yield from _describe_words(line, tool - joints.lift)
     yield ""
     yield "from words to joints, at the end of the motion"
-    yield from _program_step(line, angles)
-    yield from _machine_steps(machine, tip, angles, tool)
+    yield from _describe_program_step(line, angles)
+    yield from _describe_machine_steps(machine, tip, angles, tool)
     yield ""
-    yield from _findings(line, line.findings)
+    yield from _describe_findings(line, line.findings)
     yield ""
     other = np.array([-angles[0], angles[1] + np.pi])
-    for name, pair in ((_own_name(line, angles), angles), ("other table solution", other)):
+    for name, pair in ((_name_own_solution(line, angles), angles), ("other table solution", other)):
         yield from explain_table_solution(machine, name, tip, pair, tool, joints.lift)
     yield ""
     yield from explain_solutions(machine, tip, angles, solved.q[0], tool, joints.lift)
@@ -56,7 +56,7 @@ def explain_line(line: Line) -> Iterator[str]:
 # --- words -------------------------------------------------------------------------------------
 
 
-def _words(line: Line, tool: float) -> Iterator[str]:
+def _describe_words(line: Line, tool: float) -> Iterator[str]:
     if line.state is None or line.move < 0:
         yield f"line {line.number}: the approach of --from, in no words of the program; tool length {tool:g} mm"
         return
@@ -71,11 +71,11 @@ def _words(line: Line, tool: float) -> Iterator[str]:
     feed = float(moves.feed[line.move])
     if np.isfinite(feed):
         share = "" if line.options.override == 1.0 else f" at an override of {100 * line.options.override:g} %"
-        modal.append(f"feed {feed:g} {_feed_unit(line)}{share}")
+        modal.append(f"feed {feed:g} {_name_feed_unit(line)}{share}")
     yield f"  in force             {', '.join(modal)}"
 
 
-def _feed_unit(line: Line) -> str:
+def _name_feed_unit(line: Line) -> str:
     if line.moves.feed_mode[line.move] == FeedMode.PER_REVOLUTION:
         return "mm per turn of the spindle"
     path = line.exact.contour.path
@@ -84,7 +84,7 @@ def _feed_unit(line: Line) -> str:
     return "deg/min" if path.turn[segment] >= 0 or (still and path.kind[segment] == SegmentKind.LINE) else "mm/min"
 
 
-def _program_step(line: Line, angles: Array) -> Iterator[str]:
+def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
     """Words -> program coordinates -> place on the table."""
     if line.state is None or line.move < 0:
         return
@@ -127,7 +127,7 @@ def _program_step(line: Line, angles: Array) -> Iterator[str]:
         yield "  table                A and C stand on another branch than the words name"
 
 
-def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> Iterator[str]:
+def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> Iterator[str]:
     """Place on the table -> gauge point -> platform -> joints, with the names of docs/conventions.md."""
     axis = axis_of_angles(angles[0], angles[1])
     gauge = machine.five_axis.platform_gauge(tip, angles, tool)
@@ -143,7 +143,7 @@ def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> 
         yield f"  platform             no platform tilt alpha closes the legs in the working mode: {code} {CODES[code].title}"
         return
     if isinstance(machine.five_axis, AxisCorrecting):
-        yield from _as_built_steps(machine, machine.five_axis, tip, angles, tool)
+        yield from _describe_as_built_steps(machine, machine.five_axis, tip, angles, tool)
         return
     yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(platform.position)}, "
            f"platform tilt alpha {degrees_text(float(platform.alpha))} deg")  # fmt: skip
@@ -157,7 +157,7 @@ def _machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> 
     yield f"                       {shown}"
 
 
-def _as_built_steps(
+def _describe_as_built_steps(
     machine: Machine, as_built: AxisCorrecting, tip: Array, angles: Array, tool: float
 ) -> Iterator[str]:
     """The last steps on an as-built machine."""
@@ -174,7 +174,7 @@ def _as_built_steps(
 # --- findings and remedies -----------------------------------------------------------------------
 
 
-def _findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if not findings:
         yield "findings: none, the whole line is legal"
         return
@@ -188,7 +188,7 @@ def _findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         if not concerns_pose(item.code) and item.code not in remedied:
             yield f"    remedy: {CODES[item.code].remedy}"
         remedied.add(item.code)
-    yield from _remedies(line, findings)
+    yield from _describe_remedies(line, findings)
 
 
 def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
@@ -200,7 +200,7 @@ def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
             f"A {degrees_text(angles[0, 0])} deg, C {degrees_text(angles[0, 1])} deg")  # fmt: skip
 
 
-def _remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """What would make the line legal, in numbers; every proposal has been checked along the whole line."""
     findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
     if not findings:
@@ -218,7 +218,7 @@ def _remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     yield from (f"  {text}" for text in found)
 
 
-def _own_name(line: Line, angles: Array) -> str:
+def _name_own_solution(line: Line, angles: Array) -> str:
     """The table solution in use: the programmed one, or what was chosen in its place."""
     if line.move < 0:
         return "as driven"

@@ -28,10 +28,10 @@ def explain_table_solution(
         (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
         yield f"{name}: refused: {code}, no solution in the working mode"
         return
-    measures = _measures(machine, tip, angles, tool, lift)
-    beyond = _beyond(machine, q)
+    measures = _measure_margins(machine, tip, angles, tool, lift)
+    beyond = _list_violations(machine, q)
     reasons = [f"beyond the travel of {', '.join(beyond)}"] if beyond else []
-    reasons += _too_small(measures)
+    reasons += _list_errors(measures)
     yield f"{name}: " + ("possible" if not reasons else f"refused: {'; '.join(reasons)}")
     yield f"  platform             P {mm_text(platform.position)}, platform tilt alpha {degrees_text(float(platform.alpha))} deg"
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
@@ -47,7 +47,9 @@ def explain_table_solution(
     yield f"  conditioning (1 even, 0 singular)    parallel {fixed(float(parallel), 4)}, serial {fixed(float(serial), 4)}"
 
 
-def _measures(machine: Machine, tip: Array, angles: Array, tool: float, lift: float) -> list[tuple[Margin, float]]:
+def _measure_margins(
+    machine: Machine, tip: Array, angles: Array, tool: float, lift: float
+) -> list[tuple[Margin, float]]:
     """Margins of the module, clearances, and the height over the table face, of a pose in the working mode.
 
     In a dry run the real tool is ``lift`` (mm) shorter than the one that the pose is solved with.
@@ -67,7 +69,7 @@ def _measures(machine: Machine, tip: Array, angles: Array, tool: float, lift: fl
     return found
 
 
-def _too_small(measures: Sequence[tuple[Margin, float]]) -> list[str]:
+def _list_errors(measures: Sequence[tuple[Margin, float]]) -> list[str]:
     """What of it is an error."""
     return [
         f"{margin.code} {margin.name}" + (f" of {margin.axis}" if margin.axis else "")
@@ -83,22 +85,22 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
     for solution in machine.five_axis.inverse_all(tip, axis, tool):
         reasons = [solution.refused] if solution.refused else []
         in_use = _is(solution, q)
-        beyond = _beyond(machine, q if in_use else _turned_inside(machine, np.array(solution.q)))
+        beyond = _list_violations(machine, q if in_use else _turn_into_travel(machine, np.array(solution.q)))
         if beyond:
             reasons.append("travel of " + ", ".join(beyond))
         if not solution.refused:
-            reasons += _too_small(_measures(machine, tip, np.array(solution.angles), tool, lift))
+            reasons += _list_errors(_measure_margins(machine, tip, np.array(solution.angles), tool, lift))
         rows.append((solution, in_use, reasons))
     usable = sum(not reasons for _solution, _own, reasons in rows)
     by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)
     yield (f"every solution of the whole machine: {len(rows)}, of which {usable} possible, {by_geometry} refused by "
            f"geometry, {len(rows) - usable - by_geometry} by other limits")  # fmt: skip
-    for other in (_other_side(angles), not _other_side(angles)):
+    for other in (_has_negative_tilt(angles), not _has_negative_tilt(angles)):
         listed = [row for row in rows if row[0].other_table == other]
         if not listed:
             continue
         turn = joint_text(machine, len(machine.columns) - 1, listed[0][0].q[-1], 4)
-        yield f" {'this' if other == _other_side(angles) else 'other'} table solution, {turn}: {len(listed)}"
+        yield f" {'this' if other == _has_negative_tilt(angles) else 'other'} table solution, {turn}: {len(listed)}"
         for solution, in_use, reasons in sorted(listed, key=lambda row: bool(row[2])):
             signs = ",".join(f"{sign:+d}" for sign in solution.signs)
             mode = f"  s ({signs})" if signs else ""
@@ -107,7 +109,7 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
             yield f"  alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  {joints}  {verdict}"
 
 
-def _other_side(angles: Array) -> bool:
+def _has_negative_tilt(angles: Array) -> bool:
     """Whether a pair of angles is the table solution with a negative tilt."""
     return bool(np.sin(angles[0]) < -SAME)
 
@@ -119,7 +121,7 @@ def _is(solution: WholeSolution, q: Array) -> bool:
     return bool(np.abs(difference).max() < SAME)
 
 
-def _turned_inside(machine: Machine, q: Array) -> Array:
+def _turn_into_travel(machine: Machine, q: Array) -> Array:
     """The same with C by whole turns inside its travel, where that is possible."""
     low, high = machine.limits.lower[-1], machine.limits.upper[-1]
     turns = q[-1] + 2 * np.pi * np.arange(-remedies.TURNS, remedies.TURNS + 1)
@@ -127,7 +129,7 @@ def _turned_inside(machine: Machine, q: Array) -> Array:
     return np.append(q[:-1], inside[np.argmin(np.abs(inside - q[-1]))] if len(inside) else q[-1])
 
 
-def _beyond(machine: Machine, q: Array) -> list[str]:
+def _list_violations(machine: Machine, q: Array) -> list[str]:
     slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
     bad = (q < machine.limits.lower - slack) | (q > machine.limits.upper + slack)
     return [column.joint for column, out in zip(machine.columns, bad, strict=True) if out]

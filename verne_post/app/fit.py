@@ -75,21 +75,21 @@ def propose(
     system = systems[0]
     here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
     elsewhere = Place(*(np.array(_ELSEWHERE) + here.array()).tolist())
-    points = sample_part_points(path, here, _path_at(source, machine, options, system, elsewhere), elsewhere)
+    points = sample_part_points(path, here, _build_path_at(source, machine, options, system, elsewhere), elsewhere)
     if not len(points.tip):
         raise InputError(
             finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset, or only "
                     "names machine coordinates")
         )  # fmt: skip
     raised = options.air if options.air_along == "table" else 0.0
-    low, high = _ranges(points, machine, ranges or {}, here, free, raised)
+    low, high = _choose_ranges(points, machine, ranges or {}, here, free, raised)
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
     notify = None if progress is None else partial(progress, "seeking a place")
     largest = search.find_best(here, notify)
     largest = search.evaluate(_round_place(largest.place, free), largest.counts)
     before_check = check_source(source, machine, options, progress)
 
-    def checked(place: Place) -> Result:
+    def check_at(place: Place) -> Result:
         return check_source(source, machine, at_place(options, system, place), progress)
 
     after, after_check = largest, None
@@ -102,10 +102,10 @@ def propose(
             near = SmallestMove(search, here, largest.counts).proposals() if largest.margins.min() >= 0.0 else ()
             for numbers in near:
                 place = _round_place(Place(*numbers.tolist()), free)
-                if (tried := checked(place)).ok:
+                if (tried := check_at(place)).ok:
                     after, after_check = search.evaluate(place, largest.counts), tried
                     break
-    result = checked(after.place) if after_check is None else after_check
+    result = check_at(after.place) if after_check is None else after_check
     seconds_before, seconds = (one.summary.cycle_time if one.summary else None for one in (before_check, result))
     before = search.evaluate(here, largest.counts)
     return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest)
@@ -130,7 +130,7 @@ def _round_place(place: Place, free: str) -> Place:
     return Place(x, y, z, RAD_PER_DEG * c)
 
 
-def _path_at(source: Text, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:
+def _build_path_at(source: Text, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:
     offset = WorkOffset((place.x, place.y, place.z), place.c / RAD_PER_DEG)
     moved = options.changed(wcs={**options.wcs, system: offset})
     return _read(source, machine, moved)[1]
@@ -143,7 +143,7 @@ def _read(source: Text, machine: Machine, options: Options) -> tuple[Moves, Tool
     return moves, lift_path(path, options.air, along_tool=options.air_along == "tool") if options.air else path
 
 
-def _ranges(
+def _choose_ranges(
     points: PartPoints,
     machine: Machine,
     given: Mapping[str, tuple[float, float]],

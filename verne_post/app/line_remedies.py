@@ -72,17 +72,17 @@ def proposals(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """What would make the line legal, or would remove its warnings where it has no errors, in numbers."""
     yield from turns(line, findings)
     gravest = worst(findings)
-    yield from _shifts(line, [item for item in findings if item.severity == gravest])
+    yield from _propose_shifts(line, [item for item in findings if item.severity == gravest])
 
 
 def turns(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """Other angles of the table that make the line legal, the part where it is: less tilt, another branch."""
     gravest = worst(findings)
-    yield from _tilts(line, [item for item in findings if item.severity == gravest])
-    yield from _branches(line, gravest == "error")
+    yield from _propose_tilts(line, [item for item in findings if item.severity == gravest])
+    yield from _propose_branches(line, gravest == "error")
 
 
-def _tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """Less tilt at the end of a straight line, where the table leaves its travel."""
     joints = line.exact
     if not remedies.straight(joints):
@@ -100,7 +100,7 @@ def _tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         yield f"the line ended at A {short_text(then, 3)} in place of A {short_text(now, 6)}, tip and C as they are"
 
 
-def _branches(line: Line, error: bool) -> Iterator[str]:
+def _propose_branches(line: Line, error: bool) -> Iterator[str]:
     if not error:
         return
     joints = line.joints
@@ -113,7 +113,7 @@ def _branches(line: Line, error: bool) -> Iterator[str]:
         return  # the nearest one
 
 
-def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     asked = [item for item in findings if item.code not in (*remedies.ROTARY_CODES, "VP301")]
     if not asked:
         return
@@ -122,7 +122,7 @@ def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     warnings = worst(asked) == "warning"
     directions = coordinates.displacement(np.eye(3), frame)
 
-    def alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
+    def shift_alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
         for letter, direction in zip("XYZ", directions, strict=True):
             found = remedies.smallest_shift(part, direction[None], end_only=end_only, also_warnings=warnings)
             if found is not None:
@@ -131,26 +131,28 @@ def _shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     least = remedies.smallest_shift(joints, np.eye(3), also_warnings=warnings)
     if least is not None:
         moved = plain_list(least.vector, 3)
-        yield f"the part moved by {moved} mm ({_offset(line, least)}){_leaves(least)}"
+        yield f"the part moved by {moved} mm ({_describe_offset(line, least)}){_describe_remaining(least)}"
         single = [
-            f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_leaves(one)}"
-            for letter, direction, one in alone(joints)
+            f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_describe_remaining(one)}"
+            for letter, direction, one in shift_alone(joints)
         ]
         if single:
             yield f"the part moved along one axis of the program: {', '.join(single)}"
     if remedies.straight(line.exact):
         tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
         ends = []
-        for letter, _way, one in alone(line.exact, end_only=True):
+        for letter, _way, one in shift_alone(line.exact, end_only=True):
             words = coordinates.from_table(tip[0] + np.array(one.vector), angles[0], frame)
             now = line.moves.end[line.move]
             at = AXES.index(letter)
-            ends.append(f"{letter} {short_text(words[at], 4)} in place of {short_text(now[at])} mm{_leaves(one)}")
+            ends.append(
+                f"{letter} {short_text(words[at], 4)} in place of {short_text(now[at])} mm{_describe_remaining(one)}"
+            )
         if ends:
             yield f"the line ended elsewhere: {', or '.join(ends)}"
 
 
-def _offset(line: Line, shift: remedies.Shift) -> str:
+def _describe_offset(line: Line, shift: remedies.Shift) -> str:
     """The work offset that moves the part."""
     frame = line.frame
     origin = np.array(line.joints.machine.origin_on_table(frame))
@@ -163,5 +165,5 @@ def _offset(line: Line, shift: remedies.Shift) -> str:
     return f"then {name} = {plain_list(numbers)}"
 
 
-def _leaves(shift: remedies.Shift) -> str:
+def _describe_remaining(shift: remedies.Shift) -> str:
     return f" (leaves {', '.join(shift.leaves)})" if shift.leaves else ""

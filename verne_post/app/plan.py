@@ -62,7 +62,7 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     bounds, findings = check_program(program, progress)
     if worst(findings) == "error":
         raise InputError(*findings)
-    _require_rows(program, _least_seconds(program) / program.cycle)
+    _require_rows(program, _compute_least_seconds(program) / program.cycle)
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("planning", done, total)
     planning = PlanningOptions(program.cycle, options.solver, options.quality, played, program.shaper(), program.team)
@@ -101,14 +101,14 @@ def _plan(
     raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line))
 
 
-def _least_seconds(program: Program) -> float:
+def _compute_least_seconds(program: Program) -> float:
     """The time that the program takes at its feed rates; planned motion takes no less."""
     path = program.path
-    at_feed = sum(float(_finite(path.feed_time[first:last]).sum()) for first, last in blocks(len(path)))
+    at_feed = sum(float(_replace_infinite(path.feed_time[first:last]).sum()) for first, last in blocks(len(path)))
     return at_feed + float(path.dwell_seconds.sum())
 
 
-def _finite(seconds: Array) -> Array:
+def _replace_infinite(seconds: Array) -> Array:
     """Rapid traverse has no time of its own."""
     return np.where(np.isfinite(seconds), seconds, 0.0)
 
@@ -125,7 +125,7 @@ def _require_rows(program: Program, rows: float) -> None:
         return
     path = program.path
     lines = np.append(path.line, path.dwell_line)
-    seconds = np.append(_finite(path.feed_time), path.dwell_seconds)
+    seconds = np.append(_replace_infinite(path.feed_time), path.dwell_seconds)
     slowest = int(np.argmax(seconds))
     text = (
         f"the program takes more than {rows:.4g} rows of {program.cycle:g} s, and --max-rows allows {program.options.max_rows}; "

@@ -27,7 +27,7 @@ _SHOWN_ROWS = 3
 
 
 @contextmanager
-def _naming(library: str) -> Iterator[None]:
+def _name_missing(library: str) -> Iterator[None]:
     """Say how to get a library that is not installed; no extra brings it."""
     try:
         yield
@@ -75,19 +75,19 @@ class Setpoints:
 
     def to_pandas(self) -> "pd.DataFrame":
         """As a pandas data frame; needs pandas."""
-        with _naming("pandas"):
+        with _name_missing("pandas"):
             import pandas as pd
 
         return pd.DataFrame(self.to_dict())
 
     def to_polars(self) -> "pl.DataFrame":
         """As a polars data frame; needs polars."""
-        with _naming("polars"):
+        with _name_missing("polars"):
             import polars as pl
 
         return pl.DataFrame({name: np.ascontiguousarray(column) for name, column in self.to_dict().items()})
 
-    def _rows(self) -> list[list[str]]:
+    def _make_text_rows(self) -> list[list[str]]:
         n = len(self)
         shown = range(n) if n <= 2 * _SHOWN_ROWS else [*range(_SHOWN_ROWS), -1, *range(n - _SHOWN_ROWS, n)]
         rows = [
@@ -97,10 +97,10 @@ class Setpoints:
         return [list(self.columns), *rows]
 
     def __repr__(self) -> str:
-        return f"{_table(self._rows())}\n{len(self)} rows"
+        return f"{_format_table(self._make_text_rows())}\n{len(self)} rows"
 
     def _repr_html_(self) -> str:
-        return f"{_html_table(self._rows())}<p>{len(self)} rows</p>"
+        return f"{_format_html_table(self._make_text_rows())}<p>{len(self)} rows</p>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,7 +135,7 @@ class Result:
         """What became of the program, in words."""
         return verdict_of(self.exit_code, self.findings)
 
-    def _rows(self) -> list[list[str]]:
+    def _make_text_rows(self) -> list[list[str]]:
         rows = [["verdict", str(self.verdict)]]
         if self.summary is not None:
             rows += [
@@ -147,13 +147,15 @@ class Result:
         return rows
 
     def __repr__(self) -> str:
-        parts = [_table(self._rows())]
+        parts = [_format_table(self._make_text_rows())]
         if self.findings:
-            parts.append(_table(findings_table(self.findings)))
+            parts.append(_format_table(findings_table(self.findings)))
         return "\n".join(parts)
 
     def _repr_html_(self) -> str:
-        return _html_table(self._rows()) + (_html_table(findings_table(self.findings)) if self.findings else "")
+        return _format_html_table(self._make_text_rows()) + (
+            _format_html_table(findings_table(self.findings)) if self.findings else ""
+        )
 
 
 def refused(error: InputError) -> Result:
@@ -170,7 +172,7 @@ def findings_table(findings: Sequence[Finding]) -> list[list[str]]:
     ]
 
 
-def _table(rows: Sequence[Sequence[str]]) -> str:
+def _format_table(rows: Sequence[Sequence[str]]) -> str:
     """Rows as aligned text."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     return "\n".join(
@@ -178,7 +180,7 @@ def _table(rows: Sequence[Sequence[str]]) -> str:
     )
 
 
-def _html_table(rows: Sequence[Sequence[str]]) -> str:
+def _format_html_table(rows: Sequence[Sequence[str]]) -> str:
     """Rows as an HTML table for notebooks."""
     import html
 

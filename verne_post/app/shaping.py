@@ -48,10 +48,10 @@ class SpeedLimits(Struct, frozen=True, eq=False):
         """A feed cap that keeps them too."""
         starts = running_sums(contour.length)
 
-        def limited(contour: Contour, element: Ints, w: Array) -> Array:
+        def limit_speed(contour: Contour, element: Ints, w: Array) -> Array:
             return np.minimum(speed(contour, element, w), self.at(starts[element] + w * contour.length[element]))
 
-        return limited
+        return limit_speed
 
 
 NO_LIMITS: Final = SpeedLimits(np.empty(0), np.empty(0))
@@ -67,7 +67,7 @@ def find_slowdown(program: Program, profiles: MotionProfiles, laid_out: Timeline
     starts, sampler = running_sums(contour.length), RowSampler(contour, profiles, laid_out)
     limits, too_fast = NO_LIMITS, np.ones(contour.n_sections)
     for sampled in map(sampler.rows, sampler.blocks()):
-        factor = _too_fast(program, sampled, laid_out)
+        factor = _measure_excess(program, sampled, laid_out)
         if (factor <= 1.0).all():
             continue
         # a shaped row is made of all rows under its weights
@@ -75,19 +75,19 @@ def find_slowdown(program: Program, profiles: MotionProfiles, laid_out: Timeline
         around = np.lib.stride_tricks.sliding_window_view(np.pad(factor, reach), reach + 1).max(axis=1)
         np.maximum.at(too_fast, contour.section[sampled.element], around)
         s = starts[sampled.element] + sampled.w * contour.length[sampled.element]
-        limits = limits.lower(_slower(s, around, laid_out.cycle))
+        limits = limits.lower(_make_slower_limits(s, around, laid_out.cycle))
     return limits, too_fast
 
 
-def _too_fast(program: Program, sampled: Rows, laid_out: Timeline) -> Array:
+def _measure_excess(program: Program, sampled: Rows, laid_out: Timeline) -> Array:
     """By which factor (n,) the motion around each shaped row is too fast."""
     contour, weights = program.contour, laid_out.weights
     shaped = shape_rows(program.joints().q(sampled.element, sampled.w), weights)
     segment = contour.segment[sampled.shown]
     tip, angles, _ok = program.machine.five_axis.nominal(shaped, contour.path.tool_length[segment])
     meant_tip, meant_angles = contour_pose(contour, sampled.shown, sampled.shown_w)
-    tip_bound = _left_by_corners(contour.tip_tolerance[segment], PATH_TIP_MM)
-    axis_bound = _left_by_corners(contour.axis_tolerance[segment], PATH_AXIS_DEG * RAD_PER_DEG)
+    tip_bound = _compute_remaining_tolerances(contour.tip_tolerance[segment], PATH_TIP_MM)
+    axis_bound = _compute_remaining_tolerances(contour.axis_tolerance[segment], PATH_AXIS_DEG * RAD_PER_DEG)
     off = np.maximum(row_norm(tip - meant_tip) / tip_bound, np.abs(angles - meant_angles).max(axis=1) / axis_bound)
     off[contour.path.kind[segment] == SegmentKind.JOINT] = 0.0  # straight in the joints: means of rows stay on it
     factor = np.sqrt(off)  # displacement goes with the square of the speed
@@ -97,13 +97,13 @@ def _too_fast(program: Program, sampled: Rows, laid_out: Timeline) -> Array:
     return np.asarray(factor)
 
 
-def _left_by_corners(tolerance: Array, exact: float) -> Array:
+def _compute_remaining_tolerances(tolerance: Array, exact: float) -> Array:
     """What corners leave of the tolerances (n,) to the shaper; of what verification allows ``exact`` paths, where that is more."""
     by_corners = (1.0 - tuning.SHAPER_SHARE) * tolerance
     return np.maximum(tolerance, EXACT_SHARE * exact) - by_corners
 
 
-def _slower(s: Array, factor: Array, cycle: float) -> SpeedLimits:
+def _make_slower_limits(s: Array, factor: Array, cycle: float) -> SpeedLimits:
     """Limits that make the steps between rows s (n,) slower by ``factor`` (n,) where it is above 1."""
     step, needed = np.diff(s), np.maximum(factor[1:], factor[:-1])
     moving = np.flatnonzero(step > 0)

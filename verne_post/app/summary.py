@@ -23,7 +23,7 @@ from verne_post.output.summary import summary_text, verdict_line
 from verne_post.trajectory.shaper import vibration_left
 
 
-def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
+def _list_parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     """What happens before the first motion; and the rows between stops, with what happens after them.
 
     An event belongs to the gap between the two moves with a length that it stands between.
@@ -37,15 +37,15 @@ def _parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     gap = np.searchsorted(kept, [event.before for event in moves.events])
     gaps = [*np.searchsorted(kept, program.stops).tolist(), len(kept)]
 
-    def within(number: int) -> tuple[Event, ...]:
+    def select_events_of(number: int) -> tuple[Event, ...]:
         first, last = np.searchsorted(gap, [number, number + 1])
         return moves.events[first:last]
 
     parts = zip(begins, ends, gaps, strict=True)
-    return within(0), tuple(Part(first, last, within(number)) for first, last, number in parts)
+    return select_events_of(0), tuple(Part(first, last, select_events_of(number)) for first, last, number in parts)
 
 
-def _shaped(plan: Plan) -> Shaped | None:
+def _summarise_shaper(plan: Plan) -> Shaped | None:
     """What the input shaper does; None without one."""
     machine, times = plan.program.machine, plan.timeline
     shaper = chosen_shaper(machine, plan.program.options)
@@ -86,8 +86,8 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
     path, contour, moves = program.path, program.contour, program.moves
     if verdict is not None:
         verdict.text = verdict_line(program.options.source_name, verdict, program.machine, passes=verdict.ok)
-    before, parts = _parts(plan)
-    shaped = _shaped(plan)
+    before, parts = _list_parts(plan)
+    shaped = _summarise_shaper(plan)
     feeds = reached = 0
     used: set[int] = set()
     tools: dict[tuple[int, float], None] = {}

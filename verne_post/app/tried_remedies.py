@@ -54,34 +54,34 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         chosen.setdefault((item.code, item.axis), item)
     remedied = list(chosen.values())[:REMEDIED]
     joints = guarded_joints(program)
-    offset = _offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
+    offset = _find_offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
     made: list[Finding] = []
     for item in findings:
         if item in remedied:
-            texts = tuple(_remedies(source, program, joints, item, offset))
+            texts = tuple(_try_remedies(source, program, joints, item, offset))
             item = dataclasses.replace(item, remedies=texts)
         made.append(item)
     return made
 
 
-def _remedies(source: Text, program: Program, joints: Any, item: Finding, offset: str | None) -> Iterator[str]:
+def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, offset: str | None) -> Iterator[str]:
     """Texts of the remedies of one finding."""
     if item.code in _OPTIONS:
         flag, change = _OPTIONS[item.code]
-        left = _errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None
+        left = _find_errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None
         if left is not None and item.code not in left:
             yield f"{flag} makes the program legal" if not left else f"{flag} removes this ({', '.join(left)} stay)"
     elif offset is not None and item.code not in ROTARY_CODES:
         yield offset
     elif family_of(item.code) != Family.BRANCH:
-        line = _line(program, joints, item)
+        line = _find_worst_line(program, joints, item)
         if line is not None:
             yield from (f"line {line.number} alone: {text}" for text in turns(line, [item]))
         if item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS:
             yield "no work offset near this one makes the program legal; `verne-post fit` seeks one over the whole table"
 
 
-def _line(program: Program, joints: Any, item: Finding) -> Line | None:
+def _find_worst_line(program: Program, joints: Any, item: Finding) -> Line | None:
     """The worst line of a finding; None where it is no motion of the part alone."""
     number = item.worst_line or item.line or 0
     own = of_line(joints, number)
@@ -91,7 +91,7 @@ def _line(program: Program, joints: Any, item: Finding) -> Line | None:
     return Line(number, "", own, program.moves, None, program.options, (item,), exact)
 
 
-def _errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ...] | None:
+def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ...] | None:
     """Codes of the errors of the program with other options, each once; None where it cannot be read with them."""
     try:
         changed = assemble(source, program.machine, program.options.changed(**change), program.team)
@@ -104,12 +104,12 @@ def _errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ..
 # --- a work offset for the whole program -----------------------------------------------------------------
 
 
-def _offset(source: Text, program: Program, errors: Sequence[Finding]) -> str | None:
+def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> str | None:
     """A work offset, as an option, with which the whole program was checked; None where none was found."""
-    concerned = _movable_errors(errors)
+    concerned = _select_movable_errors(errors)
     if not concerned:
         return None
-    first = _line(program, guarded_joints(program), concerned[0])
+    first = _find_worst_line(program, guarded_joints(program), concerned[0])
     if first is None:
         return None
     system, turn = first.frame.system, first.frame.part_turn
@@ -118,7 +118,7 @@ def _offset(source: Text, program: Program, errors: Sequence[Finding]) -> str | 
     if np.abs(origin - np.array(program.machine.origin_on_table(first.frame))).max() > LIMIT_SLACK_MM:
         return None  # the program sets its offset itself: no option moves it
     for basis in (np.array([[0.0, 0.0, 1.0]]), np.eye(3)):  # a part is raised more easily than moved
-        found = _legal_origin(source, program, origin, system, turn, concerned, basis)
+        found = _find_legal_origin(source, program, origin, system, turn, concerned, basis)
         if found is not None:
             place, left = found
             then = f"{SYSTEM_NAMES[system]} = {plain_list((*place, *([turn] if turn else [])))}"
@@ -129,13 +129,13 @@ def _offset(source: Text, program: Program, errors: Sequence[Finding]) -> str | 
     return None
 
 
-def _legal_origin(
+def _find_legal_origin(
     source: Text, program: Program, origin: Array, system: int, turn: float, errors: Sequence[Finding], basis: Array
 ) -> tuple[Array, tuple[str, ...]] | None:
     """An origin (3,) at which nothing but tilt and rotary travel is left, and the codes that are; None if none is found."""
     there, place, concerned = program, origin, list(errors)
     for _ in range(OFFSETS):
-        line = _line(there, guarded_joints(there), max(concerned, key=excess_of))
+        line = _find_worst_line(there, guarded_joints(there), max(concerned, key=excess_of))
         shift = None if line is None else smallest_shift(line.joints, basis)
         if shift is None:
             return None
@@ -148,12 +148,12 @@ def _legal_origin(
             found = [item for item in check_program(there)[1] if item.severity == "error"]
         except InputError:
             return None
-        concerned = _movable_errors(found)
+        concerned = _select_movable_errors(found)
         if not concerned:
             return place, tuple(dict.fromkeys(item.code for item in found))
     return None
 
 
-def _movable_errors(errors: Sequence[Finding]) -> list[Finding]:
+def _select_movable_errors(errors: Sequence[Finding]) -> list[Finding]:
     """Errors that a move of the part may cure."""
     return [item for item in errors if item.code not in (*ROTARY_CODES, *_OPTIONS) and item.line]

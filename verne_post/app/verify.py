@@ -25,11 +25,16 @@ def verifier_of(program: Program, fmt: SetpointFormat) -> Verifier:
     if override != 1.0:
         contour = replace(contour, path=replace(contour.path, feed_time=contour.path.feed_time / override))
     return Verifier(
-        contour, _measured_by_team(program), machine.limits, machine.columns, fmt, machine.accuracy.uncorrected_axis
+        contour,
+        _share_forward_by_team(program),
+        machine.limits,
+        machine.columns,
+        fmt,
+        machine.accuracy.uncorrected_axis,
     )
 
 
-def _measured_by_team(program: Program) -> Forward:
+def _share_forward_by_team(program: Program) -> Forward:
     """The forward kinematics that verification asks, of which each process of a team solves some rows."""
     measure, team = program.machine.five_axis.measure, program.team
 

@@ -67,7 +67,7 @@ def piece_ends(points: Array, weights: Array, knots: Array) -> Array:
 
 def bezier_points(controls: Array, t: Array) -> Array:
     """Points (n, k) of rational Bezier curves with controls (n, degree + 1, k + 1) at parameters t (n,), 0 to 1."""
-    plane = _bernstein(controls, t)
+    plane = _evaluate_bernstein(controls, t)
     return np.asarray(plane[:, :-1] / plane[:, -1:])
 
 
@@ -76,7 +76,7 @@ def bezier_derivatives(controls: Array, t: Array, order: int) -> list[Array]:
     plane, differences = [], controls
     for step in range(order + 1):
         degree = differences.shape[1] - 1
-        plane.append(_bernstein(differences, t))
+        plane.append(_evaluate_bernstein(differences, t))
         if not degree:
             plane += [np.zeros_like(plane[0])] * (order - step)
             break
@@ -91,7 +91,7 @@ def bezier_derivatives(controls: Array, t: Array, order: int) -> list[Array]:
     return result
 
 
-def _bernstein(controls: Array, t: Array) -> Array:
+def _evaluate_bernstein(controls: Array, t: Array) -> Array:
     """Bezier curves (n, k) with control points (n, degree + 1, k) at parameters t (n,)."""
     degree = controls.shape[1] - 1
     power = np.arange(degree + 1)

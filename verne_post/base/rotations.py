@@ -11,7 +11,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import POLE_SINE
 
 
-def _vectors(x: Array, y: Array, z: Array) -> Array:
+def _stack_coordinates(x: Array, y: Array, z: Array) -> Array:
     """Vectors (..., 3) of their coordinates."""
     vectors = np.empty((*np.broadcast_shapes(np.shape(x), np.shape(y), np.shape(z)), 3))
     vectors[..., 0], vectors[..., 1], vectors[..., 2] = x, y, z
@@ -33,21 +33,21 @@ def rotate_x(vector: Array, angle: Array | float) -> Array:
     """
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    return _vectors(x, c * y - s * z, s * y + c * z)
+    return _stack_coordinates(x, c * y - s * z, s * y + c * z)
 
 
 def rotate_y(vector: Array, angle: Array | float) -> Array:
     """Turn vectors about y: ``Ry(angle) @ vector``; shapes as in :func:`rotate_x`."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    return _vectors(c * x + s * z, y, c * z - s * x)
+    return _stack_coordinates(c * x + s * z, y, c * z - s * x)
 
 
 def rotate_z(vector: Array, angle: Array | float) -> Array:
     """Turn vectors about z: ``Rz(angle) @ vector``; shapes as in :func:`rotate_x`."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    return _vectors(c * x - s * y, s * x + c * y, z)
+    return _stack_coordinates(c * x - s * y, s * x + c * y, z)
 
 
 def rotate_x_rate(vector: Array, angle: Array | float) -> Array:
@@ -81,7 +81,7 @@ def axis_of_angles(a: Array | float, c: Array | float) -> Array:
         Unit vectors from tip to spindle, ``(sin A sin C, sin A cos C, cos A)``.
     """
     sa = np.sin(a)
-    return _vectors(sa * np.sin(c), sa * np.cos(c), np.cos(a))
+    return _stack_coordinates(sa * np.sin(c), sa * np.cos(c), np.cos(a))
 
 
 def angles_of_axis(axis: Array) -> tuple[Array, Array]:

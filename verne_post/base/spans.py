@@ -32,32 +32,32 @@ FEW_SAMPLES: Final[Array] = _place_samples(FEW_NODES)
 WITH_ENDS: Final[Array] = np.append(SAMPLES, [0.0, 1.0])
 
 
-def _to_chebyshev(nodes: int) -> Array:
+def _convert_to_chebyshev(nodes: int) -> Array:
     """Values at the samples -> Chebyshev coefficients."""
     return np.asarray(np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(nodes), nodes - 1)), dtype=np.float64)
 
 
-def _bernstein_matrix(degree: int) -> Array:
+def _make_bernstein_matrix(degree: int) -> Array:
     """Monomials on [0, 1] -> Bernstein coefficients of the same degree."""
     return np.array(
         [[comb(i, k) / comb(degree, k) if k <= i else 0.0 for k in range(degree + 1)] for i in range(degree + 1)]
     )
 
 
-def _enclosures(nodes: int) -> list[Array]:
+def _compute_enclosures(nodes: int) -> list[Array]:
     """Samples -> Bernstein coefficients of the derivatives by the span's own 0..1 parameter, up to the third."""
     monomials = np.linalg.inv(np.vander(_place_samples(nodes), nodes, increasing=True))
     matrices = []
     for order in range(min(nodes, 4)):
         degree = nodes - 1 - order
         derived = np.array([np.polynomial.polynomial.polyder(column, order) for column in monomials.T]).T
-        matrices.append(_bernstein_matrix(degree) @ derived[: degree + 1])
+        matrices.append(_make_bernstein_matrix(degree) @ derived[: degree + 1])
     return matrices
 
 
 #: By the number of samples.
-_TAIL: Final = {nodes: _to_chebyshev(nodes)[-2:] for nodes in (FEW_NODES, NODES)}
-_ENCLOSE: Final = {nodes: _enclosures(nodes) for nodes in (FEW_NODES, NODES)}
+_TAIL: Final = {nodes: _convert_to_chebyshev(nodes)[-2:] for nodes in (FEW_NODES, NODES)}
+_ENCLOSE: Final = {nodes: _compute_enclosures(nodes) for nodes in (FEW_NODES, NODES)}
 
 
 def across(matrix: Array, values: Array) -> Array:

@@ -80,7 +80,7 @@ def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat
             number += 1
             step = np.zeros(len(columns))
             step[joint] = distance / factor[joint]
-            values, written = round_setpoints(here + _there_and_back(machine, joint, abs(step[joint]), fmt.cycle)[:, None] * step,
+            values, written = round_setpoints(here + _plan_there_and_back(machine, joint, abs(step[joint]), fmt.cycle)[:, None] * step,
                                       machine, fmt)  # fmt: skip
             block = SetpointBlock(0, values, np.zeros(len(values), dtype=np.int32), fmt, written)
             _require_slow(machine, block, joint)
@@ -92,7 +92,7 @@ def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat
             )
 
 
-def _there_and_back(machine: Machine, joint: int, distance: float, cycle: float) -> Array:
+def _plan_there_and_back(machine: Machine, joint: int, distance: float, cycle: float) -> Array:
     """Shares of a distance (mm or rad) row by row: 0, +1, 0, -1, 0, standing at each."""
     limits = machine.limits
     durations, jerks = rest_to_rest(

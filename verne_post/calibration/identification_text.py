@@ -48,10 +48,10 @@ class IdentificationReport(Struct, frozen=True):
 
 def identification_text(report: IdentificationReport) -> str:
     """The whole report as lines of text."""
-    return "".join(line + "\n" for line in _lines(report))
+    return "".join(line + "\n" for line in _write_lines(report))
 
 
-def _lines(report: IdentificationReport) -> Iterator[str]:
+def _write_lines(report: IdentificationReport) -> Iterator[str]:
     result, sigma, data = report.result, report.sigma, report.data
     settings = len(np.unique(data.setting))
     shared = f"{settings} setting{'s' if settings != 1 else ''} of the sliders"
@@ -70,19 +70,19 @@ def _lines(report: IdentificationReport) -> Iterator[str]:
             how = f"as {follows[name]}"
         yield f"{name:<16}{value:>14.4f}{how:>18}{report.present[name]:>14.4f}"
     yield ""
-    yield from _separation(result)
-    yield from _quality(report)
-    yield from _worst(report)
-    yield from _ends(report)
+    yield from _describe_separation(result)
+    yield from _describe_quality(report)
+    yield from _describe_worst(report)
+    yield from _describe_ends(report)
     yield ""
-    yield from _table(report)
+    yield from _write_table(report)
 
 
-def _separation(result: Identification) -> Iterator[str]:
+def _describe_separation(result: Identification) -> Iterator[str]:
     for direction in result.undetermined:
         yield f"not determined by these readings: {direction.words()} (mm together); such a change leaves every reading as it is"
     if result.undetermined:
-        names = _own_lengths(result)
+        names = _find_own_lengths(result)
         yield f"hold one length of each with --fix (such as --fix {','.join(names)}), or measure poses of other kinds"
         return
     names = [name for name in result.uncertainty if name not in {n for group in result.tied for n in group[1:]}]
@@ -100,7 +100,7 @@ def _separation(result: Identification) -> Iterator[str]:
         yield f"known better together than apart: {named}"
 
 
-def _own_lengths(result: Identification) -> list[str]:
+def _find_own_lengths(result: Identification) -> list[str]:
     """Of each undetermined combination a length that no other one has: held, these leave nothing open."""
     chosen = []
     for direction in result.undetermined:
@@ -110,7 +110,7 @@ def _own_lengths(result: Identification) -> list[str]:
     return [name for name in result.lengths if name in chosen]
 
 
-def _quality(report: IdentificationReport) -> Iterator[str]:
+def _describe_quality(report: IdentificationReport) -> Iterator[str]:
     result = report.result
     if not result.converged:
         yield "the fit did not converge: no verdict"
@@ -127,7 +127,7 @@ def _quality(report: IdentificationReport) -> Iterator[str]:
     yield text
 
 
-def _names(report: IdentificationReport) -> list[tuple[str, str, float]]:
+def _list_residual_columns(report: IdentificationReport) -> list[tuple[str, str, float]]:
     """Name, unit and factor of every column of the residuals."""
     rods = report.result.misfit.shape[1]
     return [
@@ -138,28 +138,28 @@ def _names(report: IdentificationReport) -> list[tuple[str, str, float]]:
     ]
 
 
-def _values(report: IdentificationReport) -> np.ndarray:
-    factors = np.array([factor for _name, _unit, factor in _names(report)])
+def _list_residuals(report: IdentificationReport) -> np.ndarray:
+    factors = np.array([factor for _name, _unit, factor in _list_residual_columns(report)])
     return np.concatenate([report.result.residual, report.result.misfit], axis=1) * factors
 
 
-def _row_order(report: IdentificationReport) -> list[int]:
+def _sort_rows(report: IdentificationReport) -> list[int]:
     """Rows, worst first, by their largest scaled residual."""
     scaled = np.abs(np.where(np.isnan(report.result.scaled), 0.0, report.result.scaled))
     return [int(row) for row in np.argsort(-scaled.max(axis=1), kind="stable")]
 
 
-def _worst(report: IdentificationReport) -> Iterator[str]:
-    names, values, scaled = _names(report), _values(report), report.result.scaled
+def _describe_worst(report: IdentificationReport) -> Iterator[str]:
+    names, values, scaled = _list_residual_columns(report), _list_residuals(report), report.result.scaled
     yield "largest residuals, measured minus fitted (in standard uncertainties):"
-    for row in _row_order(report)[:WORST_ROWS]:
+    for row in _sort_rows(report)[:WORST_ROWS]:
         used = [k for k in range(len(names)) if np.isfinite(scaled[row, k])]
         top = sorted(used, key=lambda k: -abs(scaled[row, k]))[:3]
         named = ", ".join(f"{names[k][0]} {values[row, k]:+.4f} {names[k][1]} ({scaled[row, k]:+.2f})" for k in top)
         yield f"  line {report.data.line[row]}: {named}"
 
 
-def _ends(report: IdentificationReport) -> Iterator[str]:
+def _describe_ends(report: IdentificationReport) -> Iterator[str]:
     result = report.result
     if not result.landings and not result.failed_starts:
         return
@@ -175,7 +175,7 @@ def _ends(report: IdentificationReport) -> Iterator[str]:
         yield f"  {result.failed_starts} ended nowhere: they ran to lengths with which the rods cannot close"
 
 
-def _table(report: IdentificationReport) -> Iterator[str]:
+def _write_table(report: IdentificationReport) -> Iterator[str]:
     if not report.usable:
         why = "the fit did not converge"
         if report.result.undetermined:
@@ -197,8 +197,8 @@ def _table(report: IdentificationReport) -> Iterator[str]:
 def identification_json(report: IdentificationReport) -> str:
     """The same as JSON; values that do not exist are null. Documented in docs/calibration.md."""
     result, sigma = report.result, report.sigma
-    names = _names(report)
-    values = _values(report)
+    names = _list_residual_columns(report)
+    values = _list_residuals(report)
 
     residuals = [
         {
@@ -206,7 +206,7 @@ def identification_json(report: IdentificationReport) -> str:
             "residual": {f"{name.replace(' ', '_')}_{unit}": finite_or_none(values[row, k]) for k, (name, unit, _f) in enumerate(names)},
             "in_uncertainties": {name.replace(" ", "_"): finite_or_none(result.scaled[row, k]) for k, (name, _u, _f) in enumerate(names)},
         }
-        for row in _row_order(report)
+        for row in _sort_rows(report)
     ]  # fmt: skip
     data = {
         "schema": 1,

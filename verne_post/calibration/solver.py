@@ -55,7 +55,7 @@ class Fit(Struct, frozen=True, eq=False):
     def _minimise(self, sigma: Uncertainty, t: Array) -> Any:
         last: list[tuple[bytes, Array, Array]] = []
 
-        def both(at: Array) -> tuple[bytes, Array, Array]:
+        def evaluate_both(at: Array) -> tuple[bytes, Array, Array]:
             if not last or last[0][0] != at.tobytes():
                 lengths = self.origin + self.basis @ at
                 value, design, _states = adjust_readings(self.module, lengths, self.data, sigma, self.groups)
@@ -63,7 +63,7 @@ class Fit(Struct, frozen=True, eq=False):
             return last[0]
 
         return least_squares(
-            lambda at: both(at)[1], t, jac=lambda at: both(at)[2], bounds=(self.lower, np.inf), method="trf",
+            lambda at: evaluate_both(at)[1], t, jac=lambda at: evaluate_both(at)[2], bounds=(self.lower, np.inf), method="trf",
             xtol=CONVERGED, ftol=CONVERGED, gtol=10 * CONVERGED, max_nfev=EVALUATIONS,
         )  # fmt: skip
 

@@ -37,7 +37,7 @@ def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mista
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise InputError(finding("VP502", "not UTF-8 text; expected a CSV file", line=line)) from None
-    rows = _rows(text)
+    rows = _read_rows(text)
     if not rows:
         raise InputError(finding("VP502", f"no header line; expected the columns {', '.join(needed)}"))
     head_line, cells = rows[0]
@@ -53,7 +53,7 @@ def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mista
     return Table(header, head_line, tuple(found))
 
 
-def _rows(text: str) -> list[tuple[int, list[str]]]:
+def _read_rows(text: str) -> list[tuple[int, list[str]]]:
     """Line number and cells of every line that is neither blank nor a comment."""
     rows = []
     for line, content in enumerate(text.splitlines(), start=1):

@@ -30,12 +30,12 @@ def settings() -> dict[str, str]:
     if kind in _BLAS_KERNELS:
         found["OPENBLAS_CORETYPE"] = _BLAS_KERNELS[kind]
     if kind in ("x86_64", "amd64"):
-        release = _numpy_release()
+        release = _read_numpy_release()
         found["NPY_DISABLE_CPU_FEATURES"] = next(names for since, names in _NO_WIDE_REGISTERS if release >= since)
     return found
 
 
-def _numpy_release() -> tuple[int, int]:
+def _read_numpy_release() -> tuple[int, int]:
     """Major and minor release of numpy, without loading it: it reads its environment when it is loaded."""
     found = find_spec("numpy")
     assert found is not None

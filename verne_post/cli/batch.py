@@ -98,11 +98,13 @@ def command(
     check_format(file_format)
     from verne_post.cli.jobs import run_here, run_on_cluster
 
-    every = _jobs(files, programs, output, machine, file_format, given)
+    every = _make_jobs(files, programs, output, machine, file_format, given)
     _claim(files, every, output, paths)
     every = every[share]
     output.mkdir(parents=True, exist_ok=True)
-    running = run_here(every, jobs or _cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
+    running = (
+        run_here(every, jobs or _count_cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
+    )
     outcomes = sorted(_collect(running, len(every), quiet=quiet), key=lambda outcome: outcome.program)
     if not quiet:
         echo(table(outcomes), nl=False)
@@ -127,7 +129,7 @@ def command(
             files.write(sarif, "--sarif", [REPORTS["sarif"](reports, machine)])
         if github:
             print_as_is(REPORTS["github"](reports, machine))
-    files.write(output / "batch.json", _LIST, [_results_json(outcomes)])
+    files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])
     return gravest([outcome.status for outcome in outcomes])
 
 
@@ -151,7 +153,7 @@ def _claim(files: RunFiles, jobs: "list[Job]", output: Path, paths: tuple[str, .
     files.claims(output / "batch.json", _LIST)
 
 
-def _cores() -> int:
+def _count_cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -166,7 +168,7 @@ def _share(text: str | None) -> slice:
     return slice(int(number) - 1, None, int(of))
 
 
-def _jobs(
+def _make_jobs(
     files: RunFiles, programs: Sequence[tuple[str, Path]], output: Path, machine: "Machine", file_format: str,
     given: dict[str, Any],
 ) -> "list[Job]":  # fmt: skip
@@ -259,7 +261,7 @@ def table(outcomes: "Sequence[Outcome]") -> str:
     return "\n".join(lines) + "\n"
 
 
-def _results_json(outcomes: "Sequence[Outcome]") -> str:
+def _write_results_json(outcomes: "Sequence[Outcome]") -> str:
     """The results for programs; the same whoever made them, and whether they were made again."""
     programs = [
         {"program": one.program, "status": one.status, "cycle_time_s": one.cycle_time_s, "rows": one.rows,

@@ -103,7 +103,7 @@ def command(
         machine_name = name_machine(files, given["machine_name"], given)
         expect_machine(machine_name)
         build_options(files, "", **given)  # a mistake of the command line is no finding of a program
-        policy, level = _policy_of(files, settings_of(files, given.get("settings")), fail_level, **asked)
+        policy, level = _make_policy(files, settings_of(files, given.get("settings")), fail_level, **asked)
         machine = load(files, machine_name)
     except InputError as error:
         verdict = verdict_of(status_of(error.findings), error.findings)
@@ -127,7 +127,7 @@ def command(
     if write_baseline is not None:
         files.write(write_baseline, "--write-baseline", [baseline_text(everything)])
     if quiet and output_format == "text":
-        reports = [one for one in map(_errors_alone, reports) if one.findings]
+        reports = [one for one in map(_keep_errors_alone, reports) if one.findings]
     text = FORMATS[output_format](reports, machine)
     if output_format == "text" and output_file is None:
         say(text, err=False)
@@ -160,7 +160,7 @@ def _check_one(files: RunFiles, name: str, machine: "Machine", given: dict[str, 
     return Report(shown, result.findings, time, source, remarked)
 
 
-def _errors_alone(report: "Report") -> "Report":
+def _keep_errors_alone(report: "Report") -> "Report":
     """A report without warnings, notes and remarks."""
     return replace(report, findings=tuple(one for one in report.findings if one.severity == "error"), remarks=())
 
@@ -184,7 +184,7 @@ def _emit_failure(
     _emit(files, output_file, FAILURES[output_format](verdict, message, findings))
 
 
-def _policy_of(
+def _make_policy(
     files: RunFiles, settings: "Settings | None", fail_level: "Severity | None", select: str | None, ignore: str | None, severity: tuple[str, ...],
     baseline: Path | None,
 ) -> "tuple[Policy, Severity]":  # fmt: skip

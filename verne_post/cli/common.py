@@ -83,7 +83,7 @@ def program_text(
     from verne_post.config.subprograms import subprograms_of
     from verne_post.model.findings import InputError, UsageError, finding
 
-    source = _text(files, name, options.max_megabytes)
+    source = _read_text(files, name, options.max_megabytes)
     check_source_text(source, shown_name(name))
     if source.startswith(b"t_s,"):
         raise InputError(finding("VP022", f"{shown_name(name)} is a setpoint file, not a program"))
@@ -126,7 +126,7 @@ def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
     return load_machine(name, lambda path: files.reads(path, what))
 
 
-def _text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
+def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
     """A program's text, from standard input for ``-``; a long one in a copy, so that it stays what was there.
 
     Raises

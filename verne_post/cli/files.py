@@ -72,7 +72,7 @@ class RunFiles:
         self._input_bytes: bytes | None = None
         self._asked: set[str] = set()
         for stream in (sys.stdout, sys.stderr):
-            self._written.update(dict.fromkeys(_stream_keys(stream), ("standard output", "")))
+            self._written.update(dict.fromkeys(_make_stream_keys(stream), ("standard output", "")))
 
     # --- reading -----------------------------------------------------------------------------------
 
@@ -84,12 +84,12 @@ class RunFiles:
             self._input = self._input or what
             if self._input != what:
                 raise FileError(f"{self._input} and {what}: only one of them can be standard input (-)")
-        for key in _stream_keys(sys.stdin) if is_dash(name) else _keys(name):
+        for key in _make_stream_keys(sys.stdin) if is_dash(name) else _make_keys(name):
             other, where = self._written.get(key, (what, name))
             if other != what:
-                raise _meeting(other, where, what)
+                raise _make_conflict_error(other, where, what)
             self._read.setdefault(key, (what, name))
-        self._not_a_part(name, what)
+        self._refuse_part_name(name, what)
 
     def expects(self, name: _Name, what: str) -> None:
         """Name a file that the run will read, and see whether that can be done, before anything heavy is loaded.
@@ -141,13 +141,13 @@ class RunFiles:
         if os.path.islink(os.path.realpath(path)):
             raise FileError(f"{_show(what, path)}: symbolic links lead from one to another in a circle")
         _refuse_read_only(path, what)
-        for key in _keys(path):
+        for key in _make_keys(path):
             for known in (self._read, self._written):
                 other, _where = known.get(key, (what, path))
                 if other != what:
-                    raise _meeting(what, path, other)
+                    raise _make_conflict_error(what, path, other)
             self._written[key] = (what, path)
-        self._not_a_part(path, what)
+        self._refuse_part_name(path, what)
 
     def prints(self, what: str) -> None:
         """Say what the run writes to standard output."""
@@ -162,7 +162,7 @@ class RunFiles:
         self.claims(index_path(output), what)
         self._cut[os.path.realpath(output.parent), output.stem] = what, output
         for purpose, name in (*self._read.values(), *self._written.values()):
-            self._not_a_part(name, purpose)
+            self._refuse_part_name(name, purpose)
 
     def makes(self, folder: Path, what: str) -> None:
         """Name a folder that the run will make where it is not there; what stands in its place or above it must be a folder."""
@@ -198,12 +198,12 @@ class RunFiles:
             return
         if _is_stream(path):
             sys.stdout.flush()
-            with _naming(path), path.open("ab") as stream:
+            with _name_file_in_errors(path), path.open("ab") as stream:
                 stream.writelines(_encode(parts))
             return
         target = Path(os.path.realpath(path))
         with temporary_file(target.parent) as (handle, temporary):
-            with _naming(path), os.fdopen(handle, "wb", closefd=False) as file:
+            with _name_file_in_errors(path), os.fdopen(handle, "wb", closefd=False) as file:
                 file.writelines(_encode(parts))
             umask = os.umask(0)
             os.umask(umask)
@@ -224,7 +224,7 @@ class RunFiles:
             key: purpose for key, purpose in self._written.items() if purpose != (what, path) or isinstance(key, str)
         }
 
-    def _not_a_part(self, name: _Name, what: str) -> None:
+    def _refuse_part_name(self, name: _Name, what: str) -> None:
         """Refuse a file with the name of a part of another output."""
         if not self._cut or is_dash(name):
             return
@@ -250,7 +250,7 @@ def reading(name: _Name, what: str = "") -> Iterator[None]:
         raise Unreadable(f"{shown}: {why}") from None
 
 
-def _keys(name: _Name) -> tuple[object, ...]:
+def _make_keys(name: _Name) -> tuple[object, ...]:
     """What a file is known by: its resolved name, and its inode if it exists."""
     real = os.path.realpath(name)
     try:
@@ -260,7 +260,7 @@ def _keys(name: _Name) -> tuple[object, ...]:
     return real, (status.st_dev, status.st_ino)
 
 
-def _stream_keys(stream: Any) -> tuple[object, ...]:
+def _make_stream_keys(stream: Any) -> tuple[object, ...]:
     """The inode of a file that a stream of this process was redirected to or from."""
     try:
         status = os.fstat(stream.fileno())
@@ -293,7 +293,7 @@ def _refuse_read_only(path: Path, what: str) -> None:
 
 
 @contextmanager
-def _naming(path: Path) -> Iterator[None]:
+def _name_file_in_errors(path: Path) -> Iterator[None]:
     """Errors name the file that is written, which the system does not for one that is open."""
     try:
         yield
@@ -322,5 +322,5 @@ def _is_place(what: str) -> bool:
     return what.startswith("-") or KEY_OF_FILE in what
 
 
-def _meeting(what: str, name: _Name, other: str) -> FileError:
+def _make_conflict_error(what: str, name: _Name, other: str) -> FileError:
     return FileError(f"{_show(what, name)}: this is the file of {other}; choose another name")

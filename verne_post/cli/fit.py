@@ -64,7 +64,7 @@ def command(
         raise click.UsageError(f"--minimise {minimise} and --maximise {maximise} exclude each other")
     aim: Any = minimise or maximise or "move"
     try:
-        allowed = check_ranges(free, _ranges(ranges))
+        allowed = check_ranges(free, _read_ranges(ranges))
     except UsageError as error:
         raise click.UsageError(f"--{error.option} {error.reason}") from None
     source: Text = b""
@@ -81,7 +81,7 @@ def command(
     return status_of(proposal.findings)
 
 
-def _ranges(texts: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
+def _read_ranges(texts: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
     """LOW and HIGH by letter."""
     found: dict[str, tuple[float, ...]] = {}
     for text in texts:

@@ -22,7 +22,6 @@ from verne_post.base.printable import json_text
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
-from verne_post.cli.memory import keep_freed_memory
 from verne_post.cli.temporary import remove_all, temporary_folder, tidy_up_when_ended
 from verne_post.config.files import read_file
 from verne_post.model.findings import Finding, InputError, finding
@@ -95,7 +94,7 @@ class Job(Struct, frozen=True):
         ------
         FileError
         """
-        if not _without_links(self.root, path):
+        if not _has_no_links(self.root, path):
             raise FileError(f"{path}: a symbolic link inside {self.root} leads to it; batch follows none there")
         files.claims(path, self.what(path))
 
@@ -136,17 +135,17 @@ class Record(Struct, frozen=True):
 def run_job(job: Job) -> Outcome:
     """Convert one program, unless that has been done: whatever happens to it is an outcome."""
     try:
-        return _outcome(job)
+        return _make_outcome(job)
     except KeyboardInterrupt:
         raise
     except FileError as error:
-        return _failure(job, finding("VP022", str(error)))
+        return _make_failure(job, finding("VP022", str(error)))
     except OSError as error:  # a full disk, a folder that cannot be written
-        return _failure(job, finding("VP022", f"{error.filename or job.output}: {error.strerror or error}"))
+        return _make_failure(job, finding("VP022", f"{error.filename or job.output}: {error.strerror or error}"))
     except MemoryError:
-        return _failure(job, finding("VP022", f"{job.program}: memory is used up"))
+        return _make_failure(job, finding("VP022", f"{job.program}: memory is used up"))
     except Exception as error:
-        return _failure(job, finding("VP902", f"internal error: {type(error).__name__}: {error}"))
+        return _make_failure(job, finding("VP902", f"internal error: {type(error).__name__}: {error}"))
 
 
 def forget(job: Job) -> None:
@@ -163,12 +162,12 @@ def _remove_made(job: Job, record: Record | None) -> None:
     job.record.unlink(missing_ok=True)
 
 
-def _failure(job: Job, *findings: Finding) -> Outcome:
+def _make_failure(job: Job, *findings: Finding) -> Outcome:
     """The outcome of a program that could not be converted."""
     return Outcome(job.program, int(status_of(findings)), findings)
 
 
-def _outcome(job: Job) -> Outcome:
+def _make_outcome(job: Job) -> Outcome:
     import click
 
     files, record, key = RunFiles(), _record(job), None
@@ -178,16 +177,18 @@ def _outcome(job: Job) -> Outcome:
             raise InputError(*job.wrong)
         options = job.options
         source, options = program_text(files, job.program, options, job.subroutine_path)
-        key = _key(job, source, options)
+        key = _compute_key(job, source, options)
     except InputError as error:
-        done = _failure(job, *error.findings)
+        done = _make_failure(job, *error.findings)
     except (click.UsageError, Unreadable) as error:
-        done = _failure(job, finding("VP022", str(error)))
+        done = _make_failure(job, finding("VP022", str(error)))
     if record is not None and record.key == key and all(_is_made(job, *file) for file in record.files.items()):
-        return replace(record.outcome, program=job.program, again=True, left=_unknown_files(job, record, record.files))
+        return replace(
+            record.outcome, program=job.program, again=True, left=_find_unknown_files(job, record, record.files)
+        )
     _remove_made(job, record)
     if key is None:
-        return replace(done, left=_unknown_files(job, record, ()))
+        return replace(done, left=_find_unknown_files(job, record, ()))
     job.output.parent.mkdir(parents=True, exist_ok=True)
     with temporary_folder(job.output.parent) as folder:
         outputs = Outputs(folder / job.output.name, job.file_format, meta=folder / job.side_car.name)
@@ -201,22 +202,22 @@ def _outcome(job: Job) -> Outcome:
         for name in made:
             job.claim_one(files, job.root / name)
         if done.status != ExitStatus.INTERNAL_ERROR:
-            digests = {name: _digest(path) for name, path in made.items()}
-            made_now = msgspec.to_builtins(Record(_LAYOUT, key, digests, done), enc_hook=_plain_number)
+            digests = {name: _compute_digest(path) for name, path in made.items()}
+            made_now = msgspec.to_builtins(Record(_LAYOUT, key, digests, done), enc_hook=_convert_number)
             text = json_text(made_now)
             job.record.parent.mkdir(parents=True, exist_ok=True)
             files.write(job.record, job.what(job.record), [text + "\n"])
             for name, path in made.items():
                 files.place(path, job.root / name, job.what(job.root / name))
-    return replace(done, left=_unknown_files(job, record, made))
+    return replace(done, left=_find_unknown_files(job, record, made))
 
 
-def _plain_number(number: "np.floating[Any]") -> float:
+def _convert_number(number: "np.floating[Any]") -> float:
     """A number of numpy, as findings have them, as one of Python."""
     return float(number)
 
 
-def _key(job: Job, source: "Text", options: "Options") -> str:
+def _compute_key(job: Job, source: "Text", options: "Options") -> str:
     """The same for the same program, machine, options and version."""
     from verne_post import __version__
     from verne_post.base.long_text import sha256
@@ -243,7 +244,7 @@ def _record(job: Job) -> Record | None:
     return record if names_are_own and whole else None
 
 
-def _without_links(root: Path, path: Path) -> bool:
+def _has_no_links(root: Path, path: Path) -> bool:
     """True for a path that lies below a folder as its name says: no link on the way from there leads elsewhere."""
     return Path(os.path.realpath(path)) == Path(os.path.realpath(root)) / path.relative_to(root)
 
@@ -252,12 +253,12 @@ def _is_made(job: Job, name: str, digest: str) -> bool:
     """True for a file that is as batch made it."""
     path = job.root / name
     try:
-        return _without_links(job.root, path) and _digest(path) == digest
+        return _has_no_links(job.root, path) and _compute_digest(path) == digest
     except OSError:
         return False
 
 
-def _unknown_files(job: Job, record: Record | None, made: Collection[str]) -> tuple[str, ...]:
+def _find_unknown_files(job: Job, record: Record | None, made: Collection[str]) -> tuple[str, ...]:
     """Files that bear names of this program's results, and are none."""
     from verne_post.output.parts import index_path
 
@@ -266,7 +267,7 @@ def _unknown_files(job: Job, record: Record | None, made: Collection[str]) -> tu
     return tuple(sorted(str(path) for path in paths - {job.root / name for name in made} if os.path.lexists(path)))
 
 
-def _digest(path: Path) -> str:
+def _compute_digest(path: Path) -> str:
     """SHA-256 of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
@@ -282,8 +283,8 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
             yield run_job(job)
         return
     alone: list[Job] = []
-    with _pool(min(workers, len(jobs))) as pool:
-        with _interruptions_wait():
+    with _start_pool(min(workers, len(jobs))) as pool:
+        with _hold_interruptions():
             futures: dict[Future[Outcome], Job] = {pool.submit(run_job, job): job for job in jobs}
         try:
             for future in as_completed(futures):
@@ -295,16 +296,16 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
             pool.shutdown(cancel_futures=True)
             raise
     for job in alone:
-        with _pool(1) as pool:
-            with _interruptions_wait():
+        with _start_pool(1) as pool:
+            with _hold_interruptions():
                 last = pool.submit(run_job, job)
             try:
                 yield last.result()
             except BrokenProcessPool:
-                yield _failure(job, finding("VP902", "the process that converted this program was killed"))
+                yield _make_failure(job, finding("VP902", "the process that converted this program was killed"))
 
 
-def _pool(workers: int) -> ProcessPoolExecutor:
+def _start_pool(workers: int) -> ProcessPoolExecutor:
     _start_tracker()
     return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_worker)
 
@@ -329,7 +330,7 @@ def _start_tracker() -> None:
 
 
 @contextmanager
-def _interruptions_wait() -> Iterator[None]:
+def _hold_interruptions() -> Iterator[None]:
     """Hold interruptions back here, and in processes that are started meanwhile: modules that they load would show tracebacks."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -343,7 +344,6 @@ def _interruptions_wait() -> Iterator[None]:
 
 def _begin_worker() -> None:
     """In a worker: end with the process that started it, however that ends, and leave nothing behind."""
-    keep_freed_memory()
     tidy_up_when_ended("SIGINT")  # a terminal interrupts all processes; the parent says so
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
@@ -382,6 +382,6 @@ def run_on_cluster(jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
             try:
                 yield future.result()
             except Exception as error:
-                yield _failure(
+                yield _make_failure(
                     futures[future.key], finding("VP902", f"the cluster did not finish this program: {error}")
                 )

@@ -280,14 +280,14 @@ def identify_(
             "or a file without [as_built]"
         )
     present = {key: float(getattr(module, key)) for key in module.length_names}
-    groups = [_lengths(text, "--tie", "=", present) for text in tied]
+    groups = [_read_length_names(text, "--tie", "=", present) for text in tied]
     if any(len(group) < 2 for group in groups) or len(sum(groups, ())) != len(set(sum(groups, ()))):
         raise click.UsageError(f"--tie {' '.join(tied)}: expected different lengths, such as L2=L3, each named once")
-    fixed = _lengths(held, "--fix", ",", present)
+    fixed = _read_length_names(held, "--fix", ",", present)
     if free is not None:
         if held is not None:
             raise click.UsageError("--free and --fix exclude each other: give one of them")
-        chosen = _lengths(free, "--free", ",", present)
+        chosen = _read_length_names(free, "--free", ",", present)
         fixed = tuple(key for key in present if key not in chosen)
     for group in groups:
         if set(group) & set(fixed):
@@ -317,7 +317,7 @@ def identify_(
     return ExitStatus.VIOLATION if report.contradicted else ExitStatus.CLEAN
 
 
-def _lengths(text: str | None, option: str, between: str, known: dict[str, float]) -> tuple[str, ...]:
+def _read_length_names(text: str | None, option: str, between: str, known: dict[str, float]) -> tuple[str, ...]:
     """Names of lengths in an option."""
     names = tuple(part.strip() for part in text.split(between)) if text else ()
     for name in names:

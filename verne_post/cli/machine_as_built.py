@@ -26,7 +26,7 @@ _TOLERANCES = (
 )  # fmt: skip
 
 
-def _with_tolerances(function: "Callable[..., Any]") -> "Callable[..., Any]":
+def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any]":
     for option in reversed(_TOLERANCES):
         function = option(function)
     return function
@@ -71,7 +71,7 @@ def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: fl
 
 @click.command("tolerances")
 @machine_option
-@_with_tolerances
+@_add_tolerance_options
 @click.option(
     "--tool-length",
     "lengths",
@@ -125,7 +125,7 @@ def tolerances(
 @sigma_option("--sigma-mrad", 0.02, "MRAD", "The same of a measured tool axis.", zero=False)
 @sigma_option("--sigma-rho", 0.0, "MM", "Standard uncertainty of where a commanded slider stands.")
 @sigma_option("--sigma-angle-mrad", 0.0, "MRAD", "The same of A and C.")
-@_with_tolerances
+@_add_tolerance_options
 @click.option(
     "--touch-up",
     is_flag=True,

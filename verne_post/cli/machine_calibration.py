@@ -37,7 +37,7 @@ from verne_post.model.verdict import ExitStatus
 DWELL_S: Final = 2.0
 
 
-def _measurement(
+def _read_measurement(
     files: RunFiles, opened: OpenedMachine, readings: str, given: dict[str, Any]
 ) -> tuple[Measurement, int]:
     """All readings, and how many rows have no measured value."""
@@ -57,14 +57,14 @@ def _measurement(
         tools = align_stations(model, opened.as_built.deviations.to_vector(), tools)
     except ValueError as error:
         raise InputError(finding("VP502", str(error))) from None
-    return Measurement(model, tools, lengths, _joint_sigma(given)), blank
+    return Measurement(model, tools, lengths, _make_joint_uncertainty(given)), blank
 
 
-def _joint_sigma(given: dict[str, Any]) -> JointUncertainty:
+def _make_joint_uncertainty(given: dict[str, Any]) -> JointUncertainty:
     return JointUncertainty(given["sigma_rho"], MILLI * given["sigma_angle_mrad"])
 
 
-def _prior(files: RunFiles, opened: OpenedMachine, tolerances: Array, given: dict[str, Any]) -> Prior:
+def _make_prior(files: RunFiles, opened: OpenedMachine, tolerances: Array, given: dict[str, Any]) -> Prior:
     """What is known before: a former calibration where its covariance is named or needed, else the tolerances."""
     name = given["covariance"]
     if name is None and not given["touch_up"]:
@@ -92,8 +92,8 @@ def run_calibration(
     beside = covariance_path(output)
     files.writes(output, "-o")
     files.writes(beside, "the covariance of -o")
-    measurement, blank = _measurement(files, opened, readings, given)
-    prior = _prior(files, opened, tolerances, given)
+    measurement, blank = _read_measurement(files, opened, readings, given)
+    prior = _make_prior(files, opened, tolerances, given)
     before = opened.as_built.deviations.to_vector()
     poses = opened.workspace_poses(tuple(np.unique(measurement.tools.length).tolist()))
     try:
@@ -155,9 +155,9 @@ def run_plan(
         )
     files.writes(output, "-o")
     files.writes(program, "the program of -o")
-    prior = _prior(files, opened, tolerances, given)
+    prior = _make_prior(files, opened, tolerances, given)
     if readings is not None:  # the poses to measure next, after these readings
-        fit = fit_robustly(_measurement(files, opened, readings, given)[0], prior)[0]
+        fit = fit_robustly(_read_measurement(files, opened, readings, given)[0], prior)[0]
         prior = prior_of_covariance(fit.deviations, fit.covariance)
     lengths = opened.lengths(given["tool_lengths"])
     places = [numbers_of(text, f"--at {text}") for text in given["places"]]
@@ -167,7 +167,7 @@ def run_plan(
     try:
         with progress_line("choosing poses"):
             plan = plan_poses(
-                machine, AsBuiltModel(opened.as_built), prior, lengths, planned, given["sigma_mm"], _joint_sigma(given),
+                machine, AsBuiltModel(opened.as_built), prior, lengths, planned, given["sigma_mm"], _make_joint_uncertainty(given),
                 np.array(places) if places else None,
             )  # fmt: skip
     except ValueError as error:
@@ -178,7 +178,7 @@ def run_plan(
     if given["simulate"] is not None:
         true = opened.like(files, given["simulate"])
         tips = simulate_tips(
-            true, poses.joints, poses.length, given["sigma_mm"], given["seed"] or 0, _joint_sigma(given)
+            true, poses.joints, poses.length, given["sigma_mm"], given["seed"] or 0, _make_joint_uncertainty(given)
         )
     text = "".join(program_lines(machine, plan.middle, poses, plan.over, dwell, output.name))
     with progress_line(f"checking {program}") as progress:

@@ -18,7 +18,6 @@ from verne_post import __version__
 from verne_post.base.printable import printable, printable_lines
 from verne_post.cli.arithmetic import same_everywhere
 from verne_post.cli.files import FileError
-from verne_post.cli.memory import keep_freed_memory
 from verne_post.cli.streams import drop, echo, prepare_streams
 from verne_post.cli.temporary import tidy_up_when_ended
 from verne_post.model.verdict import ExitStatus
@@ -74,13 +73,13 @@ class DefaultGroup(click.Group):
         found = [CompletionItem(incomplete, type="file"), *super().shell_complete(ctx, incomplete)]
         if incomplete.startswith("-"):
             known = {item.value for item in found}
-            default = _default_command(self, ctx)
+            default = _make_default_context(self, ctx)
             found += [item for item in default.command.shell_complete(default, incomplete) if item.value not in known]
         return found
 
-    def _no_program(self, ctx: click.Context, args: list[str]) -> None:
+    def _refuse_wrong_program(self, ctx: click.Context, args: list[str]) -> None:
         """Refuse a program that is neither a file nor a command, but nearly a command; and a command after its options."""
-        program = _program_in(_default_command(self, ctx), args)
+        program = _find_program(_make_default_context(self, ctx), args)
         if program is None or os.path.exists(program):
             return
         if program in COMMANDS:
@@ -97,19 +96,19 @@ class DefaultGroup(click.Group):
         options = {name for parameter in self.get_params(ctx) for name in parameter.opts}
         if args and args[0] not in COMMANDS and args[0] not in options:
             if not ctx.resilient_parsing:  # a shell completes words as they stand
-                self._no_program(ctx, args)
+                self._refuse_wrong_program(ctx, args)
             args = [DEFAULT, *args]
         return super().parse_args(ctx, args)
 
 
-def _default_command(group: DefaultGroup, ctx: click.Context) -> click.Context:
+def _make_default_context(group: DefaultGroup, ctx: click.Context) -> click.Context:
     """The default command, as if it had been named."""
     command = group.get_command(ctx, DEFAULT)
     assert command is not None
     return click.Context(command, info_name=DEFAULT, parent=ctx)
 
 
-def _program_in(default: click.Context, args: list[str]) -> str | None:
+def _find_program(default: click.Context, args: list[str]) -> str | None:
     """The word of a command line without a command that is no option and no value of one; None where there is none.
 
     Options that the default command has not are those of a command that comes later.
@@ -135,7 +134,7 @@ def cli() -> None:
     """
 
 
-def _what_failed(error: OSError) -> str:
+def _describe_failure(error: OSError) -> str:
     """What the system refused: the file by its name, a limit of the process, or else standard output."""
     if error.filename is not None:
         return f"{printable(str(error.filename))}: {error.strerror or error}"
@@ -149,7 +148,6 @@ def _what_failed(error: OSError) -> str:
 def run() -> None:
     """Entry point: run the command and exit with the documented status."""
     same_everywhere()
-    keep_freed_memory()
     prepare_streams()
     tidy_up_when_ended()
     sys.exit(main(sys.argv[1:]))
@@ -175,7 +173,7 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         return ExitStatus.INTERRUPTED
     except OSError as error:  # a full disk, a device that went away
-        echo(f"verne-post: {_what_failed(error)}", err=True)
+        echo(f"verne-post: {_describe_failure(error)}", err=True)
         drop(sys.stdout)
         return ExitStatus.UNUSABLE
     except PipeClosed:

@@ -107,7 +107,7 @@ class _InputName(click.types.StringParamType):
         return [CompletionItem(incomplete, type="file"), *names]
 
 
-def _machine_names() -> Iterable[str]:
+def _list_machine_names() -> Iterable[str]:
     from verne_post.config.machine_paths import machine_files
 
     return machine_files()
@@ -116,7 +116,7 @@ def _machine_names() -> Iterable[str]:
 #: Type of an argument that names a program; "-" is standard input.
 INPUT: Final = _InputName("program")
 #: Type of a word that names a machine, or its file.
-MACHINE: Final = _InputName("machine", _machine_names)
+MACHINE: Final = _InputName("machine", _list_machine_names)
 
 
 class GroupedOption(click.Option):
@@ -151,13 +151,13 @@ class GroupedCommand(click.Command):
 def program_options(*without: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Every option of a program, for the commands that read one, but for those that mean nothing to a command."""
     names = [name for name in OPTIONS if about(name).flag != "" and name not in (*WRITING, *without)]
-    made = [*(_file_option(one) for one in FILES), *(_option(name) for name in names)]
+    made = [*(_make_file_option(one) for one in FILES), *(_make_option(name) for name in names)]
     return lambda command: _decorate(command, made)
 
 
 def options_of(*names: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Some options of the model, for a command that does not take all of them."""
-    return lambda command: _decorate(command, [_option(name) for name in names])
+    return lambda command: _decorate(command, [_make_option(name) for name in names])
 
 
 def _decorate(command: Callable[..., Any], options: list[Callable[..., Any]]) -> Callable[..., Any]:
@@ -179,7 +179,7 @@ def flag_of(name: str) -> str:
 _COMPLETED: Final[dict[str, Any]] = {"machine_name": MACHINE, "setup_file": INPUT}
 
 
-def _file_option(one: FileOption) -> Callable[..., Any]:
+def _make_file_option(one: FileOption) -> Callable[..., Any]:
     kind = FILE if one.metavar == "FILE" else _COMPLETED.get(one.name, click.STRING)
     return click.option(
         one.flag, one.name, cls=GroupedOption, group=one.group, type=kind, metavar=one.metavar, multiple=one.multiple, help=one.help,
@@ -187,16 +187,16 @@ def _file_option(one: FileOption) -> Callable[..., Any]:
 
 
 #: The option that names a machine, for commands that read no program.
-machine_option: Final = next(_file_option(one) for one in FILES if one.name == "machine_name")
+machine_option: Final = next(_make_file_option(one) for one in FILES if one.name == "machine_name")
 
 
-def _option(name: str) -> Callable[..., Any]:
+def _make_option(name: str) -> Callable[..., Any]:
     """The click option of a field; its default is None, so that the model's default holds where nothing is given."""
     option = OPTIONS[name]
     shown, default = option.about, option.default()
-    kind = _click_type(option)
+    kind = _choose_click_type(option)
     settings: dict[str, Any] = (
-        {"is_flag": True} if kind is bool else {"type": kind, "metavar": shown.metavar or _metavar(kind, shown)}
+        {"is_flag": True} if kind is bool else {"type": kind, "metavar": shown.metavar or _choose_metavar(kind, shown)}
     )
     help_text = shown.help
     if kind is not bool and default not in (None, "", (), {}):
@@ -208,7 +208,7 @@ def _option(name: str) -> Callable[..., Any]:
     )  # fmt: skip
 
 
-def _click_type(option: Option) -> Any:
+def _choose_click_type(option: Option) -> Any:
     """The type of an option for click: a choice, a number, a flag, or text that is parsed here."""
     shown = option.about
     if shown.choices is not None:
@@ -223,7 +223,7 @@ def _click_type(option: Option) -> Any:
     return {float: NUMBER, int: INTEGER}.get(kinds[0], click.STRING)
 
 
-def _metavar(kind: Any, shown: About) -> str | None:
+def _choose_metavar(kind: Any, shown: About) -> str | None:
     if isinstance(kind, click.Choice):
         return None
     return {"mm": "MM", "s": "SECONDS"}.get(shown.unit)
@@ -267,10 +267,10 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         values.pop("tool_length", None)  # a length or table of a set-up or of the command line replaces it
     values |= {key: value for key, value in given.items() if key in OPTIONS and value not in (None, (), [])}
     try:
-        values |= _parse_texts(values) | _from_files(files, given, placed.named)
-        own = Offsets(_written_offsets(given.get("wcs") or ()), given.get("measured_offset"))
+        values |= _parse_texts(values) | _read_option_files(files, given, placed.named)
+        own = Offsets(_read_offsets(given.get("wcs") or ()), given.get("measured_offset"))
         values["wcs"] = _work_offsets(files, (*placed.offsets, own))
-        values |= _bodies(values, settings, placed)
+        values |= _merge_bodies(values, settings, placed)
         return Options(**{**values, "source_name": name, "setup_source": placed.source})
     except UsageError as error:
         raise click.UsageError(f"{flag_of(error.option)} {error.reason}") from None
@@ -289,7 +289,7 @@ def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _from_files(files: RunFiles, given: dict[str, Any], named: dict[str, str]) -> dict[str, Any]:
+def _read_option_files(files: RunFiles, given: dict[str, Any], named: dict[str, str]) -> dict[str, Any]:
     """Options that are read from files; ``named`` says which of them a set-up names, and where."""
     if given.get("tool_length") is not None and given.get("tool_lengths") is not None:
         raise click.UsageError("--tool-length and --tool-lengths exclude each other: the first holds for every tool")
@@ -305,7 +305,7 @@ def _from_files(files: RunFiles, given: dict[str, Any], named: dict[str, str]) -
     return values_of_files(contents)
 
 
-def _bodies(values: dict[str, Any], settings: "Settings | None", placed: Placed) -> dict[str, Any]:
+def _merge_bodies(values: dict[str, Any], settings: "Settings | None", placed: Placed) -> dict[str, Any]:
     """Fixtures and stock: those of the command line before those of the same name in the set-up, and these before the settings file's."""
     files = {**({} if settings is None else settings.file.keep_out), **placed.keep_out}
     fixtures = {name: file.box(name) for name, file in files.items()}
@@ -318,18 +318,18 @@ def _bodies(values: dict[str, Any], settings: "Settings | None", placed: Placed)
         if name in named:
             raise click.UsageError(f"--keep-out {text}: {name} is given twice; every box needs its own name")
         named.add(name)
-        fixtures[name] = _box(name, system, corners, f"--keep-out {text}")
+        fixtures[name] = _make_box(name, system, corners, f"--keep-out {text}")
     stock_file = placed.stock or (None if settings is None else settings.file.stock)
     stock = None if stock_file is None else stock_file.box("the stock")
     if (text := values.get("stock")) is not None:
         system, equals, corners = text.rpartition("=")
         if equals and not system:
             raise click.UsageError(f"--stock {text}: expected X0,Y0,Z0,X1,Y1,Z1, or G54=X0,...")
-        stock = _box("the stock", system, corners, f"--stock {text}")
+        stock = _make_box("the stock", system, corners, f"--stock {text}")
     return {"keep_out": tuple(fixtures.values()), "stock": stock}
 
 
-def _box(name: str, system: str, corners: str, what: str) -> Box:
+def _make_box(name: str, system: str, corners: str, what: str) -> Box:
     values = numbers_of(corners, what)
     if len(values) != 6:
         raise click.UsageError(f"{what}: expected six numbers, two corners, got {len(values)}")
@@ -340,7 +340,7 @@ def _box(name: str, system: str, corners: str, what: str) -> Box:
         raise click.UsageError(f"{what}: {error}") from None
 
 
-def _written_offsets(texts: Sequence[str]) -> dict[int, WorkOffset]:
+def _read_offsets(texts: Sequence[str]) -> dict[int, WorkOffset]:
     """Work offsets as --wcs has them, by the number of their system."""
     found: dict[int, WorkOffset] = {}
     for text in texts:
@@ -382,7 +382,7 @@ def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkO
 
 def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "Settings | None":
     """The settings file in force; ``tell`` says on standard error which one that is, and what it hides."""
-    found = _nearest_settings(Path.cwd()) if path is None else path
+    found = _find_nearest_settings(Path.cwd()) if path is None else path
     if found is None:
         return None
     files.expects(found, "--settings")
@@ -390,13 +390,13 @@ def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "S
 
     settings = load_settings(found, lambda path: files.read(path, "--settings"), named=path is not None)
     if tell and files.is_first(found):
-        hidden = "".join(f"; {text}" for text in _what_is_hidden(settings))
+        hidden = "".join(f"; {text}" for text in _list_hidden(settings))
         where = shown_name(found) if is_dash(found) else found.absolute()
         echo(printable(f"verne-post: settings of {where}{hidden}"), err=True)
     return settings
 
 
-def _what_is_hidden(settings: "Settings") -> list[str]:
+def _list_hidden(settings: "Settings") -> list[str]:
     """What [check] of a settings file takes out of the findings of `check`."""
     check, found = settings.check, []
     if check.select:
@@ -409,7 +409,7 @@ def _what_is_hidden(settings: "Settings") -> list[str]:
     return found
 
 
-def _nearest_settings(folder: Path) -> Path | None:
+def _find_nearest_settings(folder: Path) -> Path | None:
     """The nearest settings file from a folder upwards, below the folders that VERNE_POST_CEILING names."""
     from verne_post.config.settings import find_settings
 

@@ -45,25 +45,25 @@ def find_programs(
         for match in matches:
             path = Path(match)
             if not is_dash(match) and path.is_dir():
-                inside = _inside(path, but_in)
+                inside = _find_programs_inside(path, but_in)
                 if not inside:
                     raise click.UsageError(f"no programs in {match}; looked for {', '.join(PROGRAMS)}")
                 found += inside
             else:
-                program = _program_of(path)
+                program = _find_program(path)
                 found.append((match if program is path else str(program), Path(program.name)))
     if not may_lack and not any(is_dash(name) or Path(name).exists() for name, _place in found):
         raise click.UsageError(f"{', '.join(name for name, _place in found)}: no such file or folder")
     return list(dict.fromkeys(found))  # a program and its set-up may both be named
 
 
-def _program_of(path: Path) -> Path:
+def _find_program(path: Path) -> Path:
     """The program that a file is, or that it is the set-up of."""
     program = path.with_suffix("")
     return program if path.suffix == ".toml" and program.suffix.lower() in PROGRAMS else path
 
 
-def _inside(folder: Path, but_in: Path | None) -> list[tuple[str, Path]]:
+def _find_programs_inside(folder: Path, but_in: Path | None) -> list[tuple[str, Path]]:
     """The programs of a folder and those below it."""
     left_out = None if but_in is None else but_in.resolve()
     files = sorted(one for one in folder.rglob("*") if one.suffix.lower() in PROGRAMS and one.is_file())

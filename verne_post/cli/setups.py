@@ -84,7 +84,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     InputError
         For a set-up that cannot be used.
     """
-    setups = list(_setups(files, given.get("setup_file"), program, settings))
+    setups = list(_find_setups(files, given.get("setup_file"), program, settings))
     if not setups:
         return Placed(given)
     from verne_post.config.program_setup import TOOL_KEYS
@@ -116,7 +116,9 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     return Placed({**given, **below, **above}, tuple(offsets), keep_out, stock, source, named)
 
 
-def _setups(files: RunFiles, asked: str | None, program: str, settings: "Settings | None") -> "Iterator[ProgramSetup]":
+def _find_setups(
+    files: RunFiles, asked: str | None, program: str, settings: "Settings | None"
+) -> "Iterator[ProgramSetup]":
     """The set-ups of a program, the weaker first: tables of the settings file, then the file of the program."""
     if asked == NONE:
         return

@@ -39,7 +39,7 @@ def temporary_file(folder: Path) -> Iterator[tuple[int, Path]]:
     ------
     OSError
     """
-    with _temporary(folder, _make_file) as (handle, path):
+    with _open_temporary(folder, _make_file) as (handle, path):
         assert handle is not None
         yield handle, path
 
@@ -52,12 +52,12 @@ def temporary_folder(folder: Path) -> Iterator[Path]:
     ------
     OSError
     """
-    with _temporary(folder, _make_folder) as (_handle, path):
+    with _open_temporary(folder, _make_folder) as (_handle, path):
         yield path
 
 
 @contextmanager
-def _temporary(folder: Path, make: Callable[[Path], tuple[int | None, Path]]) -> Iterator[tuple[int | None, Path]]:
+def _open_temporary(folder: Path, make: Callable[[Path], tuple[int | None, Path]]) -> Iterator[tuple[int | None, Path]]:
     """What is locked stays open until it has been removed or renamed."""
     _remove_leftovers(folder)
     handle, path = make(folder)

@@ -76,18 +76,18 @@ def read_as_built(table: object, file_name: str, read: Callable[[str], bytes]) -
     if isinstance(table, dict) and "file" in table:
         name = table["file"]
         if not isinstance(name, str) or len(table) > 1:
-            raise _mistake(file_name, 'as_built.file names a file with an [as_built] table, such as "as-built.toml"; '
+            raise _make_error(file_name, 'as_built.file names a file with an [as_built] table, such as "as-built.toml"; '
                            "then [as_built] has no other key here")  # fmt: skip
         raw = read(name)
         try:
             data = read_toml(raw)
         except ValueError as error:
-            raise _mistake(name, str(error)) from None
+            raise _make_error(name, str(error)) from None
         if list(data) != ["as_built"]:
-            raise _mistake(name, "expected one table, [as_built], and nothing else")
+            raise _make_error(name, "expected one table, [as_built], and nothing else")
         table, file_name = data["as_built"], name
     if not isinstance(table, dict):
-        raise _mistake(file_name, f"as_built = {table!r}: expected a table of keys")
+        raise _make_error(file_name, f"as_built = {table!r}: expected a table of keys")
     try:
         return check_table(AsBuiltFile, table, "[as_built]", "as_built"), raw
     except WrongTableError as error:
@@ -102,12 +102,12 @@ def build_as_built(
     travel = np.stack([limits.lower[:3], limits.upper[:3]], axis=1)
     fault = find_fault(machine, travel, limits.serial_singularity)
     if fault is not None:
-        raise _mistake(
+        raise _make_error(
             file_name,
             f"as_built: with these deviations the rods do not close where the nominal machine's do; see {fault}",
         )
     return machine
 
 
-def _mistake(file_name: str, text: str) -> InputError:
+def _make_error(file_name: str, text: str) -> InputError:
     return InputError(finding("VP501", f"{file_name}: {text}"))

@@ -83,19 +83,19 @@ def load_machine(
     return machine_from_toml(raw, path.name, read_named)
 
 
-def _no_files(name: str) -> bytes:
+def _refuse_files(name: str) -> bytes:
     raise InputError(
         finding("VP501", f"as_built.file = {name!r}: a machine that is not read from a file has no files beside it")
     )
 
 
-def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] = _no_files) -> Machine:
+def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] = _refuse_files) -> Machine:
     """Build a machine from the bytes of its file; ``read`` gives the bytes of files that it names."""
     try:
         data = read_toml(raw)
     except ValueError as error:
         raise InputError(finding("VP501", f"{file_name}: {error}")) from None
-    content, kind, module_file, limits, rods = _checked(data, file_name)
+    content, kind, module_file, limits, rods = _check_schemas(data, file_name)
     as_built = None
     if content.as_built is not None:
         from verne_post.config.as_built import build_as_built, read_as_built  # few machines have it
@@ -114,9 +114,9 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         Column("a", "deg", table.a_sign / RAD_PER_DEG, "VP102"),
         Column("c", "deg", table.c_sign / RAD_PER_DEG, "VP103"),
     )
-    joint_limits = _limits(limits, kind, len(module.actuators), table)
+    joint_limits = _convert_limits(limits, kind, len(module.actuators), table)
     home, accuracy = content.home, content.accuracy or AccuracyFile()
-    places = _places(kind, rods)
+    places = _find_rod_places(kind, rods)
     threshold = accuracy.uncorrected_axis_deg or math.inf
     nominal = HybridMachine(module, table, content.spindle.nose_offset_mm)
     five_axis: FiveAxis = nominal
@@ -126,7 +126,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         assert places is not None
         five_axis = build_as_built(nominal, places, as_built[0], threshold, joint_limits, file_name)
         provenance["as_built"] = as_built[0].source
-    clearance = _clearance(content, five_axis, nominal, rods, places)
+    clearance = _make_clearance(content, five_axis, nominal, rods, places)
     return Machine(
         name=visible(content.name),
         kind=content.kind,
@@ -137,21 +137,21 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         columns=columns,
         limits=joint_limits,
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg, RAD_PER_DEG * threshold),
-        home=_home(home) if home else None,
+        home=_convert_home(home) if home else None,
         table_radius=content.table.radius,
         clearance=clearance,
         cycle=content.control.cycle_s,
         provenance=provenance,
-        drives=_drives(content.drives, columns, joint_limits, file_name),
+        drives=_convert_drives(content.drives, columns, joint_limits, file_name),
         bodies=clearance.bodies if clearance else None,
         rod_places=places,
         warnings=tuple(find_implausible(data, kind.group)),
-        tolerances=_tolerances(content.tolerances or TolerancesFile()),
-        vibration=_vibration(content.vibration),
+        tolerances=_convert_tolerances(content.tolerances or TolerancesFile()),
+        vibration=_convert_vibration(content.vibration),
     )
 
 
-def _tolerances(file: TolerancesFile) -> np.ndarray:
+def _convert_tolerances(file: TolerancesFile) -> np.ndarray:
     """Of all deviations in the order of their vector, mm and rad."""
     parts = []
     for key, shape, angle in ENTRIES.values():
@@ -161,7 +161,7 @@ def _tolerances(file: TolerancesFile) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def _drives(
+def _convert_drives(
     files: dict[str, DriveFile] | None, columns: tuple[Column, ...], limits: Limits, file_name: str
 ) -> tuple[Drive, ...]:
     """The drives in the order of the joints; empty where the file names none.
@@ -222,21 +222,21 @@ def _lead_error(table: list[list[float]], travel: list[float], where: str) -> "C
     )
 
 
-def _vibration(file: VibrationFile | None) -> Vibration | None:
+def _convert_vibration(file: VibrationFile | None) -> Vibration | None:
     if file is None:
         return None
     return Vibration(tuple(Mode(*pair) for pair in file.modes), file.shaper)
 
 
-def _home(file: HomeFile) -> Home:
+def _convert_home(file: HomeFile) -> Home:
     g28, g30, park = (None if pose is None else tuple(pose) for pose in (file.g28, file.g30, file.park))
     return Home(g28, g30, park)  # type: ignore[arg-type]
 
 
-def _limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits:
+def _convert_limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits:
     values = asdict(file)
 
-    def actuators(value: float | list[float]) -> list[float]:
+    def convert_actuators(value: float | list[float]) -> list[float]:
         return list(value) if isinstance(value, list) else [value] * n
 
     travel = values[f"{kind.group}_mm"]
@@ -251,7 +251,7 @@ def _limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits
 
     def joints(what: str) -> np.ndarray:
         a, c = (RAD_PER_DEG * values[f"{joint}_{what}"] for joint in ("a", "c"))
-        return np.array([*actuators(values[f"{kind.group}_{what}"]), a, c])
+        return np.array([*convert_actuators(values[f"{kind.group}_{what}"]), a, c])
 
     smallest_drop = values["serial_singularity_mm"] if kind.rods else 0.0
     determinant = values["parallel_singularity"] if kind.rods else None
@@ -261,7 +261,9 @@ def _limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits
     )  # fmt: skip
 
 
-def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, Table, LimitsFile, RodsFile | None]:
+def _check_schemas(
+    data: dict[str, Any], file_name: str
+) -> tuple[MachineFile, Kind, Table, LimitsFile, RodsFile | None]:
     """The file against its schemas: the whole, and the groups whose keys depend on the kind.
 
     Raises
@@ -308,7 +310,7 @@ def _checked(data: dict[str, Any], file_name: str) -> tuple[MachineFile, Kind, T
     return content, kind, module, limits, rods
 
 
-def _places(kind: Kind, rods: RodsFile | None) -> RodPlaces | None:
+def _find_rod_places(kind: Kind, rods: RodsFile | None) -> RodPlaces | None:
     """Where the rods are along x; None where the file or the kind does not say."""
     if rods is None or kind.rod_places is None:
         return None
@@ -328,7 +330,7 @@ def _require_places(content: MachineFile, places: RodPlaces | None, file_name: s
         )  # fmt: skip
 
 
-def _rod_bodies(five_axis: FiveAxis, nominal: HybridMachine, places: RodPlaces) -> "VerneRods":
+def _make_rod_bodies(five_axis: FiveAxis, nominal: HybridMachine, places: RodPlaces) -> "VerneRods":
     """The rods as bodies, where they are on the machine as built."""
     from verne_post.kinematics.as_built.bodies import VerneRods  # few machine files have their diameters
     from verne_post.kinematics.as_built.machine import AsBuiltMachine
@@ -338,7 +340,7 @@ def _rod_bodies(five_axis: FiveAxis, nominal: HybridMachine, places: RodPlaces) 
     return VerneRods(nominal.module, five_axis.geometry if isinstance(five_axis, AsBuiltMachine) else drawn, drawn)
 
 
-def _clearance(
+def _make_clearance(
     content: MachineFile, five_axis: FiveAxis, nominal: HybridMachine, rods: RodsFile | None, places: RodPlaces | None
 ) -> Clearance | None:
     """The bodies of the machine file, None where it has none that distances could be computed from."""
@@ -346,7 +348,7 @@ def _clearance(
     measured = rods is not None and (rods.diameter_mm is not None or rods.cone_centre is not None)
     if file is None and not measured:
         return None
-    rod_module = _rod_bodies(five_axis, nominal, places) if places is not None and measured else None
+    rod_module = _make_rod_bodies(five_axis, nominal, places) if places is not None and measured else None
     radius = None
     if rods is not None and rods.diameter_mm is not None and rod_module is not None:
         legs = list(dict.fromkeys(rod_module.rod_legs))
@@ -362,7 +364,7 @@ def _clearance(
         spindle_radius=0.5 * file.spindle_diameter_mm if file and file.spindle_diameter_mm else None,
         spindle_top=file.spindle_top_mm if file else 0.0,
         tool_radius=0.5 * file.tool_diameter_mm if file and file.tool_diameter_mm else None,
-        platform=_ends(file.platform_ends_mm) if file and file.platform_ends_mm else None,
+        platform=_stack_ends(file.platform_ends_mm) if file and file.platform_ends_mm else None,
         platform_radius=0.5 * file.platform_diameter_mm if file and file.platform_diameter_mm else 0.0,
         slider_cone=angle(rods.slider_cone_deg) if rods else None,
         platform_cone=angle(rods.platform_cone_deg) if rods else None,
@@ -371,7 +373,7 @@ def _clearance(
     return Clearance(bodies, rod_module, nominal.nose_offset, five_axis.spindle, content.table.radius)
 
 
-def _ends(points: list[list[float]]) -> tuple[np.ndarray, np.ndarray]:
+def _stack_ends(points: list[list[float]]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(points[0]), np.array(points[1])
 
 

@@ -43,18 +43,18 @@ def read_machine_file(path: Path, what: str, hint: str) -> bytes:
     InputError
         VP501 with what it is, and a hint.
     """
-    with _reading(what, hint):
+    with _explain_read_errors(what, hint):
         return read_file(path)
 
 
 def expect_file(path: Path, what: str, hint: str) -> None:
     """See whether a file can be read; raises as :func:`read_machine_file`."""
-    with _reading(what, hint), path.open("rb"):
+    with _explain_read_errors(what, hint), path.open("rb"):
         pass
 
 
 @contextmanager
-def _reading(what: str, hint: str) -> Iterator[None]:
+def _explain_read_errors(what: str, hint: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:

@@ -36,26 +36,26 @@ def find_implausible(data: dict[str, Any], group: str) -> list[Finding]:
     for axis, kind in ((group, "linear"), ("a", "rotary"), ("c", "rotary")):
         for ending in _OF_AXES:
             what = "a travel of " if ending in ("mm", "deg") else ""
-            for value in _sizes(limits.get(f"{axis}_{ending}")):
+            for value in _list_sizes(limits.get(f"{axis}_{ending}")):
                 texts += compare(f"limits.{axis}_{ending}", value, f"{kind} {ending}", what)
-        texts += _ramps(limits, axis)
+        texts += _check_ramps(limits, axis)
     lengths = [
-        number for key, value in data["module"].items() if not key.endswith("_deg") for number in _numbers(value)
+        number for key, value in data["module"].items() if not key.endswith("_deg") for number in _list_numbers(value)
     ]
     texts += compare_largest("module", lengths, "module", "lengths up to ")
     for key, name in [*((key, key) for key in _OF_BODIES), *_OF_THE_REST.items()]:
         table, _dot, entry = key.partition(".")
-        numbers = _numbers(data.get(table, {}).get(entry))
+        numbers = _list_numbers(data.get(table, {}).get(entry))
         texts += compare_largest(key, numbers, name, "up to " if len(numbers) > 1 else "")
     return [finding("VP505", text) for text in dict.fromkeys(texts)]
 
 
-def _numbers(value: object) -> list[float]:
+def _list_numbers(value: object) -> list[float]:
     """The numbers of a key: one, or those of a place or of a list; none where it is absent."""
     return [float(one) for one in (value if isinstance(value, list) else [value]) if isinstance(one, int | float)]
 
 
-def _sizes(value: object) -> Iterator[float]:
+def _list_sizes(value: object) -> Iterator[float]:
     """The numbers of a key; of ranges their spans."""
     if isinstance(value, int | float):
         yield float(value)
@@ -63,13 +63,15 @@ def _sizes(value: object) -> Iterator[float]:
         yield float(value[1]) - float(value[0])
     elif isinstance(value, list):
         for one in value:
-            yield from _sizes(one)
+            yield from _list_sizes(one)
 
 
-def _ramps(limits: dict[str, object], axis: str) -> Iterator[str]:
+def _check_ramps(limits: dict[str, object], axis: str) -> Iterator[str]:
     """Limits of one axis that do not fit each other."""
     for upper, lower, shortest, longest in _RAMPS:
-        values = zip(_sizes(limits.get(f"{axis}_{upper}")), _sizes(limits.get(f"{axis}_{lower}")), strict=False)
+        values = zip(
+            _list_sizes(limits.get(f"{axis}_{upper}")), _list_sizes(limits.get(f"{axis}_{lower}")), strict=False
+        )
         for high, low in values:
             seconds = high / low
             if not shortest <= seconds <= longest:

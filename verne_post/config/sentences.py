@@ -76,14 +76,14 @@ def check_table(schema: type[_Schema], data: Any, kind_of_file: str, prefix: str
     try:
         return convert(data, schema)
     except ValidationError as error:
-        mistakes = dict(_mistakes_of_a_table(schema, data, kind_of_file, ())) or {(): f": {error}"}
+        mistakes = dict(_find_mistakes_of_table(schema, data, kind_of_file, ())) or {(): f": {error}"}
     start = (prefix,) if prefix else ()
     places = (".".join(str(part) for part in (*start, *place)) for place in mistakes)
     texts = zip(places, mistakes.values(), strict=True)
     raise WrongTableError([f"{key}{text}" if key else text.removeprefix(": ") for key, text in texts]) from None
 
 
-def _mistakes_of_a_table(
+def _find_mistakes_of_table(
     schema: type[Table], data: dict[str, Any], kind_of_file: str, place: tuple[int | str, ...]
 ) -> Iterator[_Mistake]:
     known = {field.encode_name: field for field in fields(schema)}
@@ -95,33 +95,37 @@ def _mistakes_of_a_table(
             nearest = suggest(key, [one for one in known if one not in data], known)
             found.append((here, f" is not a key of {kind_of_file}{nearest}"))
             continue
-        wrong = list(_mistakes_of_a_value(known[key].type, value, kind_of_file, here))
+        wrong = list(_find_mistakes_of_value(known[key].type, value, kind_of_file, here))
         if not wrong and key in schema.checks:
-            wrong = [(here, f" = {value!r}: {why}")] if (why := _complaint(schema.checks[key], value)) else []
+            wrong = [(here, f" = {value!r}: {why}")] if (why := _describe_complaint(schema.checks[key], value)) else []
         found += wrong
     found += [((*place, key), " is missing") for key, field in known.items() if field.required and key not in data]
-    if not found and (why := _complaint(lambda one: convert(one, schema), data)):
+    if not found and (why := _describe_complaint(lambda one: convert(one, schema), data)):
         found = [(place, f": {why}")]
     yield from found
 
 
-def _mistakes_of_a_value(kind: Any, value: Any, kind_of_file: str, place: tuple[int | str, ...]) -> Iterator[_Mistake]:
+def _find_mistakes_of_value(
+    kind: Any, value: Any, kind_of_file: str, place: tuple[int | str, ...]
+) -> Iterator[_Mistake]:
     """Mistakes in the innermost places that do not fit; of a union the type that the value looks like counts."""
     fitting = next((one for one in alternatives(kind) if has_shape(one, value)), None)
     base = bare(fitting)[0]
     found: list[_Mistake] = []
     if isinstance(base, type) and issubclass(base, Table):
-        found = list(_mistakes_of_a_table(base, value, kind_of_file, place))
+        found = list(_find_mistakes_of_table(base, value, kind_of_file, place))
     elif get_origin(base) in (list, dict) and fitting is not None:
         items = value.items() if isinstance(value, dict) else enumerate(value)
         inner = get_args(base)[-1]
-        found = [one for key, item in items for one in _mistakes_of_a_value(inner, item, kind_of_file, (*place, key))]
-    if not found and _complaint(lambda one: convert(one, kind), value):
+        found = [
+            one for key, item in items for one in _find_mistakes_of_value(inner, item, kind_of_file, (*place, key))
+        ]
+    if not found and _describe_complaint(lambda one: convert(one, kind), value):
         found = [(place, f" = {value!r}: expected {describe(kind if fitting is None else fitting)}")]
     yield from found
 
 
-def _complaint(check: Callable[[Any], object], value: object) -> str:
+def _describe_complaint(check: Callable[[Any], object], value: object) -> str:
     """What a check says about a value; empty where it takes it."""
     try:
         check(value)

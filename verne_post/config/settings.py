@@ -144,7 +144,7 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
     wrong = [
         finding("VP503", f"{path.name}: remap.{why}")
         for code, meaning in file.remap.items()
-        if (why := _mistake(code, meaning))
+        if (why := _find_mistake(code, meaning))
     ]
     allowed = [name for name, option in OPTIONS.items() if option.about.in_settings]
     wrong += [finding("VP503", f"{path.name}: options.{why}") for why in find_wrong_options(file.options, allowed)]
@@ -177,7 +177,7 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
     return Settings(file, path.resolve().parent, check, control, setups, machine)
 
 
-def _mistake(code: str, meaning: str) -> str | None:
+def _find_mistake(code: str, meaning: str) -> str | None:
     """Why a code cannot be given a meaning; None where it can."""
     try:
         refuse_known_codes(check_remap({code: meaning}))

@@ -75,12 +75,12 @@ def with_setup(options: Options, program: Path | None, setup: Setup) -> Options:
     }
     return Options(**{
         "stock": None if file.stock is None else file.stock.box("the stock"), **below, **values_of_files(contents), **given,
-        "wcs": _offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
+        "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
         "setup_source": file.name,
     })  # fmt: skip
 
 
-def _offsets(file: ProgramSetup, measured: tuple[bytes, str] | None) -> dict[int, WorkOffset]:
+def _convert_offsets(file: ProgramSetup, measured: tuple[bytes, str] | None) -> dict[int, WorkOffset]:
     found = {} if measured is None else read_offsets(*measured)
     for system in file.wcs.keys() & found.keys():
         assert measured is not None

@@ -46,16 +46,16 @@ def subprograms_of(
         For a path that leaves the folder, or does not exist.
     """
     root = folder.resolve()
-    places = _places(folder, root, paths)
+    places = _list_folders(folder, root, paths)
     texts: dict[str, bytes] = {}
     calls = any(_CALLS.search(text) for text in whole_lines(source))
-    known = _files(root, places)
+    known = _find_files(root, places)
     if not calls and not any(path.suffix.lower() in _CALLED_BY_NAME for path in known.values()):
         return texts
     waiting: list[Text] = [source]
     while waiting:
         text = waiting.pop()
-        for name in _called(text, known):
+        for name in _find_called(text, known):
             if name in known and name not in texts:
                 texts[name] = read(known[name], name)
                 waiting.append(texts[name])
@@ -71,12 +71,12 @@ def callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
         As :func:`subprograms_of`.
     """
     root = folder.resolve()
-    return list(_files(root, _places(folder, root, paths)).values())
+    return list(_find_files(root, _list_folders(folder, root, paths)).values())
 
 
-def _called(text: "Text", known: dict[str, Path]) -> list[str]:
+def _find_called(text: "Text", known: dict[str, Path]) -> list[str]:
     """Names, without ending, of the files that a text may call."""
-    by_name = [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME and _names(text, name)]
+    by_name = [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME and _has_name(text, name)]
     if not _CALLS.search(text):
         return by_name
     if _COMPUTED.search(text):
@@ -94,7 +94,7 @@ def _called(text: "Text", known: dict[str, Path]) -> list[str]:
     return names
 
 
-def _names(text: "Text", name: str) -> bool:
+def _has_name(text: "Text", name: str) -> bool:
     """True where a text has the name of a file as a word."""
     return (
         re.search(rb"(?<![A-Za-z0-9_])" + re.escape(name.encode()) + rb"(?![A-Za-z0-9])", text, re.IGNORECASE)
@@ -102,7 +102,7 @@ def _names(text: "Text", name: str) -> bool:
     )
 
 
-def _places(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path]:
+def _list_folders(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path]:
     """The folders to look in, in their order."""
     places = []
     for path in (".", *paths):
@@ -115,7 +115,7 @@ def _places(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path]:
     return places
 
 
-def _files(root: Path, places: list[Path]) -> dict[str, Path]:
+def _find_files(root: Path, places: list[Path]) -> dict[str, Path]:
     """Files by name without ending, in lower case; the first folder that has one counts."""
     by_name: dict[str, Path] = {}
     for place in places:

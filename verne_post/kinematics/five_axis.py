@@ -63,7 +63,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
         ok : ndarray of bool, shape (...)
         """
         q, gauge, alpha, ok = self._solve_joints(tip, angles, tool_length)
-        return q, _tilted_platform(rotate_x(gauge, alpha) * _MIRROR + self.table.pivot, alpha), ok
+        return q, _make_tilted_platform(rotate_x(gauge, alpha) * _MIRROR + self.table.pivot, alpha), ok
 
     def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """The joint values of :meth:`solve` alone, (..., 5)."""
@@ -119,7 +119,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
         position = rotate_x(gauge, alpha) * _MIRROR + self.table.pivot
         parallel, serial = self.module.jacobians(position, alpha, q[..., :-2])
         # P = pivot + F Rx(alpha) g: by g and by alpha
-        by_gauge = np.stack([rotate_x(rate, alpha) * _MIRROR for rate in self._gauge_rates(tip, angles)], -1)
+        by_gauge = np.stack([rotate_x(rate, alpha) * _MIRROR for rate in self._compute_gauge_rates(tip, angles)], -1)
         by_alpha = rotate_x_rate(gauge, alpha) * _MIRROR
         by_point, by_tilt = parallel[..., :3], parallel[..., 3] + (parallel[..., :3] @ by_alpha[..., None])[..., 0]
         matrix = np.concatenate([serial, by_tilt[..., None]], axis=-1)
@@ -134,7 +134,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
         total[..., 4, 4] = 1.0
         return total
 
-    def _gauge_rates(self, tip: Array, angles: Array) -> list[Array]:
+    def _compute_gauge_rates(self, tip: Array, angles: Array) -> list[Array]:
         """Derivatives of the gauge point by tip x, y, z and by A and C, each (..., 3)."""
         a, c = angles[..., 0], angles[..., 1]
         units = [np.broadcast_to(unit, np.shape(tip)) for unit in np.eye(3)]
@@ -161,7 +161,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
     def platform(self, q: Array) -> tuple[Platform, Mask]:
         """The platform for joint values (..., 5)."""
         position, alpha, ok = self.module.forward(np.asarray(q)[..., :-2])
-        return _tilted_platform(position, alpha), ok
+        return _make_tilted_platform(position, alpha), ok
 
     # --- what is measured at solved poses ---------------------------------------------------------------
 
@@ -211,7 +211,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
         return tip, axis_of_angles(angles[..., 0], angles[..., 1]), ok
 
 
-def _tilted_platform(position: Array, alpha: Array) -> Platform:
+def _make_tilted_platform(position: Array, alpha: Array) -> Platform:
     """The platform of a machine that only tilts about x."""
     angles = np.zeros((*np.shape(alpha), 3))
     angles[..., 0] = alpha

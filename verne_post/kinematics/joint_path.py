@@ -92,7 +92,7 @@ class JointPath(Struct, frozen=True, eq=False):
         """As :meth:`q`, with the poses."""
         n = len(w)
         rows = JointPoses(np.empty((n, len(self.machine.columns))), np.empty((n, 3)), np.empty((n, 2)))
-        for part in _parts(n):
+        for part in _split_rows(n):
             tip, angles, length, joint, q_joint = self._evaluate_pose(element[part], w[part])
             rows.tip[part], rows.angles[part] = tip, angles
             rows.q[part] = self.machine.five_axis.joints(tip, angles, length)
@@ -102,12 +102,12 @@ class JointPath(Struct, frozen=True, eq=False):
     def speed_cap(self, element: Ints, w: Array) -> Array:
         """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""
         speed = np.empty(len(w))
-        for part in _parts(len(w)):
+        for part in _split_rows(len(w)):
             speed[part] = self.speed(self.contour, element[part], w[part])
         return speed
 
 
-def _parts(n: int) -> Iterator[slice]:
+def _split_rows(n: int) -> Iterator[slice]:
     """Rows evaluated at a time, of n."""
     for first in range(0, n, EVALUATED_ROWS):
         yield slice(first, first + EVALUATED_ROWS)

@@ -17,11 +17,11 @@ class Code(Struct, frozen=True):
     remedy: str
 
 
-def _table(*rows: tuple[str, str, Severity, str, str]) -> dict[str, Code]:
+def _make_table(*rows: tuple[str, str, Severity, str, str]) -> dict[str, Code]:
     return {row[0]: Code(*row) for row in rows}
 
 
-CODES: Final[dict[str, Code]] = _table(
+CODES: Final[dict[str, Code]] = _make_table(
     # --- VP0xx: text and modal state ------------------------------------------------------
     (
         "VP001",

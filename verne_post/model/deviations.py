@@ -91,7 +91,7 @@ class Deviations(Struct, frozen=True, eq=False):
         return cls(**parts)
 
 
-def _names() -> tuple[str, ...]:
+def _list_names() -> tuple[str, ...]:
     """Names of the parameters: "rod_lengths_mm, rod I at +y"."""
     names: list[str] = []
     for entry, (key, shape, _angle) in ENTRIES.items():
@@ -107,6 +107,6 @@ def _names() -> tuple[str, ...]:
 
 
 #: Name of each number of :meth:`Deviations.to_vector`, by its key in a machine file.
-PARAMETERS: Final = _names()
+PARAMETERS: Final = _list_names()
 #: True where a parameter is an angle (rad), False where it is a length (mm).
 IS_ANGLE: Final = np.concatenate([np.full(int(np.prod(shape)), angle) for _key, shape, angle in ENTRIES.values()])

@@ -72,7 +72,7 @@ def without_numpy(value: Any) -> Any:
 
 def check_numbers(value: object, counts: tuple[int, ...], what: str, bound: float) -> tuple[float, ...]:
     """A sequence of so many finite numbers within a bound."""
-    found = [without_numpy(one) for one in _items(value, what)]
+    found = [without_numpy(one) for one in _list_items(value, what)]
     if len(found) not in counts:
         raise ValueError(f"expected {what}, got {len(found)} numbers")
     for one in found:
@@ -83,7 +83,7 @@ def check_numbers(value: object, counts: tuple[int, ...], what: str, bound: floa
     return tuple(float(one) for one in found)
 
 
-def _items(value: object, what: str) -> list[Any]:
+def _list_items(value: object, what: str) -> list[Any]:
     """Items of a tuple, a list or an array."""
     listed = value.tolist() if hasattr(value, "tolist") else value
     if not isinstance(listed, tuple | list):
@@ -127,7 +127,7 @@ def check_work_offsets(value: object) -> dict[int, WorkOffset]:
         if number in found:
             raise ValueError(f"{SYSTEM_NAMES[number]} is given twice")
         what = f"x, y, z and maybe c for {SYSTEM_NAMES[number]}"
-        given = [*_items(offset.origin_mm, what), offset.turn_deg] if isinstance(offset, WorkOffset) else offset
+        given = [*_list_items(offset.origin_mm, what), offset.turn_deg] if isinstance(offset, WorkOffset) else offset
         x, y, z, *turn = check_numbers(given, (4,) if isinstance(offset, WorkOffset) else (3, 4), what, MAX_PLACE)
         found[number] = WorkOffset((x, y, z), turn[0] if turn else 0.0)
     return found
@@ -174,7 +174,7 @@ def check_box(box: object) -> Box:
 
 
 def check_boxes(value: object) -> tuple[Box, ...]:
-    boxes = tuple(check_box(one) for one in _items(value, "boxes"))
+    boxes = tuple(check_box(one) for one in _list_items(value, "boxes"))
     names = [box.name for box in boxes]
     for name in names:
         if names.count(name) > 1:
@@ -207,7 +207,7 @@ def check_shapes(value: object) -> dict[int, ToolShape]:
 def check_place(value: object) -> str | tuple[float, ...] | None:
     if value is None or (isinstance(value, str) and value == "home"):
         return None if value is None else "home"
-    given = _items(value, "home, or joint values")
+    given = _list_items(value, "home, or joint values")
     return check_numbers(given, (max(len(given), 1),), "home, or joint values", math.inf)
 
 

@@ -323,7 +323,7 @@ class Options:
         """
         values = {name: getattr(self, name) for name in OPTIONS if name not in _WITHOUT_EFFECT}
         values["wcs"] = {SYSTEM_NAMES[number]: offset for number, offset in self.wcs.items()}
-        return {key_of(name): _as_json(value) for name, value in values.items()}
+        return {key_of(name): _convert_to_json(value) for name, value in values.items()}
 
 
 class Option(Struct, frozen=True):
@@ -346,7 +346,7 @@ class Option(Struct, frozen=True):
     default: Callable[[], Any]
 
 
-def _option(kind: Any, default: Callable[[], Any]) -> Option:
+def _make_option(kind: Any, default: Callable[[], Any]) -> Option:
     kind, *notes = get_args(kind)
     bounds = next((one for one in notes if isinstance(one, Meta)), None)
     check = next((one.check for one in notes if isinstance(one, Checked)), None)
@@ -358,13 +358,15 @@ def _option(kind: Any, default: Callable[[], Any]) -> Option:
     )
 
 
-def _constant(value: Any) -> Callable[[], Any]:
+def _make_constant(value: Any) -> Callable[[], Any]:
     return lambda: value
 
 
 #: Name -> option, in the order of the class.
 OPTIONS: Final = {
-    one.name: _option(one.type, _constant(one.default) if one.default_factory is MISSING else one.default_factory)
+    one.name: _make_option(
+        one.type, _make_constant(one.default) if one.default_factory is MISSING else one.default_factory
+    )
     for one in fields(Options)
 }
 
@@ -392,7 +394,7 @@ def checked_value(name: str, value: Any) -> Any:
         try:
             return option.check(value)
         except ValueError as error:
-            raise _refusal(name, value, str(error)) from None
+            raise _make_refusal(name, value, str(error)) from None
     value = without_numpy(value)
     fitting = next((one for one in alternatives(option.kind) if has_shape(one, value)), None)
     if fitting is not None:  # msgspec fails for some values that only look like a mapping
@@ -402,10 +404,10 @@ def checked_value(name: str, value: Any) -> Any:
             pass
     unit = option.about.unit or ("degrees" if name.endswith("_deg") else "")
     words = bounds_in_words(bare(fitting)[1]) or describe(option.kind)
-    raise _refusal(name, value, f"expected {words} {unit}".rstrip())
+    raise _make_refusal(name, value, f"expected {words} {unit}".rstrip())
 
 
-def _refusal(name: str, value: object, reason: str) -> UsageError:
+def _make_refusal(name: str, value: object, reason: str) -> UsageError:
     shown = repr(value)
     return UsageError(name, f"{shown if len(shown) < 200 else shown[:200] + '...'}: {reason}")
 
@@ -414,7 +416,7 @@ def _refusal(name: str, value: object, reason: str) -> UsageError:
 _WITHOUT_EFFECT: Final = ("source_name", "setup_source", "jobs")
 
 
-def _as_json(value: object) -> object:
+def _convert_to_json(value: object) -> object:
     """A value of an option as JSON; offsets, tools and boxes in few numbers, so that a message can show them."""
     if isinstance(value, WorkOffset):
         return [*value.origin_mm, value.turn_deg]
@@ -428,7 +430,7 @@ def _as_json(value: object) -> object:
     if isinstance(value, Cylinder):
         return [value.part, value.diameter, value.length]
     if isinstance(value, Mapping):
-        return {str(key): _as_json(one) for key, one in sorted(value.items())}
+        return {str(key): _convert_to_json(one) for key, one in sorted(value.items())}
     if isinstance(value, tuple | list):
-        return [_as_json(one) for one in value]
+        return [_convert_to_json(one) for one in value]
     return hashlib.sha256(value).hexdigest() if isinstance(value, bytes) else value

@@ -63,7 +63,12 @@ class Splines(Struct, frozen=True, eq=False):
         point, knot = (_spread(first[piece], count) for first, count in
                        ((self.first_point, degree + 1), (self.first_knot, 2 * degree)))  # fmt: skip
         return Splines(
-            degree, _begins(degree + 1), _begins(2 * degree), self.points[point], self.weights[point], self.knots[knot]
+            degree,
+            _make_begins(degree + 1),
+            _make_begins(2 * degree),
+            self.points[point],
+            self.weights[point],
+            self.knots[knot],
         )
 
     def with_points(self, points: Array) -> "Splines":
@@ -71,12 +76,12 @@ class Splines(Struct, frozen=True, eq=False):
         return replace(self, points=points)
 
 
-def _begins(count: Ints) -> NDArray[np.int64]:
+def _make_begins(count: Ints) -> NDArray[np.int64]:
     return np.append(0, np.cumsum(count))[: len(count)].astype(np.int64)
 
 
 def _spread(first: Ints, count: Ints) -> NDArray[np.int64]:
-    return np.repeat(first - _begins(count), count) + np.arange(int(count.sum()))
+    return np.repeat(first - _make_begins(count), count) + np.arange(int(count.sum()))
 
 
 _PIECES: Final = {"degree": (np.int32,), "first_point": (np.int64,), "first_knot": (np.int64,)}

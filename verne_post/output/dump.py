@@ -33,10 +33,10 @@ def moves(table: Moves) -> Iterator[str]:
     event = next(events)
     for row in range(len(table) + 1):
         while event is not None and event.before <= row:
-            yield _line({"line": event.line, "kind": event.kind, **event.data})
+            yield _write_line({"line": event.line, "kind": event.kind, **event.data})
             event = next(events)
         if row < len(table):
-            yield _line(_move(table, row))
+            yield _write_line(_move(table, row))
 
 
 def _move(table: Moves, row: int) -> dict[str, object]:
@@ -65,7 +65,7 @@ def _move(table: Moves, row: int) -> dict[str, object]:
 def poses(joints: JointPath, table: Moves) -> Iterator[str]:
     """Tip and tool axis in the work frame along every element; s in mm from the beginning of its section."""
     contour, path = joints.contour, joints.contour.path
-    for element, w, s in _points(contour):
+    for element, w, s in _sample_points(contour):
         solved = joints.solve(element, w)
         axis = joints.tool_axis(solved)
         move = path.move[contour.segment[element[0]]]
@@ -73,14 +73,16 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
         tip, axis = joints.machine.coordinates.to_work(solved.tip, axis, frame)
         line = contour.line(element)
         for k in range(len(w)):
-            yield _line({"line": int(line[k]), "s": float(s[k]), "tip": tip[k].tolist(), "axis": axis[k].tolist()})
+            yield _write_line(
+                {"line": int(line[k]), "s": float(s[k]), "tip": tip[k].tolist(), "axis": axis[k].tolist()}
+            )
 
 
 def joints(joint_path: JointPath) -> Iterator[str]:
     """Joint values, platform tilt and margins along every element; units of the setpoint file."""
     machine, contour = joint_path.machine, joint_path.contour
     names = [f"{margin.name} ({margin.axis})" if margin.axis else margin.name for margin in machine.margins]
-    for element, w, s in _points(contour):
+    for element, w, s in _sample_points(contour):
         solved = joint_path.solve(element, w)
         margins = joint_path.margins(solved)
         line = contour.line(element)
@@ -95,11 +97,13 @@ def joints(joint_path: JointPath) -> Iterator[str]:
                 for j, column in enumerate(machine.columns)
             }  # fmt: skip
             clearances = {name: finite_or_none(margins[k, j]) for j, name in enumerate(names)}
-            yield _line({"line": int(line[k]), "s": float(s[k]), "q": q,
+            yield _write_line({"line": int(line[k]), "s": float(s[k]), "q": q,
                          "alpha_deg": finite_or_none(DEG_PER_RAD * solved.platform.alpha[k]), "margins": {**travel, **clearances}})  # fmt: skip
 
 
-def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np.float64]", "NDArray[np.float64]"]]:
+def _sample_points(
+    contour: Contour,
+) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np.float64]", "NDArray[np.float64]"]]:
     """Points along each element (element, w, s): its start where a section begins, enough between, its end."""
     s = 0.0
     for element in range(len(contour)):
@@ -113,5 +117,5 @@ def _points(contour: Contour) -> Iterator[tuple["NDArray[np.int64]", "NDArray[np
         s += length
 
 
-def _line(data: dict[str, object]) -> str:
+def _write_line(data: dict[str, object]) -> str:
     return json_text(data) + "\n"

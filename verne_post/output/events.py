@@ -19,13 +19,21 @@ def events_text(summary: Summary, suffix: str) -> str:
         for part, row, timed in placed:
             data = json_text(timed.event.data)
             table.writerow(
-                [_time(summary, row), row, part, timed.event.line, timed.event.kind, data, *_numbers(summary, timed)]
+                [
+                    _format_time(summary, row),
+                    row,
+                    part,
+                    timed.event.line,
+                    timed.event.kind,
+                    data,
+                    *_format_joints(summary, timed),
+                ]
             )
         return text.getvalue()
     events = [
         {
-            "t_s": float(_time(summary, row)), "row": row, "part": part, "line": timed.event.line, "kind": timed.event.kind,
-            **timed.event.data, "axes": {name: float(text) for name, text in zip(names, _numbers(summary, timed), strict=True)},
+            "t_s": float(_format_time(summary, row)), "row": row, "part": part, "line": timed.event.line, "kind": timed.event.kind,
+            **timed.event.data, "axes": {name: float(text) for name, text in zip(names, _format_joints(summary, timed), strict=True)},
         }
         for part, row, timed in placed
     ]  # fmt: skip
@@ -41,11 +49,11 @@ def _locate(summary: Summary, timed: TimedEvent) -> tuple[int, int]:
     raise AssertionError("an event after the last row")
 
 
-def _time(summary: Summary, row: int) -> str:
+def _format_time(summary: Summary, row: int) -> str:
     """Time of a row as the setpoint file has it."""
     return f"{row * summary.format.cycle:.{summary.format.time_decimals}f}"
 
 
-def _numbers(summary: Summary, timed: TimedEvent) -> list[str]:
+def _format_joints(summary: Summary, timed: TimedEvent) -> list[str]:
     """The joints as the rows have them."""
     return [f"{value:.{d}f}" for value, d in zip(timed.numbers, summary.format.decimals, strict=True)]

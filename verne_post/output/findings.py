@@ -43,12 +43,12 @@ def outcome_line(program: str, findings: tuple[Finding, ...], errors_not_counted
     """``FILE: can run: 0 errors, 1 warning``, or refused; errors that a policy does not count are named."""
     errors, warnings = counts(findings)
     hidden = errors_not_counted
-    not_counted = f"not refused, {_counted(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
+    not_counted = f"not refused, {_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
     verdict = "refused" if errors else not_counted if hidden else "can run"
-    return f"{printable(program)}: {verdict}: {_counted(errors, 'error')}, {_counted(warnings, 'warning')}"
+    return f"{printable(program)}: {verdict}: {_count(errors, 'error')}, {_count(warnings, 'warning')}"
 
 
-def _counted(number: int, what: str) -> str:
+def _count(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 

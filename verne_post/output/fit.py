@@ -16,25 +16,25 @@ from verne_post.output.findings import text_line
 from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Place, Proposal
 
 
-def _wcs_option(proposal: Proposal, place: Place) -> str:
+def _write_wcs_option(proposal: Proposal, place: Place) -> str:
     """``G54=x,y,z,c`` for ``--wcs``."""
     return f"{SYSTEM_NAMES[proposal.system]}={','.join(_number(value) for value in (place.x, place.y, place.z, place.c * DEG_PER_RAD))}"
 
 
 def _move_text(proposal: Proposal, place: Place) -> str:
     """How the part is moved from where it is."""
-    x, y, z, turn = _moved(proposal, place)
+    x, y, z, turn = _measure_shift(proposal, place)
     turned = f", turned by {_number(turn)} deg" if turn else ""
     return f"moved by {_number(x)}, {_number(y)}, {_number(z)} mm{turned}"
 
 
-def _moved(proposal: Proposal, place: Place) -> list[float]:
+def _measure_shift(proposal: Proposal, place: Place) -> list[float]:
     """From where the part is now: mm, mm, mm, deg."""
     x, y, z, c = (place.array() - proposal.before.place.array()).tolist()
     return [round(value, WRITTEN_DECIMALS) + 0.0 for value in (x, y, z, c * DEG_PER_RAD)]
 
 
-def _g10_block(proposal: Proposal, machine: Machine) -> str | None:
+def _write_g10_block(proposal: Proposal, machine: Machine) -> str | None:
     """The block that sets the same offset in the program; None for a system that G10 L2 P cannot name."""
     if not 1 <= proposal.system <= 9:
         return None
@@ -49,36 +49,36 @@ def _g10_block(proposal: Proposal, machine: Machine) -> str | None:
 
 def text(program: str, machine: Machine, proposal: Proposal) -> str:
     """The result for a person."""
-    return "\n".join(_lines(program, machine, proposal)) + "\n"
+    return "\n".join(_write_lines(program, machine, proposal)) + "\n"
 
 
-def _lines(program: str, machine: Machine, proposal: Proposal) -> Iterator[str]:
+def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator[str]:
     before, after = proposal.before, proposal.after
     fits = worst(proposal.findings) != "error"
-    wcs = _wcs_option(proposal, after.place)
+    wcs = _write_wcs_option(proposal, after.place)
     if fits:
-        if any(_moved(proposal, after.place)):
+        if any(_measure_shift(proposal, after.place)):
             what = {"move": ", the smallest move found", "margin": "", "time": ""}[proposal.aim]
             yield f"{program} on {machine.name} fits if the part is {_move_text(proposal, after.place)}{what}:"
         else:
             yield f"{program} on {machine.name} fits where the part is:"
         yield f"  --wcs {wcs}"
-        same = _g10_block(proposal, machine)
+        same = _write_g10_block(proposal, machine)
         if same is not None:
             yield f"  {same}    (the same in the program, in place of --wcs)"
     else:
         yield f"{program} on {machine.name}: no work offset was found with which it fits."
         yield f"The best one, --wcs {wcs}, is blocked by:"
-        for item in _blocking(proposal.findings):
+        for item in _select_blocking(proposal.findings):
             yield f"  {text_line(program, item)}"
     if fits and proposal.aim != "margin":
         largest = proposal.largest
         yield (
-            f"The largest margin, {_margin(largest.smallest)}, is with the part {_move_text(proposal, largest.place)}: "
-            f"--wcs {_wcs_option(proposal, largest.place)} (--maximise margin)."
+            f"The largest margin, {_format_margin(largest.smallest)}, is with the part {_move_text(proposal, largest.place)}: "
+            f"--wcs {_write_wcs_option(proposal, largest.place)} (--maximise margin)."
         )
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
-    yield f"Smallest margin {_margin(after.smallest)} ({where}), before {_margin(before.smallest)}; 0 at a limit, 1 plenty."
+    yield f"Smallest margin {_format_margin(after.smallest)} ({where}), before {_format_margin(before.smallest)}; 0 at a limit, 1 plenty."
     if proposal.seconds is not None:
         now = "could not run" if proposal.seconds_before is None else f"{proposal.seconds_before:.3f} s"
         yield f"Machining time {proposal.seconds:.3f} s, before: {now}."
@@ -86,12 +86,12 @@ def _lines(program: str, machine: Machine, proposal: Proposal) -> Iterator[str]:
     for index, name in enumerate(after.names):
         fixed = "" if after.counts[index] else "   (no place changes it)"
         yield (
-            f"  {name:<44} {_margin(before.margins[index]):>8} {before.lines[index]:>6}   "
-            f"{_margin(after.margins[index]):>8} {after.lines[index]:>6}{fixed}"
+            f"  {name:<44} {_format_margin(before.margins[index]):>8} {before.lines[index]:>6}   "
+            f"{_format_margin(after.margins[index]):>8} {after.lines[index]:>6}{fixed}"
         )
 
 
-def _blocking(findings: tuple[Finding, ...]) -> list[Finding]:
+def _select_blocking(findings: tuple[Finding, ...]) -> list[Finding]:
     """The first error of every code and axis."""
     first: dict[tuple[str, str | None], Finding] = {}
     for item in findings:
@@ -111,14 +111,14 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "fits": fits,
         "system": SYSTEM_NAMES[proposal.system],
         "aim": proposal.aim,
-        "wcs": _wcs_option(proposal, after.place),
-        "moved": _moved(proposal, after.place),
+        "wcs": _write_wcs_option(proposal, after.place),
+        "moved": _measure_shift(proposal, after.place),
         "largest_margin": {
-            "wcs": _wcs_option(proposal, proposal.largest.place),
+            "wcs": _write_wcs_option(proposal, proposal.largest.place),
             "margin": finite_or_none(proposal.largest.smallest),
-            "moved": _moved(proposal, proposal.largest.place),
+            "moved": _measure_shift(proposal, proposal.largest.place),
         },
-        "block": _g10_block(proposal, machine),
+        "block": _write_g10_block(proposal, machine),
         "seconds": {"before": proposal.seconds_before, "after": proposal.seconds},
         "margins": [
             {
@@ -132,7 +132,7 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
         ],
         "blocked_by": [
             {"code": item.code, "line": item.line, "axis": item.axis, "message": item.message}
-            for item in ([] if fits else _blocking(proposal.findings))
+            for item in ([] if fits else _select_blocking(proposal.findings))
         ],
     }
     return json_text(data, 2) + "\n"
@@ -143,5 +143,5 @@ def _number(value: float) -> str:
     return fixed(value, WRITTEN_DECIMALS).rstrip("0").rstrip(".")
 
 
-def _margin(value: float) -> str:
+def _format_margin(value: float) -> str:
     return fixed(value, 3) if np.isfinite(value) else "no reach"

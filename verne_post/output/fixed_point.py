@@ -24,7 +24,7 @@ def format_rows(table: Iterable[NDArray[Any]], decimals: Sequence[int], separato
     """Lines of numbers, one of each column (n,) of the table with that column's decimals."""
     columns = [np.asarray(column, dtype=float) for column in table]
     ends = [*separator * (len(columns) - 1), "\n"]
-    cells = [_cells(column, places, end) for column, places, end in zip(columns, decimals, ends, strict=True)]
+    cells = [_make_cells(column, places, end) for column, places, end in zip(columns, decimals, ends, strict=True)]
     exact = [cell for cell in cells if cell is not None]
     if len(exact) < len(cells):
         line = separator.join(f"%.{places}f" for places in decimals) + "\n"
@@ -33,7 +33,7 @@ def format_rows(table: Iterable[NDArray[Any]], decimals: Sequence[int], separato
     return text[shown].tobytes().decode("ascii")
 
 
-def _cells(numbers: Array, decimals: int, end: str) -> tuple[NDArray[np.uint8], Mask] | None:
+def _make_cells(numbers: Array, decimals: int, end: str) -> tuple[NDArray[np.uint8], Mask] | None:
     """Characters of a column, right-aligned, and which of them are shown, each (n, width); None where numbers are not whole."""
     with np.errstate(over="ignore", invalid="ignore"):
         scaled = numbers * 10.0**decimals

@@ -43,7 +43,7 @@ def read_log(
     """
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if not lines:
-        raise _error(f"{name}: the log is empty")
+        raise _make_error(f"{name}: the log is empty")
     top = lines[0][1]
     separator = ";" if ";" in top else "," if "," in top else None
     header = [cell.strip() for cell in top.split(separator)]
@@ -51,21 +51,23 @@ def read_log(
         header = []
     rows = lines[1:] if header else lines
     if not rows:
-        raise _error(f"{name}: no rows")
+        raise _make_error(f"{name}: no rows")
     width = len(rows[0][1].split(separator))
     if header and len(header) != width:
-        raise _error(f"{name}:{rows[0][0]}: {width} cells, and the header names {len(header)} columns")
+        raise _make_error(f"{name}:{rows[0][0]}: {width} cells, and the header names {len(header)} columns")
     joint_columns = _find_columns(name, columns, column_names, columns_by_joint, header, width)
     try:
         table = np.array([[float(cell) for cell in row.split(separator)] for _number, row in rows])
     except ValueError:
         table = np.empty((0, 0))
     if table.ndim != 2 or not table.size or not np.isfinite(table).all():
-        raise first_wrong(name, rows, separator, width) or _error(f"{name}: cannot be read")
+        raise first_wrong(name, rows, separator, width) or _make_error(f"{name}: cannot be read")
     if not header and table.shape[1] == len(columns) + 1 and not columns_by_joint:
         lost = np.flatnonzero(np.diff(table[:, 0]) != 1)
         if len(lost):
-            raise _error(f"{name}: samples are missing after number {table[lost[0], 0]:g}; a larger FIFO or fewer pins")
+            raise _make_error(
+                f"{name}: samples are missing after number {table[lost[0], 0]:g}; a larger FIFO or fewer pins"
+            )
     return table[:, joint_columns]
 
 
@@ -81,14 +83,14 @@ def _find_columns(
     joints = [column.joint for column in columns]
     for joint in columns_by_joint:
         if joint not in joints:
-            raise _error(f"--columns: {joint!r} is no joint of this machine; they are {', '.join(joints)}")
+            raise _make_error(f"--columns: {joint!r} is no joint of this machine; they are {', '.join(joints)}")
     if header:
         indices = []
         for joint, heading in zip(joints, column_names, strict=True):
             names = [columns_by_joint[joint]] if joint in columns_by_joint else [heading, joint]
             at = next((header.index(one) for one in names if one in header), None)
             if at is None:
-                raise _error(
+                raise _make_error(
                     f"{name}: no column {' or '.join(names)} for {joint}; say which with --columns {joint}=NAME. There are {', '.join(header)}"
                 )
             indices.append(at)
@@ -96,12 +98,16 @@ def _find_columns(
     if columns_by_joint:
         numbers = [columns_by_joint.get(joint, "") for joint in joints]
         if not all(is_count(number) and 1 <= int(number) <= width for number in numbers):
-            raise _error(f"{name}: without a header --columns takes the number of every joint's column, 1 to {width}")
+            raise _make_error(
+                f"{name}: without a header --columns takes the number of every joint's column, 1 to {width}"
+            )
         return [int(number) - 1 for number in numbers]
     if width not in (len(joints), len(joints) + 1):
-        raise _error(f"{name}: {width} columns without a header; expected {len(joints)}, or say which with --columns")
+        raise _make_error(
+            f"{name}: {width} columns without a header; expected {len(joints)}, or say which with --columns"
+        )
     return list(range(width - len(joints), width))
 
 
-def _error(text: str) -> InputError:
+def _make_error(text: str) -> InputError:
     return InputError(finding("VP020", text))

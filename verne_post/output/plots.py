@@ -128,7 +128,7 @@ def workspace_figure(
     axes.set(xlabel=f"{'xyz'[i]} on the table, mm", ylabel=f"{'xyz'[j]} on the table, mm", aspect="equal")
     axes.set_xlim(extent[0], extent[1])
     axes.set_ylim(extent[2], extent[3])
-    a, c = (_shown(machine, joint, angle) for joint, angle in zip("ac", angles, strict=True))
+    a, c = (_convert_shown_angle(machine, joint, angle) for joint, angle in zip("ac", angles, strict=True))
     axes.set_title(
         f"{machine.name}: tips reached, tool {tool_length:g} mm, A{a:g} C{c:g}, {'xyz'[k]} = {at:g} mm",
         fontsize=11,
@@ -143,7 +143,7 @@ def workspace_figure(
     return figure, (across, up, reach)
 
 
-def _shown(machine: Machine, joint: str, angle: float) -> float:
+def _convert_shown_angle(machine: Machine, joint: str, angle: float) -> float:
     """An angle in the words of a program."""
     factor = next(column.factor for column in machine.columns if column.joint == joint)
     return round(float(angle * factor), 9) + 0.0

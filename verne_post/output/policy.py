@@ -64,7 +64,7 @@ def apply_policy(report: Report, policy: Policy) -> Report:
         elif deniable and fingerprint in policy.baseline:
             known += 1
         else:
-            severity = _severity(item, policy)
+            severity = _choose_severity(item, policy)
             kept.append(dataclasses.replace(item, severity=severity))
         hidden += item.severity == "error" != severity
     not_counted = [
@@ -77,7 +77,7 @@ def apply_policy(report: Report, policy: Policy) -> Report:
     return replace(report, findings=tuple(kept), remarks=(*report.remarks, *remarks), errors_not_counted=hidden)
 
 
-def _severity(item: Finding, policy: Policy) -> Severity:
+def _choose_severity(item: Finding, policy: Policy) -> Severity:
     """The severity that the longest matching code of the policy gives, else its own."""
     matching = [code for code in policy.severity if item.code.startswith(code)]
     return policy.severity[max(matching, key=len)] if matching and is_deniable(item.code) else item.severity

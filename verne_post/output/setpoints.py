@@ -69,8 +69,8 @@ def read_csv(
             text += "; these joints are in other units, see --units"
         raise InputError(finding("VP020", text))
     first, fmt = 0, None
-    while lines := [line for _, line in zip(range(_READ_ROWS), _lines(stream), strict=False)]:
-        table = _numbers(lines, len(columns) + 2, name, first)
+    while lines := [line for _, line in zip(range(_READ_ROWS), _split_lines(stream), strict=False)]:
+        table = _parse_numbers(lines, len(columns) + 2, name, first)
         if fmt is None:
             fmt = _format_of(lines, cycle, drives)
         _check_time(table[:, 0], name, first, fmt)
@@ -84,13 +84,13 @@ def read_csv(
         first += len(lines)
 
 
-def _lines(stream: IO[str]) -> Iterator[str]:
+def _split_lines(stream: IO[str]) -> Iterator[str]:
     """Lines of a file; one without an end comes in pieces, which are no rows."""
     while line := stream.readline(_LONGEST_LINE):
         yield line
 
 
-def _numbers(lines: list[str], width: int, name: str, first: int) -> Array:
+def _parse_numbers(lines: list[str], width: int, name: str, first: int) -> Array:
     """Parse rows (n, width), the first of which is row ``first`` of the file."""
     try:
         table = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)

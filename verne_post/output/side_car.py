@@ -79,7 +79,7 @@ def side_car_text(summary: Summary) -> str:
     if summary.free_turn is not None:
         data["free_c"] = _free_turn(summary.free_turn, machine)
     if summary.verification is not None:
-        data["verification"] = _verification(summary.verification, machine)
+        data["verification"] = _record_verification(summary.verification, machine)
     return json_text(data, 2) + "\n"
 
 
@@ -95,7 +95,7 @@ def _free_turn(turn: FreeTurn, machine: Machine) -> dict[str, object]:
     }
 
 
-def _verification(verdict: Verification, machine: Machine) -> dict[str, object]:
+def _record_verification(verdict: Verification, machine: Machine) -> dict[str, object]:
     """Ratios to the limits by joint, and deviations from the programmed path."""
     ratios = {
         name: dict(zip([column.joint for column in machine.columns], ratio.tolist(), strict=True))
@@ -149,11 +149,11 @@ def changed_since(side_car: dict[str, Any], source: Text, machine: Machine, opti
     for name in OPTIONS:
         key = key_of(name)
         if about(name).changes == Changes.MOTION and key in now:
-            texts += _differences(_NAMES.get(name, key), side_car["options"].get(key), now[key])
+            texts += _describe_differences(_NAMES.get(name, key), side_car["options"].get(key), now[key])
     return [finding("VP414", f"the setpoint file is out of date: {text}") for text in texts]
 
 
-def _differences(name: str, before: object, now: object) -> Iterator[str]:
+def _describe_differences(name: str, before: object, now: object) -> Iterator[str]:
     """Say what changed in one option, key by key."""
     if before == now:
         return

@@ -31,7 +31,7 @@ Facts = Sequence[tuple[str, str]]
 
 def remarks(summary: Summary) -> list[str]:
     """What a person must compare with the machine: tools, offsets, bodies."""
-    return [f"{key}: {text}" for key, text in _setup(summary)]
+    return [f"{key}: {text}" for key, text in _describe_setup(summary)]
 
 
 def summary_text(summary: Summary, added: Facts = ()) -> str:
@@ -61,10 +61,10 @@ def verdict_words(summary: Summary) -> str:
 def facts(summary: Summary) -> list[tuple[str, str]]:
     """Facts of a conversion by their keys, in groups: where the machine starts, time, tolerance, limits, what is assumed, what to do."""
     return [
-        ("start position", _first_row(summary)), *_restart(summary), *_dry_run(summary),
-        ("time", _motion(summary)), *_bound(summary), *_feed(summary), *_free_turn(summary),
-        *_tolerance(summary), *_vibration(summary), *_axis_error(summary), *_limits(summary), *_rounding(summary),
-        *_setup(summary), *_provisional(summary), *_manual_stops(summary),
+        ("start position", _describe_first_row(summary)), *_restart(summary), *_describe_dry_run(summary),
+        ("time", _describe_motion(summary)), *_bound(summary), *_describe_feed(summary), *_free_turn(summary),
+        *_describe_tolerance(summary), *_describe_vibration(summary), *_describe_axis_error(summary), *_describe_limits(summary), *_describe_rounding(summary),
+        *_describe_setup(summary), *_describe_provisional(summary), *_describe_manual_stops(summary),
     ]  # fmt: skip
 
 
@@ -72,13 +72,13 @@ def verdict_line(name: str, verdict: Verification, machine: Machine, *, passes: 
     """Say in one sentence what ``verify`` found in a file, which passes or not: the program is checked too."""
     word = "passes" if passes else "FAILS"
     return (
-        f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_worst_ratios(verdict, machine)}, "
+        f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_describe_worst_ratios(verdict, machine)}, "
         f"feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} deg "
-        f"from the programmed path{_true_axis(verdict)}{_block_times(verdict)}."
+        f"from the programmed path{_describe_true_axis(verdict)}{_describe_block_times(verdict)}."
     )
 
 
-def _block_times(verdict: Verification) -> str:
+def _describe_block_times(verdict: Verification) -> str:
     """Whether blocks whose feed rate is a time take that time, and which takes longer most."""
     if not verdict.timed_blocks:
         return ""
@@ -91,7 +91,7 @@ def _block_times(verdict: Verification) -> str:
     )
 
 
-def _true_axis(verdict: Verification) -> str:
+def _describe_true_axis(verdict: Verification) -> str:
     """How far the true axis of an as-built machine is off, where it is."""
     if verdict.axis_error_deg < _NO_AXIS_ERROR_DEG:
         return ""
@@ -128,7 +128,7 @@ def _wrap(text: str) -> str:
 # --- the motion ----------------------------------------------------------------------
 
 
-def _motion(summary: Summary) -> str:
+def _describe_motion(summary: Summary) -> str:
     within = summary.stops_within
     where = f"; {within.count} of the stops are within lines, most in line {within.line} ({within.most})"
     return (
@@ -137,7 +137,7 @@ def _motion(summary: Summary) -> str:
     )
 
 
-def _first_row(summary: Summary) -> str:
+def _describe_first_row(summary: Summary) -> str:
     names = column_names(summary.machine.columns, summary.format.drives)[1:-1]
     values = [
         f"{name} {fixed(value, min(decimals, 4))}"
@@ -153,18 +153,18 @@ def _restart(summary: Summary) -> Facts:
     forms = {"spindle": "spindle {direction} at {speed:g}{per}", "coolant": "coolant {state}",
              "override": "overrides switched off by M48 to M53", "signal": "output {output} as line {line} sets it",
              "remapped": "{code} of line {line}"}  # fmt: skip
-    states = [tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, per=_per(event), **event.data)
+    states = [tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, per=_name_speed_unit(event), **event.data)
               for event in summary.switched]  # fmt: skip
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
     return [("restart", f"taken up at line {summary.options.from_line}{needed}")]
 
 
-def _per(event: Event) -> str:
+def _name_speed_unit(event: Event) -> str:
     """The unit of a spindle speed."""
     return f" {event.data['unit']}" if "unit" in event.data else "/min"
 
 
-def _dry_run(summary: Summary) -> Facts:
+def _describe_dry_run(summary: Summary) -> Facts:
     options, texts = summary.options, []
     if options.air:
         along = "the tool axis" if options.air_along == "tool" else "the table's normal"
@@ -193,7 +193,7 @@ def _bound(summary: Summary) -> Facts:
     return [("motion", text)]
 
 
-def _worst_ratios(verdict: Verification, machine: Machine) -> str:
+def _describe_worst_ratios(verdict: Verification, machine: Machine) -> str:
     """The largest ratio to a limit of each kind, with its joint."""
     return ", ".join(
         f"{name} {ratio.max():.4f} ({machine.columns[int(np.argmax(ratio))].joint})"
@@ -202,7 +202,7 @@ def _worst_ratios(verdict: Verification, machine: Machine) -> str:
     )  # fmt: skip
 
 
-def _limits(summary: Summary) -> Facts:
+def _describe_limits(summary: Summary) -> Facts:
     """Worst shares of the limits in the numbers as written, and what is allowed above 1 and why."""
     verdict = summary.verification
     if verdict is None:
@@ -212,14 +212,14 @@ def _limits(summary: Summary) -> Facts:
         ("acceleration", verdict.acceleration_ratio.max(), ACCELERATION_RATIO),
         ("jerk", verdict.jerk_ratio.max(), JERK_RATIO), ("feed", verdict.feed_ratio, FEED_RATIO),
     )  # fmt: skip
-    text = f"at most {_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f} of each"
+    text = f"at most {_describe_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f} of each"
     beyond = [f"{most:g} of {what}" for what, ratio, most in allowed if ratio > 1.0]
     if beyond:
         text += f"; allowed is up to {', '.join(beyond)}: these are differences of rounded numbers"
     return [("limits", text)]
 
 
-def _tolerance(summary: Summary) -> Facts:
+def _describe_tolerance(summary: Summary) -> Facts:
     tip, axis = summary.tolerance
     texts = [
         ("tolerance", f"{summary.n_blended} corners blended within {tip:g} mm and {DEG_PER_RAD * axis:g} deg")
@@ -231,7 +231,7 @@ def _tolerance(summary: Summary) -> Facts:
     return texts
 
 
-def _vibration(summary: Summary) -> Facts:
+def _describe_vibration(summary: Summary) -> Facts:
     """The input shaper, and what it leaves of each mode."""
     if (shaped := summary.shaped) is None:
         return []
@@ -240,7 +240,7 @@ def _vibration(summary: Summary) -> Facts:
     return [("vibration", f"input shaper {shaped.shaper}, {rest}; of the modes' vibration it leaves {left}")]
 
 
-def _axis_error(summary: Summary) -> Facts:
+def _describe_axis_error(summary: Summary) -> Facts:
     """What the as-built machine cannot correct."""
     if summary.axis_error_deg is None:
         return []
@@ -253,7 +253,7 @@ def _axis_error(summary: Summary) -> Facts:
     return [("as built", f"the tool axis is up to {summary.axis_error_deg:.4f} deg off, {why}; the tip is exact")]
 
 
-def _feed(summary: Summary) -> Facts:
+def _describe_feed(summary: Summary) -> Facts:
     """How often the programmed feed rate is reached, and which limits are near where it is not."""
     if not summary.feed_segments or not _is_as_planned(summary):
         return []
@@ -264,7 +264,7 @@ def _feed(summary: Summary) -> Facts:
         reasons = ", ".join(f"{name} {seconds:.3f} s" for name, seconds in longest)
         text += f"; {sum(slow.values()):.3f} s are below it, nearest limits there: {reasons}"
     if summary.verification is not None:
-        text += _block_times(summary.verification)
+        text += _describe_block_times(summary.verification)
     return [("feed rate", text)]
 
 
@@ -290,20 +290,20 @@ def _free_turn(summary: Summary) -> Facts:
 # --- the set-up ----------------------------------------------------------------------
 
 
-def _setup(summary: Summary) -> Facts:
+def _describe_setup(summary: Summary) -> Facts:
     """What a person must compare with the machine."""
     source = [("set-up", f"from {summary.options.setup_source}")] if summary.options.setup_source else []
     return [
         *source,
-        ("tool length", _tools(summary)),
-        ("work offset", _offsets(summary)),
-        *_arc_feeds(summary),
-        *_stock(summary),
+        ("tool length", _describe_tools(summary)),
+        ("work offset", _describe_offsets(summary)),
+        *_describe_arc_feeds(summary),
+        *_describe_stock(summary),
         *_keep_out(summary),
     ]
 
 
-def _tools(summary: Summary) -> str:
+def _describe_tools(summary: Summary) -> str:
     """Lengths of each tool in the order of their use, and where they are from when nobody may have given one."""
     names = tool_names(summary.events)
     lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43, and none after G49 or D0
@@ -317,7 +317,7 @@ def _tools(summary: Summary) -> str:
     return f"{tools}{source}"
 
 
-def _offsets(summary: Summary) -> str:
+def _describe_offsets(summary: Summary) -> str:
     """Where the work systems in use are on the table, and who put them there."""
     places: dict[str, None] = {}
     for frame in summary.frames:
@@ -334,7 +334,7 @@ def _offsets(summary: Summary) -> str:
     return "; ".join(places)
 
 
-def _arc_feeds(summary: Summary) -> Facts:
+def _describe_arc_feeds(summary: Summary) -> Facts:
     """Where F holds on arcs beside the contour, and what says so."""
     texts = []
     for use in summary.arc_feeds:
@@ -368,7 +368,7 @@ def _keep_out(summary: Summary) -> Facts:
     return [("kept out of", text)]
 
 
-def _stock(summary: Summary) -> Facts:
+def _describe_stock(summary: Summary) -> Facts:
     """The stock of the program, and that it is not checked."""
     stock = summary.stock
     if stock is None:
@@ -380,7 +380,7 @@ def _stock(summary: Summary) -> Facts:
     return [("stock", f"of the program: {shape} mm from ({low}) in {SYSTEM_NAMES[stock.frame.system]}{checked}")]
 
 
-def _manual_stops(summary: Summary) -> Facts:
+def _describe_manual_stops(summary: Summary) -> Facts:
     """What a person must do before the start, between the parts, and at the end."""
     skipped = {id(event) for event in summary.switched}
     stops = [
@@ -404,7 +404,7 @@ def _manual_stops(summary: Summary) -> Facts:
     return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]
 
 
-def _rounding(summary: Summary) -> Facts:
+def _describe_rounding(summary: Summary) -> Facts:
     """What rounding may add, where it was not chosen by the limits."""
     if summary.options.decimals is None and not any(drive.integer for drive in summary.format.drives):
         return []
@@ -417,6 +417,6 @@ def _rounding(summary: Summary) -> Facts:
     return [("rounding", f"may add {'; '.join(parts)} to the differences")]
 
 
-def _provisional(summary: Summary) -> Facts:
+def _describe_provisional(summary: Summary) -> Facts:
     assumed = summary.machine.assumed
     return [("assumed", f"of the machine file, not measured: {', '.join(assumed)}")] if assumed else []

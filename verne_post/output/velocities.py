@@ -22,9 +22,11 @@ def velocities_at(rows: WrittenRows, at: NDArray[np.intp]) -> Array:
     """
     last = len(rows.numbers) - 1
 
-    def shifted(rows_later: int) -> Array:
+    def shift_rows(rows_later: int) -> Array:
         return np.array(rows.numbers[np.clip(at + rows_later, 0, last)])
 
-    velocities = (8.0 * (shifted(1) - shifted(-1)) - (shifted(2) - shifted(-2))) / (12.0 * rows.format.cycle)
+    velocities = (8.0 * (shift_rows(1) - shift_rows(-1)) - (shift_rows(2) - shift_rows(-2))) / (
+        12.0 * rows.format.cycle
+    )
     velocities[(at == 0) | (at == last)] = 0.0
     return np.asarray(velocities)

@@ -22,7 +22,7 @@ def modal_states(moves: Moves, move: np.ndarray, first_move: int) -> tuple[list[
     """Modal states at moves (n,): the different ones, and which of them holds at each (n,); -1 is the approach."""
     numbers, index = np.unique(move, return_inverse=True)
     tools = tool_of_moves(numbers, first_move, moves)
-    spindle, coolant = (_last_events(moves, kind, numbers) for kind in ("spindle", "coolant"))
+    spindle, coolant = (_find_last_events(moves, kind, numbers) for kind in ("spindle", "coolant"))
     states: dict[State, int] = {}
     of = np.array([
         states.setdefault(_describe(moves, int(number), int(tool), turns, cools), len(states))
@@ -31,7 +31,7 @@ def modal_states(moves: Moves, move: np.ndarray, first_move: int) -> tuple[list[
     return list(states), of[index]
 
 
-def _last_events(moves: Moves, kind: str, number: np.ndarray) -> list[dict[str, object]]:
+def _find_last_events(moves: Moves, kind: str, number: np.ndarray) -> list[dict[str, object]]:
     """What the last event of a kind before each move says; nothing where there is none."""
     found = [event for event in moves.events if event.kind == kind]
     at = np.searchsorted([event.before for event in found], number, side="right")
@@ -46,18 +46,18 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
     turning = f"{speed:g}/min {spindle.get('direction', '')}".strip() if speed else "off"
     name = f"{tool_word(tool, tool_names(moves.events))}, " if tool else ""
     return (
-        ("motion", _motion(moves, number)),
-        ("feed", _feed(moves, number)),
+        ("motion", _describe_motion(moves, number)),
+        ("feed", _describe_feed(moves, number)),
         ("spindle", turning),
         ("coolant", str(coolant.get("state", "off"))),
         ("tool", f"{name}length {frame.tool_length:g} mm"),
         ("work offset", SYSTEM_NAMES[frame.system] + (", shifted (G92)" if any(frame.g92) else "")),
         ("plane", "tilted" if frame.feature is not None else "of the part"),
-        ("corners", _corners(moves.controls[moves.control[number]])),
+        ("corners", _describe_corners(moves.controls[moves.control[number]])),
     )
 
 
-def _motion(moves: Moves, number: int) -> str:
+def _describe_motion(moves: Moves, number: int) -> str:
     kind = MoveKind(moves.kind[number])
     if kind == MoveKind.ARC:
         return "arc, counterclockwise" if moves.arcs.turns[moves.arc[number]] > 0 else "arc, clockwise"
@@ -71,7 +71,7 @@ def _motion(moves: Moves, number: int) -> str:
     }[kind]
 
 
-def _feed(moves: Moves, number: int) -> str:
+def _describe_feed(moves: Moves, number: int) -> str:
     feed, kind = float(moves.feed[number]), MoveKind(moves.kind[number])
     if kind == MoveKind.DWELL:
         return f"{feed:g} s"
@@ -86,6 +86,6 @@ def _feed(moves: Moves, number: int) -> str:
     return f"{feed:.6g} {'deg/min' if turns and mode == FeedMode.PER_MINUTE else _FEED_UNITS[mode]}"
 
 
-def _corners(control: PathControl) -> str:
+def _describe_corners(control: PathControl) -> str:
     text = _PATH_MODES[control.mode]
     return text if control.tolerance is None else f"{text} within {control.tolerance:g} mm"

@@ -83,7 +83,7 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
         "places": places_html(machine, study),
         "governing": governing_html(study),
         "sheet": sheet_html(machine, study),
-        "data": _json_in_html(data),
+        "data": _write_json_in_html(data),
         "bytes": pack.text(),
         "library": library(),
         **{name.replace(".", "_"): (here / name).read_text("utf-8") for name in _PARTS},
@@ -103,13 +103,13 @@ def library() -> str:
     return (newest / "three.min.js").read_text("utf-8")
 
 
-def _json_in_html(data: Any) -> str:
+def _write_json_in_html(data: Any) -> str:
     """Write JSON for an HTML page: ASCII, without the characters that begin tags, comments and entities."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return re.sub("[<>&]", lambda character: f"\\u{ord(character[0]):04x}", text)
 
 
-def _finite(values: Array) -> list[float | None]:
+def _replace_not_finite(values: Array) -> list[float | None]:
     """Numbers for JSON: null where one is not finite."""
     return [value if np.isfinite(value) else None for value in values.tolist()]
 
@@ -143,7 +143,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         "unit": "s" if study.timed else "mm",
         "tick": tick,
         "joints": [{"name": column.joint, "unit": column.unit, "low": low, "high": high}
-                   for column, low, high in zip(machine.columns, _finite(ends[0]), _finite(ends[1]), strict=True)],
+                   for column, low, high in zip(machine.columns, _replace_not_finite(ends[0]), _replace_not_finite(ends[1]), strict=True)],
         "marginNames": list(study.margin_names),
         "limits": list(study.governing.names) if study.governing is not None else [],
         "modal": modal,

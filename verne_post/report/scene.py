@@ -28,7 +28,7 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
     bodies = machine.bodies
     spindle = bodies.spindle_radius if bodies else None
     rods = bodies.rod_radius if bodies else None
-    tools, thin = _tools(study)
+    tools, thin = _describe_tools(study)
     assumed = ["table body and frame"] + (["platform plate"] if study.rods.shape[1] else [])
     assumed += [] if spindle else ["spindle"]
     assumed += [] if rods is not None or not study.rods.shape[1] else ["thickness of the rods"]
@@ -40,15 +40,15 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
         "spindleRadius": spindle or _SPINDLE_RADIUS,
         "spindleTop": bodies.spindle_top if bodies and spindle else _SPINDLE_TOP,
         "rodRadius": float(np.max(rods)) if rods is not None else _ROD_RADIUS,
-        "guides": _guides(machine, study),
-        "joints": _joints_on_platform(study),
+        "guides": _list_guides(machine, study),
+        "joints": _place_joints_on_platform(study),
         "tools": tools,
-        "boxes": [*map(_box, _boxes(study.program)), *_program_stock(study.program)],
+        "boxes": [*map(_describe_box, _list_boxes(study.program)), *_list_program_stock(study.program)],
         "assumed": assumed,
     }  # fmt: skip
 
 
-def _boxes(program: Program | None) -> tuple[Placed, ...]:
+def _list_boxes(program: Program | None) -> tuple[Placed, ...]:
     """Fixtures and stock on the table."""
     if program is None:
         return ()
@@ -60,7 +60,7 @@ def _boxes(program: Program | None) -> tuple[Placed, ...]:
     return () if keep_out is None else keep_out.boxes
 
 
-def _program_stock(program: Program | None) -> list[dict[str, Any]]:
+def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
     """The stock that the program itself defines, where the options name none: it is drawn, and nothing keeps out of it."""
     stock = program.moves.stock if program is not None else None
     if program is None or stock is None or program.options.stock is not None:
@@ -70,16 +70,16 @@ def _program_stock(program: Program | None) -> list[dict[str, Any]]:
     middle = coordinates.to_table(np.concatenate([centre, np.zeros(6)]), stock.frame)[0]
     along = coordinates.displacement(np.array([1.0, 0.0, 0.0]), stock.frame)
     box = Box("the stock of the program", stock.low, stock.high)
-    placed = _box(place_box(box, middle, float(np.arctan2(along[1], along[0])), stock=True))
+    placed = _describe_box(place_box(box, middle, float(np.arctan2(along[1], along[0])), stock=True))
     return [{**placed, "round": stock.round, "bore": 0.5 * stock.bore}]
 
 
-def _box(box: Placed) -> dict[str, Any]:
+def _describe_box(box: Placed) -> dict[str, Any]:
     return {"name": box.name, "middle": box.middle.tolist(), "half": box.half.tolist(), "turn": box.turn, "stock": box.stock,
             "round": False, "bore": 0.0}  # fmt: skip
 
 
-def _tools(study: Study) -> tuple[dict[str, list[list[float | None]]], bool]:
+def _describe_tools(study: Study) -> tuple[dict[str, list[list[float | None]]], bool]:
     """Parts of each tool by its number: from and to (mm from the tip, null: up to the gauge line), radius; whether one is assumed."""
     program = study.program
     if program is None:
@@ -99,7 +99,7 @@ def _tools(study: Study) -> tuple[dict[str, list[list[float | None]]], bool]:
     return tools, thin
 
 
-def _guides(machine: Machine, study: Study) -> list[dict[str, Any]]:
+def _list_guides(machine: Machine, study: Study) -> list[dict[str, Any]]:
     """Where the sliders of the rods run, from the lower to the upper end of their travel, and the joint of each."""
     reached = np.flatnonzero(np.isfinite(study.q).all(axis=1))
     if not len(reached) or not study.rods.shape[1]:
@@ -116,18 +116,18 @@ def _guides(machine: Machine, study: Study) -> list[dict[str, Any]]:
         ]
         q = np.repeat(here, 2, axis=0)
         q[:, joint] = ends
-        both = np.concatenate([_sliders(machine, q[:1], platform), _sliders(machine, q[1:], platform)])
+        both = np.concatenate([_place_sliders(machine, q[:1], platform), _place_sliders(machine, q[1:], platform)])
         for rod in np.flatnonzero(np.abs(both[1] - both[0]).max(axis=1) > 0):
             guides[rod] = {"joint": joint, "ends": np.round(both[:, rod] * _UP, _DIGITS).tolist()}
     return guides
 
 
-def _sliders(machine: Machine, q: Array, platform: Any) -> Array:
+def _place_sliders(machine: Machine, q: Array, platform: Any) -> Array:
     """Where the rods begin (1, k, 3), base frame."""
     return sketch_rods(machine, q, platform)[:, :, 0]
 
 
-def _joints_on_platform(study: Study) -> list[list[float]]:
+def _place_joints_on_platform(study: Study) -> list[list[float]]:
     """Ends of the rods seen from P in the platform frame, z up: they do not move in it."""
     reached = np.flatnonzero(np.isfinite(study.rods).all(axis=(1, 2, 3)))
     if not len(reached) or not study.rods.shape[1]:

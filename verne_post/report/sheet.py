@@ -106,7 +106,7 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
     if np.isfinite(study.margin).any():
         curve = study.curves["margin"][0]
         at = int(np.nanargmin(curve.values))
-        frame = _frame_of(study, float(curve.x[at]))
+        frame = _find_frame(study, float(curve.x[at]))
         name = study.margin_names[study.nearest[frame]] if study.nearest[frame] >= 0 else "out of reach"
         yield Place(f"smallest margin: {name}", fixed(curve.values[at], 3), frame)
     for name in ("velocity", "acceleration", "jerk") if study.timed else ():
@@ -115,7 +115,7 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         x, share = shares_of[joint]
         at = int(np.abs(share).argmax())
         yield Place(
-            f"peak {name}: {machine.columns[joint].joint}", f"{abs(share[at]):.1f} %", _frame_of(study, float(x[at]))
+            f"peak {name}: {machine.columns[joint].joint}", f"{abs(share[at]):.1f} %", _find_frame(study, float(x[at]))
         )
     if study.governing is not None:
         yield from _slow_stretches(study, study.governing)
@@ -148,7 +148,7 @@ def shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, A
         yield curve.x, 100.0 * curve.values / (most * abs(column.factor))
 
 
-def _frame_of(study: Study, x: float) -> int:
+def _find_frame(study: Study, x: float) -> int:
     """The last frame at or before x."""
     return max(int(np.searchsorted(study.x, x, side="right")) - 1, 0)
 
@@ -171,7 +171,7 @@ def governing_html(study: Study) -> str:
         + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
         for key, row in zip(keys, rows, strict=True)
     )  # fmt: skip
-    return _table(("limit", "governs, s", "in rapids, s", "lost, s"), body)
+    return _write_table(("limit", "governs, s", "in rapids, s", "lost, s"), body)
 
 
 # --- set-up sheet ------------------------------------------------------------------------------------------
@@ -182,16 +182,16 @@ def sheet_html(machine: Machine, study: Study) -> str:
     if study.program is None:
         return "<p>The program was refused before it was laid out on the machine.</p>"
     parts = [
-        _titled("Tools", ("tool", "length, mm", "diameter, mm"), _tools(study)),
-        _titled("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _offsets(machine, study)),
-        _titled("Start position", ("joint", "value"), [
+        _write_titled_table("Tools", ("tool", "length, mm", "diameter, mm"), _list_tools(study)),
+        _write_titled_table("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _list_offsets(machine, study)),
+        _write_titled_table("Start position", ("joint", "value"), [
             (column.joint, f"{fixed(value, 4)} {column.unit}") for column, value in zip(machine.columns, study.q[0], strict=True)
         ]),
-        _titled("Actions of the operator", ("line", "at", "what"), _actions(study)),
+        _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study)),
     ]  # fmt: skip
     boxes = [box.name for box in study.program.options.keep_out]
     boxes += [study.program.options.stock.name] if study.program.options.stock else []
-    parts.append(_titled("Fixtures and stock", ("name",), [(name,) for name in boxes]))
+    parts.append(_write_titled_table("Fixtures and stock", ("name",), [(name,) for name in boxes]))
     if study.summary is not None:
         rows = "".join(
             f"<div><dt>{escaped(key)}</dt><dd>{escaped(text)}</dd></div>" for key, text in facts(study.summary)
@@ -200,16 +200,16 @@ def sheet_html(machine: Machine, study: Study) -> str:
     return "".join(parts)
 
 
-def _titled(title: str, heads: Row, rows: Iterable[Row]) -> str:
+def _write_titled_table(title: str, heads: Row, rows: Iterable[Row]) -> str:
     body = "".join("<tr>" + "".join(f"<td>{escaped(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<div><h3>{title}</h3>{_table(heads, body) if body else '<p>none</p>'}</div>"
+    return f"<div><h3>{title}</h3>{_write_table(heads, body) if body else '<p>none</p>'}</div>"
 
 
-def _table(heads: Row, body: str) -> str:
+def _write_table(heads: Row, body: str) -> str:
     return f"<table><thead><tr>{''.join(f'<th scope=col>{head}</th>' for head in heads)}</tr></thead><tbody>{body}</tbody></table>"
 
 
-def _tools(study: Study) -> list[Row]:
+def _list_tools(study: Study) -> list[Row]:
     program = study.program
     assert program is not None
     numbers = tool_of_moves(program.path.move_reached, program.path.first_move, program.moves)
@@ -230,7 +230,7 @@ def _tools(study: Study) -> list[Row]:
     return rows
 
 
-def _offsets(machine: Machine, study: Study) -> list[Row]:
+def _list_offsets(machine: Machine, study: Study) -> list[Row]:
     program = study.program
     assert program is not None
     move = program.path.move
@@ -244,7 +244,7 @@ def _offsets(machine: Machine, study: Study) -> list[Row]:
     return list(rows)
 
 
-def _actions(study: Study) -> list[Row]:
+def _list_actions(study: Study) -> list[Row]:
     program = study.program
     assert program is not None
     waits = [event for event in program.moves.events if event.waits(optional_stop=program.options.optional_stop)]

@@ -155,7 +155,7 @@ class _Collector:
         self._frames: list[tuple[NDArray[Any], ...]] = []
         self._trail: list[tuple[NDArray[Any], ...]] = []
         self._curves: dict[str, list[list[tuple[Array, Array]]]] = {}
-        self._wanted = np.array(sorted({_worst_line(item) for item in findings} - {-1}), dtype=np.int64)
+        self._wanted = np.array(sorted({_find_worst_line(item) for item in findings} - {-1}), dtype=np.int64)
         self._worst: dict[int, tuple[float, float, Array]] = {}
 
     def add(self, samples: _Samples, frame: Mask, curves: dict[str, Array]) -> None:
@@ -176,9 +176,9 @@ class _Collector:
         for name, columns in {**curves, "alpha": alpha[:, None], "margin": margin[:, None]}.items():
             parts = self._curves.setdefault(name, [[] for _ in columns.T])
             for part, column in zip(parts, columns.T, strict=True):
-                at = _extremes(column, begins)
+                at = _find_extremes(column, begins)
                 part.append((samples.x[at], column[at]))
-        at = np.unique(np.concatenate([_extremes(column, begins) for column in (*samples.tip.T, margin)]))
+        at = np.unique(np.concatenate([_find_extremes(column, begins) for column in (*samples.tip.T, margin)]))
         self._trail.append(
             tuple(column[at] for column in (samples.stretch, samples.line, samples.tip, samples.speed, margin))
         )
@@ -205,7 +205,7 @@ class _Collector:
         basis = np.stack([platform.turn(np.array(axis)) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0))], axis=1) * up
         rods = sketch_rods(machine, q, platform) * up
         curves = {name: tuple(Curve(*_join(part)) for part in parts) for name, parts in self._curves.items()}
-        place, place_tip = self._places(x, line)
+        place, place_tip = self._find_places(x, line)
         stretch, on_line, at, how_fast, how_far = _join(self._trail)
         trail = Trail(stretch, on_line, at, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
         return Study(
@@ -215,13 +215,13 @@ class _Collector:
             nose * up, position * up, basis, rods, q[:, -2], q[:, -1], tool_length, place, place_tip,
         )  # fmt: skip
 
-    def _places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:
+    def _find_places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:
         """Find the frame and the tip of each finding."""
         place, tips = np.full(len(self.findings), -1, dtype=np.intp), np.full((len(self.findings), 3), np.nan)
         for index, item in enumerate(self.findings):
-            worst = self._worst.get(_worst_line(item))
+            worst = self._worst.get(_find_worst_line(item))
             if worst is not None:
-                on_line = np.flatnonzero(line == _worst_line(item))
+                on_line = np.flatnonzero(line == _find_worst_line(item))
                 candidates = on_line if len(on_line) else np.arange(len(x))
                 place[index], tips[index] = candidates[np.abs(x[candidates] - worst[1]).argmin()], worst[2]
         return place, tips
@@ -238,7 +238,7 @@ def _find_bad(findings: tuple[Finding, ...], line: Ints, margin: Array) -> Mask:
     return bad
 
 
-def _worst_line(item: Finding) -> int:
+def _find_worst_line(item: Finding) -> int:
     return item.worst_line or item.line or -1
 
 
@@ -247,7 +247,7 @@ def _join(parts: Iterable[tuple[NDArray[Any], ...]]) -> Iterator[NDArray[Any]]:
     return (np.concatenate(each) for each in zip(*parts, strict=True))
 
 
-def _extremes(values: Array, begins: Ints) -> Ints:
+def _find_extremes(values: Array, begins: Ints) -> Ints:
     """Indices of the first, lowest and highest value and the first NaN in each group of values (n,); groups begin at ``begins``."""
     group = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(values))))
     low, high = np.fmin.reduceat(values, begins), np.fmax.reduceat(values, begins)

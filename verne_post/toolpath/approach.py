@@ -154,8 +154,8 @@ def _connect(
         near[:3] += min(CAREFUL_MM, height) * axis_of_angles(there[3], there[4])
     steps = [
         Step(here, retracted),
-        _joint_step(machine, turn, tool),
-        _joint_step(machine, travel, tool),
+        _make_joint_step(machine, turn, tool),
+        _make_joint_step(machine, travel, tool),
         Step(above, near),
         Step(near, there),
     ]
@@ -178,7 +178,7 @@ def _find_pose(machine: Machine, q: Array, tool: float, option: str) -> Array:
     return np.concatenate([tip, angles])
 
 
-def _joint_step(machine: Machine, q: Array, tool: float) -> Step:
+def _make_joint_step(machine: Machine, q: Array, tool: float) -> Step:
     """A step that is linear in the joints, between joint values (2, n_joints)."""
     tip, angles, _ok = machine.five_axis.nominal(q, tool)
     start, end = np.concatenate([tip, angles], axis=1)

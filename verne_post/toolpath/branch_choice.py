@@ -33,7 +33,7 @@ def choose_branches(
     planned: list[Ints] = []  # the move of each planned segment: some may have no length in the end
 
     def plan_path(path: ToolPath) -> tuple[Array, Array] | None:
-        def legal(segment: Ints, u: Array, angles: Array) -> Mask:
+        def is_legal(segment: Ints, u: Array, angles: Array) -> Mask:
             tip, _angles = pose(path, segment, u)
             q, platform, ok = machine.five_axis.solve(tip, angles, path.tool_length[segment])
             with np.errstate(invalid="ignore"):
@@ -41,7 +41,7 @@ def choose_branches(
                 clear = (machine.five_axis.geometry_margins(q, angles, platform) >= errors).all(axis=1)
             return ok & inside & clear
 
-        plan = plan_branches(path, legal, (float(limits.lower[-1]), float(limits.upper[-1])), team)
+        plan = plan_branches(path, is_legal, (float(limits.lower[-1]), float(limits.upper[-1])), team)
         if plan is None:
             return None
         chosen.append(plan)

@@ -254,7 +254,7 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
         here, back = [], []
         for s in range(len(states)):
             step = [
-                _add(best[t], _cost_of_passage(finish[k - 1, t], begin[k, s], bridged=bridged, fed=fed))
+                _add(best[t], _compute_passage_cost(finish[k - 1, t], begin[k, s], bridged=bridged, fed=fed))
                 for t in range(len(states))
             ]
             t = min(range(len(states)), key=lambda t: step[t])
@@ -279,7 +279,7 @@ def _add(a: _Cost, b: _Cost) -> _Cost:
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6])
 
 
-def _cost_of_passage(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
+def _compute_passage_cost(before: Array, after: Array, *, bridged: bool, fed: bool) -> _Cost:
     """Cost of going from one pair of angles to another between spans."""
     tilt, turn = abs(float(after[0] - before[0])), abs(float(after[1] - before[1]))
     travel = round((tilt + turn) / TRAVEL_STEP)

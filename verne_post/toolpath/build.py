@@ -92,7 +92,7 @@ def build_path(
     )
     first = _ToolPose(np.concatenate([first.pose[:, :3], start[:1, 3:]], axis=1), first.length)
     # a turn of the table may have become superfluous
-    needed = _moves_at_all(end - start) | _is_curved(moves.kind[placed.row])
+    needed = _is_motion(end - start) | _is_curved(moves.kind[placed.row])
     return _assemble_path(PlacedMoves(moves, placed.row, start, end).select(needed), first, coordinates, orientation)
 
 
@@ -211,7 +211,7 @@ def _find_starts(before: _ToolPose, end: Array, length: Array) -> Array:
     return start
 
 
-def _moves_at_all(delta: Array) -> Mask:
+def _is_motion(delta: Array) -> Mask:
     """Which differences (n, 5) of poses count as motion."""
     tip = np.linalg.norm(delta[:, :3], axis=1) > ZERO_LENGTH_MM
     return tip | (np.abs(delta[:, 3:]) > ZERO_ANGLE).any(axis=1)
@@ -228,9 +228,9 @@ def _find_kept(delta: Array, kind: NDArray[np.int8], end: Array, length: Array, 
     ``delta`` leads from move to move; ``before`` is the end of the last segment before these moves.
     """
     curved = _is_curved(kind)
-    kept = (kind != MoveKind.DWELL) & (_moves_at_all(delta) | curved)
+    kept = (kind != MoveKind.DWELL) & (_is_motion(delta) | curved)
     # what has been left out since the last segment is no longer than the bound: only short moves depend on it
-    short = (delta != 0).any(axis=1) & ~_moves_at_all(delta / 2) & (kind != MoveKind.DWELL) & ~curved
+    short = (delta != 0).any(axis=1) & ~_is_motion(delta / 2) & (kind != MoveKind.DWELL) & ~curved
     if not short.any():
         return kept
     last = -1  # the last segment; row -1: the one before these
@@ -239,7 +239,7 @@ def _find_kept(delta: Array, kind: NDArray[np.int8], end: Array, length: Array, 
     for row in np.flatnonzero(short).tolist():
         last = max(last, int(surely[row]))
         start = _keep_gauge_line(poses[[last]], lengths[[last]] - length[row])
-        kept[row] = _moves_at_all(end[[row]] - start)[0]
+        kept[row] = _is_motion(end[[row]] - start)[0]
         if kept[row]:
             last = row
     return kept

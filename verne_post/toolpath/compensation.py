@@ -134,7 +134,7 @@ def _compensate(
     chord = bend_share * shorter / 8.0
     common = np.stack([_average(column) for column in bend.T], axis=1)
     apart, whole = (_average(row_norm(part * METRIC)) for part in (bend - common, bend))
-    chain = _all_near(soft & (apart <= MOST_ROUGH * whole) & (chord <= MOST_CHORD))
+    chain = _are_all_near(soft & (apart <= MOST_ROUGH * whole) & (chord <= MOST_CHORD))
     every, shape = np.arange(n + 1), np.zeros(n + 1, dtype=np.int8)
     alone = find_widest(shape, bend_share)
     while chain.any():
@@ -151,7 +151,7 @@ def _compensate(
         beyond = chain & (used > USED_SHARE - UNSEEN)
         if not beyond.any():
             return moved, chain
-        chain = chain & ~_any_near(beyond)
+        chain = chain & ~_is_any_near(beyond)
     return vertex, np.zeros(n + 1, dtype=bool)
 
 
@@ -170,12 +170,12 @@ def _find_needed(used: Array) -> Array:
     return np.asarray(np.lib.stride_tricks.sliding_window_view(share, 2 * WINDOW + 1).mean(axis=1))
 
 
-def _all_near(mask: Mask) -> Mask:
+def _are_all_near(mask: Mask) -> Mask:
     """Whether a mask is set at all vertices within ``SEGMENTS``."""
-    return np.asarray(~_any_near(~mask))
+    return np.asarray(~_is_any_near(~mask))
 
 
-def _any_near(mask: Mask) -> Mask:
+def _is_any_near(mask: Mask) -> Mask:
     """Whether a mask is set at any vertex within ``SEGMENTS``."""
     padded = np.pad(mask, SEGMENTS)
     return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * SEGMENTS + 1).any(axis=1))

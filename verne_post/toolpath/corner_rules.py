@@ -117,12 +117,13 @@ def _may_blend(path: ToolPath, tip_tolerance: Array, cycle: float) -> Mask:
 def _find_tolerances(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
     """Tip (mm) and axis (rad) tolerance of the corners (n + 1,): the smaller of both moves; 0 without G64, and for P 0."""
     tip, axis = (
-        smoothing.share * _smaller_of_both(path, moves, one) for one in _tolerances_of_controls(moves, smoothing)
+        smoothing.share * _choose_smaller_of_both(path, moves, one)
+        for one in _list_control_tolerances(moves, smoothing)
     )
     return tip, np.where(tip > 0, axis, 0.0)
 
 
-def _tolerances_of_controls(moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
+def _list_control_tolerances(moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
     """Tip (mm) and axis (rad) tolerance of every path control; tip 0 without G64.
 
     The axis tolerance is that of the program (OTOL of Siemens programs), else of the options.
@@ -137,7 +138,7 @@ def _tolerances_of_controls(moves: Moves, smoothing: Smoothing) -> tuple[Array, 
 
 def find_segment_tolerances(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
     """Tip (mm) and axis (rad) tolerance of segments (n,) as the program has it, without ``share``; 0 without G64."""
-    tip_of, axis_of = _tolerances_of_controls(moves, smoothing)
+    tip_of, axis_of = _list_control_tolerances(moves, smoothing)
     control = np.where(path.move >= 0, moves.control[path.move], 0)
     tip = np.where(path.move >= 0, tip_of[control], 0.0)
     return tip, np.where(tip > 0, axis_of[control], 0.0)
@@ -147,11 +148,11 @@ def limit_fairing(path: ToolPath, moves: Moves, tip_bound: Array) -> Array:
     """How far vertices (n + 1,) may be moved, mm: by ``tip_bound`` (n + 1,), and by no more than the Q of G64."""
     merge = np.array([np.inf if control.merge is None else control.merge for control in moves.controls])
     bound = tip_bound.copy()
-    bound[1:-1] = np.minimum(bound[1:-1], _smaller_of_both(path, moves, merge)[1:-1])
+    bound[1:-1] = np.minimum(bound[1:-1], _choose_smaller_of_both(path, moves, merge)[1:-1])
     return bound
 
 
-def _smaller_of_both(path: ToolPath, moves: Moves, of_control: Array) -> Array:
+def _choose_smaller_of_both(path: ToolPath, moves: Moves, of_control: Array) -> Array:
     """The smaller value (n + 1,) of the moves on both sides of a corner, by their path controls; 0 at both ends."""
     control = np.where(path.move >= 0, moves.control[path.move], 0)
     smaller = np.zeros(len(path) + 1)

@@ -33,7 +33,7 @@ _SHAPES: Final = np.array([
 ])  # fmt: skip
 
 
-def _averaged(x: float) -> list[float]:
+def _evaluate_average(x: float) -> list[float]:
     """G of shape 0 and its first three derivatives at x."""
     z = x * x
     return [
@@ -44,7 +44,7 @@ def _averaged(x: float) -> list[float]:
     ]
 
 
-def _rows(x: float) -> Array:
+def _evaluate_powers(x: float) -> Array:
     """Value and first three derivatives (4, 8) of the first eight powers at x."""
     powers = np.arange(8)
     return np.array([
@@ -56,20 +56,20 @@ def _rows(x: float) -> Array:
 
 def _join(begin: float, end: float, values: list[float]) -> Array:
     """Coefficients (8,) by powers of x, lowest first, with these values and first three derivatives at both ends."""
-    return np.asarray(np.linalg.solve(np.vstack([_rows(begin), _rows(end)]), values))
+    return np.asarray(np.linalg.solve(np.vstack([_evaluate_powers(begin), _evaluate_powers(end)]), values))
 
 
-def _polynomials() -> Array:
+def _solve_polynomials() -> Array:
     """Coefficients (shapes, 2, 8) of both polynomials of each half, by powers of x, lowest first."""
     found = np.empty((len(_SHAPES), 2, 8))
     for number, (top, curvature, *at_knee) in enumerate(_SHAPES):
-        knee = at_knee if number else _averaged(KNEE)
+        knee = at_knee if number else _evaluate_average(KNEE)
         found[number, 0] = _join(0.0, KNEE, [top, -0.5, curvature, 0.0, *knee])
         found[number, 1] = _join(KNEE, 1.0, [*knee, 0.0, 0.0, 0.0, 0.0])
     return found
 
 
-_VALUE: Final = np.ascontiguousarray(_polynomials().reshape(-1, 8).T)
+_VALUE: Final = np.ascontiguousarray(_solve_polynomials().reshape(-1, 8).T)
 _SLOPE: Final = _VALUE[1:] * np.arange(1, 8)[:, None]
 
 #: First and third derivative at 0 of the odd functions of shape 0 and of the others; value and second derivative of the even one.

@@ -192,15 +192,15 @@ _BINOMIALS: Final = {n: np.array([comb(n, k) for k in range(n + 1)], dtype=float
 
 def bernstein(controls: Array, v: Array) -> Array:
     """Points (n, k) at parameters v (n,) of curves with control points (n, 8, k)."""
-    return np.einsum("nc,nck->nk", _weights(v, 7), controls)
+    return np.einsum("nc,nck->nk", _evaluate_bernstein(v, 7), controls)
 
 
 def bernstein_slope(controls: Array, v: Array) -> Array:
     """Derivatives by v of :func:`bernstein`, (n, k)."""
-    return np.einsum("nc,nck->nk", 7 * _weights(v, 6), np.diff(controls, axis=1))
+    return np.einsum("nc,nck->nk", 7 * _evaluate_bernstein(v, 6), np.diff(controls, axis=1))
 
 
-def _weights(v: Array, degree: int) -> Array:
+def _evaluate_bernstein(v: Array, degree: int) -> Array:
     """Bernstein polynomials (n, degree + 1) at parameters v (n,)."""
     powers = np.arange(degree + 1)
     return np.asarray(_BINOMIALS[degree] * v[:, None] ** powers * (1.0 - v[:, None]) ** (degree - powers))

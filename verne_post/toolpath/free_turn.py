@@ -71,7 +71,7 @@ def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tup
         moved = ~(np.ptp(table, axis=0) <= MARGIN_GAIN)  # also where some angles are out of reach
     if not moved.any():
         moved[:] = True
-    best = [angles[k] for k in _rank(table[:, moved].min(axis=1), angles, before)[:REFINED]]
+    best = [angles[k] for k in _order_by_margin(table[:, moved].min(axis=1), angles, before)[:REFINED]]
     step = float(angles[1] - angles[0])
     for _ in range(ROUNDS):
         around = np.clip(np.concatenate([c + step * np.linspace(-1, 1, POINTS) for c in best]), low, high)
@@ -82,7 +82,7 @@ def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tup
     every = np.array([before, *best])
     table = np.where(moved, _find_smallest(points, every, margins), np.inf)
     smallest = table.min(axis=1)
-    top = int(_rank(smallest, every, before)[0])
+    top = int(_order_by_margin(smallest, every, before)[0])
     chosen = top if smallest[top] > smallest[0] + MARGIN_GAIN else 0
     start, end, first = path.start.copy(), path.end.copy(), path.first_pose.copy()
     start[:, 4] = end[:, 4] = first[4] = every[chosen]
@@ -91,7 +91,7 @@ def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tup
     return replace(path, start=start, end=end, first_pose=first), turn
 
 
-def _rank(value: Array, c: Array, before: float) -> NDArray[np.intp]:
+def _order_by_margin(value: Array, c: Array, before: float) -> NDArray[np.intp]:
     """Order angles by their margin; of equal ones (to six digits) the nearest to where C stood."""
     return np.lexsort((np.abs(c - before), -np.round(value, 6)))
 

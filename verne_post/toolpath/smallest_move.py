@@ -55,7 +55,7 @@ class SmallestMove:
             )
             if found is None:
                 return
-            found = self._without_idle(found)
+            found = self._drop_idle(found)
             moved = found - self.start
             round_one = found.copy()
             round_one[:3] = (
@@ -65,7 +65,7 @@ class SmallestMove:
                 if self._is_legal(place):
                     yield place
 
-    def _without_idle(self, found: Array) -> Array:
+    def _drop_idle(self, found: Array) -> Array:
         """A place without what its move does not need: the search leaves a trace in every coordinate."""
         for kept in sorted(product((False, True), repeat=4), key=sum):
             place = np.where(kept, found, self.start)

@@ -110,7 +110,7 @@ def turn_pieces(pieces: Splines, start: Array, end: Array) -> Splines:
         first, last = start[where, 3:] - begins[:, 3:], end[where, 3:] - ends[:, 3:]
         here[:, :, 3:] -= begins[:, None, 3:]
         turns = np.flatnonzero((np.abs(first - last) > ZERO_ANGLE).any(axis=1))
-        here[turns], weight[turns] = _to_bezier(here[turns], weight[turns], knot[turns])
+        here[turns], weight[turns] = _convert_to_bezier(here[turns], weight[turns], knot[turns])
         knot[turns] = np.repeat([0.0, 1.0], degree)
         share = (np.arange(degree + 1) / degree)[:, None]
         here[turns, :, 3:] += share * (last - first)[turns, None]
@@ -124,7 +124,7 @@ def _find_begins(points: Array, weights: Array, knots: Array) -> Array:
     return piece_ends(points[:, ::-1], weights[:, ::-1], -knots[:, ::-1])
 
 
-def _to_bezier(points: Array, weights: Array, knots: Array) -> tuple[Array, Array]:
+def _convert_to_bezier(points: Array, weights: Array, knots: Array) -> tuple[Array, Array]:
     """Control points and weights of pieces of one degree as Bezier curves."""
     controls = bezier_controls(points - points[:, :1], weights, knots)
     return controls[..., :-1] / controls[..., -1:] + points[:, :1], controls[..., -1]
@@ -192,7 +192,9 @@ def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
 # --- evaluation ------------------------------------------------------------------------------
 
 
-def _on_curves(segments: SplineSegments, row: Ints, u: Array) -> Iterator[tuple[NDArray[np.intp], Array, Array, Array]]:
+def _split_by_degree(
+    segments: SplineSegments, row: Ints, u: Array
+) -> Iterator[tuple[NDArray[np.intp], Array, Array, Array]]:
     """Places among (n,), Bezier control points, parameters and origins of segments ``row`` (n,) at u (n,), by degree."""
     pieces = segments.pieces
     for degree, where in pieces.by_degree(row):
@@ -206,7 +208,7 @@ def _on_curves(segments: SplineSegments, row: Ints, u: Array) -> Iterator[tuple[
 def spline_poses(segments: SplineSegments, row: Ints, u: Array) -> Array:
     """Tip (mm) and turn of the nominal angles since the start (rad), (n, 5), at u (n,) of spline segments ``row`` (n,)."""
     poses = np.empty((len(row), 5))
-    for where, controls, t, origin in _on_curves(segments, row, u):
+    for where, controls, t, origin in _split_by_degree(segments, row, u):
         poses[where] = bezier_points(controls, t) + origin
     return poses
 
@@ -214,7 +216,7 @@ def spline_poses(segments: SplineSegments, row: Ints, u: Array) -> Array:
 def spline_derivatives(segments: SplineSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
     """First three derivatives by u of :func:`spline_poses`, each (n, 5)."""
     result = np.empty((3, len(row), 5))
-    for where, controls, t, _origin in _on_curves(segments, row, u):
+    for where, controls, t, _origin in _split_by_degree(segments, row, u):
         length = segments.length[row[where], None]
         by_length = derive_by_length(bezier_derivatives(controls, t, 3), 3)
         for order, derivative in enumerate(by_length):

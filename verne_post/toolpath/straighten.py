@@ -77,7 +77,7 @@ def straighten(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Tool
         linear = swing <= CIRCLE_SHARE * axis
         part = replace(part, circle=np.where(linear, -1, part.circle))
         chords = _find_chords(part, np.flatnonzero(allowed & (part.arc >= 0)))
-        chord = (row_norm(chords.sag) <= ARC_SHARE * _smallest_around(tip)) & smoothing.overlap
+        chord = (row_norm(chords.sag) <= ARC_SHARE * _find_smallest_around(tip)) & smoothing.overlap
         if chord.any():
             chord = choose_chords(part, chord, tip, smoothing)
         followed.extend(
@@ -94,7 +94,7 @@ def straighten(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Tool
     return replace(path, **followed.columns()), Straightened(Chords(sag, cosine), swing)
 
 
-def _smallest_around(tolerance: Array) -> Array:
+def _find_smallest_around(tolerance: Array) -> Array:
     """The smallest tolerance (n,) of segments and those beside them that have any: the corners between have it."""
     padded = np.pad(np.where(tolerance > 0, tolerance, np.inf), 1, constant_values=np.inf)
     return np.minimum(np.minimum(padded[:-2], padded[2:]), tolerance)

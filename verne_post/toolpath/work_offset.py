@@ -206,7 +206,7 @@ class Search:
 
     def evaluate(self, place: Place, counts: Mask | None = None) -> Fit:
         """The margins of a place over all points."""
-        table = self._table(place.array()[None], self.points)
+        table = self._measure_margins(place.array()[None], self.points)
         margins = table[0].min(axis=0)
         lines = self.points.line[table[0].argmin(axis=0)]
         return Fit(place, margins, lines, np.ones(len(margins), bool) if counts is None else counts, self.names)
@@ -228,7 +228,7 @@ class Search:
             )
         if not counts.any():
             counts[:] = True
-        best = scattered[np.argsort(-_rate(smallest, lost, counts), kind="stable")[:FOLLOWED]]
+        best = scattered[np.argsort(-_rate_places(smallest, lost, counts), kind="stable")[:FOLLOWED]]
         for done in range(REFINEMENTS):
             if notify is not None:
                 notify(done, REFINEMENTS)
@@ -250,13 +250,13 @@ class Search:
 
     def worst_rows(self, place: Array) -> NDArray[np.intp]:
         """Of every margin, the points that are worst at a place (4,)."""
-        table = self._table(place[None], self.points)[0]
+        table = self._measure_margins(place[None], self.points)[0]
         return np.unique(np.argsort(table, axis=0)[: max(ADDED // table.shape[1], 1)])
 
     def rate(self, places: Array, counts: Mask, rows: NDArray[np.intp] | None = None) -> Array:
         """The smallest margin of places (n, 4) over some points, or all; below any margin where a pose is out of reach."""
         every = np.arange(len(self.points.tip)) if rows is None else rows
-        return _rate(*self._find_smallest(places, every), counts)
+        return _rate_places(*self._find_smallest(places, every), counts)
 
     def _improve(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
         """Improve places by samples around each in ranges that shrink; returns them best first."""
@@ -298,12 +298,12 @@ class Search:
         each = max(BATCH // max(len(rows), 1), 1)
         smallest, lost = [], []
         for first in range(0, len(places), each):
-            table = self._table(places[first : first + each], points)
+            table = self._measure_margins(places[first : first + each], points)
             lost.append(np.isinf(table[..., 0]).mean(axis=1))
             smallest.append(table.min(axis=1))
         return np.concatenate(smallest), np.concatenate(lost)
 
-    def _table(self, places: Array, points: PartPoints) -> Array:
+    def _measure_margins(self, places: Array, points: PartPoints) -> Array:
         """Margins (n, m, k) of m points at n places; minus infinity out of reach."""
         n, m = len(places), len(points.tip)
         tip, angles, tool = self._place_points(places, points)
@@ -335,7 +335,7 @@ class Search:
         return float(np.where(points.fresh, 0.0, seconds).sum()) if np.isfinite(q).all() else np.inf
 
 
-def _rate(smallest: Array, lost: Array, counts: Mask) -> Array:
+def _rate_places(smallest: Array, lost: Array, counts: Mask) -> Array:
     """Rate places (n,) by their smallest margin; where poses are out of reach below any margin, by the share of them."""
     inside = np.where(np.isfinite(smallest), smallest, 0.0)[:, counts].min(axis=1)
     return np.where(lost > 0, UNREACHABLE - lost, inside)

@@ -51,12 +51,12 @@ class BetweenRowsCheck:
 
     def check(self, rows: MeasuredRows) -> None:
         """Check the steps to the next rows."""
-        touched, length = rows.touched, self._lengths(rows)
+        touched, length = rows.touched, self._measure_steps(rows)
         # a corner is shorter than its vertex: there the places that the step passes are compared
         length[touched.row] = 0.0
         goes_on = ~self.reference.items.stop_before[rows.item[touched.row]]
-        places = self._places(touched.row[goes_on], touched.segment[goes_on], touched.part[goes_on])
-        self._report_places(rows, places, self._far_places(rows, places))
+        places = self._list_places(touched.row[goes_on], touched.segment[goes_on], touched.part[goes_on])
+        self._report_places(rows, places, self._find_far_places(rows, places))
         longer = length > _ARC_OVER_CHORD * row_norm(rows.step) + PATH_TIP_MM + 2 * self.reference.noise.tip
         # a corner may cut turns of a curve short that are narrower than its tolerance
         cut = longer & (rows.item_before == rows.item) & self.reference.measures.has_tolerance[rows.segment]
@@ -74,13 +74,13 @@ class BetweenRowsCheck:
         Rows that do not go to the end of a narrow turn belong to its first leg as long as that is the nearer one.
         """
         part = np.clip(np.stack([rows.u_before[row], rows.u[row]], axis=1), 0.0, 1.0)
-        places = self._places(row, rows.segment[row], part)
-        far = self._far_places(rows, places)
+        places = self._list_places(row, rows.segment[row], part)
+        far = self._find_far_places(rows, places)
         if not len(far):
             return
         row, segment = places.row[far], places.segment[far]
         tip, angles = programmed_pose(self.reference.path, segment, places.u[far])
-        place, bound = np.concatenate([tip, RADIAN_MM * angles], axis=1), self._bounds(rows, row, segment)
+        place, bound = np.concatenate([tip, RADIAN_MM * angles], axis=1), self._bound_distances(rows, row, segment)
         near = np.zeros(len(far), dtype=bool)
         for some in (rows, self._rows_before):
             if some is None:
@@ -94,21 +94,23 @@ class BetweenRowsCheck:
 
     # --- lengths along the path -----------------------------------------------------------
 
-    def _lengths(self, rows: MeasuredRows) -> Array:
+    def _measure_steps(self, rows: MeasuredRows) -> Array:
         """Length (n,) along the path that each step passes, mm; 0 for dwells and where a stop is left out."""
         items = self.reference.items
         stays = (rows.item_before == rows.item) & ~rows.dwell
-        length = self._length(rows.item, rows.u) - self._length(rows.item, np.where(stays, rows.u_before, rows.u))
+        length = self._measure_length(rows.item, rows.u) - self._measure_length(
+            rows.item, np.where(stays, rows.u_before, rows.u)
+        )
         entered = rows.entered
         if len(entered):
             old, new = rows.item_before[entered], rows.item[entered]
             begun, left, came, whole = items.passed(old, new, rows.u_before[entered], rows.u[entered])
-            passed = self._length(begun, np.ones(len(old))) - self._length(begun, 1.0 - left)
-            passed += items.length_before[new] - items.length_before[old + 1] + self._length(new, came)
+            passed = self._measure_length(begun, np.ones(len(old))) - self._measure_length(begun, 1.0 - left)
+            passed += items.length_before[new] - items.length_before[old + 1] + self._measure_length(new, came)
             length[entered] = passed * whole
         return length
 
-    def _length(self, item: Ints, u: Array) -> Array:
+    def _measure_length(self, item: Ints, u: Array) -> Array:
         """Length (n,) from the start of items to u (n,), mm; 0 for dwells."""
         segment = self.reference.items.segment[item]
         length = lengths_to(self.reference.path, segment, u, self.reference.measures.metric_length)
@@ -116,7 +118,7 @@ class BetweenRowsCheck:
 
     # --- places between rows --------------------------------------------------------------
 
-    def _places(self, row: Ints, segment: Ints, part: Array) -> _Places:
+    def _list_places(self, row: Ints, segment: Ints, part: Array) -> _Places:
         """Rows, segments and u of places that steps pass, from what they touch; of a straight segment its end is enough."""
         straight = self._are_straight(segment)
         last = np.diff(row, append=-1) != 0
@@ -135,7 +137,7 @@ class BetweenRowsCheck:
         straight[on_arc] &= height <= self.reference.tip_tolerance[segment[on_arc]]
         return straight
 
-    def _far_places(self, rows: MeasuredRows, places: _Places) -> Ints:
+    def _find_far_places(self, rows: MeasuredRows, places: _Places) -> Ints:
         """Which places are not near the straight steps to their rows."""
         row, segment, u = places.row, places.segment, places.u
         if not len(row):
@@ -150,10 +152,10 @@ class BetweenRowsCheck:
             ends = [RADIAN_MM * tool_axis(at[on_circle, 3:] / RADIAN_MM) for at in (start, start + step)]
             here = RADIAN_MM * tool_axis(angles[on_circle])
             # two components tell the axis apart: those across the mean of both ends
-            across = _across(ends[0] + ends[1])
+            across = _find_perpendiculars(ends[0] + ends[1])
             begin, end, middle = (np.einsum("nij,nj->ni", across, vector) for vector in (*ends, here))
             start[on_circle, 3:], step[on_circle, 3:], place[on_circle, 3:] = begin, end - begin, middle
-        bound = self._bounds(rows, row, segment)
+        bound = self._bound_distances(rows, row, segment)
         off = (place - start) / bound
         step /= bound
         along = np.sum(off * step, axis=1) / np.maximum(np.sum(step**2, axis=1), np.finfo(float).tiny)
@@ -167,7 +169,7 @@ class BetweenRowsCheck:
             text = f"row {rows.first + row}: the motion of line {line} is left out"
             self.findings.add("VP412", text, int(rows.line[row]))
 
-    def _bounds(self, rows: MeasuredRows, row: Ints, segment: Ints) -> Array:
+    def _bound_distances(self, rows: MeasuredRows, row: Ints, segment: Ints) -> Array:
         """How far places of segments (m,) may be from the steps to rows (m,), by component: (m, 5), mm."""
         reference, noise = self.reference, self.reference.noise
         steps = np.vstack([self._last_step[None], rows.step])
@@ -184,7 +186,7 @@ class BetweenRowsCheck:
         return bound
 
 
-def _across(axis: Array) -> Array:
+def _find_perpendiculars(axis: Array) -> Array:
     """Two unit vectors (n, 2, 3) across each axis (n, 3), whose length may be any."""
     normal = axis / np.linalg.norm(axis, axis=1, keepdims=True)
     helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]

@@ -91,7 +91,7 @@ class BlockTimeCheck:
             return
         items, cycle = self.reference.items, self.reference.cycle
         line = items.group_line[group[:-1]]
-        asked, timed = self._times(group)
+        asked, timed = self._compute_times(group)
         self._compare(line, begin, asked)
         alone = np.flatnonzero(timed & (np.diff(group) == 1))
         if not len(alone):
@@ -112,7 +112,7 @@ class BlockTimeCheck:
             reason = self.limits[int(np.argmax(slow[alone[worst]]))]
             self.latest = BlockTime(int(line[worst]), float(asked[worst]), float(spent[worst]), reason)
 
-    def _times(self, group: Ints) -> tuple[Array, Mask]:
+    def _compute_times(self, group: Ints) -> tuple[Array, Mask]:
         """Seconds that blocks (m,) from groups to groups (m + 1,) ask for, and which of them are nothing but such segments."""
         items, path = self.reference.items, self.reference.path
         edges = items.group_first[group]

@@ -28,7 +28,7 @@ class CompletenessCheck:
     def check(self, rows: MeasuredRows) -> None:
         """Check the next rows."""
         self._order(rows)
-        self._changes(rows)
+        self._check_changes(rows)
 
     def finish(self, last: LastRow) -> None:
         """Check that the last row is the end of the program."""
@@ -97,7 +97,7 @@ class CompletenessCheck:
         self._farthest = float(reached[-1])
         return np.asarray(reached)
 
-    def _changes(self, rows: MeasuredRows) -> None:
+    def _check_changes(self, rows: MeasuredRows) -> None:
         """Check steps from one item to a later one: no standstill is left out, and stops are reached."""
         reference, items = self.reference, self.reference.items
         old, new = rows.item_before[rows.entered], rows.item[rows.entered]

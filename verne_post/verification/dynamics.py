@@ -49,17 +49,17 @@ class DynamicsCheck:
         if not len(self._tail):
             self._tail = np.repeat(block.values[:1], _REST_ROWS, axis=0)
         values = np.concatenate([self._tail, block.values])
-        nearest = self._differences(values, block.first, block.line)
-        self._travel(block)
+        nearest = self._check_differences(values, block.first, block.line)
+        self._check_travel(block)
         self._tail = values[-_REST_ROWS:]
         return nearest
 
     def finish(self, n_rows: int) -> None:
         """Check the standstill after the last of ``n_rows`` rows."""
         rest = np.repeat(self._tail[-1:], _REST_ROWS, axis=0)
-        self._differences(np.concatenate([self._tail, rest]), n_rows, None)
+        self._check_differences(np.concatenate([self._tail, rest]), n_rows, None)
 
-    def _differences(self, values: Array, first: int, lines: Ints | None) -> Ints:
+    def _check_differences(self, values: Array, first: int, lines: Ints | None) -> Ints:
         """Check differences that end in row ``first`` or later; ``values`` begins with the rows before that row."""
         columns, n = self.reference.columns, len(values) - _REST_ROWS
         difference = np.ascontiguousarray(values.T)  # a joint at a time: numpy is slow along short rows
@@ -87,7 +87,7 @@ class DynamicsCheck:
                 )  # fmt: skip
         return np.where(largest < _NEAR_SHARE, len(_BOUNDS) * len(columns), nearest)
 
-    def _travel(self, block: SetpointBlock) -> None:
+    def _check_travel(self, block: SetpointBlock) -> None:
         """Check the travel of every joint."""
         factor, limits = self.reference.factor, self.reference.limits
         inside = block.values / factor

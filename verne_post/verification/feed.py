@@ -53,7 +53,7 @@ class FeedCheck:
 
     def check(self, rows: MeasuredRows, nearest: Ints) -> None:
         """Check the next rows; ``nearest`` (n,) is the limit that is nearest to each."""
-        time, slack = self._progress_times(rows)
+        time, slack = self._compute_progress_times(rows)
         timed = self.reference.path.timed
         by_step = self.reference.measures.has_tolerance[rows.segment] & ~rows.dwell & ~timed[rows.segment]
         by_step[rows.touched.row[~timed[rows.touched.segment]]] = True  # the last step before a dwell too
@@ -102,7 +102,7 @@ class FeedCheck:
                     line, value=value, limit=FEED_RATIO, unit="of the feed",
                 )  # fmt: skip
 
-    def _progress_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
+    def _compute_progress_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
         """Seconds (n,) that the progress to rows takes at the programmed feed, and by how much rounding may change them."""
         items, feed_time = self.reference.items, self.reference.path.feed_time[rows.segment]
         measures = self.reference.measures
@@ -117,25 +117,25 @@ class FeedCheck:
         if len(entered):
             old, new = rows.item_before[entered], rows.item[entered]
             begun, left, came, whole = items.passed(old, new, u_before[entered], u[entered])
-            spent = left * self._item_times(begun) + (items.time_before[new] - items.time_before[old + 1])
-            time[entered] = (spent + came * self._item_times(new)) * whole
+            spent = left * self._compute_item_times(begun) + (items.time_before[new] - items.time_before[old + 1])
+            time[entered] = (spent + came * self._compute_item_times(new)) * whole
             segment = items.segment[begun]
-            more = 0.5 * unsure[segment] * self._item_times(begun)
+            more = 0.5 * unsure[segment] * self._compute_item_times(begun)
             slack[entered] += np.where((old >= 0) & (segment >= 0), more, 0.0)
         return time, slack
 
-    def _item_times(self, item: Ints) -> Array:
+    def _compute_item_times(self, item: Ints) -> Array:
         """Seconds (n,) that items take at the programmed feed; 0 for dwells."""
         segment = self.reference.items.segment[item]
         return np.where(segment >= 0, self.reference.path.feed_time[segment], 0.0)
 
     def _step_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
-        """As :meth:`_progress_times`, by the steps of the tip; the fastest segment counts that a step touches."""
+        """As :meth:`_compute_progress_times`, by the steps of the tip; the fastest segment counts that a step touches."""
         size = self._step_sizes(rows)
-        time, slack = self._paced(size, rows.segment)
+        time, slack = self._compute_step_times(size, rows.segment)
         row = rows.touched.row
         time[row], slack[row] = np.inf, np.inf
-        passing_time, passing_slack = self._paced(size[row], rows.touched.segment)
+        passing_time, passing_slack = self._compute_step_times(size[row], rows.touched.segment)
         np.minimum.at(time, row, passing_time)
         np.minimum.at(slack, row, passing_slack)
         return time, slack
@@ -149,7 +149,7 @@ class FeedCheck:
         square = row_sum(rows.step[:, :3] ** 2)
         return np.sqrt(np.maximum(square - _NOISE_SQUARE * self.reference.noise.tip**2, 0.0))
 
-    def _paced(self, size: Array, segment: Ints) -> tuple[Array, Array]:
+    def _compute_step_times(self, size: Array, segment: Ints) -> tuple[Array, Array]:
         """Seconds (n,) that steps (n,) take at the feed of segments (n,), 0 for rapids, and what rounding may change."""
         pace = self.reference.measures.tip_pace[segment]
         return size * pace, 4 * self.reference.noise.tip * pace

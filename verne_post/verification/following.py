@@ -85,34 +85,34 @@ def compare_log(commanded: Array, measured: Array, tool_length: Array, forward: 
     commanded, measured, tool_length = commanded[:n], measured[delay : delay + n], tool_length[:n]
     chunks = [slice(first, min(first + CHUNK, n)) for first in range(0, n, CHUNK)]
     tips, axes = map(
-        np.concatenate, zip(*(_tools(commanded, tool_length, forward, rows) for rows in chunks), strict=True)
+        np.concatenate, zip(*(_solve_tools(commanded, tool_length, forward, rows) for rows in chunks), strict=True)
     )
     tip_error, axis_error, path_error = (np.empty(n) for _ in range(3))
     for rows in chunks:
-        tip, axis = _tools(measured, tool_length, forward, rows)
+        tip, axis = _solve_tools(measured, tool_length, forward, rows)
         tip_error[rows] = np.linalg.norm(tip - tips[rows], axis=1)
         axis_error[rows] = np.linalg.norm(axis - axes[rows], axis=1)
-        path_error[rows] = _distance_from_path(tip, tips, rows.start)
+        path_error[rows] = _measure_distance_from_path(tip, tips, rows.start)
     error = measured - commanded
     return Following(
-        delay, n, np.abs(error).max(axis=0), np.sqrt((error**2).mean(axis=0)), *_largest(tip_error), *_largest(axis_error),
-        *_largest(path_error),
+        delay, n, np.abs(error).max(axis=0), np.sqrt((error**2).mean(axis=0)), *_find_largest(tip_error), *_find_largest(axis_error),
+        *_find_largest(path_error),
     )  # fmt: skip
 
 
-def _tools(q: Array, tool_length: Array, forward: Forward, rows: slice) -> tuple[Array, Array]:
+def _solve_tools(q: Array, tool_length: Array, forward: Forward, rows: slice) -> tuple[Array, Array]:
     """Tips and tool axes (n, 3) of some rows of joint values."""
     tip, angles, _ok = forward(q[rows], tool_length[rows])
     return tip, axis_of_angles(*angles.T)
 
 
-def _largest(error: Array) -> tuple[float, int]:
+def _find_largest(error: Array) -> tuple[float, int]:
     """The largest error and its row."""
     row = int(np.argmax(error))
     return float(error[row]), row
 
 
-def _distance_from_path(tip: Array, path: Array, first: int) -> Array:
+def _measure_distance_from_path(tip: Array, path: Array, first: int) -> Array:
     """Distance (n,) of tips from the polyline of the commanded ones, near the same time; tip 0 belongs to row ``first``."""
     nearest = np.full(len(tip), np.inf)
     row = first + np.arange(len(tip))

@@ -60,14 +60,15 @@ def segment_measures(contour: Contour) -> SegmentMeasures:
             metric_length=length,
             motion_length=np.maximum(np.where(progress > 0, progress, path.length), ZERO_LENGTH_MM),
             blend_u=np.maximum(
-                (tip + RADIAN_MM * axis) / np.maximum(progress, ZERO_LENGTH_MM), _turns_of_tight_arcs(path, tip, axis)
+                (tip + RADIAN_MM * axis) / np.maximum(progress, ZERO_LENGTH_MM),
+                _find_turns_of_tight_arcs(path, tip, axis),
             ),
             tip_pace=tip_paces(path),
         )
     return SegmentMeasures(**table.columns())
 
 
-def _turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array) -> Array:
+def _find_turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array) -> Array:
     """A whole turn as a share of segments (n,) that are arcs hardly larger than their tolerance; 0 for the others.
 
     Of an arc that neither rises nor turns the axes by more than the tolerance, all of it: its turns cannot be told apart.
@@ -187,11 +188,11 @@ def items_of(contour: Contour, metric_length: Array, cycle: float) -> Items:
     line, stops = group_line.column(), running_sums(columns["stop_before"])
     return Items(
         **columns, stops_before=stops, time_before=running_sums(time), length_before=running_sums(length),
-        group_first=group_first, group_line=line, next_group=_next_of_line(line, group_first, stops),
+        group_first=group_first, group_line=line, next_group=_find_next_of_line(line, group_first, stops),
     )  # fmt: skip
 
 
-def _next_of_line(line: Ints, first: Ints, stops_before: Ints) -> Ints:
+def _find_next_of_line(line: Ints, first: Ints, stops_before: Ints) -> Ints:
     """``next_group`` of :class:`Items`, from its ``group_line``, ``group_first`` and ``stops_before``."""
     if (line[1:] > line[:-1]).all():
         return np.zeros(0, dtype=np.int64)

@@ -67,19 +67,22 @@ def unwrapped_u(
     u = straight_u(path, segment, measured.tip, measured.angles, RADIAN_MM)
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
-        u[arc] = _arc_u(path, segment[arc], measured.select(arc), _first_rows(arc, fresh), u_before)
+        u[arc] = _project_on_arcs(path, segment[arc], measured.select(arc), _find_first_rows(arc, fresh), u_before)
     turn = np.flatnonzero(path.turn[segment] >= 0)
     if len(turn):
         u[turn] = _turn_u(path, segment[turn], measured.select(turn))
     spline = np.flatnonzero(path.spline[segment] >= 0)
     if len(spline):
-        first, some = _first_rows(spline, fresh), None if bounds is None else (bounds[0][spline], bounds[1][spline])
-        u[spline] = _spline_u(path, segment[spline], measured.select(spline), first, u_before, some)
+        first, some = (
+            _find_first_rows(spline, fresh),
+            None if bounds is None else (bounds[0][spline], bounds[1][spline]),
+        )
+        u[spline] = _project_on_splines(path, segment[spline], measured.select(spline), first, u_before, some)
     joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)
     if len(joint):
         ends = path.joints[path.joint[segment[joint]]]
         span = ends[:, 1] - ends[:, 0]
-        scale = _joint_weight(span.shape[1])
+        scale = _make_joint_weight(span.shape[1])
         away = (measured.q[joint] - ends[:, 0]) * scale
         u[joint] = np.sum(away * span * scale, axis=1) / np.sum((span * scale) ** 2, axis=1)
     return u
@@ -99,20 +102,22 @@ def straight_u(path: ToolPath, segment: Ints, tip: Array, angles: Array, radian_
     on_circle = np.flatnonzero((path.circle[segment] >= 0) & (path.spline[segment] < 0))
     if len(on_circle):
         each = np.broadcast_to(radian_mm, len(segment))[on_circle]
-        u[on_circle] = _great_circle_u(path, segment[on_circle], tip[on_circle], tool_axis(angles[on_circle]), each)
+        u[on_circle] = _project_on_great_circles(
+            path, segment[on_circle], tip[on_circle], tool_axis(angles[on_circle]), each
+        )
     return np.asarray(u)
 
 
-def _first_rows(rows: Ints, fresh: Mask) -> Mask:
+def _find_first_rows(rows: Ints, fresh: Mask) -> Mask:
     """First rows of segments among a selection: marked, or after a gap in the selection."""
     return fresh[rows] | (np.diff(rows, prepend=rows[0]) > 1)
 
 
-def _joint_weight(n_joints: int) -> Array:
+def _make_joint_weight(n_joints: int) -> Array:
     return np.array([1.0] * (n_joints - 2) + [RADIAN_MM, RADIAN_MM])
 
 
-def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
+def _project_on_arcs(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
     """As :func:`unwrapped_u`, on arcs."""
     arcs, row = path.arcs, path.arc[segment]
     away = measured.tip - arcs.center[row]
@@ -135,7 +140,7 @@ def _arc_u(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_bef
     u = (begin[first[owner]] + total - total[first[owner]]) / np.abs(sweep)
     turn = path.end[segment, 3:] - path.start[segment, 3:]
     for _ in range(ARC_STEPS):
-        at, slope = _arc_point(arcs, row, u)
+        at, slope = _evaluate_arcs(arcs, row, u)
         rest = measured.tip - at
         rest_turn = RADIAN_MM**2 * (measured.angles - path.start[segment, 3:] - u[:, None] * turn)
         square = np.sum(slope**2, axis=1) + RADIAN_MM**2 * np.sum(turn**2, axis=1)
@@ -196,7 +201,7 @@ def _measure(path: ToolPath, segment: Ints) -> tuple[MeasuredSplines, Ints]:
     return measure_splines(path.splines.pieces.select(pieces), RADIAN_MM), piece
 
 
-def _spline_u(
+def _project_on_splines(
     path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float, bounds: tuple[Array, Array] | None
 ) -> Array:
     """As :func:`unwrapped_u`, on splines."""
@@ -205,10 +210,10 @@ def _spline_u(
     return project(splines, piece, pose, fresh, u_before, RADIAN_MM, bounds)
 
 
-def _great_circle_u(path: ToolPath, segment: Ints, tip: Array, axis: Array, radian_mm: Array) -> Array:
+def _project_on_great_circles(path: ToolPath, segment: Ints, tip: Array, axis: Array, radian_mm: Array) -> Array:
     """Nearest u on straight segments whose tool axis follows a great circle."""
     start, delta = path.start[segment, :3], path.end[segment, :3] - path.start[segment, :3]
-    k0, k1, angle = _great_circle(path, segment)
+    k0, k1, angle = _span_great_circle(path, segment)
     across = np.cross(np.cross(k0, k1), k0)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     turned = np.arctan2(np.sum(axis * across, axis=1), np.sum(axis * k0, axis=1)) / angle
@@ -218,7 +223,7 @@ def _great_circle_u(path: ToolPath, segment: Ints, tip: Array, axis: Array, radi
     return np.asarray((moved + weight_axis * turned) / (weight_tip + weight_axis))
 
 
-def _great_circle(path: ToolPath, segment: Ints) -> tuple[Array, Array, Array]:
+def _span_great_circle(path: ToolPath, segment: Ints) -> tuple[Array, Array, Array]:
     """Tool axes at both ends of segments, and the angle between them."""
     k0, k1 = tool_axis(path.start[segment, 3:]), tool_axis(path.end[segment, 3:])
     return k0, k1, np.arctan2(row_norm(np.cross(k0, k1)), np.sum(k0 * k1, axis=1))
@@ -231,7 +236,7 @@ def metric_lengths(path: ToolPath) -> Array:
     """
     length = np.where(path.kind == SegmentKind.JOINT, 0.0, path.length)
     arc = np.flatnonzero(path.arc >= 0)
-    length[arc] = _arc_lengths(path, arc, np.ones(len(arc)))
+    length[arc] = _measure_arc_lengths(path, arc, np.ones(len(arc)))
     turn = np.flatnonzero(path.turn >= 0)
     length[turn] = _turn_lengths(path, turn, np.ones(len(turn)))
     spline = np.flatnonzero(path.spline >= 0)
@@ -240,7 +245,7 @@ def metric_lengths(path: ToolPath) -> Array:
         length[spline] = splines.total_metric(piece)
     on_circle = np.flatnonzero(path.circle >= 0)
     tip = row_norm(path.end[on_circle, :3] - path.start[on_circle, :3])
-    length[on_circle] = np.hypot(tip, RADIAN_MM * _great_circle(path, on_circle)[2])
+    length[on_circle] = np.hypot(tip, RADIAN_MM * _span_great_circle(path, on_circle)[2])
     return length
 
 
@@ -258,7 +263,7 @@ def lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) ->
     """Metric length (n,) from the start of segments to their u (n,), mm; ``metric_length`` of all segments."""
     length = u * metric_length[segment]
     arc = np.flatnonzero(path.arc[segment] >= 0)
-    length[arc] = _arc_lengths(path, segment[arc], u[arc])
+    length[arc] = _measure_arc_lengths(path, segment[arc], u[arc])
     turn = np.flatnonzero(path.turn[segment] >= 0)
     length[turn] = _turn_lengths(path, segment[turn], u[turn])
     spline = np.flatnonzero(path.spline[segment] >= 0)
@@ -271,7 +276,7 @@ def lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) ->
     return np.asarray(length)
 
 
-def _arc_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
+def _measure_arc_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
     """As :func:`lengths_to`, on arcs: length is not linear in u where the radius changes."""
     arcs, row = path.arcs, path.arc[segment]
     grow = arcs.r1[row] - arcs.r0[row]
@@ -295,9 +300,9 @@ def tip_paces(path: ToolPath) -> Array:
         return np.where(path.timed | (path.feed_time == 0.0), 0.0, path.feed_time / tip)
 
 
-def _great_circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
+def _interpolate_great_circle(path: ToolPath, segment: Ints, u: Array) -> Array:
     """Nominal angles on a great circle: spherical interpolation between the tool axes at both ends."""
-    k0, k1, angle = _great_circle(path, segment)
+    k0, k1, angle = _span_great_circle(path, segment)
     share0, share1 = np.sin((1 - u) * angle) / np.sin(angle), np.sin(u * angle) / np.sin(angle)
     axis = share0[:, None] * k0 + share1[:, None] * k1
     start, end = path.start[segment, 3:], path.end[segment, 3:]
@@ -308,7 +313,7 @@ def _great_circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
     return np.stack([tilt, c - 2 * np.pi * np.round((c - middle) / (2 * np.pi))], axis=1)
 
 
-def _arc_point(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Array]:
+def _evaluate_arcs(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Array]:
     """Points (n, 3) of arcs, and their derivatives by u."""
     phi = (u * arcs.sweep[row])[:, None]
     grow = (arcs.r1 - arcs.r0)[row][:, None]
@@ -325,7 +330,7 @@ def programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Arr
     tip, angles = programmed[:, :3], programmed[:, 3:]
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
-        tip[arc] = _arc_point(path.arcs, path.arc[segment[arc]], u[arc])[0]
+        tip[arc] = _evaluate_arcs(path.arcs, path.arc[segment[arc]], u[arc])[0]
     turn = np.flatnonzero(path.turn[segment] >= 0)
     if len(turn):
         tip[turn] = _turn_point(path.turns, path.turn[segment[turn]], u[turn])[0]
@@ -339,7 +344,7 @@ def programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Arr
         tip[spline], angles[spline] = point[:, :3], path.start[mine, 3:] + point[:, 3:]
     on_circle = np.flatnonzero(path.circle[segment] >= 0)
     if len(on_circle):
-        angles[on_circle] = _great_circle_angles(path, segment[on_circle], u[on_circle])
+        angles[on_circle] = _interpolate_great_circle(path, segment[on_circle], u[on_circle])
     return tip, angles
 
 

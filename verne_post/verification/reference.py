@@ -125,7 +125,7 @@ def build_reference(contour: Contour, limits: Limits, columns: tuple[Column, ...
     return Reference(
         contour.path, contour.tip_tolerance, contour.axis_tolerance, contour.entry, _measure_entry(contour), measures,
         items_of(contour, measures.metric_length, fmt.cycle), columns, factor, limits, derivative_limits, fmt.cycle,
-        _rounding_noise(fmt, size, derivative_limits),
+        _compute_rounding_noise(fmt, size, derivative_limits),
     )  # fmt: skip
 
 
@@ -138,7 +138,7 @@ def _measure_entry(contour: Contour) -> float:
     return float(0.5 * np.pi * np.linalg.norm(aside))  # an arc of up to half a turn is so many times its chord
 
 
-def _rounding_noise(fmt: SetpointFormat, size: Array, derivative_limits: tuple[Array, ...]) -> RoundingNoise:
+def _compute_rounding_noise(fmt: SetpointFormat, size: Array, derivative_limits: tuple[Array, ...]) -> RoundingNoise:
     """Noise of a format; ``size`` (n_joints,) are file units per mm and rad."""
     noise = [2**order * fmt.quanta / fmt.cycle ** (order + 1) for order in range(3)]
     # fine decimals are inside the acceptance ratios; coarser ones that were asked for are allowed their noise

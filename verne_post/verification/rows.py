@@ -158,7 +158,7 @@ class RowMatcher:
         """Measure rows of a block, up to one that cannot be followed or that is on a later group of its line; that group, or -1."""
         items, path = self.reference.items, self.reference.path
         line, q = block.line[begin:end].astype(np.int64), block.values[begin:end] / self.reference.factor
-        group, lost = self._groups(line)
+        group, lost = self._match_groups(line)
         if not len(group):
             return None, None if lost is None else replace(lost, row=begin + lost.row), -1
         n = len(group)
@@ -170,7 +170,7 @@ class RowMatcher:
             n = int(np.argmin(ok))
             lost = LostPath(n, "VP411", ": the joint values close no position of the platform")
         pose = Measured(q[:n], tip[:n], angles[:n])
-        u = self._progress(item[:n], rest[:n], segment[:n], pose)
+        u = self._measure_progress(item[:n], rest[:n], segment[:n], pose)
         passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)
         if later >= 0:
             n, lost = passed, None
@@ -185,7 +185,7 @@ class RowMatcher:
 
     # --- matching -------------------------------------------------------------------------
 
-    def _groups(self, line: Ints) -> tuple[Ints, LostPath | None]:
+    def _match_groups(self, line: Ints) -> tuple[Ints, LostPath | None]:
         """Group of each row by its source line, up to one whose line is not the program's next."""
         items = self.reference.items
         group = self.last.group + np.cumsum(line != np.append(self.last.line, line[:-1]))
@@ -196,7 +196,7 @@ class RowMatcher:
             if not len(wrong):
                 return group, None
             row = int(wrong[0])
-            hop = self._skipped(int(group[row]), int(line[row]))
+            hop = self._count_skipped(int(group[row]), int(line[row]))
             if hop is None:
                 where = f"line {expected[row]}" if not beyond[row] else "the end"
                 hint = (
@@ -208,7 +208,7 @@ class RowMatcher:
                 return group[:row], LostPath(row, "VP413", text)
             group[row:] += hop
 
-    def _skipped(self, group: int, line: int) -> int | None:
+    def _count_skipped(self, group: int, line: int) -> int | None:
         """How many whole groups of one section were passed between two rows; None if the line does not follow."""
         items = self.reference.items
         for hop in range(1, len(items.group_line) - group):
@@ -261,10 +261,10 @@ class RowMatcher:
                     take = min(int(items.dwell_cycles[now]) - rows, end - row)
                     item[row : row + take] = now
                 elif stop == now + 1:
-                    take = self._rows_of_item(q[row:end], now, u)
+                    take = self._count_rows_of_item(q[row:end], now, u)
                     item[row : row + take] = now
                 else:
-                    place = now, u or 0.0, self._pose_before(q, row, now)
+                    place = now, u or 0.0, self._find_pose_before(q, row, now)
                     placed = place_rows(self.reference, self.forward, q[row:end], place, stop - 1)
                     take = int(np.searchsorted(placed, stop - 1))
                     item[row : row + take] = placed[:take]
@@ -275,7 +275,7 @@ class RowMatcher:
                 now, u, rows = stop, None, 0
         return item
 
-    def _pose_before(self, q: Array, row: int, item: int) -> Array:
+    def _find_pose_before(self, q: Array, row: int, item: int) -> Array:
         """Tip (mm) and angles (times RADIAN_MM) before a row of joint values (n, n_joints); of the first row its own."""
         if row == 0 and self.last.pose is not None:
             return self.last.pose
@@ -285,7 +285,7 @@ class RowMatcher:
         )
         return np.append(tip[0], RADIAN_MM * angles[0])
 
-    def _rows_of_item(self, q: Array, item: int, u_before: float | None) -> int:
+    def _count_rows_of_item(self, q: Array, item: int, u_before: float | None) -> int:
         """How many of the next rows lie before the end of a segment; ``u_before`` is None if the row before is not on it."""
         path = self.reference.path
         segment = int(self.reference.items.segment[item])
@@ -306,7 +306,7 @@ class RowMatcher:
 
     # --- measuring ------------------------------------------------------------------------
 
-    def _progress(self, item: Ints, rest: Ints, segment: Ints, pose: Measured) -> Array:
+    def _measure_progress(self, item: Ints, rest: Ints, segment: Ints, pose: Measured) -> Array:
         """Where on its segment (n,) each row is; on a dwell the start of the next segment, 1 after the last."""
         path = self.reference.path
         fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
@@ -321,13 +321,13 @@ class RowMatcher:
         now = np.concatenate([pose.tip, RADIAN_MM * pose.angles], axis=1)
         before = np.vstack([now[:1] if last.pose is None else last.pose[None], now[:-1]])
         tool_length = self.reference.path.tool_length[segment]
-        origin = self._with_new_tool(before, tool_length, pose.q)
+        origin = self._change_tool(before, tool_length, pose.q)
         item_before, u_before = np.append(last.item, item[:-1]), np.append(last.u, u[:-1])
         entered = np.flatnonzero(item_before != item)
         rows = MeasuredRows(
             first, line, item, self.reference.items.segment[item] < 0, segment, u, item_before, u_before,
             pose, origin, now - origin, entered, np.diff(entered, prepend=-last.rows),
-            self._touched(
+            self._find_touched(
                 entered, item_before[entered], item[entered],
                 self._place(item_before[entered], u_before[entered], before[entered]),
                 self._place(item[entered], u[entered], now[entered]),
@@ -340,7 +340,7 @@ class RowMatcher:
         )  # fmt: skip
         return rows
 
-    def _with_new_tool(self, before: Array, tool_length: Array, q: Array) -> Array:
+    def _change_tool(self, before: Array, tool_length: Array, q: Array) -> Array:
         """Poses ``before`` (n, 5) rows, with the tip of the rows' own tools (n,); joints (n, n_joints)."""
         last = self.last
         changed = np.flatnonzero(np.diff(tool_length, prepend=tool_length[0] if last.q is None else last.tool_length))
@@ -365,7 +365,7 @@ class RowMatcher:
         place[straight] = straight_u(reference.path, on, tip, angles, tip_bound / axis_bound)
         return place
 
-    def _touched(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> Touched:
+    def _find_touched(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> Touched:
         """Segments that steps to rows (c,) touch, from one item to a later one."""
         items, has_tolerance = self.reference.items, self.reference.measures.has_tolerance
         begin = np.maximum(old, 0)

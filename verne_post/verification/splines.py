@@ -86,12 +86,12 @@ def measure_splines(pieces: Splines, radian_mm: float) -> MeasuredSplines:
         rows = first[piece][:, None] + np.arange(1, parts.shape[2] + 1)
         sums[:, rows] = np.cumsum(parts, axis=2)
     owner, place = ragged(panels + 1)
-    low, high = _ends(pieces, owner)
+    low, high = _find_ends(pieces, owner)
     at = low + (high - low) * (place / panels[owner])
     return MeasuredSplines(pieces, first, at, sums[0], sums[1], spline_points(pieces, owner, at))
 
 
-def _ends(pieces: Splines, piece: Ints) -> tuple[Array, Array]:
+def _find_ends(pieces: Splines, piece: Ints) -> tuple[Array, Array]:
     """Knots (n,) between which pieces (n,) run."""
     middle = pieces.first_knot[piece] + pieces.degree[piece]
     return pieces.knots[middle - 1], pieces.knots[middle]
@@ -99,7 +99,7 @@ def _ends(pieces: Splines, piece: Ints) -> tuple[Array, Array]:
 
 def _measure_panels(pieces: Splines, piece: Ints, count: int, radian_mm: float) -> Array:
     """Lengths (2, n, count) over the panels of pieces (n,): of the tip, and of tip and angles together."""
-    low, high = _ends(pieces, piece)
+    low, high = _find_ends(pieces, piece)
     width = ((high - low) / count)[:, None]
     at = (low[:, None] + np.arange(count) * width)[:, :, None] + _NODES * width[:, :, None]
     many = np.repeat(piece, count * len(_NODES))
@@ -128,10 +128,10 @@ def spline_slopes(pieces: Splines, piece: Ints, at: Array) -> tuple[Array, Array
         origin = points[:, :1]
         row = np.concatenate([(points - origin) * weights[:, :, None], weights[:, :, None]], axis=2)
         for level in range(1, degree):
-            row = _climb(row, x, knots, level, degree)
+            row = _climb_level(row, x, knots, level, degree)
         begin, end = knots[:, degree - 1], knots[:, degree]
         rise = degree * (row[:, 1] - row[:, 0]) / (end - begin)[:, None]
-        top = _climb(row, x, knots, degree, degree)[:, 0]
+        top = _climb_level(row, x, knots, degree, degree)[:, 0]
         weight = top[:, -1:]
         here = top[:, :-1] / weight
         point[where] = here + origin[:, 0]
@@ -139,7 +139,7 @@ def spline_slopes(pieces: Splines, piece: Ints, at: Array) -> tuple[Array, Array
     return point, slope
 
 
-def _climb(row: Array, x: Array, knots: Array, level: int, degree: int) -> Array:
+def _climb_level(row: Array, x: Array, knots: Array, level: int, degree: int) -> Array:
     """One level of de Boor's triangle: (n, j, k) -> (n, j - 1, k)."""
     begin, end = knots[:, level - 1 : degree], knots[:, degree : 2 * degree - level + 1]
     share = ((x - begin) / (end - begin))[:, :, None]
@@ -148,7 +148,7 @@ def _climb(row: Array, x: Array, knots: Array, level: int, degree: int) -> Array
 
 def lengths_at(splines: MeasuredSplines, piece: Ints, at: Array, radian_mm: float) -> tuple[Array, Array]:
     """Lengths (n,) from the start of pieces (n,) to parameters (n,): of the tip, and of tip and angles together, mm."""
-    low, high = _ends(splines.pieces, piece)
+    low, high = _find_ends(splines.pieces, piece)
     panels = splines.first[piece + 1] - splines.first[piece] - 1
     panel = np.clip(((at - low) / (high - low) * panels).astype(int), 0, panels - 1)
     row = splines.first[piece] + panel
@@ -164,7 +164,7 @@ def lengths_at(splines: MeasuredSplines, piece: Ints, at: Array, radian_mm: floa
 def parameters_at(splines: MeasuredSplines, piece: Ints, u: Array, radian_mm: float) -> Array:
     """Parameters (n,) of pieces (n,) at shares u (n,) of the length of the tip, 0 to 1."""
     result = np.empty(len(u))
-    low, high = _ends(splines.pieces, piece)
+    low, high = _find_ends(splines.pieces, piece)
     for begin in range(0, len(u), _ROWS):
         some = slice(begin, begin + _ROWS)
         mine, wanted = piece[some], u[some] * splines.total(piece[some])
@@ -239,7 +239,7 @@ def project(
     far = np.flatnonzero(found.away.min(axis=1) > _EQUALLY_FAR_MM)
     if len(far):  # the few places of the panels may have missed a bend: look closer
         pieces, mine = np.unique(piece[far], return_inverse=True)
-        low, high = _ends(splines.pieces, pieces)
+        low, high = _find_ends(splines.pieces, pieces)
         at = (low[:, None] + np.linspace(0.0, 1.0, _CLOSER) * (high - low)[:, None]).ravel()
         there = spline_points(splines.pieces, np.repeat(pieces, _CLOSER), at)
         closer = _Samples(pieces, _CLOSER * np.arange(len(pieces) + 1), at, there)
@@ -328,7 +328,7 @@ def _refine(
     point, slope = spline_slopes(splines.pieces, piece, at)
     total = splines.total(piece)
     u = lengths_at(splines, piece, at, radian_mm)[0] / total
-    low, high = _ends(splines.pieces, piece)
+    low, high = _find_ends(splines.pieces, piece)
     # beyond an end along the direction that the curve has there
     off, slope = (pose - point) * weight, slope * weight
     along = np.sum(off * slope, axis=1) / np.sum(slope * slope, axis=1)

@@ -99,14 +99,14 @@ def calibrate(
         lost = np.linalg.qr((prior.factor / scale[:, None]) @ turned[:, np.sqrt(size) >= DETERMINED])[0]
     named = sorted(name_directions(lost, PARAMETERS), key=lambda direction: len(direction.coefficients))
     after = errors_after(machine, fit.deviations, fit.factor, poses)
-    left, share = _largest_left(measurement, fit, scale, poses)
+    left, share = _find_largest_left(measurement, fit, scale, poses)
     return Calibration(
         fit, kept, bad, held, len(scale) - lost.shape[1], tuple(named), left, share,
         errors_before(measurement.model, fit.deviations, present, poses), after,
     )  # fmt: skip
 
 
-def _largest_left(
+def _find_largest_left(
     measurement: Measurement, fit: Fit, scale: Array, poses: WorkspacePoses
 ) -> tuple[tuple[tuple[str, float], ...], float]:
     """The direction that leaves most of the mean square tip error, by its largest parameters, and its share."""

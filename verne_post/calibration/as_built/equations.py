@@ -78,22 +78,22 @@ class Measurement(Struct, frozen=True, eq=False):
         ArithmeticError
             The rods of the machine with these deviations do not close at a reading.
         """
-        tools = self._tool_blocks(unknowns)
+        tools = self._compute_tool_blocks(unknowns)
         if not self.lengths:
             return tools
-        lengths = self._length_blocks(unknowns)
+        lengths = self._compute_length_blocks(unknowns)
         return Blocks(
             *(np.concatenate([getattr(part, name) for part in (tools, lengths)]) for name in tools.__struct_fields__)
         )
 
-    def _tool_blocks(self, unknowns: Array) -> Blocks:
+    def _compute_tool_blocks(self, unknowns: Array) -> Blocks:
         tools, n = self.tools, len(self.tools)
         found, rates = self.model.rates(unknowns[:COUNT], tools.joints, tools.length)
         if not found.ok.all():
             line = tools.line[np.flatnonzero(~found.ok)[0]]
             raise ArithmeticError(f"the rods do not close at the joints of line {line}")
         seen = see_from_stations(found.tip, found.axis, tools.station, unknowns[COUNT:].reshape(-1, SIZE))
-        across = _across(np.where(np.isnan(tools.axis), seen.axis, tools.axis))
+        across = _find_perpendiculars(np.where(np.isnan(tools.axis), seen.axis, tools.axis))
         off = np.full((n, ROWS), np.nan)
         off[:, :3] = tools.tip - seen.tip
         off[:, 3:] = np.einsum("nkj,nj->nk", across, tools.axis - seen.axis)
@@ -111,7 +111,7 @@ class Measurement(Struct, frozen=True, eq=False):
         covariance[:, range(ROWS), range(ROWS)] += own**2
         return _whiten(off, design, covariance)
 
-    def _length_blocks(self, unknowns: Array) -> Blocks:
+    def _compute_length_blocks(self, unknowns: Array) -> Blocks:
         parts = Deviations.from_vector(unknowns[:COUNT])
         module = self.model.machine.nominal_machine.module
         assert isinstance(module, VerneGeometry)
@@ -136,7 +136,7 @@ class Measurement(Struct, frozen=True, eq=False):
         return _whiten(off, design, covariance)
 
 
-def _across(axis: Array) -> Array:
+def _find_perpendiculars(axis: Array) -> Array:
     """Two directions (n, 2, 3) perpendicular to unit vectors (n, 3) and to each other."""
     least = np.eye(3)[np.abs(axis).argmin(axis=1)]
     first = np.cross(axis, least)

@@ -77,12 +77,12 @@ class BadReading(Struct, frozen=True):
     probability: float
 
 
-def _known_before(measurement: Measurement, prior: Prior) -> tuple[Array, Array]:
+def _compute_prior(measurement: Measurement, prior: Prior) -> tuple[Array, Array]:
     """Mean (p,) and factor of the covariance (p, p) of all unknowns before the readings."""
     size = measurement.size
     factor = np.zeros((size, size))
     factor[:COUNT, :COUNT] = prior.factor
-    turned = _turned_stations(measurement)
+    turned = _find_turned_stations(measurement)
     for station in range(measurement.stations):
         first = COUNT + SIZE * station
         spread = [NEAR_MM] * 3 + [NEAR_TURN if station in turned else 0.0] * 3
@@ -92,27 +92,27 @@ def _known_before(measurement: Measurement, prior: Prior) -> tuple[Array, Array]
     return mean, factor
 
 
-def _turned_stations(measurement: Measurement) -> set[int]:
+def _find_turned_stations(measurement: Measurement) -> set[int]:
     """Stations whose directions are unknown too."""
     return {int(station) for station in measurement.tools.station[measurement.tools.turned]}
 
 
 def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
     """The most probable deviations, from the readings that are kept (n,)."""
-    mean, factor = _known_before(measurement, prior)
+    mean, factor = _compute_prior(measurement, prior)
     size = len(mean)
     at = np.zeros(size)
     for _ in range(STEPS):
         blocks = measurement.blocks(mean + factor @ at)
         step = np.linalg.lstsq(
-            _stack(blocks, kept, factor), np.concatenate([blocks.residual[kept].ravel(), -at]), rcond=None
+            _stack_equations(blocks, kept, factor), np.concatenate([blocks.residual[kept].ravel(), -at]), rcond=None
         )[0]
         at = at + step
         converged = bool(np.abs(step).max() < SETTLED)
         if converged:
             break
     blocks = measurement.blocks(mean + factor @ at)
-    upper = np.linalg.qr(_stack(blocks, kept, factor), mode="r")
+    upper = np.linalg.qr(_stack_equations(blocks, kept, factor), mode="r")
     chi_square = float((blocks.residual[kept] ** 2).sum() + at @ at)
     freedom = int(blocks.used[kept].sum()) - _count_taken_by_stations(measurement, blocks, kept)
     return Fit(mean + factor @ at, factor @ np.linalg.inv(upper), blocks, chi_square, freedom, converged)
@@ -120,7 +120,7 @@ def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
 
 def _count_taken_by_stations(measurement: Measurement, blocks: Blocks, kept: Mask) -> int:
     """How many equations the places and turns of stations take up: as many of their unknowns as readings say something of."""
-    turned, tools, taken = _turned_stations(measurement), measurement.tools, 0
+    turned, tools, taken = _find_turned_stations(measurement), measurement.tools, 0
     for station in range(measurement.stations):
         rows = np.flatnonzero((tools.station == station) & kept[: len(tools)])
         first = COUNT + SIZE * station
@@ -133,7 +133,7 @@ def _count_taken_by_stations(measurement: Measurement, blocks: Blocks, kept: Mas
     return taken
 
 
-def _stack(blocks: Blocks, kept: Mask, factor: Array) -> Array:
+def _stack_equations(blocks: Blocks, kept: Mask, factor: Array) -> Array:
     """Rows of the kept equations, and of what is known before, by the unknowns in standard deviations."""
     size = len(factor)
     return np.concatenate([(blocks.design[kept] @ factor).reshape(-1, size), np.eye(size)])
@@ -152,7 +152,7 @@ def fit_robustly(measurement: Measurement, prior: Prior) -> tuple[Fit, Mask, tup
     n = len(measurement)
     kept = np.ones(n, dtype=bool)
     allowed = max(1, int(MOST_LEFT_OUT * n))
-    out = _impossible(measurement, prior)
+    out = _find_impossible(measurement, prior)
     if len(out) > allowed:  # not single readings: the fit tells, if it can
         impossible, out = len(out), []
     else:
@@ -185,9 +185,9 @@ def fit_robustly(measurement: Measurement, prior: Prior) -> tuple[Fit, Mask, tup
     return found, kept, bad
 
 
-def _impossible(measurement: Measurement, prior: Prior) -> list[int]:
+def _find_impossible(measurement: Measurement, prior: Prior) -> list[int]:
     """Blocks that no machine within its tolerances would give; a fit to them would run away."""
-    mean, factor = _known_before(measurement, prior)
+    mean, factor = _compute_prior(measurement, prior)
     before = Fit(mean, factor, measurement.blocks(mean), 0.0, 0, converged=False)
     chance, _distance = _judge_from_others(before, np.zeros(len(measurement), dtype=bool))
     return np.flatnonzero(chance < IMPOSSIBLE).tolist()
@@ -249,7 +249,9 @@ def hold_out(measurement: Measurement, prior: Prior, kept: Mask) -> HeldOut | No
     ]
     if not found:
         return None
-    tip, axis = (np.concatenate([_norms(one.off[:, part]) for one in found]) for part in (slice(3), slice(3, None)))
+    tip, axis = (
+        np.concatenate([_compute_norms(one.off[:, part]) for one in found]) for part in (slice(3), slice(3, None))
+    )
     expected = float(np.sqrt(np.concatenate([one.variance for one in found]).mean()))
     probability = min(1.0, len(found) * min(one.probability for one in found))
     return HeldOut(tip[np.isfinite(tip)], axis[np.isfinite(axis)], expected, probability)
@@ -268,7 +270,7 @@ def _predict(measurement: Measurement, prior: Prior, kept: Mask, held: Ints) -> 
     tools = measurement.tools
     training = np.array(kept)
     training[held] = False
-    held = held[_foreseen(tools.station, held, training)]
+    held = held[_are_foreseen(tools.station, held, training)]
     if not len(held):
         return None
     found = fit(measurement, prior, training)
@@ -282,13 +284,13 @@ def _predict(measurement: Measurement, prior: Prior, kept: Mask, held: Ints) -> 
     return _Predicted(blocks.off, variance, probability)
 
 
-def _foreseen(station: Ints, held: Ints, training: Mask) -> Mask:
+def _are_foreseen(station: Ints, held: Ints, training: Mask) -> Mask:
     """Which held rows are measured from a place that the others know too."""
     known = set(station[training[: len(station)]].tolist()) | {-1}
     return np.array([int(station[row]) in known for row in held], dtype=bool)
 
 
-def _norms(off: Array) -> Array:
+def _compute_norms(off: Array) -> Array:
     """Lengths of what was measured of vectors (n, k); NaN where nothing was."""
     measured = np.isfinite(off).any(axis=1)
     return np.where(measured, np.sqrt(np.nansum(off**2, axis=1)), np.nan)

@@ -32,7 +32,7 @@ def machine_text(raw: bytes, deviations: Deviations, source: str, file_name: str
         VP501: the file writes [as_built] in a way that cannot be replaced line by line.
     """
     text = text_of(raw)
-    kept = "".join(_without_as_built(text)).rstrip() + "\n"
+    kept = "".join(_drop_as_built(text)).rstrip() + "\n"
     written = kept + "\n" + "".join(as_built_lines(deviations, source))
     before: dict[str, Any] = tomllib.loads(text)
     before.pop("as_built", None)
@@ -49,7 +49,7 @@ def machine_text(raw: bytes, deviations: Deviations, source: str, file_name: str
     return written
 
 
-def _without_as_built(text: str) -> Iterator[str]:
+def _drop_as_built(text: str) -> Iterator[str]:
     """The lines of a file but for those under [as_built]."""
     inside = False
     for line in text.splitlines(keepends=True):

@@ -28,16 +28,16 @@ class AsBuiltModel(Struct, frozen=True, eq=False):
 
     def predict(self, deviations: Array, joints: Array, length: Array) -> Prediction:
         """Where the tool is."""
-        return Prediction(*self._with(deviations).forward(joints, length))
+        return Prediction(*self._make_machine_with(deviations).forward(joints, length))
 
     def rates(self, deviations: Array, joints: Array, length: Array) -> tuple[Prediction, ToolRates]:
         """Where the tool is, and its derivatives by the deviations and by the joints."""
-        machine = self._with(deviations)
+        machine = self._make_machine_with(deviations)
         platform, ok = machine.platform(joints)
         pose = PlatformPose(platform.position.T, np.moveaxis(platform.matrix(), 0, -1), ok)
         from_platform = np.broadcast_to(length, ok.shape) + machine.nose_offset
         rates = tool_rates(machine.geometry, pose, joints[:, :3].T, joints[:, 3:].T, from_platform)
         return Prediction(*machine.forward(joints, length)), rates
 
-    def _with(self, deviations: Array) -> AsBuiltMachine:
+    def _make_machine_with(self, deviations: Array) -> AsBuiltMachine:
         return self.machine.with_deviations(Deviations.from_vector(deviations))

@@ -133,9 +133,9 @@ def choose_poses(
     covariance = np.eye(weight.shape[0])
     chosen: list[int] = []
     while len(chosen) < count:
-        best = _best(design, covariance, weight, chosen)
+        best = _find_best_candidate(design, covariance, weight, chosen)
         chosen.append(best)
-        covariance = _with(covariance, design[best])
+        covariance = _update_covariance(covariance, design[best])
     error = float(np.einsum("pq,pq->", weight, covariance))
     for _ in range(ROUNDS):
         before = error
@@ -143,15 +143,15 @@ def choose_poses(
             rest = [other for k, other in enumerate(chosen) if k != place]
             rows = design[rest].reshape(-1, weight.shape[0])
             without = np.asarray(np.linalg.inv(np.eye(weight.shape[0]) + rows.T @ rows), dtype=np.float64)
-            chosen[place] = _best(design, without, weight, rest)
-            covariance = _with(without, design[chosen[place]])
+            chosen[place] = _find_best_candidate(design, without, weight, rest)
+            covariance = _update_covariance(without, design[chosen[place]])
         error = float(np.einsum("pq,pq->", weight, covariance))
         if error > (1.0 - GAIN) * before:
             break
     return chosen, np.sqrt(np.einsum("nkp,pq,nkq->n", seen, covariance, seen))
 
 
-def _best(design: Array, covariance: Array, weight: Array, chosen: list[int]) -> int:
+def _find_best_candidate(design: Array, covariance: Array, weight: Array, chosen: list[int]) -> int:
     """The candidate whose reading takes most away from the mean square error."""
     flat = design.reshape(-1, len(covariance)) @ covariance  # (3n, p): one product in place of n small ones
     moved, weighed = flat.reshape(design.shape), (flat @ weight).reshape(design.shape)
@@ -162,7 +162,7 @@ def _best(design: Array, covariance: Array, weight: Array, chosen: list[int]) ->
     return int(np.argmax(gain))
 
 
-def _with(covariance: Array, rows: Array) -> Array:
+def _update_covariance(covariance: Array, rows: Array) -> Array:
     """The covariance (p, p) once a reading with these derivatives (3, p), in its uncertainties, is known."""
     moved = covariance @ rows.T
     spread = np.eye(len(rows)) + rows @ moved

@@ -29,10 +29,10 @@ def tool_errors(model: AsBuiltModel, deviations: Array, joints: Array, poses: Wo
     """How far a machine with these deviations (58,) is from poses (n,) when it stands at ``joints`` (n, 5)."""
     found = model.predict(deviations, joints, poses.length)
     wanted = axis_of_angles(poses.angles[:, 0], poses.angles[:, 1])
-    return ToolErrors(np.linalg.norm(found.tip - poses.tip, axis=1), _angle(found.axis, wanted))
+    return ToolErrors(np.linalg.norm(found.tip - poses.tip, axis=1), _compute_angles(found.axis, wanted))
 
 
-def _angle(one: Array, other: Array) -> Array:
+def _compute_angles(one: Array, other: Array) -> Array:
     """Small angles between unit vectors (..., 3), rad."""
     return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(one - other, axis=-1), 1.0)))
 
@@ -81,10 +81,12 @@ def errors_after(machine: AsBuiltMachine, found: Array, factor: Array, poses: Wo
     wanted = axis_of_angles(poses.angles[:, 0], poses.angles[:, 1])
     left = at.axis - wanted
     errors = ToolErrors(np.linalg.norm(tip, axis=1), np.linalg.norm(left[:, :, None] + axis, axis=1))
-    return ErrorsAfter(errors, np.linalg.norm(axis, axis=1), np.linalg.norm(_without_rigid(tip, poses.tip), axis=1))
+    return ErrorsAfter(
+        errors, np.linalg.norm(axis, axis=1), np.linalg.norm(_remove_rigid_motion(tip, poses.tip), axis=1)
+    )
 
 
-def _without_rigid(moved: Array, point: Array) -> Array:
+def _remove_rigid_motion(moved: Array, point: Array) -> Array:
     """Small displacements (n, 3, d) of points (n, 3) without the shift and turn that comes nearest to each of the d."""
     turned = -np.cross(point[:, None, :], np.eye(3)[None]).transpose(0, 2, 1)  # by turns about x, y, z
     basis = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned], axis=2).reshape(-1, 6)

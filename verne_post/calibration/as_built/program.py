@@ -51,10 +51,10 @@ def reached_from(machine: Machine, middle: Array, poses: WorkspacePoses) -> Mask
     """Poses (n,) to which the straight way from the middle pose, with their own C, is legal."""
     n = len(poses.length)
     upright = np.stack([np.zeros(n), poses.angles[:, 1]], axis=1)
-    return _way_legal(machine, np.broadcast_to(middle, (n, 3)), upright, poses.tip, poses.angles, poses.length)
+    return _is_way_legal(machine, np.broadcast_to(middle, (n, 3)), upright, poses.tip, poses.angles, poses.length)
 
 
-def _way_legal(machine: Machine, tip0: Array, angles0: Array, tip1: Array, angles1: Array, length: Array) -> Mask:
+def _is_way_legal(machine: Machine, tip0: Array, angles0: Array, tip1: Array, angles1: Array, length: Array) -> Mask:
     """Ways (n,) whose tried points are all legal."""
     share = np.linspace(0.0, 1.0, POINTS)[:, None, None]
     tip = tip0 + share * (tip1 - tip0)
@@ -80,7 +80,7 @@ def order_poses(machine: Machine, poses: WorkspacePoses) -> tuple[list[int], lis
         while len(left):
             time = (np.abs(poses.joints[left] - poses.joints[at]) / machine.limits.velocity).max(axis=1)
             here = np.broadcast_to(poses.tip[at], (len(left), 3)), np.broadcast_to(poses.angles[at], (len(left), 2))
-            straight = _way_legal(machine, *here, poses.tip[left], poses.angles[left], poses.length[left])
+            straight = _is_way_legal(machine, *here, poses.tip[left], poses.angles[left], poses.length[left])
             over.append(not straight.any())
             at = int(left[np.argmin(np.where(straight, time, np.inf) if straight.any() else time)])
             order.append(at)

@@ -66,7 +66,7 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
         tip = np.array([number(name) if row[name] else math.nan for name in TIP])
         axis = np.full(3, math.nan)
         if any(row.get(name) for name in AXIS):
-            axis = _unit(np.array([number(name) for name in AXIS]), line, mistakes)
+            axis = _normalise_axis(np.array([number(name) for name in AXIS]), line, mistakes)
         if not (np.isfinite(tip).any() or np.isfinite(axis).any()):
             blank += 1
             continue
@@ -99,7 +99,7 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
     ), blank
 
 
-def _unit(axis: Array, line: int, mistakes: list[Finding]) -> Array:
+def _normalise_axis(axis: Array, line: int, mistakes: list[Finding]) -> Array:
     length = float(np.linalg.norm(axis))
     if math.isfinite(length) and abs(length - 1.0) > VECTOR_LENGTH:
         text = f"i, j, k has the length {length:.6f}; expected a unit vector from the tip to the spindle"
@@ -139,7 +139,7 @@ def read_length_readings(raw: bytes) -> tuple[LengthReading, ...]:
     return tuple(found)
 
 
-def _length_names() -> dict[str, tuple[str, tuple[int, ...]]]:
+def _list_length_names() -> dict[str, tuple[str, tuple[int, ...]]]:
     """Lengths by name. Ends of two legs stand on sliders of their own, so their distance is none of the machine's."""
     n = len(RODS)
     names: dict[str, tuple[str, tuple[int, ...]]] = {f"rod {rod + 1}": ("rod", (rod,)) for rod in range(n)}
@@ -148,7 +148,7 @@ def _length_names() -> dict[str, tuple[str, tuple[int, ...]]]:
     return names
 
 
-_LENGTH_NAMES: Final = _length_names()
+_LENGTH_NAMES: Final = _list_length_names()
 
 
 def reading_lines(machine: Machine, joints: Array, length: Array, tip: Array) -> Iterator[str]:

@@ -25,18 +25,18 @@ def calibration_json(report: CalibrationReport) -> str:
         "source": report.source,
         "machine": {"name": report.machine.name, "kind": report.machine.kind, "sha256": report.machine.sha256},
         "readings": {"tools": len(measurement.tools), "lengths": len(measurement.lengths), "blank": report.blank},
-        "left_out": [_bad(report, bad) for bad in result.bad],
+        "left_out": [_convert_bad_reading(report, bad) for bad in result.bad],
         "converged": fit.converged,
         "chi_square": fit.chi_square,
         "degrees_of_freedom": fit.freedom,
         "probability": _number(fit.probability),
-        "held_out": None if result.held is None else _held(result.held),
+        "held_out": None if result.held is None else _convert_held_readings(result.held),
         "contradicted": result.contradicted,
         "workspace": {
-            "before": _errors(result.before),
-            "after": _errors(result.after.errors),
-            "unknown_axis_deg": _quantiles(DEG_PER_RAD * result.after.unknown_axis),
-            "but_for_place_mm": _quantiles(result.after.shape),
+            "before": _convert_errors(result.before),
+            "after": _convert_errors(result.after.errors),
+            "unknown_axis_deg": _convert_quantiles(DEG_PER_RAD * result.after.unknown_axis),
+            "but_for_place_mm": _convert_quantiles(result.after.shape),
         },
         "as_built": {
             key: (np.asarray(getattr(found, name)) / (MILLI if angle else 1.0)).tolist()
@@ -44,7 +44,7 @@ def calibration_json(report: CalibrationReport) -> str:
         },
         "determined": result.determined,
         "undetermined": [direction.coefficients for direction in result.undetermined],
-        "drift_mm": None if report.drift is None else _drift(report.drift),
+        "drift_mm": None if report.drift is None else _convert_drift(report.drift),
     }
     return json_text(data, 2, ensure_ascii=False) + "\n"
 
@@ -53,15 +53,15 @@ def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _quantiles(values: Array) -> dict[str, float]:
+def _convert_quantiles(values: Array) -> dict[str, float]:
     return dict(zip(("median", "p95", "max"), quantiles(values), strict=True))
 
 
-def _errors(errors: ToolErrors) -> dict[str, dict[str, float]]:
-    return {"tip_mm": _quantiles(errors.tip), "axis_deg": _quantiles(DEG_PER_RAD * errors.axis)}
+def _convert_errors(errors: ToolErrors) -> dict[str, dict[str, float]]:
+    return {"tip_mm": _convert_quantiles(errors.tip), "axis_deg": _convert_quantiles(DEG_PER_RAD * errors.axis)}
 
 
-def _bad(report: CalibrationReport, bad: BadReading) -> dict[str, Any]:
+def _convert_bad_reading(report: CalibrationReport, bad: BadReading) -> dict[str, Any]:
     tools, lengths = report.measurement.tools, report.measurement.lengths
     if bad.block >= len(tools):
         return {"length_line": lengths[bad.block - len(tools)].line, "off_mm": [_number(bad.off[0])]}
@@ -69,16 +69,16 @@ def _bad(report: CalibrationReport, bad: BadReading) -> dict[str, Any]:
     return {"line": int(tools.line[bad.block]), "off_mm": [_number(v) for v in bad.off[:3]], "axis_off_mrad": axis}
 
 
-def _held(held: HeldOut) -> dict[str, Any]:
+def _convert_held_readings(held: HeldOut) -> dict[str, Any]:
     return {
-        "tip_mm": _quantiles(held.tip) if len(held.tip) else None,
+        "tip_mm": _convert_quantiles(held.tip) if len(held.tip) else None,
         "expected_rms_mm": held.expected_tip,
-        "axis_deg": _quantiles(DEG_PER_RAD * held.axis) if len(held.axis) else None,
+        "axis_deg": _convert_quantiles(DEG_PER_RAD * held.axis) if len(held.axis) else None,
         "probability": held.probability,
     }
 
 
-def _drift(drift: Drift) -> dict[str, Any]:
+def _convert_drift(drift: Drift) -> dict[str, Any]:
     return {
         "growth": drift.growth.tolist(),
         "growth_uncertainty": drift.growth_sigma.tolist(),

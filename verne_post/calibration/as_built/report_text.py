@@ -38,10 +38,10 @@ class CalibrationReport(Struct, frozen=True):
 
 def calibration_text(report: CalibrationReport) -> str:
     """The whole report as lines of text."""
-    return "".join(line + "\n" for line in _lines(report))
+    return "".join(line + "\n" for line in _write_lines(report))
 
 
-def _lines(report: CalibrationReport) -> Iterator[str]:
+def _write_lines(report: CalibrationReport) -> Iterator[str]:
     measurement, result = report.measurement, report.result
     tools = measurement.tools
     tips, axes = (int(np.isfinite(values).any(axis=1).sum()) for values in (tools.tip, tools.axis))
@@ -53,18 +53,18 @@ def _lines(report: CalibrationReport) -> Iterator[str]:
     if report.blank:
         yield f"{report.blank} row{'s' if report.blank > 1 else ''} without a measured value: not used"
     for bad in result.bad:
-        yield _bad_line(measurement, bad)
-    yield from _quality(report)
+        yield _describe_bad_reading(measurement, bad)
+    yield from _describe_quality(report)
     yield ""
-    yield from _workspace(result, measurement.stations)
+    yield from _describe_workspace(result, measurement.stations)
     yield ""
     if report.drift is not None:
-        yield from _drift(report.drift)
+        yield from _describe_drift(report.drift)
         return
     yield from _open(result)
 
 
-def _bad_line(measurement: Measurement, bad: BadReading) -> str:
+def _describe_bad_reading(measurement: Measurement, bad: BadReading) -> str:
     """A reading that was left out, and how far it is from what the others say."""
     tools = measurement.tools
     if bad.block >= len(tools):
@@ -76,7 +76,7 @@ def _bad_line(measurement: Measurement, bad: BadReading) -> str:
     return f"left out: line {tools.line[bad.block]}, from what the others say: {', '.join(named)}"
 
 
-def _quality(report: CalibrationReport) -> Iterator[str]:
+def _describe_quality(report: CalibrationReport) -> Iterator[str]:
     result = report.result
     fit, held = result.fit, result.held
     if not fit.converged:
@@ -102,26 +102,26 @@ def _quality(report: CalibrationReport) -> Iterator[str]:
         yield f"tool axis off by {median:.4f} mrad median, {high:.4f} mrad 95 %, {worst:.4f} mrad at most"
 
 
-def _workspace(result: Calibration, stations: int) -> Iterator[str]:
+def _describe_workspace(result: Calibration, stations: int) -> Iterator[str]:
     after = result.after
     yield f"{'predicted over the workspace':<34}{'tip um: median':>15}{'95 %':>8}{'max':>8}{'axis deg: median':>19}{'95 %':>9}{'max':>9}"
     for name, errors in (
         ("before, with the file in use", result.before),
         ("after, with the file written", after.errors),
     ):
-        yield f"{name:<34}{_tip(errors.tip)}{_axis(errors.axis)}"
-    yield f"{'  of it not known':<34}{_tip(after.errors.tip)}{_axis(after.unknown_axis)}"
+        yield f"{name:<34}{_format_tip_error(errors.tip)}{_format_axis_error(errors.axis)}"
+    yield f"{'  of it not known':<34}{_format_tip_error(after.errors.tip)}{_format_axis_error(after.unknown_axis)}"
     if stations:  # where the table frame is was not measured; the place of the part is, when its work offset is
-        yield f"{'  but for the place of the part':<34}{_tip(after.shape)}"
+        yield f"{'  but for the place of the part':<34}{_format_tip_error(after.shape)}"
     yield "the axis error that is known and left is what A cannot correct while C stays as programmed (--correct-axis)"
 
 
-def _tip(values: Array) -> str:
+def _format_tip_error(values: Array) -> str:
     median, high, worst = (UM * value for value in quantiles(values))
     return f"{median:>15.1f}{high:>8.1f}{worst:>8.1f}"
 
 
-def _axis(values: Array) -> str:
+def _format_axis_error(values: Array) -> str:
     median, high, worst = (DEG_PER_RAD * value for value in quantiles(values))
     return f"{median:>19.4f}{high:>9.4f}{worst:>9.4f}"
 
@@ -141,7 +141,7 @@ def _open(result: Calibration) -> Iterator[str]:
     yield f"the largest part of the tip error that is left ({100 * result.left_share:.0f} % of its square): {named} (in tolerances)"
 
 
-def _drift(drift: Drift) -> Iterator[str]:
+def _describe_drift(drift: Drift) -> Iterator[str]:
     yield "drift since the calibration (uncertainty), mm:"
     for name, values, spread in (
         ("growth of the rods", drift.growth, drift.growth_sigma),

@@ -54,24 +54,24 @@ def see_from_stations(tip: Array, axis: Array, station: Ints, unknowns: Array) -
         c and w of each station.
     """
     known = np.concatenate([unknowns, np.zeros((1, SIZE))])[station]
-    turn = _rotations(known[:, 3:]).transpose(0, 2, 1)
+    turn = _make_rotations(known[:, 3:]).transpose(0, 2, 1)
     from_here = tip - known[:, :3]
     inside = (station >= 0)[:, None, None]
-    by_tip = np.concatenate([-turn, turn @ _skew(from_here)], axis=2) * inside
-    by_axis = np.concatenate([np.zeros_like(turn), turn @ _skew(axis)], axis=2) * inside
+    by_tip = np.concatenate([-turn, turn @ _make_skew_matrices(from_here)], axis=2) * inside
+    by_axis = np.concatenate([np.zeros_like(turn), turn @ _make_skew_matrices(axis)], axis=2) * inside
     tip_seen, axis_seen = ((turn @ vector[..., None])[..., 0] for vector in (from_here, axis))
     return Seen(tip_seen, axis_seen, turn, by_tip, by_axis)
 
 
-def _skew(vector: Array) -> Array:
+def _make_skew_matrices(vector: Array) -> Array:
     """Matrices (n, 3, 3) that make the cross product with vectors (n, 3)."""
     return np.cross(vector[:, None, :], np.eye(3)[None], axis=2).transpose(0, 2, 1)
 
 
-def _rotations(turn: Array) -> Array:
+def _make_rotations(turn: Array) -> Array:
     """Rotations (n, 3, 3) by vectors (n, 3): axis times angle."""
     angle = np.linalg.norm(turn, axis=1)[:, None, None]
-    k = _skew(turn)
+    k = _make_skew_matrices(turn)
     # sin x / x and (1 - cos x) / x^2, also where x is 0
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * (k @ k))
 

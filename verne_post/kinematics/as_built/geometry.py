@@ -70,7 +70,7 @@ class AsBuiltGeometry(Struct, frozen=True, eq=False):
     nose_offset: float
 
 
-def _unit(x: float, y: float, z: float) -> Array:
+def _normalise(x: float, y: float, z: float) -> Array:
     vector = np.array([x, y, z])
     return vector / np.linalg.norm(vector)
 
@@ -96,7 +96,7 @@ def place_parts(
 ) -> AsBuiltGeometry:
     """The parts of a machine whose nominal places and deviations from them are given."""
     platform, slider, rods = nominal_ends(module, places)
-    guides = np.array([_unit(x, y, 1.0) for x, y in deviations.guides])
+    guides = np.array([_normalise(x, y, 1.0) for x, y in deviations.guides])
     tilt_y, tilt_z = deviations.tilt_place
     rotary_x, rotary_y = deviations.rotary_place
     return AsBuiltGeometry(
@@ -104,11 +104,11 @@ def place_parts(
         slider_ends=slider + deviations.slider_ends,
         rods=rods + deviations.rod_lengths,
         guides=guides[LEG],
-        spindle=_unit(deviations.spindle[0], deviations.spindle[1], 1.0),
+        spindle=_normalise(deviations.spindle[0], deviations.spindle[1], 1.0),
         pivot=np.asarray(table.pivot, dtype=float),
         tilt_origin=np.array([0.0, tilt_y, tilt_z]),
-        tilt_axis=_unit(1.0, deviations.tilt_direction[0], deviations.tilt_direction[1]),
+        tilt_axis=_normalise(1.0, deviations.tilt_direction[0], deviations.tilt_direction[1]),
         rotary_origin=np.add(table.rotary_offset, [rotary_x, rotary_y, 0.0]),
-        rotary_axis=_unit(deviations.rotary_direction[0], deviations.rotary_direction[1], 1.0),
+        rotary_axis=_normalise(deviations.rotary_direction[0], deviations.rotary_direction[1], 1.0),
         nose_offset=table.nose_offset,
     )

@@ -114,7 +114,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         for first in range(0, n, inverse.CHUNK):
             part = slice(first, first + inverse.CHUNK)
             found, turn = self._solve_chunk(flat, part)
-            q[part] = _joints(flat.angles[:, part], found, turn)
+            q[part] = _assemble_joints(flat.angles[:, part], found, turn)
             position[part] = found.position.T
             rotation[part] = angles_of_rotation(found.rotation)
         ok, shape = np.isfinite(q[:, 0]), flat.shape
@@ -128,7 +128,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         for first in range(0, len(q), inverse.CHUNK):
             part = slice(first, first + inverse.CHUNK)
             found, turn = self._solve_chunk(flat, part)
-            q[part] = _joints(flat.angles[:, part], found, turn)
+            q[part] = _assemble_joints(flat.angles[:, part], found, turn)
         return q.reshape(*flat.shape, 5)
 
     def _flatten(self, tip: Array, angles: Array, tool_length: Array | float) -> _Flat:
@@ -177,7 +177,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
             pose = inverse.stand_on_table(self.geometry, tip, angles, angles[1] + turn, length)
             found = inverse.solve_platform(self.geometry, pose, rotation, side)
             axis = pose.axis_along + pose.axis_upright
-            rate = self.geometry.tilt_axis @ inverse.cross(self._rotary_axis_upright(angles[0]), axis)
+            rate = self.geometry.tilt_axis @ inverse.cross(self._compute_rotary_axis_upright(angles[0]), axis)
             step = found.across / rate
             turn, rotation = turn + step, found.rotation
             if bool((np.abs(step) < CORRECTION_STEP).all()):
@@ -186,7 +186,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         pose = inverse.stand_on_table(self.geometry, tip, angles, taken, length)
         return taken, inverse.solve_platform(self.geometry, pose, rotation, side)
 
-    def _rotary_axis_upright(self, tilt: Array) -> Array:
+    def _compute_rotary_axis_upright(self, tilt: Array) -> Array:
         """Directions of the rotary axis (3, n) in the upright frame with joint A at ``tilt`` (n,)."""
         axis = np.broadcast_to(self.geometry.rotary_axis[:, None], (3, len(tilt)))
         return inverse.turn_about(self.geometry.tilt_axis, axis, np.cos(tilt), np.sin(tilt))
@@ -212,7 +212,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
                 share = np.zeros(1) if self.correction is None else self.correction.share(angles[0])
                 if share[0] > 0:
                     turn, found = self._correct(tip[:, None], angles, length, share, found.rotation, side)
-            q = _joints(angles, found, turn)[0]
+            q = _assemble_joints(angles, found, turn)[0]
             if np.isfinite(q).all():
                 tilt = float(angles_of_rotation(found.rotation)[0, 0])
                 solutions.append(replace(one, q=tuple(float(value) for value in q), alpha=tilt))
@@ -282,13 +282,13 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         length = np.broadcast_to(np.asarray(tool_length, dtype=float), shape).reshape(-1)
         pose = self._platform(flat)
         tip, axis = (part.T for part in tool_on_table(self.geometry, pose, flat[:, -2:].T, length + self.nose_offset))
-        angles = self._programmed_angles(flat, axis)
+        angles = self._compute_programmed_angles(flat, axis)
         if self.correction is not None:
-            angles = self._programmed_by_correction(self.correction, flat, tip, axis, angles, length)
+            angles = self._solve_programmed_by_correction(self.correction, flat, tip, axis, angles, length)
         ok = pose.ok & np.isfinite(angles[:, 0])
         return tip.reshape(*shape, 3), angles.reshape(*shape, 2), axis.reshape(*shape, 3), ok.reshape(shape)
 
-    def _programmed_angles(self, q: Array, axis: Array) -> Array:
+    def _compute_programmed_angles(self, q: Array, axis: Array) -> Array:
         """Nominal A and C (n, 2) of true axes (n, 3) on the table, where C is as programmed."""
         geometry, c, s = self.geometry, np.cos(q[:, 4]), np.sin(q[:, 4])
         zero, one = np.zeros_like(c), np.ones_like(c)
@@ -302,7 +302,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         a += 2 * np.pi * np.round((q[:, 3] - a) / (2 * np.pi))
         return np.stack([a, q[:, 4]], axis=1)
 
-    def _programmed_by_correction(
+    def _solve_programmed_by_correction(
         self, correction: AxisCorrection, q: Array, tip: Array, axis: Array, angles: Array, length: Array
     ) -> Array:
         """Nominal angles (n, 2) where C takes a share: from the axis where it takes all, else by repeated solution."""
@@ -403,7 +403,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         return parallel, serial
 
 
-def _joints(angles: Array, found: inverse.PlatformSolution, turn: Array) -> Array:
+def _assemble_joints(angles: Array, found: inverse.PlatformSolution, turn: Array) -> Array:
     """Joint values (n, 5), NaN where there is no solution."""
     turn = np.where(np.isfinite(found.tilt), turn, np.nan)
     return np.column_stack([found.rho.T, angles[0] + found.tilt, turn])

@@ -17,7 +17,7 @@ from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry
 from verne_post.model.deviations import ENTRIES
 
 
-def _places() -> dict[str, slice]:
+def _index_parameters() -> dict[str, slice]:
     places, first = {}, 0
     for name, (_key, shape, _angle) in ENTRIES.items():
         places[name] = slice(first, first + int(np.prod(shape)))
@@ -26,7 +26,7 @@ def _places() -> dict[str, slice]:
 
 
 #: Where each entry of the deviations stands among all 58 parameters.
-PLACES: Final = _places()
+PLACES: Final = _index_parameters()
 #: Number of parameters.
 COUNT: Final = max(place.stop for place in PLACES.values())
 
@@ -63,10 +63,10 @@ def tool_rates(geometry: AsBuiltGeometry, pose: PlatformPose, rho: Array, angles
         From P to the tip, mm.
     """
     spindle = np.einsum("kjn,j->nk", pose.rotation, geometry.spindle)
-    moved = _pose_rates(geometry, pose, rho)  # (n, 6, 58 + 5)
+    moved = _compute_pose_rates(geometry, pose, rho)  # (n, 6, 58 + 5)
     by_turn = np.cross(moved[:, 3:], spindle[:, :, None], axis=1)
     # the spindle's own direction, in the platform
-    own = np.einsum("kjn,jp->nkp", pose.rotation, _unit_rates(geometry.spindle, (0, 1)))
+    own = np.einsum("kjn,jp->nkp", pose.rotation, _compute_unit_rates(geometry.spindle, (0, 1)))
     by_turn[:, :, PLACES["spindle"]] += own
     tip = MIRROR[:, None] * (moved[:, :3] + length[:, None, None] * by_turn)
     axis = -MIRROR[:, None] * by_turn
@@ -74,13 +74,13 @@ def tool_rates(geometry: AsBuiltGeometry, pose: PlatformPose, rho: Array, angles
     return _carry_over(geometry, upright.T, -MIRROR * spindle, angles, tip, axis)
 
 
-def _unit_rates(unit: Array, free: tuple[int, int]) -> Array:
+def _compute_unit_rates(unit: Array, free: tuple[int, int]) -> Array:
     """Derivatives (3, 2) of the unit vector along (x, y, 1), or (1, y, z), by its two free components."""
     fixed = ({0, 1, 2} - set(free)).pop()
     return np.stack([(np.eye(3)[k] - unit * unit[k]) * unit[fixed] for k in free], axis=1)
 
 
-def _pose_rates(geometry: AsBuiltGeometry, pose: PlatformPose, rho: Array) -> Array:
+def _compute_pose_rates(geometry: AsBuiltGeometry, pose: PlatformPose, rho: Array) -> Array:
     """P (mm) and the turn of the platform (rad), (n, 6), by the 58 parameters and the five joints: (n, 6, 63)."""
     rods, arms = rod_vectors(geometry, rho, pose.position, pose.rotation)
     moments = np.cross(arms, rods, axis=0)
@@ -94,7 +94,7 @@ def _pose_rates(geometry: AsBuiltGeometry, pose: PlatformPose, rho: Array) -> Ar
     rates[:, :, PLACES["slider_ends"]] = -(follow[..., None] * rods[:, None]).reshape(n, 6, 18)
     rates[:, :, PLACES["rod_lengths"]] = -follow * geometry.rods
     for rod, leg in enumerate(LEG):
-        tangent = _unit_rates(geometry.guides[rod], (0, 1))
+        tangent = _compute_unit_rates(geometry.guides[rod], (0, 1))
         by_guide = -rho[leg][:, None] * (rods[:, rod] @ tangent)
         by_slider = -(rods[:, rod] @ geometry.guides[rod])
         first = PLACES["guides"].start + 2 * leg
@@ -112,7 +112,7 @@ def _carry_over(
     """
     n = len(upright)
     a, c = angles
-    tilted, turned = _matrices(geometry.tilt_axis, -a), _matrices(geometry.rotary_axis, -c)
+    tilted, turned = _make_rotations(geometry.tilt_axis, -a), _make_rotations(geometry.rotary_axis, -c)
     both = turned @ tilted
     tip, axis = both @ tip, both @ axis
     from_tilt = upright - geometry.tilt_origin
@@ -125,9 +125,9 @@ def _carry_over(
         ("tilt_direction", geometry.tilt_axis, (1, 2), -a, from_tilt, direction, turned),
         ("rotary_direction", geometry.rotary_axis, (0, 1), -c, on_tilt, axis_on_tilt, np.eye(3)),
     ):
-        tangent = _unit_rates(unit, free)
-        tip[:, :, PLACES[name]] += after @ _turned_rates(unit, tangent, point, angle)
-        axis[:, :, PLACES[name]] += after @ _turned_rates(unit, tangent, vector, angle)
+        tangent = _compute_unit_rates(unit, free)
+        tip[:, :, PLACES[name]] += after @ _compute_turned_rates(unit, tangent, point, angle)
+        axis[:, :, PLACES[name]] += after @ _compute_turned_rates(unit, tangent, vector, angle)
     for column, unit, point, vector, after in (
         (COUNT + 3, geometry.tilt_axis, (tilted @ from_tilt[..., None])[..., 0], axis_on_tilt, turned),
         (COUNT + 4, geometry.rotary_axis, (turned @ on_tilt[..., None])[..., 0],
@@ -138,7 +138,7 @@ def _carry_over(
     return ToolRates(tip[:, :, :COUNT], axis[:, :, :COUNT], tip[:, :, COUNT:], axis[:, :, COUNT:])
 
 
-def _matrices(unit: Array, angle: Array) -> Array:
+def _make_rotations(unit: Array, angle: Array) -> Array:
     """Rotations (n, 3, 3) about a unit vector by angles (n,)."""
     skew = np.cross(unit, np.eye(3)).T  # skew @ w = unit x w
     outer = np.outer(unit, unit)
@@ -146,7 +146,7 @@ def _matrices(unit: Array, angle: Array) -> Array:
     return np.asarray(outer + (np.eye(3) - outer) * c + skew * s)
 
 
-def _turned_rates(unit: Array, tangent: Array, vector: Array, angle: Array) -> Array:
+def _compute_turned_rates(unit: Array, tangent: Array, vector: Array, angle: Array) -> Array:
     """Vectors (n, 3) turned about ``unit``: derivatives (n, 3, 2) where the unit vector changes by ``tangent`` (3, 2)."""
     less, s = (1.0 - np.cos(angle))[:, None, None], np.sin(angle)[:, None, None]
     along = vector @ unit

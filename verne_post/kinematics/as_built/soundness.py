@@ -31,15 +31,15 @@ def find_fault(machine: AsBuiltMachine, travel: Array, smallest_drop: float) -> 
     str or None
         The largest deviation without which the machine works, or where none alone is enough the largest, with its size.
     """
-    q = _places(machine, travel, smallest_drop)
-    if _works(machine, q):
+    q = _sample_joints(machine, travel, smallest_drop)
+    if _can_close(machine, q):
         return None
     size = machine.deviations.to_vector() / np.where(IS_ANGLE, _SIZE_RAD, _SIZE_MM)
     order = [int(k) for k in np.argsort(-np.abs(size)) if size[k] != 0.0]
     for k in order:
         vector = machine.deviations.to_vector()
         vector[k] = 0.0
-        if _works(machine.with_deviations(Deviations.from_vector(vector)), q):
+        if _can_close(machine.with_deviations(Deviations.from_vector(vector)), q):
             return _name(machine.deviations, k)
     return _name(machine.deviations, order[0])
 
@@ -50,7 +50,7 @@ def _name(deviations: Deviations, index: int) -> str:
     return f"{PARAMETERS[index]} = {shown:g} {unit}"
 
 
-def _places(machine: AsBuiltMachine, travel: Array, smallest_drop: float) -> Array:
+def _sample_joints(machine: AsBuiltMachine, travel: Array, smallest_drop: float) -> Array:
     """Joint values (n, 5) at which the nominal machine closes."""
     each = [np.linspace(low, high, PLACES) for low, high in travel]
     rho = np.stack(np.meshgrid(*each, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -62,7 +62,7 @@ def _places(machine: AsBuiltMachine, travel: Array, smallest_drop: float) -> Arr
     return np.concatenate([np.column_stack([rho[ok], np.tile(pair, (int(ok.sum()), 1))]) for pair in _ANGLES])
 
 
-def _works(machine: AsBuiltMachine, q: Array) -> bool:
+def _can_close(machine: AsBuiltMachine, q: Array) -> bool:
     """Whether the rods close at joint values (n, 5), and the inverse leads back to them."""
     tip, angles, ok = machine.nominal(q, 0.0)
     if not ok.all():

@@ -42,7 +42,7 @@ class Clearance:
     ) -> None:
         self.bodies, self.module, self.slack, self.spindle = bodies, module, LIMIT_SLACK_MM, spindle
         self.nose_offset, self.table_radius = nose_offset, table_radius
-        listed = self._listed()
+        listed = self._list_clearances()
         self.names: tuple[Margin, ...] = tuple(margin for margin, _share, _group in listed)
         #: How much each margin changes at most while the points of its group move by 1 mm.
         self.reach: Array = np.array([share for _margin, share, _group in listed])
@@ -51,12 +51,12 @@ class Clearance:
         #: Group of points that carries each margin.
         self.group: tuple[str, ...] = tuple(group for _margin, _share, group in listed)
 
-    def _listed(self) -> list[tuple[Margin, float, str]]:
+    def _list_clearances(self) -> list[tuple[Margin, float, str]]:
         bodies, module = self.bodies, self.module
         low = bodies.minimum
         listed: list[tuple[Margin, float, str]] = []
         if module is not None and bodies.rod_radius is not None:
-            for a, b in _leg_pairs(module):
+            for a, b in _list_leg_pairs(module):
                 what = f"distance of the rods of legs {a} and {b}" if a != b else f"distance of the two rods of leg {a}"
                 listed.append((Margin(what, "VP211", None, "mm", low, low), 2.0, "module"))
             if bodies.spindle_radius is not None:
@@ -108,25 +108,25 @@ class Clearance:
             start, end = module.rods(pose.q[:, :-2], platform)
             points += [*np.moveaxis(start, 1, 0), *np.moveaxis(end, 1, 0)]
             if bodies.rod_radius is not None:
-                columns += self._between_rods(module, start, end, bodies.rod_radius)
+                columns += self._measure_between_rods(module, start, end, bodies.rod_radius)
                 if bodies.spindle_radius is not None:
-                    columns += self._rods_to_spindle(module, start, end, nose, top, bodies.rod_radius)
+                    columns += self._measure_rods_to_spindle(module, start, end, nose, top, bodies.rod_radius)
         if bodies.spindle_radius is not None:
-            columns.append(_to_table(nose_on_table, top_on_table, self.table_radius) - bodies.spindle_radius)
+            columns.append(_measure_to_table(nose_on_table, top_on_table, self.table_radius) - bodies.spindle_radius)
         if bodies.tool_radius is not None:
-            columns.append(_flat_end_to_table(pose.tip, axis, bodies.tool_radius, self.table_radius))
+            columns.append(_bound_flat_end_to_table(pose.tip, axis, bodies.tool_radius, self.table_radius))
             on_table.append(bodies.tool_radius * axis)
         if module is not None and bodies.cone_centre is not None:
-            columns += self._cones(module, start, end, platform)
+            columns += self._measure_cones(module, start, end, platform)
             # rates of the three angles as a vector: at most this factor less than the rate of the rotation
             beta = float(np.nanmax(np.abs(platform.angles[:, 1]), initial=0.0))
             points.append(module.shortest_rod * np.sqrt(1.0 + np.sin(beta)) * platform.angles)
         return np.stack(columns, axis=1), {"module": np.stack(points, axis=1), "table": np.stack(on_table, axis=1)}
 
-    def _between_rods(self, module: RodModule, start: Array, end: Array, radius: Array) -> list[Array]:
+    def _measure_between_rods(self, module: RodModule, start: Array, end: Array, radius: Array) -> list[Array]:
         legs = np.array(module.rod_legs)
         columns = []
-        for a, b in _leg_pairs(module):
+        for a, b in _list_leg_pairs(module):
             pairs = [(i, j) for i in np.flatnonzero(legs == a) for j in np.flatnonzero(legs == b) if i < j]
             gaps = [
                 line_segment_distance(start[:, i], end[:, i], start[:, j], end[:, j]) - radius[i] - radius[j]
@@ -135,7 +135,7 @@ class Clearance:
             columns.append(np.min(gaps, axis=0))
         return columns
 
-    def _rods_to_spindle(
+    def _measure_rods_to_spindle(
         self, module: RodModule, start: Array, end: Array, nose: Array, top: Array, radius: Array
     ) -> list[Array]:
         legs = np.array(module.rod_legs)
@@ -146,7 +146,7 @@ class Clearance:
             for leg in dict.fromkeys(module.rod_legs)
         ]  # fmt: skip
 
-    def _cones(self, module: RodModule, start: Array, end: Array, platform: Platform) -> list[Array]:
+    def _measure_cones(self, module: RodModule, start: Array, end: Array, platform: Platform) -> list[Array]:
         """What is left of the cones, degrees: for each leg its worst rod."""
         assert self.bodies.cone_centre is not None
         rest_of_slider, rest_of_platform = module.directions(self.bodies.cone_centre)
@@ -166,7 +166,7 @@ class Clearance:
         return columns
 
 
-def _leg_pairs(module: RodModule) -> list[tuple[str, str]]:
+def _list_leg_pairs(module: RodModule) -> list[tuple[str, str]]:
     """Legs whose rods can come near each other; the rods of a parallelogram keep their distance."""
     legs = list(dict.fromkeys(module.rod_legs))
     pairs = [(leg, leg) for leg in legs if leg not in module.parallelograms]
@@ -203,7 +203,7 @@ def point_distance(point: Array, start: Array, end: Array) -> Array:
     return np.linalg.norm(point - start - share[:, None] * along, axis=-1)
 
 
-def _to_table(start: Array, end: Array, radius: float) -> Array:
+def _measure_to_table(start: Array, end: Array, radius: float) -> Array:
     """Distance of line segments (n, 3) from everything below z = 0 inside a radius, 0 where they reach into it."""
 
     def distance(share: Array) -> Array:
@@ -222,7 +222,7 @@ def _to_table(start: Array, end: Array, radius: float) -> Array:
     )
 
 
-def _flat_end_to_table(tip: Array, axis: Array, tool_radius: float, radius: float) -> Array:
+def _bound_flat_end_to_table(tip: Array, axis: Array, tool_radius: float, radius: float) -> Array:
     """Lower bound of the distance of a tool's flat end from the table; negative where it reaches into it.
 
     Every point of the rim is at least as high as the lowest one and at least ``|tip| - tool_radius`` from the centre;

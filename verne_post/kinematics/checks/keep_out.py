@@ -94,7 +94,9 @@ class KeepOut:
         self.shapes = tuple(shapes)
         self.bodies, self.five_axis, self.slack = bodies, five_axis, TOUCH_MM
         #: For each tool and part: distance of its ends from the tip (NaN: up to the gauge line) and radius; NaN: none.
-        self.parts = np.array([_of_shape(shape) for shape in shapes]).reshape(len(shapes), len(TOOL_PARTS), 3)
+        self.parts = np.array([_list_parts_of_shape(shape) for shape in shapes]).reshape(
+            len(shapes), len(TOOL_PARTS), 3
+        )
         self.thickest = float(np.nanmax(self.parts[:, :, 2], initial=0.0))
         known = [bool(np.isfinite(self.parts[:, k, 2]).any()) for k in range(len(TOOL_PARTS))]
         self.bodies_known = [part for part, is_known in zip(TOOL_PARTS, known, strict=True) if is_known]
@@ -105,7 +107,7 @@ class KeepOut:
         listed = [(body, box) for box in self.boxes for body in self.bodies_known]
         self.pairs = listed
         self.names: tuple[Margin, ...] = tuple(
-            Margin(f"distance of the {body} from {box.name}{_when(body, box)}", "VP216" if box.stock else "VP215", None, "mm",
+            Margin(f"distance of the {body} from {box.name}{_describe_when(body, box)}", "VP216" if box.stock else "VP215", None, "mm",
                    box.distance, box.distance)
             for body, box in listed
         )  # fmt: skip
@@ -131,7 +133,7 @@ class KeepOut:
         tip = nose - length[:, None] * axis
         points = {"tool": np.stack([tip, nose, self.thickest * axis], axis=1)}
         cylinders = {
-            part: self._part(index, pose, tip, length, axis)
+            part: self._place_tool_part(index, pose, tip, length, axis)
             for index, part in enumerate(TOOL_PARTS)
             if part in self.bodies_known
         }
@@ -146,16 +148,18 @@ class KeepOut:
             ]
             points["platform"] = np.stack(ends, axis=1)
             cylinders["platform"] = ends[0], ends[1], np.zeros(len(axis))
-        columns = [self._distance(body, box, cylinders[body], pose) for body, box in self.pairs]
+        columns = [self._measure_distance(body, box, cylinders[body], pose) for body, box in self.pairs]
         return np.stack(columns, axis=1), points
 
-    def _part(self, index: int, pose: Pose, tip: Array, length: Array, axis: Array) -> tuple[Array, Array, Array]:
+    def _place_tool_part(
+        self, index: int, pose: Pose, tip: Array, length: Array, axis: Array
+    ) -> tuple[Array, Array, Array]:
         """Both ends and radius of a part of the tool; NaN where the tool in use has no such part."""
         low, high, radius = self.parts[self.tool[pose.segment], index].T
         high = np.where(np.isnan(high), length, high)
         return tip + low[:, None] * axis, tip + high[:, None] * axis, radius
 
-    def _distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
+    def _measure_distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
         """Signed distances (n,); exact near the distance that the box requires."""
         start, end, radius = cylinder
         distance = np.full(len(start), FAR_MM)
@@ -178,7 +182,7 @@ class KeepOut:
         return distance
 
 
-def _of_shape(shape: ToolShape) -> Array:
+def _list_parts_of_shape(shape: ToolShape) -> Array:
     """Distances of both ends from the tip, and the radius, of every part; NaN as in :class:`KeepOut`."""
     parts = np.full((len(TOOL_PARTS), 3), np.nan)
     if not shape:
@@ -231,14 +235,16 @@ def build_keep_out(
     number = tool_of_moves(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)
     shapes = [_shape_of(int(one), options) for one in numbers]
-    lengths = np.array([_length_of(int(one), options) for one in numbers])
+    lengths = np.array([_find_length(int(one), options) for one in numbers])
     for one, shape, by_itself in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
         in_force = float(path.tool_length[number == one].max()) - options.lift
         _fits(int(one), shape, in_force if np.isnan(by_itself) else by_itself)
-    return KeepOut(standing, shapes, lengths, index, _entering(path, index), machine.bodies, machine.five_axis)
+    return KeepOut(
+        standing, shapes, lengths, index, _find_entering_rapids(path, index), machine.bodies, machine.five_axis
+    )
 
 
-def _when(body: str, box: Placed) -> str:
+def _describe_when(body: str, box: Placed) -> str:
     """When a body has to keep out of a box, where that is not always."""
     return " in a rapid traverse" if box.stock and body == "cutter" else ""
 
@@ -277,7 +283,7 @@ def _shape_of(number: int, options: Options) -> ToolShape:
     return (Cylinder("cutter", tool.diameter),) if tool is not None and tool.diameter > 0 else ()
 
 
-def _length_of(number: int, options: Options) -> float:
+def _find_length(number: int, options: Options) -> float:
     """Gauge line to tip of a tool by itself, also while G49 is in force; NaN where only the program gives it."""
     if options.tool_length is not None:
         return options.tool_length
@@ -293,7 +299,7 @@ def _fits(number: int, shape: ToolShape, length: float) -> None:
         raise InputError(finding("VP018", text))
 
 
-def _entering(path: ToolPath, tool: Ints) -> Mask:
+def _find_entering_rapids(path: ToolPath, tool: Ints) -> Mask:
     """Rapids in which a cutter must keep out of the stock, of segments with these tools (n,).
 
     All but straight ones along the tool axis that retract, or go back down into a hole which the tool has just drilled.

@@ -92,7 +92,7 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
         if (inside > -KEPT_RESERVE * reserve).all() and (best is None or np.linalg.norm(at) < np.linalg.norm(best)):
             best = at
         rows = slope @ problem.basis.T
-        share = _least_norm(rows, rows @ np.linalg.pinv(problem.basis.T) @ at - inside, 10 * problem.farthest)
+        share = _find_least_norm(rows, rows @ np.linalg.pinv(problem.basis.T) @ at - inside, 10 * problem.farthest)
         if share is None:
             return best
         goal = np.round(share @ problem.basis, SHIFT_DECIMALS)
@@ -136,7 +136,7 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
     return np.where(usable, inside, np.inf), np.where(usable[:, None], slope, 0.0)
 
 
-def _least_norm(rows: Array, wanted: Array, longest: float) -> Array | None:
+def _find_least_norm(rows: Array, wanted: Array, longest: float) -> Array | None:
     """The shortest vector s with ``rows @ s >= wanted``, by cyclic projections in the dual; None where it grows ``longest``."""
     size = (rows * rows).sum(axis=1)
     active = np.flatnonzero(np.isfinite(wanted) & (size > 0))

@@ -109,14 +109,14 @@ def worst_places(line: JointPath, checks: list[Check]) -> list[tuple[Place, floa
 def place_of(line: JointPath, item: Finding) -> Place | None:
     """Where the value of a finding of this line stands; None where the finding has no value, or no such place."""
     if item.value is None:
-        return _first_unsolved(line) if item.code in ("VP110", "VP201", "VP203") else None
+        return _find_first_unsolved(line) if item.code in ("VP110", "VP201", "VP203") else None
     checks = [check for check in every_check(line) if (check.code, check.axis) == (item.code, item.axis)]
     by_distance = [(abs(best[1] * check.factor - item.value), best[0])
             for check, best in zip(checks, worst_places(line, checks), strict=True) if best is not None]  # fmt: skip
     return min(by_distance, key=lambda one: one[0])[1] if by_distance else None
 
 
-def _first_unsolved(line: JointPath) -> Place | None:
+def _find_first_unsolved(line: JointPath) -> Place | None:
     """The first point of the line from which on the machine cannot follow."""
     element, w = grid(line)
     bad = np.flatnonzero(~line.solve(element, w).ok)

@@ -42,17 +42,17 @@ def cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Arr
     ndarray, shape (n,)
         mm; negative where the bodies overlap.
     """
-    middle, axis, long = _axes(start, end)
+    middle, axis, long = _split_axes(start, end)
     distance_bound = np.full(len(start), -np.inf)
-    for n in _directions(axis):
+    for n in _list_directions(axis):
         for sign in (1.0, -1.0):
-            distance_bound = np.maximum(distance_bound, _gap(sign * n, middle, axis, long, radius, half))
+            distance_bound = np.maximum(distance_bound, _evaluate_gap(sign * n, middle, axis, long, radius, half))
     rest = np.arange(len(start))
     point = np.clip(middle, -half, half)
     ahead, momentum = point.copy(), np.ones(len(start))
     for step in range(STEPS):
         m, k, h, r = middle[rest], axis[rest], long[rest], radius[rest]
-        new = np.clip(_onto_cylinder(ahead, m, k, h, r), -half, half)
+        new = np.clip(_project_onto_cylinder(ahead, m, k, h, r), -half, half)
         moved = new - point
         back = ((ahead - new) * moved).sum(1) > 0
         grown = np.where(back, 1.0, 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum**2)))
@@ -60,10 +60,10 @@ def cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Arr
         point, momentum = new, grown
         if step % LOOK and step + 1 < STEPS:
             continue
-        apart = _onto_cylinder(point, m, k, h, r) - point
+        apart = _project_onto_cylinder(point, m, k, h, r) - point
         distance = np.linalg.norm(apart, axis=1)
         clear = distance > 0
-        gap = _gap(apart / np.where(clear, distance, 1.0)[:, None], m, k, h, r, half)
+        gap = _evaluate_gap(apart / np.where(clear, distance, 1.0)[:, None], m, k, h, r, half)
         distance_bound[rest[clear]] = np.maximum(distance_bound[rest[clear]], gap[clear])
         # the points of bodies that overlap come nearer and nearer to each other
         open_ = (distance > TOUCHING_MM) & (distance - distance_bound[rest] > SURE_MM)
@@ -81,7 +81,7 @@ def farther_than(start: Array, end: Array, radius: Array, half: Array) -> Array:
     return np.asarray(np.linalg.norm(start + share[:, None] * along, axis=1) - radius - np.linalg.norm(half))
 
 
-def _axes(start: Array, end: Array) -> tuple[Array, Array, Array]:
+def _split_axes(start: Array, end: Array) -> tuple[Array, Array, Array]:
     """Middle, unit axis and half length of cylinders; the axis of one without length points anywhere."""
     along = end - start
     length = np.linalg.norm(along, axis=1)
@@ -89,7 +89,7 @@ def _axes(start: Array, end: Array) -> tuple[Array, Array, Array]:
     return 0.5 * (start + end), axis, 0.5 * length
 
 
-def _gap(n: Array, middle: Array, axis: Array, long: Array, radius: Array, half: Array) -> Array:
+def _evaluate_gap(n: Array, middle: Array, axis: Array, long: Array, radius: Array, half: Array) -> Array:
     """G of unit directions (n, 3) from the box to the cylinder."""
     along = (n * axis).sum(1)
     across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
@@ -100,7 +100,7 @@ def _gap(n: Array, middle: Array, axis: Array, long: Array, radius: Array, half:
 PARALLEL: Final = 1e-9
 
 
-def _directions(axis: Array) -> list[Array]:
+def _list_directions(axis: Array) -> list[Array]:
     """Directions that separate faces and edges: the box's faces, the cylinder's ends, and across both."""
     directions = [np.broadcast_to(unit, axis.shape) for unit in np.eye(3)]
     directions.append(axis)
@@ -114,7 +114,7 @@ def _directions(axis: Array) -> list[Array]:
     return directions
 
 
-def _onto_cylinder(point: Array, middle: Array, axis: Array, long: Array, radius: Array) -> Array:
+def _project_onto_cylinder(point: Array, middle: Array, axis: Array, long: Array, radius: Array) -> Array:
     """The nearest points (n, 3) of cylinders."""
     from_middle = point - middle
     height = (from_middle * axis).sum(1)

@@ -104,13 +104,13 @@ def limit_findings(contour: Contour, check: Check, worst: Worst) -> list[Finding
         what = f"{check.name} ({check.axis})"
     unit = f" {check.unit}" if check.unit else ""
     for severity, elements, limit in levels:
-        for group in _stretches(elements):
+        for group in _split_stretches(elements):
             at = min(group, key=lambda element: check.sign * value_of[element])
             value, bound = value_of[at] * check.factor, limit * check.factor
             side = "below" if value < bound else "above"
             message = f"{what} {fixed(value, 6)}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
             findings.append(
-                _finding(contour, group, at, check.code, message, severity=severity, axis=check.axis, value=value,
+                _make_finding(contour, group, at, check.code, message, severity=severity, axis=check.axis, value=value,
                          limit=bound, unit=check.unit)
             )  # fmt: skip
     return findings
@@ -119,31 +119,31 @@ def limit_findings(contour: Contour, check: Check, worst: Worst) -> list[Finding
 def table_findings(contour: Contour, below: Worst) -> list[Finding]:
     """VP210."""
     findings = []
-    for group in _stretches(below.by_element):
+    for group in _split_stretches(below.by_element):
         at = min(group, key=lambda element: below.by_element[element][0])
         value = below.by_element[at][1]
         message = f"tip or spindle nose {fixed(-value, 6)} mm below the table face, inside the table's radius"
-        findings.append(_finding(contour, group, at, "VP210", message, value=value, limit=0.0, unit="mm"))
+        findings.append(_make_finding(contour, group, at, "VP210", message, value=value, limit=0.0, unit="mm"))
     return findings
 
 
 def unreachable_findings(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
     """Findings of elements that cannot be solved, given with the code of the reason."""
     return [
-        _finding(contour, group, group[0], code, _UNREACHABLE.get(code, CODES[code].meaning), severity="error")
+        _make_finding(contour, group, group[0], code, _UNREACHABLE.get(code, CODES[code].meaning), severity="error")
         for code in sorted(set(unreachable.values()))
-        for group in _stretches(element for element, why in unreachable.items() if why == code)
+        for group in _split_stretches(element for element, why in unreachable.items() if why == code)
     ]
 
 
-def _finding(contour: Contour, group: list[int], worst: int, code: str, message: str, **values: object) -> Finding:
+def _make_finding(contour: Contour, group: list[int], worst: int, code: str, message: str, **values: object) -> Finding:
     """A finding on the lines of a group of elements; it counts their programmed segments."""
     first, last, at = contour.line(np.array([group[0], group[-1], worst])).tolist()
     count = len(np.unique(contour.segment[group]))
     return finding(code, message, line=first, last_line=last, worst_line=at, count=count, **values)
 
 
-def _stretches(elements: Iterable[int]) -> Iterator[list[int]]:
+def _split_stretches(elements: Iterable[int]) -> Iterator[list[int]]:
     """Maximal groups of consecutive numbers."""
     group: list[int] = []
     for element in sorted(elements):

@@ -43,12 +43,12 @@ class LinearDeltaModule(Struct, frozen=True):
 
     # --- inverse -------------------------------------------------------------------------------
 
-    def _radicands(self, position: Array) -> Array:
+    def _compute_radicands(self, position: Array) -> Array:
         """Squared vertical drops of the three rods, shape (..., 3), mm2."""
         away = np.asarray(position, dtype=float)[..., None, :2] - self._feet
         return self.rod_length**2 - np.sum(away**2, axis=-1)
 
-    def _rods(self, position: Array, rho: Array) -> Array:
+    def _compute_rods(self, position: Array, rho: Array) -> Array:
         """Vectors along the rods, shape (..., 3, 3): rod by component, mm."""
         rods = np.empty((*np.shape(rho), 3))
         rods[..., :2] = position[..., None, :2] - self._feet
@@ -58,18 +58,18 @@ class LinearDeltaModule(Struct, frozen=True):
     def sketch(self, position: Array, alpha: Array, rho: Array) -> Array:
         """Rods (n, 3, 2, 3) for a picture: the middle of each parallelogram, from slider to platform."""
         del alpha
-        rods = self._rods(position, rho)
+        rods = self._compute_rods(position, rho)
         angle = RAD_PER_DEG * np.array(self.leg_angles_deg)
         aside = self.platform_radius * np.stack([np.cos(angle), np.sin(angle), np.zeros(3)], axis=-1)
         platform = position[..., None, :] + aside
         return np.stack([platform - rods, platform], axis=-2)
 
-    def _below_plane(self, position: Array, rho: Array) -> Array:
+    def _measure_below_plane(self, position: Array, rho: Array) -> Array:
         """Triple product of the rods, shape (...), mm3: positive where P is below the plane of the sphere centres.
 
         It is the determinant of the rod equations' derivatives by x, y, z, up to a constant.
         """
-        feet, rods = self._feet, self._rods(position, rho)
+        feet, rods = self._feet, self._compute_rods(position, rho)
         u, v, w = rods[..., 0, :], rods[..., 1, :], rods[..., 2, :]
         (ax, ay), (bx, by) = feet[1] - feet[0], feet[2] - feet[0]
         # the sign is negative where the legs are numbered clockwise
@@ -82,9 +82,13 @@ class LinearDeltaModule(Struct, frozen=True):
         """
         point = np.asarray(position, dtype=float)
         with np.errstate(invalid="ignore", over="ignore"):
-            radicands = self._radicands(point)
+            radicands = self._compute_radicands(point)
             rho = point[..., 2, None] - np.sqrt(radicands)
-            ok = (radicands > 0).all(axis=-1) & (self._below_plane(point, rho) > 0) & np.isfinite(rho).all(axis=-1)
+            ok = (
+                (radicands > 0).all(axis=-1)
+                & (self._measure_below_plane(point, rho) > 0)
+                & np.isfinite(rho).all(axis=-1)
+            )
         return np.where(ok[..., None], rho, np.nan), np.where(ok, 0.0, np.nan), ok
 
     def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
@@ -94,7 +98,7 @@ class LinearDeltaModule(Struct, frozen=True):
     def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Why poses (m, 3) have no solution: "VP110" where a rod is too short, "VP203" beyond a parallel singularity."""
         with np.errstate(invalid="ignore", over="ignore"):
-            radicands = self._radicands(upright_position(pivot, gauge))
+            radicands = self._compute_radicands(upright_position(pivot, gauge))
         return ["VP203" if (row > 0).all() else "VP110" for row in radicands]
 
     # --- forward -------------------------------------------------------------------------------
@@ -106,12 +110,12 @@ class LinearDeltaModule(Struct, frozen=True):
         """
         sliders = np.asarray(rho, dtype=float)
         with np.errstate(invalid="ignore", over="ignore"):
-            foot, normal, height2 = self._meeting(sliders)
+            foot, normal, height2 = self._intersect_spheres(sliders)
             position = foot + np.sqrt(height2)[..., None] * normal
             ok = (height2 > 0) & (position[..., 2, None] > sliders).all(axis=-1) & np.isfinite(position).all(axis=-1)
         return np.where(ok[..., None], position, np.nan), np.where(ok, 0.0, np.nan), ok
 
-    def _meeting(self, rho: Array) -> tuple[Array, Array, Array]:
+    def _intersect_spheres(self, rho: Array) -> tuple[Array, Array, Array]:
         """Where the three spheres meet: ``foot +- sqrt(height2) normal``, the normal unit and downwards.
 
         Two differences of the rod equations are planes; they meet in the line through the centre of the circle around
@@ -138,36 +142,36 @@ class LinearDeltaModule(Struct, frozen=True):
         """
         point = np.asarray(position, dtype=float)
         with np.errstate(invalid="ignore", over="ignore"):
-            radicands = self._radicands(point)
+            radicands = self._compute_radicands(point)
         if not ((radicands >= 0).all() and np.isfinite(point).all()):
             return []
         solutions = []
         for signs in product((-1, 1), repeat=3):
             rho = point[2] + np.array(signs) * np.sqrt(radicands)
-            solutions.append(InverseSolution(0.0, signs, triple(rho), self._refusal(point, rho)))
+            solutions.append(InverseSolution(0.0, signs, triple(rho), self._find_refusal(point, rho)))
         return sorted(solutions, key=lambda one: (one.refused is not None, one.signs))
 
     def forward_all(self, rho: Array) -> list[ForwardSolution]:
         """Both assembly modes of one set of sliders (3,), none where the spheres do not meet; the one in use first."""
         sliders = np.asarray(rho, dtype=float)
         with np.errstate(invalid="ignore", over="ignore"):
-            foot, normal, height2 = self._meeting(sliders)
+            foot, normal, height2 = self._intersect_spheres(sliders)
         if not height2 >= 0:
             return []
         solutions = []
         for side in (1.0, -1.0):
             position = foot + side * np.sqrt(height2) * normal
-            solutions.append(ForwardSolution(triple(position), 0.0, self._refusal(position, sliders)))
+            solutions.append(ForwardSolution(triple(position), 0.0, self._find_refusal(position, sliders)))
         return sorted(solutions, key=lambda one: one.refused is not None)
 
-    def _refusal(self, position: Array, rho: Array) -> str | None:
+    def _find_refusal(self, position: Array, rho: Array) -> str | None:
         """Why a pair of position (3,) and sliders (3,) is not the machine's."""
         reasons = [
             f"attachment of {name} not above the platform's"
             for name, slider in zip(self.actuators, rho, strict=True)
             if slider >= position[2]
         ]
-        if self._below_plane(position, rho) <= 0:
+        if self._measure_below_plane(position, rho) <= 0:
             reasons.append(_BEYOND)
         return "; ".join(reasons) or None
 
@@ -179,7 +183,7 @@ class LinearDeltaModule(Struct, frozen=True):
 
     def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Half the derivatives of the three rod equations and of ``alpha = 0``: (..., 4, 4) by pose, (..., 4, 3) by rho."""
-        rods = self._rods(position, rho)
+        rods = self._compute_rods(position, rho)
         parallel = np.zeros((*np.shape(rho)[:-1], 4, 4))
         parallel[..., :3, :3] = rods
         parallel[..., 3, 3] = 1.0
@@ -189,16 +193,16 @@ class LinearDeltaModule(Struct, frozen=True):
 
     def conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the rods' directions and of their drops, each (...)."""
-        singular = np.linalg.svd(self._rods(position, rho), compute_uv=False)
-        drops = np.abs(self._rods(position, rho)[..., 2])
+        singular = np.linalg.svd(self._compute_rods(position, rho), compute_uv=False)
+        drops = np.abs(self._compute_rods(position, rho)[..., 2])
         return singular[..., -1] / singular[..., 0], drops.min(axis=-1) / drops.max(axis=-1)
 
     # --- margins ---------------------------------------------------------------------------------
 
     def geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Vertical drops of the three rods (mm), then the determinant of the rods' directions; shape (..., 4)."""
-        drops = np.sqrt(np.maximum(self._radicands(position), 0.0))
-        determinant = self._below_plane(position, position[..., 2, None] - drops) / self.rod_length**3
+        drops = np.sqrt(np.maximum(self._compute_radicands(position), 0.0))
+        determinant = self._measure_below_plane(position, position[..., 2, None] - drops) / self.rod_length**3
         return np.concatenate([drops, determinant[..., None]], axis=-1)
 
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:

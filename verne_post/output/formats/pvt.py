@@ -62,13 +62,13 @@ def choose_knots(rows: WrittenRows) -> tuple[NDArray[np.intp], Array]:
         Largest distance of the cubics from the rows, mm or degrees.
     """
     scale = np.array([drive.scale for drive in rows.format.drives] or [1.0] * len(rows.columns))
-    peaks = _peak_accelerations(rows)
+    peaks = _find_peak_accelerations(rows)
     last, error = len(rows.line) - 1, np.zeros(len(rows.columns))
     found = [np.zeros(1, dtype=np.intp)]
     for first in range(0, last, _STRETCH):
         knots = np.append(np.arange(first, min(first + _STRETCH, last), LONGEST), min(first + _STRETCH, last))
         while True:
-            errors, accelerations = _cubics(rows, knots)
+            errors, accelerations = _measure_cubics(rows, knots)
             off = errors / scale
             wrong = (off.max(axis=1) > CUBIC_ERROR) | (accelerations > peaks).any(axis=1)
             coarse = np.flatnonzero(wrong & (np.diff(knots) > 1))
@@ -80,7 +80,7 @@ def choose_knots(rows: WrittenRows) -> tuple[NDArray[np.intp], Array]:
     return np.concatenate(found), error
 
 
-def _peak_accelerations(rows: WrittenRows) -> Array:
+def _find_peak_accelerations(rows: WrittenRows) -> Array:
     """Largest second difference of the rows over the cycle (n_joints,), in units of the rows."""
     peaks = np.zeros(len(rows.columns))
     for first in range(0, len(rows.line), CHUNK_ROWS):
@@ -90,7 +90,7 @@ def _peak_accelerations(rows: WrittenRows) -> Array:
     return np.asarray(peaks / rows.format.cycle**2)
 
 
-def _cubics(rows: WrittenRows, knots: NDArray[np.intp]) -> tuple[Array, Array]:
+def _measure_cubics(rows: WrittenRows, knots: NDArray[np.intp]) -> tuple[Array, Array]:
     """Largest distance from the rows, and largest acceleration, of each cubic between knots: (k - 1, n_joints) each."""
     at = np.arange(knots[0], knots[-1])
     begin = np.searchsorted(knots, at, side="right") - 1

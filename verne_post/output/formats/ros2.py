@@ -27,15 +27,15 @@ def write_yaml(rows: WrittenRows) -> Iterator[bytes]:
     Names are quoted: by 1.1 a joint called y would be a truth value.
     """
     yield f"joint_names: {json.dumps([column.joint for column in rows.columns])}\npoints:\n".encode()
-    for point in _points(rows):
+    for point in _list_points(rows):
         time = point["time_from_start"]
         yield (
-            f"- positions: {_yaml_floats(point['positions'])}\n  velocities: {_yaml_floats(point['velocities'])}\n"
+            f"- positions: {_format_yaml_floats(point['positions'])}\n  velocities: {_format_yaml_floats(point['velocities'])}\n"
             f"  time_from_start: {{sec: {time['sec']}, nanosec: {time['nanosec']}}}\n"
         ).encode()
 
 
-def _yaml_floats(values: list[float]) -> str:
+def _format_yaml_floats(values: list[float]) -> str:
     """Numbers as YAML 1.1 knows them: one with an exponent but without a point would be text."""
     texts = [text if "." in text else text.replace("e", ".0e") for text in map(float.__repr__, values)]
     return f"[{', '.join(texts)}]"
@@ -45,13 +45,13 @@ def write_json(rows: WrittenRows) -> Iterator[bytes]:
     """Write the same as JSON, a line a point."""
     yield (json.dumps({"joint_names": [column.joint for column in rows.columns]})[:-1] + ', "points": [').encode()
     separator = ""
-    for point in _points(rows):
+    for point in _list_points(rows):
         yield f"{separator}\n{json.dumps(point)}".encode()
         separator = ","
     yield b"\n]}\n"
 
 
-def _points(rows: WrittenRows) -> Iterator[dict[str, Any]]:
+def _list_points(rows: WrittenRows) -> Iterator[dict[str, Any]]:
     """Yield a JointTrajectoryPoint for each knot: a controller goes from one to the next along cubics."""
     unit = np.ones(len(rows.columns))
     if not rows.format.drives:

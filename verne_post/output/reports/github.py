@@ -26,7 +26,7 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
         for report, item in everything:
             if item.severity == severity and shown[severity] < MAX_ANNOTATIONS:
                 shown[severity] += 1
-                lines.append(_annotation(report.program, item))
+                lines.append(_write_annotation(report.program, item))
     left_out = len(everything) - len(lines)
     if left_out:
         lines.append(
@@ -40,8 +40,8 @@ def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding])
     return f"::error title=verne-post::{_escape_data(message)}\n"
 
 
-def _annotation(program: str, item: Finding) -> str:
-    where = [] if program == "<stdin>" else [f"file={_escape_property(_in_repository(program))}"]
+def _write_annotation(program: str, item: Finding) -> str:
+    where = [] if program == "<stdin>" else [f"file={_escape_property(_find_path_in_repository(program))}"]
     if item.line and where:
         where.append(f"line={item.line}")
         if item.last_line is not None and item.last_line > item.line:
@@ -52,7 +52,7 @@ def _annotation(program: str, item: Finding) -> str:
     return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(item.message)}"
 
 
-def _in_repository(program: str) -> str:
+def _find_path_in_repository(program: str) -> str:
     """The path of a program from the root of its repository, which is what annotations count from."""
     path = Path(program).resolve()
     workspace = os.environ.get("GITHUB_WORKSPACE")

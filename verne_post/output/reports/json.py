@@ -23,14 +23,14 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
                 "findings": [record_of(item) for item in report.findings],
             }
         )
-    return _document({"schema": 1, "programs": programs})
+    return _write_document({"schema": 1, "programs": programs})
 
 
 def write_failure(verdict: Verdict, message: str, findings: Sequence[Finding]) -> str:
     """The document of a check that could not begin: no program was checked."""
     failure = {"verdict": verdict, "message": message, "findings": [record_of(item) for item in findings]}
-    return _document({"schema": 1, "failure": failure, "programs": []})
+    return _write_document({"schema": 1, "failure": failure, "programs": []})
 
 
-def _document(data: dict[str, object]) -> str:
+def _write_document(data: dict[str, object]) -> str:
     return json_text(data, 2) + "\n"

@@ -15,17 +15,17 @@ _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """A program that breaks limits has failed; one that cannot be read or checked is an error; warnings are output."""
-    return _document([_case(report) for report in reports])
+    return _write_document([_make_case(report) for report in reports])
 
 
 def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
     """One test case, the check itself, with an error."""
     case = ElementTree.Element("testcase", classname="verne-post", name="check", time="0.000")
     ElementTree.SubElement(case, "error", type=verdict, message=printable(message)).text = _clean(message)
-    return _document([case])
+    return _write_document([case])
 
 
-def _document(cases: list[ElementTree.Element]) -> str:
+def _write_document(cases: list[ElementTree.Element]) -> str:
     counts: dict[str, str] = {
         "tests": str(len(cases)),
         "failures": str(sum(case.find("failure") is not None for case in cases)),
@@ -39,9 +39,9 @@ def _document(cases: list[ElementTree.Element]) -> str:
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _case(report: Report) -> ElementTree.Element:
+def _make_case(report: Report) -> ElementTree.Element:
     case = ElementTree.Element(
-        "testcase", classname="verne-post", name=printable(report.program), time=_seconds(report)
+        "testcase", classname="verne-post", name=printable(report.program), time=_format_seconds(report)
     )
     lines = []
     for item in report.findings:
@@ -56,7 +56,7 @@ def _case(report: Report) -> ElementTree.Element:
     return case
 
 
-def _seconds(report: Report) -> str:
+def _format_seconds(report: Report) -> str:
     """The machining time of a program, 0 where it has none: what a server shows as the duration of its test case."""
     return f"{report.cycle_time_s or 0.0:.3f}"
 

@@ -31,15 +31,17 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     rules = sorted({item.code for _report, item in shown})
     seen: Counter[str] = Counter()
     run: dict[str, Any] = {
-        "tool": {"driver": {"name": "verne-post", "version": __version__, "rules": [_rule(code) for code in rules]}},
+        "tool": {
+            "driver": {"name": "verne-post", "version": __version__, "rules": [_make_rule(code) for code in rules]}
+        },
         "columnKind": "unicodeCodePoints",
-        "results": [_result(report, item, rules, seen) for report, item in shown],
+        "results": [_make_result(report, item, rules, seen) for report, item in shown],
     }
     left_out = len(everything) - len(shown)
     if left_out:
         text = f"{left_out} further findings are left out; `verne-post check` without --output-format prints all"
-        run["invocations"] = [_invocation("note", text, successful=True)]
-    return _document(run)
+        run["invocations"] = [_make_invocation("note", text, successful=True)]
+    return _write_document(run)
 
 
 def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
@@ -47,20 +49,20 @@ def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding])
     from verne_post import __version__
 
     driver = {"name": "verne-post", "version": __version__, "rules": []}
-    invocations = [_invocation("error", message, successful=False)]
-    return _document({"tool": {"driver": driver}, "invocations": invocations, "results": []})
+    invocations = [_make_invocation("error", message, successful=False)]
+    return _write_document({"tool": {"driver": driver}, "invocations": invocations, "results": []})
 
 
-def _invocation(level: str, text: str, *, successful: bool) -> dict[str, Any]:
+def _make_invocation(level: str, text: str, *, successful: bool) -> dict[str, Any]:
     notification = {"level": level, "message": {"text": text}}
     return {"executionSuccessful": successful, "toolExecutionNotifications": [notification]}
 
 
-def _document(run: dict[str, Any]) -> str:
+def _write_document(run: dict[str, Any]) -> str:
     return json_text({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, 2) + "\n"
 
 
-def _rule(code: str) -> dict[str, Any]:
+def _make_rule(code: str) -> dict[str, Any]:
     known = CODES[code]
     help_text = f"{known.remedy} Response: {response(known)}"
     if code in PARAMETERS:
@@ -74,7 +76,7 @@ def _rule(code: str) -> dict[str, Any]:
     }
 
 
-def _result(report: Report, item: Finding, rules: list[str], seen: Counter[str]) -> dict[str, Any]:
+def _make_result(report: Report, item: Finding, rules: list[str], seen: Counter[str]) -> dict[str, Any]:
     location: dict[str, Any] = {"artifactLocation": {"uri": uri(report.program)}}
     # the approach of --from (line 0) and files that cannot be read have no line: code hosts want one all the same
     region: dict[str, Any] = {"startLine": item.line or 1}

@@ -104,15 +104,16 @@ def forward_all(geometry: VerneGeometry, rho: Array) -> list[ForwardSolution]:
 def _find_modes(geometry: VerneGeometry, rho: Array) -> ForwardModes:
     """:func:`forward_modes` of one chunk."""
     roots = _find_tilts(geometry, rho)
-    special = _tilts_without_difference(geometry, rho)
+    special = _find_tilts_without_difference(geometry, rho)
     alpha = np.concatenate([roots, roots, roots, special, special], axis=1)
     column = rho[:, None, :]
     lower, upper = (
-        _w_of_quadratic(geometry, column, np.concatenate([roots, special], axis=1), sign) for sign in (-1.0, 1.0)
+        _solve_w_of_quadratic(geometry, column, np.concatenate([roots, special], axis=1), sign) for sign in (-1.0, 1.0)
     )
     k = roots.shape[1]
     w = np.concatenate(
-        [_w_of_difference(geometry, column, roots), lower[:, :k], upper[:, :k], lower[:, k:], upper[:, k:]], axis=1
+        [_compute_w_of_difference(geometry, column, roots), lower[:, :k], upper[:, :k], lower[:, k:], upper[:, k:]],
+        axis=1,
     )
     row, which = np.nonzero(np.isfinite(alpha) & np.isfinite(w))
     pose = _polish(geometry, rho[row], alpha[row, which], w[row, which])
@@ -120,7 +121,9 @@ def _find_modes(geometry: VerneGeometry, rho: Array) -> ForwardModes:
     return _keep_distinct(geometry, rho, row[closed], pose[closed])
 
 
-def _linear(geometry: VerneGeometry, rho: Array, alpha: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+def _compute_linear_terms(
+    geometry: VerneGeometry, rho: Array, alpha: Array
+) -> tuple[Array, Array, Array, Array, Array, Array]:
     """N and E with w = N / (2 E); x + D1 - d1 = p + q w; K of (10); and the square (R1 sin)^2 + D^2."""
     rho1, rho2, rho3 = rho[..., 0], rho[..., 1], rho[..., 2]
     c, s = np.cos(alpha), np.sin(alpha)
@@ -139,7 +142,7 @@ def _find_tilts(geometry: VerneGeometry, rho: Array) -> Array:
     """Roots near the unit circle of (10) times (2 E)^2, a trigonometric polynomial of degree four: (n, 8), else NaN."""
     samples = 17  # twice what degree four needs: rounding averages out
     angles = 2 * np.pi * np.arange(samples) / samples
-    numerator, e, p, q, big_k, square = _linear(geometry, rho[:, None, :], angles)
+    numerator, e, p, q, big_k, square = _compute_linear_terms(geometry, rho[:, None, :], angles)
     values = (2 * e * p + q * numerator) ** 2 + numerator**2 * square - 4 * e**2 * big_k
     coefficients = np.fft.fft(values, axis=1)[:, [4, 3, 2, 1, 0, -1, -2, -3, -4]]
     size = np.abs(coefficients).max(axis=1)
@@ -153,14 +156,14 @@ def _find_tilts(geometry: VerneGeometry, rho: Array) -> Array:
     return np.where(np.abs(np.abs(roots) - 1) < NEAR_CIRCLE, np.angle(roots), np.nan)
 
 
-def _w_of_difference(geometry: VerneGeometry, rho: Array, alpha: Array) -> Array:
+def _compute_w_of_difference(geometry: VerneGeometry, rho: Array, alpha: Array) -> Array:
     """W by the difference of (5) and (6), NaN where E is zero."""
-    numerator, e, *_rest = _linear(geometry, rho, alpha)
+    numerator, e, *_rest = _compute_linear_terms(geometry, rho, alpha)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(e != 0, numerator / (2 * e), np.nan)
 
 
-def _tilts_without_difference(geometry: VerneGeometry, rho: Array) -> Array:
+def _find_tilts_without_difference(geometry: VerneGeometry, rho: Array) -> Array:
     """The alpha at which E = a cos + b sin + c vanishes: (n, 2), NaN where there is none."""
     apart = rho[:, 2] - rho[:, 1]
     a, c = apart * geometry.R1, -apart * geometry.r1
@@ -172,9 +175,9 @@ def _tilts_without_difference(geometry: VerneGeometry, rho: Array) -> Array:
     return np.stack([middle + half, middle - half], axis=1)
 
 
-def _w_of_quadratic(geometry: VerneGeometry, rho: Array, alpha: Array, sign: float) -> Array:
+def _solve_w_of_quadratic(geometry: VerneGeometry, rho: Array, alpha: Array, sign: float) -> Array:
     """W from (10) alone, with x by (10) minus (5); the real part of a root that is not real."""
-    _numerator, _e, p, q, big_k, square = _linear(geometry, rho, alpha)
+    _numerator, _e, p, q, big_k, square = _compute_linear_terms(geometry, rho, alpha)
     a, b, c = q**2 + square, p * q, p**2 - big_k
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray((-b + sign * np.sqrt(np.maximum(b**2 - a * c, 0.0))) / a)
@@ -182,7 +185,7 @@ def _w_of_quadratic(geometry: VerneGeometry, rho: Array, alpha: Array, sign: flo
 
 def _polish(geometry: VerneGeometry, rho: Array, alpha: Array, w: Array) -> Array:
     """Newton on the rod equations (3) to (6) in (x, y, z, alpha): poses (m, 4), NaN where the rods do not close."""
-    _n, _e, p, q, _k, _square = _linear(geometry, rho, alpha)
+    _n, _e, p, q, _k, _square = _compute_linear_terms(geometry, rho, alpha)
     d_arm = geometry.R1 * np.cos(alpha) - geometry.r1
     pose = np.stack(
         [p + q * w - geometry.leg1_x_offset, geometry.R1 * np.sin(alpha) * w, rho[:, 0] - d_arm * w, alpha], axis=-1

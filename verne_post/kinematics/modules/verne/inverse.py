@@ -176,7 +176,7 @@ def _bracket_tilt(geometry: VerneGeometry, point: PointOfTilt) -> Array:
     alpha[lost] = np.nan
     # the roots are found one by one: not for the thousands of points of a path that is far out of reach
     for row in np.flatnonzero(lost & _is_within_leg_1(geometry, point)).tolist():
-        inside = _working_tilts(geometry, point.rows(row))
+        inside = _find_working_tilts(geometry, point.rows(row))
         if len(inside):
             alpha[row] = inside[np.argmin(np.abs(inside))]
     return alpha
@@ -207,7 +207,7 @@ def _choose_closed_legs(geometry: VerneGeometry, alpha: Array, radicands: Array,
     open_ = np.isfinite(alpha) & ~(radicands > 0).all(axis=0) & near
     for row in np.flatnonzero(open_).tolist():
         one = point.rows(row)
-        others = _working_tilts(geometry, one)
+        others = _find_working_tilts(geometry, one)
         c = np.cos(others)
         y = one.y(c, np.sin(others))
         closed = (geometry.radicands(np.full_like(others, one.x), y, c) > 0).all(axis=0)
@@ -258,7 +258,7 @@ def find_tilts(geometry: VerneGeometry, point: PointOfTilt, near_circle: float =
     return np.sort(np.angle(roots[on_circle]))
 
 
-def _working_tilts(geometry: VerneGeometry, point: PointOfTilt) -> Array:
+def _find_working_tilts(geometry: VerneGeometry, point: PointOfTilt) -> Array:
     """The roots of :func:`find_tilts` that are in the working mode of leg I."""
     a = find_tilts(geometry, point)
     value, radicand = _evaluate_loop(geometry, a, point)

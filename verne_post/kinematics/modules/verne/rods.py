@@ -150,11 +150,11 @@ def parallel_determinant(geometry: VerneGeometry, position: Array, tilt: tuple[A
     leg1 = tuple(a - b for a, b in zip(rows[0], rows[1], strict=True))
     leg23 = tuple(a - b for a, b in zip(rows[2], rows[3], strict=True))
     x1, x2 = position[..., 0] + offset[0], position[..., 0] + offset[2]
-    value = x1 * _triple(leg1, rows[2], leg23) + x2 * _triple(rows[0], leg1, leg23)
+    value = x1 * _compute_determinant(leg1, rows[2], leg23) + x2 * _compute_determinant(rows[0], leg1, leg23)
     return np.asarray(value / (float(np.prod(rod)) * arm))
 
 
-def _triple(a: tuple[Array, ...], b: tuple[Array, ...], c: tuple[Array, ...]) -> Array:
+def _compute_determinant(a: tuple[Array, ...], b: tuple[Array, ...], c: tuple[Array, ...]) -> Array:
     """Determinant of three rows of three columns."""
     return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
 

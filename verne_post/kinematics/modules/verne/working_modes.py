@@ -99,7 +99,7 @@ def _find_tilts_and_sides(geometry: VerneGeometry, point: PointOfTilt) -> list[t
     tilts: list[tuple[float, int]] = []
     if point.y0 == point.yc == point.ys == 0.0:  # sin(alpha)^2 times the radicand of (11) vanishes
         x1 = float(point.x + geometry.leg1_x_offset)
-        tilts += [(a, s1) for a in (0.0, np.pi) if _radicand1(geometry, x1, 0.0, a) >= 0 for s1 in (-1, 1)]
+        tilts += [(a, s1) for a in (0.0, np.pi) if _compute_leg1_radicand(geometry, x1, 0.0, a) >= 0 for s1 in (-1, 1)]
         cosine = (geometry.R1**2 + geometry.r1**2 - geometry.L1**2 + x1**2) / (2 * geometry.R1 * geometry.r1)
         if abs(cosine) < 1:
             tilts += [(sign * float(np.arccos(cosine)), -1) for sign in (-1.0, 1.0)]
@@ -112,7 +112,7 @@ def _find_tilts_and_sides(geometry: VerneGeometry, point: PointOfTilt) -> list[t
     return tilts
 
 
-def _radicand1(geometry: VerneGeometry, x1: float, y: float, alpha: float) -> float:
+def _compute_leg1_radicand(geometry: VerneGeometry, x1: float, y: float, alpha: float) -> float:
     """Radicand of (11), mm2."""
     arm2 = geometry.R1**2 + geometry.r1**2 - 2 * geometry.R1 * geometry.r1 * np.cos(alpha)
     return float(geometry.L1**2 - arm2 - x1**2 - y**2)
@@ -125,7 +125,7 @@ def _polish_tilt(geometry: VerneGeometry, point: PointOfTilt, alpha: float, s1: 
     for last in range(POLISH_STEPS + 1):
         c, s = np.cos(alpha), np.sin(alpha)
         y = float(point.y(c, s))
-        radicand = _radicand1(geometry, x1, y, alpha)
+        radicand = _compute_leg1_radicand(geometry, x1, y, alpha)
         if radicand <= 0:
             return None
         root = np.sqrt(radicand)

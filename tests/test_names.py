@@ -1,0 +1,92 @@
+"""Functions are verbs: a new one whose name begins with no verb fails, and one that was renamed leaves the list."""
+
+import ast
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "verne_post"
+#: Today's names without a verb, ``file: name``, one line for each definition. It only becomes shorter.
+LEFT_TO_RENAME = Path(__file__).with_name("names_to_come.txt")
+
+#: What a function may do. A predicate begins with the verb of its sentence: is, has, can.
+WORDS = """
+add address adjust agrees align allow amend apply approach are arrive assemble assign assume average begin bind blend bound
+bracket break build calibrate call can carry change check choose claim classify clean climb close collect combine
+compare compensate compile complete compute connect convert copy correct count cross cut decode decorate define depart
+depends derive describe differ differentiate displace disturb divide draw drill drop echo emit encode end enter escape
+estimate evaluate exchange execute exists expand expect explain extend fair fetch fill find finish fit fits fix
+flatten flush follow follows forget fork format freeze get give go group guard halve happens has hold holds identify
+ignore improve index initialise insert interpolate interpret intersect invoke is iterate join judge jump keep know label
+lay lead leave lies lift linearise list load locate lock lose lower make map mark match may measure meet meets merge
+mill minimise mirror move multiply name need nest normalise normalize note number open order orient pack pad paint
+parse pass peek perturb picture place plan polish predict prepare preset print probe project propose put quote raise
+rate reach reaches read ream rebuild recognise record reduce refine reflect refresh reload refuse release remove repair
+repeat replace replay report require reset resolve restart restore retime retract return rotate round run sample save
+say scale search select send sends separate serve set settle shape share shift shorten show simulate sketch skip slice
+smooth solve sort span split spread stack stand stands start starts stay step stop store straighten strip study
+suggest sum summarise suspend sweep switch take tap test thin tick tidy touch trace transform trim try turn update validate
+verify view wait wake warn watch whiten work wrap write
+"""
+VERBS = frozenset(WORDS.split())
+#: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.
+NAMED_OTHERWISE = {"property", "cached_property", "setter", "command", "group"}
+#: Hooks that a library calls by these names.
+HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "main"}
+
+
+def decorator_name(decorator: ast.expr) -> str:
+    """The last part of a decorator's name: ``machine.command(...)`` is a command."""
+    target = decorator.func if isinstance(decorator, ast.Call) else decorator
+    return target.attr if isinstance(target, ast.Attribute) else target.id if isinstance(target, ast.Name) else ""
+
+
+def names_without_verb(source: str) -> list[str]:
+    """Names of the functions and methods of a source text that begin with no verb, inner ones too."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) or node.name.startswith("__"):
+            continue
+        if node.name in HOOKS or NAMED_OTHERWISE & {decorator_name(one) for one in node.decorator_list}:
+            continue
+        if node.name.strip("_").split("_")[0] not in VERBS:
+            found.append(node.name)
+    return found
+
+
+def offenders() -> Counter[str]:
+    """How often each ``file: name`` without a verb is defined in the package."""
+    return Counter(
+        f"{path.relative_to(PACKAGE).as_posix()}: {name}"
+        for path in sorted(PACKAGE.rglob("*.py"))
+        for name in names_without_verb(path.read_text(encoding="utf-8"))
+    )
+
+
+def test_no_new_function_begins_without_a_verb():
+    frozen = Counter(LEFT_TO_RENAME.read_text(encoding="utf-8").splitlines())
+    now = offenders()
+    assert not now - frozen, "functions are verbs; name what these do (or add a verb to VERBS)"
+    assert not frozen - now, f"renamed or gone: take these lines out of {LEFT_TO_RENAME.name}"
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ("def find_roots(): ...", []),
+        ("def _roots(): ...", ["_roots"]),
+        ("class A:\n    def read(self): ...\n    def words(self): ...", ["words"]),
+        ("class A:\n    @property\n    def words(self): ...\n    def __len__(self): ...", []),
+        ("@machine.command('list')\ndef names(): ...", []),
+        ("def find():\n    def inner(): ...", ["inner"]),
+    ],
+)
+def test_names_are_judged_by_their_first_word(source, found):
+    assert names_without_verb(source) == found
+
+
+if (
+    __name__ == "__main__"
+):  # python -m tests.test_names: names renamed, moved or gone leave the list; new ones are refused
+    LEFT_TO_RENAME.write_text("".join(f"{name}\n" for name in sorted(offenders().elements())), encoding="utf-8")
