@@ -73,9 +73,21 @@ def propose(
         names = ", ".join(SYSTEM_NAMES[system] for system in systems)
         raise InputError(finding("VP018", f"fit moves one work system, and this program uses {names}"))
     system = systems[0]
+    if not machine.coordinates.turns_with_part:
+        raise InputError(
+            finding(
+                "VP018", "fit is not executed on a machine of which no joint that carries the part turns about its z"
+            )
+        )
     here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
     elsewhere = Place(*(np.array(_ELSEWHERE) + here.array()).tolist())
-    points = sample_part_points(path, here, _build_path_at(source, machine, options, system, elsewhere), elsewhere)
+    points = sample_part_points(
+        path,
+        here,
+        _build_path_at(source, machine, options, system, elsewhere),
+        elsewhere,
+        machine.coordinates.part_frame,
+    )
     if not len(points.tip):
         raise InputError(
             finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset, or only "

@@ -3,7 +3,6 @@
 (A, C) and (-A, C + 180) hold the same axis, and so does every whole turn of C. A control takes one that the table reaches.
 """
 
-import math
 from collections.abc import Callable
 from typing import Final
 
@@ -11,8 +10,6 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import POLE_SINE
-from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.setup import Setup
 from verne_post.model.moves import Frame
 
@@ -57,11 +54,8 @@ def find_positions(
     coordinates, (tilt, turn) = setup.coordinates, setup.rotary
     here = np.array(coordinates.to_machine(np.array(start), frame))
     first = np.array(coordinates.to_machine(np.array(coordinates.point_axis(start, vector, frame)), frame))
-    sides = [first]
-    if setup.machine and abs(math.sin(RAD_PER_DEG * first[tilt])) > POLE_SINE:
-        other = first.copy()
-        other[tilt], other[turn] = -first[tilt], first[turn] + 0.5 * _FULL_TURN
-        sides.append(other)
+    other = coordinates.find_other_side(first) if setup.machine else None
+    sides = [first] if other is None else [first, other]
     found = []
     for side in sides:
         words = coordinates.to_program(side, frame)

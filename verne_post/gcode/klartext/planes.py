@@ -234,6 +234,8 @@ class KlartextPlanes:
             return round(motion / _SAME_MOTION), -one.tilt
 
         mine = [one for one in positions if sense is None or (one.tilt > 0) == sense.endswith("+")]
+        if not mine:
+            raise ProgramError("VP017", f"{sense}: no position has that sign of {AXES[tilt]}; leave it out")
         chosen = choose_position(mine, rank)
         if sense is not None and chosen.beyond:
             self._show_angles(self._take_angles(chosen.program))  # what follows is not refused for want of them

@@ -9,8 +9,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import ARC_CHORD_MM, DRILL_TILT, POLE_SINE, UPRIGHT_DEG, ZERO_LENGTH_MM
-from verne_post.base.units import RAD_PER_DEG, SECONDS_PER_MINUTE
+from verne_post.base.tolerances import ARC_CHORD_MM, DRILL_TILT, UPRIGHT_DEG, ZERO_LENGTH_MM
+from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.lengths import arc_length, effective_feed, line_lengths
 from verne_post.gcode.machining.auxiliary import Auxiliary
@@ -183,12 +183,13 @@ class Machining:
         held, state.held = state.held, None
         if held is None:
             return state.position
-        tilt = self.setup.coordinates.to_machine(np.array(state.position), state.frame)[self.setup.rotary[0]]
-        if abs(math.sin(RAD_PER_DEG * tilt)) <= POLE_SINE and math.cos(RAD_PER_DEG * tilt) > 0:
+        machine_position = self.setup.coordinates.to_machine(np.array(state.position), state.frame)
+        if self.setup.coordinates.is_upright(machine_position):
             return state.position
+        letter, tilt = AXES[self.setup.rotary[0]], machine_position[self.setup.rotary[0]]
         if kind != MoveKind.RAPID or not (absolute or machine):
             raise ProgramError(
-                "VP016", f"the tool length has changed while the table is tilted (A {tilt:g} deg), so the tip is elsewhere; "
+                "VP016", f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is elsewhere; "
                 "the next motion must be a G0 in absolute terms",
             )  # fmt: skip
         if machine:
@@ -409,8 +410,9 @@ class Machining:
         """Whether Z of the machine is another one on the other side of the table: where the axes of the table do not meet."""
         coordinates, frame = self.setup.coordinates, self.state.frame
         here = coordinates.to_machine(np.array(self.state.position), frame)
-        turned, rotary = here.copy(), list(self.setup.rotary)
-        turned[rotary] = here[rotary] * [-1.0, 1.0] + [0.0, 180.0]
+        turned, rotary = coordinates.find_other_side(here), list(self.setup.rotary)
+        if turned is None:
+            return False
         other = np.array(self.state.position)
         other[rotary] = coordinates.to_program(turned, frame)[rotary]
         return bool(abs(coordinates.to_machine(other, frame)[_Z] - here[_Z]) > ZERO_LENGTH_MM)

@@ -200,6 +200,11 @@ class Swivel:
         """The directions (columns) of X, Y, Z of the machine on the part, while the table stands at A and C."""
         to = self.to
         base = replace(to.state.frame, feature=None, tool=ZERO9)
+        if to.setup.coordinates.head:
+            raise ProgramError(
+                "VP017",
+                "CYCLE800 by rotary axes directly (_MODE 192) is not executed on a machine whose tool turns; give the plane by angles",
+            )
         points = np.zeros((4, 9))
         points[:, to.setup.rotary] = a, c
         machine = to.setup.coordinates.to_machine(points, base)
