@@ -230,3 +230,15 @@ def test_explain_and_report(machine: str, run: Runner, tmp_path: Path) -> None:
     )
     shown = run("machine", "show", machine).out
     assert f"# {letters[0]} +10: the tool leans towards" in shown
+
+
+def test_a_dry_run_rises_along_z_of_the_part(run: Runner, tmp_path: Path) -> None:
+    """On the A-B table the nominal angles count from another axis of the part."""
+    source = tmp_path / "part.nc"
+    source.write_text("G0 X5 Y6 Z30 A0 B0\nG1 X10 A10 B-20 F900\nM2\n", encoding="utf-8")
+    places = []
+    for air in ([], ["--air", "50", "--air-along", "table"]):
+        answer = run("convert", source, *options_of("ab_table"), *air)
+        assert answer.code == 0, answer.err
+        places.append(read_rows("ab_table", answer.out)[1][[0, -1]])
+    assert places[1] - places[0] == pytest.approx(np.tile([0.0, 0.0, 50.0], (2, 1)), abs=1e-5)

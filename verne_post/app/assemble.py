@@ -289,7 +289,8 @@ def lift(draft: Draft) -> Draft:
     """``air``: the whole path is lifted for a dry run."""
     if not draft.options.air:
         return draft
-    path = lift_path(draft.path, draft.options.air, along_tool=draft.options.air_along == "tool")
+    part_frame = draft.machine.coordinates.part_frame
+    path = lift_path(draft.path, draft.options.air, part_frame, along_tool=draft.options.air_along == "tool")
     return replace(draft, path=path)
 
 

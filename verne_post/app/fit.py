@@ -152,7 +152,9 @@ def _read(source: Text, machine: Machine, options: Options) -> tuple[Moves, Tool
     """Moves, and their tool path on the branches of the table that keep the limits, lifted where ``air`` asks for it."""
     setup = machine_setup(machine, options)
     moves, path, _branches = lay_out(source, setup, gcode.interpret_program(source, setup), machine, options)
-    return moves, lift_path(path, options.air, along_tool=options.air_along == "tool") if options.air else path
+    if options.air:
+        path = lift_path(path, options.air, machine.coordinates.part_frame, along_tool=options.air_along == "tool")
+    return moves, path
 
 
 def _choose_ranges(
