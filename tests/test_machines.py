@@ -198,7 +198,7 @@ def test_check_names_the_joint_in_its_report(
 
 
 def test_machine_command_knows_them(run: Callable[..., Any]) -> None:
-    assert run("machine", "list").out.split() == ["linear_delta", "serial", "verne"]
+    assert run("machine", "list").out.split() == sorted(path.stem for path in (ROOT / "machine_configs").glob("*.toml"))
     for name in MACHINES:
         assert run("machine", "show", name).out == (ROOT / "machine_configs" / f"{name}.toml").read_text()
         valid = run("machine", "validate", name)

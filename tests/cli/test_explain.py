@@ -389,6 +389,7 @@ def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) ->
         "clearance": schema.ClearanceFile.__struct_fields__,
         "control": schema.ControlFile.__struct_fields__,
         "accuracy": schema.AccuracyFile.__struct_fields__,
+        "joints": {"NAME"},  # of a chain
     }
     options = run("convert", "--help").out
     for code, text in PARAMETERS.items():

@@ -267,13 +267,7 @@ def test_a_kind_without_equal_tilt_is_refused(serial: None, run: Callable[..., A
     assert "kind 'serial' has no curves of equal tilt" in answer.err
 
 
-def test_a_kind_without_tilting_rotary_table_has_no_slice(
-    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from verne_post.cli import machine
-
-    whole = verne_post.load_machine()
-    monkeypatch.setattr(machine, "load", lambda *_: replace(whole, kind="serial", columns=whole.columns[:3]))
-    answer = run("machine", "show", "--plot", tmp_path / "a.png")
+def test_other_rotary_axes_have_no_slice(run: Callable[..., Any], tmp_path: Path) -> None:
+    answer = run("machine", "show", "bc_trunnion", "--plot", tmp_path / "a.png")
     assert (answer.code, answer.out) == (2, "")
-    assert "a machine of kind 'serial' has no such pair of axes" in answer.err
+    assert "this machine has other rotary axes" in answer.err

@@ -21,7 +21,10 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         (("p.nc", "--tool-length", 60, "--wcs", "0,0,20"), "expected G54=X,Y,Z or G54=X,Y,Z,C"),
         (("p.nc", "--tool-length", 60, "--wcs", "G54=0,0"), "expected x,y,z or x,y,z,c, got 2 numbers"),
         # 4: a machine that is not there
-        (("p.nc", *PLACE, "--machine", "vern"), "machines by name: linear_delta, serial, verne"),
+        (
+            ("p.nc", *PLACE, "--machine", "vern"),
+            "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, linear_delta, serial, verne",
+        ),
         (("p.nc", *PLACE, "--machine", "VERNE.toml"), "; did you mean verne?"),
         # 5: a misspelt option, a misspelt command
         (("p.nc", "--tool-lenght", 60), "--tool-lenght"),

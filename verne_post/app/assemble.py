@@ -33,7 +33,7 @@ from verne_post.model.findings import Finding, InputError, UsageError, finding, 
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import WORK_SYSTEMS
+from verne_post.model.part_setup import SYSTEM_NAMES, WORK_SYSTEMS
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import ToolPath
@@ -151,14 +151,18 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
     frames = {}
     for system in WORK_SYSTEMS:
         offset = options.wcs.get(system)
+        if offset is not None and offset.turn_deg and not machine.coordinates.turns_with_part:
+            text = f"a part turned by {offset.turn_deg:g} degrees on the table is not executed on this machine: no joint that carries the part turns about its z"
+            raise InputError(finding("VP018", f"--wcs {SYSTEM_NAMES[system]}: {text}"))
         origin = machine.coordinates.work_origin(offset.origin_mm if offset else (0.0, 0.0, 0.0))
         frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
     home = machine.home or Home((0.0,) * 5, (0.0,) * 5)
-    points = [(*p[:3], p[3], 0.0, p[4], 0.0, 0.0, 0.0) for p in (home.g28, home.g30)]
+    points = [tuple(machine.place_stored(place).tolist()) for place in (home.g28, home.g30)]
     return Setup(
         coordinates=machine.coordinates, axes=machine.coordinates.axes, machine=True,
         home=points[0] if machine.home else None, home2=points[1] if machine.home else None,
         tools=dict(options.tools) if options.tools is not None else None, tool_length=options.tool_length, frames=frames,
+        rotary=machine.coordinates.rotary,
         given_systems=frozenset(options.wcs), travel=MachineTravel(machine), **_select_text_options(options),
     )  # fmt: skip
 
@@ -285,7 +289,8 @@ def lift(draft: Draft) -> Draft:
     """``air``: the whole path is lifted for a dry run."""
     if not draft.options.air:
         return draft
-    path = lift_path(draft.path, draft.options.air, along_tool=draft.options.air_along == "tool")
+    part_frame = draft.machine.coordinates.part_frame
+    path = lift_path(draft.path, draft.options.air, part_frame, along_tool=draft.options.air_along == "tool")
     return replace(draft, path=path)
 
 

@@ -124,11 +124,14 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
            "tip = o + Rz(c) p")  # fmt: skip
     wanted = machine.coordinates.to_table(end, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
-        yield "  table                A and C stand on another branch than the words name"
+        yield f"  table                {' and '.join(machine.rotary_letters)} stand on another branch than the words name"
 
 
 def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> Iterator[str]:
     """Place on the table -> gauge point -> platform -> joints, with the names of docs/conventions.md."""
+    if machine.module is None:
+        yield from _describe_chain_steps(machine, tip, angles, tool)
+        return
     axis = axis_of_angles(angles[0], angles[1])
     gauge = machine.five_axis.platform_gauge(tip, angles, tool)
     yield f"  tip on the table     {mm_text(tip)}"
@@ -147,7 +150,7 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
         return
     yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(platform.position)}, "
            f"platform tilt alpha {degrees_text(float(platform.alpha))} deg")  # fmt: skip
-    names = ", ".join(machine.module.actuators)
+    names = ", ".join(machine.actuators)
     a, c = (
         f"-({text})" if column.factor < 0 else text
         for column, text in zip(machine.columns[-2:], ("A + alpha", "C"), strict=True)
@@ -155,6 +158,16 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
     yield f"  joints               {names} from P; a = {a}, c = {c}:"
     shown = ", ".join(joint_text(machine, k, value) for k, value in enumerate(q))
     yield f"                       {shown}"
+
+
+def _describe_chain_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> Iterator[str]:
+    """Place on the part -> joints of a machine of one chain."""
+    q = machine.five_axis.joints(tip, angles, tool)
+    on_part, axis, _ok = machine.forward(q, tool)
+    yield f"  tip on the part      {mm_text(on_part)}"
+    yield f"  tool axis            k = ({', '.join(fixed(value, 6) for value in axis)})"
+    yield f"  words                {machine.name_angles(angles, 6)} deg"
+    yield f"  joints               {', '.join(joint_text(machine, k, value) for k, value in enumerate(q))}"
 
 
 def _describe_as_built_steps(

@@ -33,7 +33,8 @@ def explain_table_solution(
     reasons = [f"beyond the travel of {', '.join(beyond)}"] if beyond else []
     reasons += _list_errors(measures)
     yield f"{name}: " + ("possible" if not reasons else f"refused: {'; '.join(reasons)}")
-    yield f"  platform             P {mm_text(platform.position)}, platform tilt alpha {degrees_text(float(platform.alpha))} deg"
+    if machine.module is not None:
+        yield f"  platform             P {mm_text(platform.position)}, platform tilt alpha {degrees_text(float(platform.alpha))} deg"
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         margin = abs(column.factor) * float(min(value - low, high - value))
         margin_text = f"margin to its travel {fixed(margin, 6)} {column.unit}" if np.isfinite(margin) else "unlimited"
@@ -106,7 +107,8 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
             mode = f"  s ({signs})" if signs else ""
             joints = ", ".join(joint_text(machine, k, value, 4) for k, value in enumerate(solution.q[:-1]))
             verdict = ("in use" if in_use else "possible") if not reasons else "refused: " + "; ".join(reasons)
-            yield f"  alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  {joints}  {verdict}"
+            alpha = f"alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  " if machine.module is not None else ""
+            yield f"  {alpha}{joints}  {verdict}"
 
 
 def _has_negative_tilt(angles: Array) -> bool:

@@ -73,9 +73,21 @@ def propose(
         names = ", ".join(SYSTEM_NAMES[system] for system in systems)
         raise InputError(finding("VP018", f"fit moves one work system, and this program uses {names}"))
     system = systems[0]
+    if not machine.coordinates.turns_with_part:
+        raise InputError(
+            finding(
+                "VP018", "fit is not executed on a machine of which no joint that carries the part turns about its z"
+            )
+        )
     here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
     elsewhere = Place(*(np.array(_ELSEWHERE) + here.array()).tolist())
-    points = sample_part_points(path, here, _build_path_at(source, machine, options, system, elsewhere), elsewhere)
+    points = sample_part_points(
+        path,
+        here,
+        _build_path_at(source, machine, options, system, elsewhere),
+        elsewhere,
+        machine.coordinates.part_frame,
+    )
     if not len(points.tip):
         raise InputError(
             finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset, or only "
@@ -140,7 +152,9 @@ def _read(source: Text, machine: Machine, options: Options) -> tuple[Moves, Tool
     """Moves, and their tool path on the branches of the table that keep the limits, lifted where ``air`` asks for it."""
     setup = machine_setup(machine, options)
     moves, path, _branches = lay_out(source, setup, gcode.interpret_program(source, setup), machine, options)
-    return moves, lift_path(path, options.air, along_tool=options.air_along == "tool") if options.air else path
+    if options.air:
+        path = lift_path(path, options.air, machine.coordinates.part_frame, along_tool=options.air_along == "tool")
+    return moves, path
 
 
 def _choose_ranges(

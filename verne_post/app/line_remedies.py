@@ -93,11 +93,13 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         if tilt is None:
             continue
         tip, angles = joints.pose(joints.contour, np.array([0]), np.array([1.0]))
+        letter, at = joints.machine.rotary_letters[0], joints.machine.coordinates.rotary[0]
         now, then = (
-            joints.machine.coordinates.from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[3]
+            joints.machine.coordinates.from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[at]
             for a in (angles[0, 0], tilt)
         )
-        yield f"the line ended at A {short_text(then, 3)} in place of A {short_text(now, 6)}, tip and C as they are"
+        yield (f"the line ended at {letter} {short_text(then, 3)} in place of {letter} {short_text(now, 6)}, tip and "
+               f"{joints.machine.rotary_letters[1]} as they are")  # fmt: skip
 
 
 def _propose_branches(line: Line, error: bool) -> Iterator[str]:
@@ -107,8 +109,10 @@ def _propose_branches(line: Line, error: bool) -> Iterator[str]:
     for branch in remedies.legal_branches(joints):
         tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
         words = joints.machine.coordinates.from_table(tip[0], branch.of(angles[0]), line.frame)
-        name = "the other table solution" if branch.flip else "another turn of C"
-        yield (f"{name}: the line ends at A {short_text(words[3])}, C {short_text(words[5])} with the same tool axis "
+        tilt, turn = joints.machine.rotary_letters
+        a, c = (short_text(words[axis]) for axis in joints.machine.coordinates.rotary)
+        name = "the other table solution" if branch.flip else f"another turn of {turn}"
+        yield (f"{name}: the line ends at {tilt} {a}, {turn} {c} with the same tool axis "
                "(the table must begin the line on that side)")  # fmt: skip
         return  # the nearest one
 
@@ -130,7 +134,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
 
     least = remedies.smallest_shift(joints, np.eye(3), also_warnings=warnings)
     if least is not None:
-        moved = plain_list(least.vector, 3)
+        moved = plain_list(np.array(least.vector) @ coordinates.part_frame, 3)
         yield f"the part moved by {moved} mm ({_describe_offset(line, least)}){_describe_remaining(least)}"
         single = [
             f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_describe_remaining(one)}"
@@ -157,11 +161,12 @@ def _describe_offset(line: Line, shift: remedies.Shift) -> str:
     frame = line.frame
     origin = np.array(line.joints.machine.origin_on_table(frame))
     name = SYSTEM_NAMES[frame.system]
-    numbers = [*(origin + np.array(shift.vector)), *([frame.part_turn] if frame.part_turn else [])]
+    there = origin + np.array(shift.vector) @ line.joints.machine.coordinates.part_frame
+    numbers = [*there, *([frame.part_turn] if frame.part_turn else [])]
     given = line.options.wcs.get(frame.system)
     before = np.asarray(given.origin_mm if given else (0.0, 0.0, 0.0))
     if np.abs(before - origin).max() > LIMIT_SLACK_MM:
-        return f"the program puts {name} at {mm_text(origin)}, to become {mm_text(origin + np.array(shift.vector))}"
+        return f"the program puts {name} at {mm_text(origin)}, to become {mm_text(there)}"
     return f"then {name} = {plain_list(numbers)}"
 
 

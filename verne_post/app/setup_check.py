@@ -1,7 +1,6 @@
 """What set-up and program leave open although the program uses it: warnings before anything else is looked at."""
 
 from collections.abc import Iterator
-from typing import Final
 
 import numpy as np
 
@@ -17,9 +16,6 @@ from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.plausibility import compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.work_systems import placed_by
-
-_A: Final = AXES.index("A")
-_C: Final = AXES.index("C")
 
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
@@ -48,7 +44,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         line = int(moves.line[bare])
         found.append(finding("VP034", text, line=line, last_line=line, worst_line=line))
     texts = _find_implausible(options)
-    return [*(finding("VP505", text) for text in texts), *found, *_check_directions(moves, path)]
+    return [*(finding("VP505", text) for text in texts), *found, *_check_directions(moves, path, machine)]
 
 
 def _find_implausible(options: Options) -> Iterator[str]:
@@ -69,14 +65,14 @@ def _find_implausible(options: Options) -> Iterator[str]:
         yield from compare_largest(box.name, np.subtract(box.high, box.low).tolist(), "box", "a size of ")
 
 
-def _check_directions(moves: Moves, path: ToolPath) -> list[Finding]:
+def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Finding]:
     """VP037: cuts under a table that stands turned, in G-code that says nothing of tool-centre-point control.
 
     A program that turns the table while the tip cuts has no other reading that could be told from this one.
     """
     if moves.says_tcp:
         return []
-    first = -1
+    first, (tilt, turn) = -1, machine.coordinates.rotary
     for begin, end in blocks(len(path)):
         start, finish, move = path.start[begin:end], path.end[begin:end], path.move[begin:end]
         travel = np.linalg.norm(finish[:, :3] - start[:, :3], axis=1)
@@ -89,18 +85,18 @@ def _check_directions(moves: Moves, path: ToolPath) -> list[Finding]:
         turns = (np.abs(finish[:, 3:] - start[:, 3:]) > ZERO_ANGLE).any(axis=1)
         if (cuts & turns).any():
             return []
-        tilted = np.abs(np.sin(finish[:, 3])) > ZERO_ANGLE
+        tilted = np.abs(np.sin(finish[:, 3] - machine.coordinates.home_tilt)) > ZERO_ANGLE
         # under a vertical tool C matters where the tip is off the centre of the table
-        turned = np.abs(np.remainder(moves.end[move, _C] + 180.0, 360.0) - 180.0) > ZERO_ANGLE * DEG_PER_RAD
+        turned = np.abs(np.remainder(moves.end[move, turn] + 180.0, 360.0) - 180.0) > ZERO_ANGLE * DEG_PER_RAD
         away = np.maximum(np.hypot(*start[:, :2].T), np.hypot(*finish[:, :2].T)) > ZERO_LENGTH_MM
         at = np.flatnonzero(cuts & (tilted | (turned & away)))
         if first < 0 and len(at):
             first = int(move[at[0]])
     if first < 0:
         return []
-    line, (a, c) = int(moves.line[first]), moves.end[first, [_A, _C]] + 0.0  # no -0
+    line, (a, c) = int(moves.line[first]), moves.end[first, [tilt, turn]] + 0.0  # no -0
     text = (
-        f"X Y Z cut while the table stands at A{a:.6g} C{c:.6g}, and nothing says tool-centre-point control: they are read as "
+        f"X Y Z cut while the table stands at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, and nothing says tool-centre-point control: they are read as "
         "places of the part; a control would read them in the machine's directions; write G43.4 for G43 where the part is "
         "meant"
     )

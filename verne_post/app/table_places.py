@@ -13,12 +13,12 @@ from msgspec.structs import replace
 from verne_post import gcode
 from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
-from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
-from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
+from verne_post.base.tolerances import ZERO_ANGLE
+from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.setup import Setup
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Moves, TablePlace
+from verne_post.model.moves import AXES, Moves, TablePlace
 from verne_post.model.options import Options
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branch_choice import choose_branches
@@ -70,17 +70,20 @@ def lay_out(
     line = int(moves.line[max(wrong[0].before - 1, 0)])
     text = (
         "after the tool axis of this line the program names places of the machine, and the side on which the table stands "
-        "depends on them in turn; name A and C in one G0 block before them"
-    )
+        "depends on them in turn; name {} and {} in one G0 block before them"
+    ).format(*machine.rotary_letters)
     raise InputError(finding("VP013", text, line=line, last_line=line, worst_line=line))
 
 
 def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[float, float]:
     """Where the table really stands, as :class:`TablePlace` has it; under an upright tool as it was read."""
     at = int(np.searchsorted(path.move, place.before)) - 1
-    if at < 0 or abs(np.sin(RAD_PER_DEG * place.machine[0])) <= POLE_SINE:
+    stands = np.zeros(len(AXES))
+    stands[list(machine.coordinates.rotary)] = place.machine
+    if at < 0 or machine.coordinates.find_other_side(stands) is None:
         return place.machine
-    a, c = (float(angle * column.factor) for angle, column in zip(path.end[at, 3:], machine.columns[-2:], strict=True))
+    angles = path.end[at, 3:] - [machine.coordinates.home_tilt, 0.0]
+    a, c = (float(angle * column.factor) for angle, column in zip(angles, machine.columns[-2:], strict=True))
     return a, c
 
 

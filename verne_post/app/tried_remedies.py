@@ -139,7 +139,7 @@ def _find_legal_origin(
         shift = None if line is None else smallest_shift(line.joints, basis)
         if shift is None:
             return None
-        moved = place + np.array(shift.vector) - origin
+        moved = place + np.array(shift.vector) @ program.machine.coordinates.part_frame - origin
         place = origin + np.sign(moved) * np.ceil(np.round(np.abs(moved) / ROUND_MM, 6)) * ROUND_MM
         x, y, z = (round(float(value), 6) for value in place)
         wcs = {**program.options.wcs, system: WorkOffset((x, y, z), turn)}

@@ -14,6 +14,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.rotations import rotate_x, rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
+from verne_post.kinematics.chain.senses import describe_sense
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, SolverError, finding
 from verne_post.model.machine import Machine
@@ -183,6 +184,8 @@ def _describe_motion(
     first = f"{column.joint} goes {distance:+g} {column.unit}, back, {-distance:+g} {column.unit}, and back, at {peak:.2g} {column.unit}/s at most.{counted}"
     if joint < len(machine.columns) - 2:
         return f"{first} On the first way {_describe_nose(machine, here, step)}"
+    if machine.coordinates.rotary[joint - len(machine.columns)] in machine.coordinates.head:
+        return f"{first} On the first way {describe_sense(machine, here, joint)}."
     return f"{first} On the first way {_describe_mark(machine, here, step)}"
 
 
@@ -191,17 +194,20 @@ def _describe_nose(machine: Machine, here: Array, step: Array) -> str:
     five_axis = machine.five_axis
     platform, _ok = five_axis.platform(q)
     nose = (platform.position + five_axis.nose_offset * platform.turn(five_axis.spindle)) * [1.0, -1.0, -1.0]
-    text = f"the spindle nose moves {_describe_displacement(nose[1] - nose[0])}."
+    moved = (nose[1] - nose[0]) @ machine.coordinates.part_frame
+    against = "" if machine.module is not None else " against the part"
+    text = f"the spindle nose moves {_describe_displacement(moved)}{against}."
     turned = DEG_PER_RAD * float(np.diff(platform.alpha)[0])
     return text + (f" The platform tilts by {turned:+.4f} deg about x." if abs(turned) > SEEN_DEG else "")
 
 
 def _describe_mark(machine: Machine, here: Array, step: Array) -> str:
     """Marks on the table face, seen from where they are now, in directions of the machine with z up."""
-    marks = MARK_MM * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    part_frame = machine.coordinates.part_frame
+    marks = MARK_MM * part_frame.T[:2]  # along x and y of the part
     a, c = here[-2:]
     before, after = (rotate_x(rotate_z(marks, turn), tilt) for tilt, turn in ((a, c), (a + step[-2], c + step[-1])))
-    moved = after - before
+    moved = (after - before) @ part_frame
     far = int(np.argmax(np.linalg.norm(moved, axis=1)))
     mark = f"a mark {MARK_MM:g} mm from the rotary centre, where the table's {'xy'[far]} axis points,"
     return f"{mark} moves {_describe_displacement(moved[far])}."

@@ -131,7 +131,7 @@ def _list_residual_columns(report: IdentificationReport) -> list[tuple[str, str,
     """Name, unit and factor of every column of the residuals."""
     rods = report.result.misfit.shape[1]
     return [
-        *((f"{name}", "mm", 1.0) for name in report.machine.module.actuators),
+        *((f"{name}", "mm", 1.0) for name in report.machine.actuators),
         *((name, "mm", 1.0) for name in "xyz"),
         ("alpha", "deg", DEG_PER_RAD),
         *((f"rod equation {index + 1}", "mm", 1.0) for index in range(rods)),

@@ -82,6 +82,14 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
         _draw(files, name, machine, plot, suffix, iso_alpha, of_slice)
         return 0
     echo(files.read(machine_path(name), "NAME|FILE").decode("utf-8"), nl=False)
+    if machine.module is None:
+        from verne_post.kinematics.chain.senses import describe_senses
+
+        echo(
+            "\n# Positive senses, from the values above. A wrong one passes every check: compare them with the machine."
+        )
+        for text in describe_senses(machine):
+            echo(f"# {text}")
     return 0
 
 
@@ -108,9 +116,9 @@ def _draw(
         files.write(plot, "--plot", [plots.picture(plots.iso_alpha_figure(machine, machine.module), suffix)])
         return
     factors = {column.joint: column.factor for column in machine.columns}
-    if not {"a", "c"} <= set(factors):
+    if not {"a", "c"} <= set(factors) or not np.array_equal(machine.coordinates.part_frame, np.eye(3)):
         raise click.UsageError(
-            f"--plot: a slice is drawn at a nominal A and C, and a machine of kind {machine.kind!r} has no such pair of axes"
+            "--plot: a slice is drawn in the table frame of a tilt A about x that carries a C; this machine has other rotary axes"
         )
     angles = np.array([float(of_slice[key] or 0.0) / factors[joint] for key, joint in (("tilt", "a"), ("rotary", "c"))])
     plane, at, length = (

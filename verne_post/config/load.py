@@ -14,18 +14,16 @@ from verne_post.base.printable import visible
 from verne_post.base.suggestions import suggest
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.beside import file_beside
+from verne_post.config.common import convert_drives, convert_home, convert_vibration
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path, names_hint, read_machine_file
 from verne_post.config.plausibility import find_implausible
 from verne_post.config.schema import (
     AccuracyFile,
-    DriveFile,
-    HomeFile,
     LimitsFile,
     MachineFile,
     RodsFile,
     TolerancesFile,
-    VibrationFile,
     limits_file,
 )
 from verne_post.config.sentences import Table, WrongTableError, check_table
@@ -35,16 +33,12 @@ from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
-from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, UsageError, finding
-from verne_post.model.machine import Accuracy, Bodies, Column, Home, Limits, Machine
+from verne_post.model.machine import Accuracy, Bodies, Column, Limits, Machine
 from verne_post.model.moves import Frame
 from verne_post.model.protocols import FiveAxis
-from verne_post.model.vibration import Mode, Vibration
 
 if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
-
     from verne_post.kinematics.as_built.bodies import VerneRods
 
 _Schema = TypeVar("_Schema", bound=Table)
@@ -95,6 +89,10 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         data = read_toml(raw)
     except ValueError as error:
         raise InputError(finding("VP501", f"{file_name}: {error}")) from None
+    if data.get("schema") == 2:
+        from verne_post.config.chain import build_chain_machine  # the default machine has another schema
+
+        return build_chain_machine(data, raw, file_name)
     content, kind, module_file, limits, rods = _check_schemas(data, file_name)
     as_built = None
     if content.as_built is not None:
@@ -137,17 +135,17 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         columns=columns,
         limits=joint_limits,
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg, RAD_PER_DEG * threshold),
-        home=_convert_home(home) if home else None,
+        home=convert_home(home) if home else None,
         table_radius=content.table.radius,
         clearance=clearance,
         cycle=content.control.cycle_s,
         provenance=provenance,
-        drives=_convert_drives(content.drives, columns, joint_limits, file_name),
+        drives=convert_drives(content.drives, columns, joint_limits, file_name),
         bodies=clearance.bodies if clearance else None,
         rod_places=places,
         warnings=tuple(find_implausible(data, kind.group)),
         tolerances=_convert_tolerances(content.tolerances or TolerancesFile()),
-        vibration=_convert_vibration(content.vibration),
+        vibration=convert_vibration(content.vibration),
     )
 
 
@@ -159,78 +157,6 @@ def _convert_tolerances(file: TolerancesFile) -> np.ndarray:
         value = getattr(file, key) or common
         parts.append(np.full(int(np.prod(shape)), value * (MILLI if angle else 1.0)))
     return np.concatenate(parts)
-
-
-def _convert_drives(
-    files: dict[str, DriveFile] | None, columns: tuple[Column, ...], limits: Limits, file_name: str
-) -> tuple[Drive, ...]:
-    """The drives in the order of the joints; empty where the file names none.
-
-    Raises
-    ------
-    InputError
-        VP501: a joint without a drive, a drive without a joint, or a table of lead errors that does not cover the travel.
-    """
-    if files is None:
-        return ()
-    joints = [column.joint for column in columns]
-    wrong = [
-        f"{file_name}: drives.{name} is no joint of this machine; they are {', '.join(joints)}"
-        for name in files
-        if name not in joints
-    ]
-    wrong += [
-        f"{file_name}: drives.{name} is missing: every joint needs its drive" for name in joints if name not in files
-    ]
-    if wrong:
-        raise InputError(*(finding("VP501", text) for text in wrong))
-    drives = []
-    for column, low, high in zip(columns, limits.lower, limits.upper, strict=True):
-        file = files[column.joint]
-        ends = sorted((float(low) * column.factor, float(high) * column.factor))
-        error = (
-            None
-            if file.lead_error is None
-            else _lead_error(file.lead_error, ends, f"{file_name}: drives.{column.joint}.lead_error")
-        )
-        drives.append(Drive(file.unit, float(file.sign), file.zero, file.scale, file.integer, error))
-    return tuple(drives)
-
-
-def _lead_error(table: list[list[float]], travel: list[float], where: str) -> "CubicSpline":
-    """A cubic spline through the table: positions between its points must not jerk."""
-    from scipy.interpolate import CubicSpline
-
-    place, error = np.array(table).T
-    endless = not np.isfinite(travel).all()
-    if endless and not (place[-1] - place[0] == 360.0 and error[-1] == error[0]):
-        raise InputError(
-            finding(
-                "VP501",
-                f"{where}: this joint has no limits; expected one turn of 360 degrees, with the same error at both ends",
-            )
-        )
-    if not endless and not (place[0] <= travel[0] and place[-1] >= travel[1]):
-        raise InputError(
-            finding(
-                "VP501",
-                f"{where} reaches from {place[0]:g} to {place[-1]:g}; it must cover the travel from {travel[0]:g} to {travel[1]:g}",
-            )
-        )
-    return CubicSpline(
-        place, error, bc_type="periodic" if endless else "natural", extrapolate="periodic" if endless else True
-    )
-
-
-def _convert_vibration(file: VibrationFile | None) -> Vibration | None:
-    if file is None:
-        return None
-    return Vibration(tuple(Mode(*pair) for pair in file.modes), file.shaper)
-
-
-def _convert_home(file: HomeFile) -> Home:
-    g28, g30, park = (None if pose is None else tuple(pose) for pose in (file.g28, file.g30, file.park))
-    return Home(g28, g30, park)  # type: ignore[arg-type]
 
 
 def _convert_limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits:
@@ -394,7 +320,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
     for name, home in (("g28", machine.home.g28), ("g30", machine.home.g30), ("park", machine.home.park)):
         if home is None:
             continue
-        point = np.array([*home[:3], home[3], 0.0, home[4], 0.0, 0.0, 0.0])
+        point = machine.place_stored(home)
         frame = Frame()
         tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, frame), frame)
         q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)

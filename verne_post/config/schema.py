@@ -307,7 +307,7 @@ class ProvenanceFile(Table, frozen=True, kw_only=True):
 class MachineFile(Table, frozen=True, kw_only=True):
     """The file as a whole; ``module`` and ``limits`` are checked against the schemas of its ``kind``."""
 
-    schema: Literal[1]
+    schema: Literal[1, 2]
     name: Annotated[str, Meta(min_length=1)]
     kind: str
     module: dict[str, object]

@@ -51,7 +51,7 @@ def dialect_of_blocks(
 def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     """True when the letter stands anywhere outside comments: it may give the axis a position."""
     sought = letter.encode()
-    if letter in "AC":  # tool axes name them
+    if letter in setup.rotary_letters:  # tool axes name them
         sought += rb"|G0*43\.50*(?![0-9])|G0*53\.10*(?![0-9])"
     elif letter in "XY":
         sought += rb"|[@^]"

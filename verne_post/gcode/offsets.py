@@ -6,6 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
+from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.moves import Frame
 from verne_post.model.part_setup import Vector9
@@ -37,6 +38,20 @@ class CartesianCoordinates(Struct, frozen=True):
     def tool_axis(self, program: list[float], frame: Frame) -> Array | None:
         """A plain interpreter does not know how rotary axes turn the tool."""
         return None
+
+    def find_other_side(self, machine: Array) -> Array | None:
+        """A plain interpreter knows no other side."""
+        return None
+
+    def is_upright(self, machine: Array) -> bool:
+        """Whether A stands at 0."""
+        tilt = RAD_PER_DEG * float(machine[3])
+        return abs(math.sin(tilt)) <= POLE_SINE and math.cos(tilt) > 0
+
+    @property
+    def head(self) -> tuple[int, ...]:
+        """A plain interpreter has no head."""
+        return ()
 
     def to_machine(self, program: Array, frame: Frame) -> Array:
         """Program coordinates (..., 9) -> machine coordinates."""

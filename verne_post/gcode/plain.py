@@ -33,7 +33,7 @@ MIN_LINES: Final = 8
 _LONG_STRETCH: Final = 1_000
 #: So many lines of a long stretch come first: where line after line is refused, each attempt costs no more than these.
 _HEAD: Final = 32
-_A, _C, _F, _G, _N = 3, 5, 9, 10, 11
+_F, _G, _N = 9, 10, 11
 #: What a line names, in one number: a bit for each axis, F and G.
 _BITS: Final = 1 << np.arange(_G + 1)
 _NOT_ALIKE: Final = (0, 0)
@@ -211,11 +211,12 @@ def _may_curve(state: State, view: PlainView) -> bool:
 
 
 def turn_to_axes(core: Machining, end: Array, axes: Array) -> None:
-    """Turn A and C of the ends (n, 9) of lines, in place, to their tool axes (n, 3), which are unit vectors."""
-    state = core.state
-    end[:, [_A, _C]] = core.setup.coordinates.point_axes((state.position[_A], state.position[_C]), axes, state.frame)
+    """Turn the rotary axes of the ends (n, 9) of lines, in place, to their tool axes (n, 3), which are unit vectors."""
+    state, (tilt, turn) = core.state, core.setup.rotary
+    words = state.position[tilt], state.position[turn]
+    end[:, [tilt, turn]] = core.setup.coordinates.point_axes(words, axes, state.frame)
     if core.setup.machine:
-        state.placed = state.named[_A] = state.named[_C] = True
+        state.placed = state.named[tilt] = state.named[turn] = True
 
 
 def execute(
@@ -312,8 +313,9 @@ def _execute(
     if number is None:
         number = np.full(len(kind), shown_line)
     recorder.add_many(state, number, kind, moved, shown, curves, tool_axes, seconds)
-    if recorder.fixes_c is None and given[-1, _C]:
-        named = int(lines.first_line + first + np.argmax(given[:, _C]))
+    turn = core.setup.rotary[1]
+    if recorder.fixes_c is None and given[-1, turn]:
+        named = int(lines.first_line + first + np.argmax(given[:, turn]))
         recorder.fix_c(named if shown_line is None else shown_line)
     state.arc_may_follow = state.arc_may_follow or straight
     view.motion = 10 * int(motion[-1])
@@ -370,7 +372,7 @@ def _execute_alike(
     kind, shown = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
     line = lines.first_line + first if shown_line is None else shown_line
     core.recorder.add_run(state, line, kind, end, shown, counted=shown_line is None)
-    if _C in axes:
+    if core.setup.rotary[1] in axes:
         core.recorder.fix_c(line)
     state.arc_may_follow = True
     view.motion = motion

@@ -37,7 +37,7 @@ def pointing(core: Machining, lines: plain.PlainLines) -> plain.Point:
 
 
 def _point(core: Machining, lines: plain.PlainLines, first: int, end: Array) -> Array:
-    """Turn A and C of ends (n, 9) to the tool axes of the lines; returns these (n, 3)."""
+    """Turn the rotary axes of ends (n, 9) to the tool axes of the lines; returns these (n, 3)."""
     assert lines.offsets is not None
     vectors = lines.offsets[first : first + len(end), :_R]
     axes = vectors / length_of(vectors)[:, None]

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from msgspec import Struct, field
 
-from verne_post.model.moves import Frame
+from verne_post.model.moves import AXES, Frame
 from verne_post.model.part_setup import Tool
 from verne_post.model.protocols import Coordinates, TableTravel
 
@@ -54,6 +54,8 @@ class Setup(TextOptions, frozen=True, kw_only=True):
         What standing still means when frames change, and where machine coordinates are.
     axes : str
         Letters of the axes that may be named.
+    rotary : tuple of 2 int
+        Which of ``AXES`` tilt the tool and turn about its pole: the rotary axes of the machine, A and C on a tilting table.
     machine : bool
         True for `convert` and `check`: positions must be known, tool lengths given.
     home, home2 : tuple or None
@@ -83,3 +85,15 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     given_systems: frozenset[int] = frozenset()
     table_places: tuple[tuple[float, float], ...] = ()
     travel: TableTravel | None = None
+    rotary: tuple[int, int] = (AXES.index("A"), AXES.index("C"))
+
+    @property
+    def rotary_letters(self) -> tuple[str, str]:
+        """Letters of the rotary axes."""
+        tilt, turn = self.rotary
+        return AXES[tilt], AXES[turn]
+
+    @property
+    def both_rotary(self) -> str:
+        """The rotary axes, in a sentence."""
+        return " and ".join(self.rotary_letters)

@@ -16,8 +16,6 @@ from verne_post.gcode.setup import Setup
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import AXES, MoveKind, Moves
 
-_A: Final = AXES.index("A")
-_C: Final = AXES.index("C")
 #: A system of equations for the start is solved up to this condition number; beyond it the start is not determined.
 _MAX_CONDITION: Final = 1e9
 #: So many times what is missing is added before its slopes are computed.
@@ -113,7 +111,7 @@ class _Opening:
         machine = self.setup.coordinates.to_machine(position, self.frame)
         turned = [
             axis
-            for axis in (_A, _C)
+            for axis in self.setup.rotary
             if AXES[axis] in self.setup.axes and axis not in self.unnamed
             and abs(machine[axis]) > ZERO_ANGLE * DEG_PER_RAD
         ]  # fmt: skip
@@ -160,11 +158,15 @@ class _Opening:
 
     def _explain_tilt(self, item: Finding, start: list[float]) -> Finding:
         """An error that comes from the tilt of the start (VP017), with where that is from: the last of the opening lines."""
-        opened = self.discovered
-        if item.code != "VP017" or not start[_A] or not item.line or opened is None or not opened.recorder.count:
+        opened, tilt = self.discovered, self.setup.rotary[0]
+        if item.code != "VP017" or not start[tilt] or not item.line or opened is None or not opened.recorder.count:
             return item
         opening = int(opened.recorder.freeze(start, opened.state.frame, {}).line[-1])
         if item.line >= opening:
             return item
-        why = f"; A is named first in line {opening}, so the program starts with A {start[_A]:g}: name A and C before line {item.line}"
+        letter = AXES[tilt]
+        why = (
+            f"; {letter} is named first in line {opening}, so the program starts with {letter} {start[tilt]:g}: name "
+            f"{self.setup.both_rotary} before line {item.line}"
+        )
         return replace(item, message=item.message + why)

@@ -3,7 +3,6 @@
 (A, C) and (-A, C + 180) hold the same axis, and so does every whole turn of C. A control takes one that the table reaches.
 """
 
-import math
 from collections.abc import Callable
 from typing import Final
 
@@ -11,12 +10,9 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import POLE_SINE
-from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.setup import Setup
 from verne_post.model.moves import Frame
 
-_A, _C = 3, 5
 _FULL_TURN: Final = 360.0
 
 
@@ -55,30 +51,27 @@ def find_positions(
     tip_stays : bool
         The tip keeps its place on the part; else the linear axes of the machine stand.
     """
-    coordinates = setup.coordinates
+    coordinates, (tilt, turn) = setup.coordinates, setup.rotary
     here = np.array(coordinates.to_machine(np.array(start), frame))
     first = np.array(coordinates.to_machine(np.array(coordinates.point_axis(start, vector, frame)), frame))
-    sides = [first]
-    if setup.machine and abs(math.sin(RAD_PER_DEG * first[_A])) > POLE_SINE:
-        other = first.copy()
-        other[_A], other[_C] = -first[_A], first[_C] + 0.5 * _FULL_TURN
-        sides.append(other)
+    other = coordinates.find_other_side(first) if setup.machine else None
+    sides = [first] if other is None else [first, other]
     found = []
     for side in sides:
         words = coordinates.to_program(side, frame)
-        nearest = float(words[_C]) - _FULL_TURN * round((float(words[_C]) - start[_C]) / _FULL_TURN)
-        for turn in (0.0, -_FULL_TURN, _FULL_TURN):
+        nearest = float(words[turn]) - _FULL_TURN * round((float(words[turn]) - start[turn]) / _FULL_TURN)
+        for whole in (0.0, -_FULL_TURN, _FULL_TURN):
             program = np.array(start)
-            program[[_A, _C]] = words[_A], nearest + turn
+            program[[tilt, turn]] = words[tilt], nearest + whole
             place = np.array(coordinates.to_machine(program, frame))
             if not tip_stays:
                 place[:3] = here[:3]
                 program = np.array(coordinates.to_program(place, frame))
             beyond = setup.travel.beyond(place, frame.tool_length) if setup.travel is not None else ""
-            if beyond and turn:
+            if beyond and whole:
                 continue
             values = [float(value) for value in program]
-            found.append(TablePosition(values, float(side[_A]), abs(values[_C] - start[_C]), beyond))
+            found.append(TablePosition(values, float(side[tilt]), abs(values[turn] - start[turn]), beyond))
             if len(sides) == 1:
                 return found
     return found

@@ -14,7 +14,7 @@ class MachineTravel(Struct, frozen=True, eq=False):
     machine: Machine
 
     def beyond(self, place: Array, tool_length: float) -> str:
-        """The letters, of A and C, that would be beyond their travel at a place of the nominal machine (9,), mm and degrees.
+        """The letters of rotary axes that would be beyond their travel at a place of the nominal machine (9,), mm and degrees.
 
         Where no sliders reach the place, the nominal angles are compared.
         """
@@ -24,4 +24,4 @@ class MachineTravel(Struct, frozen=True, eq=False):
         table = q[0, -2:] if ok[0] else angles[0]
         limits = machine.limits
         out = (table < limits.lower[-2:] - LIMIT_SLACK) | (table > limits.upper[-2:] + LIMIT_SLACK)
-        return "".join(letter for letter, beyond in zip("AC", out, strict=True) if beyond)
+        return "".join(letter for letter, beyond in zip(machine.rotary_letters, out, strict=True) if beyond)

@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.numbers import fixed
 from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding
-from verne_post.model.moves import Frame
+from verne_post.model.moves import AXES, Frame
 from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
 from verne_post.model.vibration import Vibration
 
@@ -116,7 +117,7 @@ class Machine:
     name: str
     kind: str
     sha256: str
-    module: ParallelModule
+    module: ParallelModule | None
     five_axis: FiveAxis
     coordinates: TableCoordinates
     columns: tuple[Column, ...]
@@ -143,6 +144,29 @@ class Machine:
     def margins(self) -> tuple[Margin, ...]:
         """What the module's ``geometry_margins`` measure, with the thresholds of this machine."""
         return self.five_axis.margin_names(self.limits.serial_singularity, self.limits.parallel_singularity)
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Names of the joints but the rotary pair."""
+        return tuple(column.joint for column in self.columns[:-2])
+
+    @property
+    def rotary_letters(self) -> tuple[str, str]:
+        """Letters of the rotary axes: of the one that tilts the tool, and of the one that turns about its pole."""
+        tilt, turn = self.coordinates.rotary
+        return AXES[tilt], AXES[turn]
+
+    def place_stored(self, home: tuple[float, ...]) -> Array:
+        """Machine coordinates (9,) of a stored position: x, y, z, and the rotary axes in the order of the columns."""
+        place = np.zeros(len(AXES))
+        place[[0, 1, 2, *self.coordinates.rotary]] = home
+        return place
+
+    def name_angles(self, angles: Array | tuple[float, float], decimals: int = 3) -> str:
+        """Nominal angles (2,), rad, as words of the rotary axes: ``A 30.000, C -90.000``."""
+        program = self.coordinates.from_table(np.zeros(3), np.asarray(angles, dtype=float), Frame())
+        words = zip(self.rotary_letters, program[list(self.coordinates.rotary)], strict=True)
+        return ", ".join(f"{letter} {fixed(float(word), decimals)}" for letter, word in words)
 
     def origin_on_table(self, frame: Frame) -> tuple[float, float, float]:
         """Origin of a work system in the table frame, mm."""

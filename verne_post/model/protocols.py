@@ -364,6 +364,16 @@ class Coordinates(Protocol):
     def tool_axis(self, program: list[float], frame: Frame) -> Array | None:
         """Tool axis (3,) at a program point, program directions, tip to spindle; None where angles have no meaning."""
 
+    def find_other_side(self, machine: Array) -> Array | None:
+        """Machine coordinates (9,) with the same tool axis and the tilt on the other side of the pole; None at the pole."""
+
+    def is_upright(self, machine: Array) -> bool:
+        """Whether the tool points along z of the part at machine coordinates (9,)."""
+
+    @property
+    def head(self) -> tuple[int, ...]:
+        """Which of the rotary axes turn the tool's end of the machine, as numbers of ``AXES``."""
+
 
 class TableTravel(Protocol):
     """What an interpreter may ask about the travel of the table."""
@@ -378,6 +388,26 @@ class TableCoordinates(Coordinates, Protocol):
     @property
     def axes(self) -> str:
         """Letters of the axes that the machine has."""
+
+    @property
+    def rotary(self) -> tuple[int, int]:
+        """Which of ``AXES`` tilt the tool and turn about its pole."""
+
+    @property
+    def part_frame(self) -> Array:
+        """Rows (3, 3): x, y, z of the table frame in directions of the part frame, in which work offsets are given."""
+
+    @property
+    def home_tilt(self) -> float:
+        """Nominal A where the tilting joint stands at 0, rad."""
+
+    @property
+    def turns_with_part(self) -> bool:
+        """Whether a part that stands turned about z is the same as another angle of the joint that carries it."""
+
+    @property
+    def rotary_centre(self) -> Array:
+        """A point of the rotary axis (3,), table frame, mm."""
 
     @property
     def rotary_offset(self) -> Array:

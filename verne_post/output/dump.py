@@ -97,8 +97,10 @@ def joints(joint_path: JointPath) -> Iterator[str]:
                 for j, column in enumerate(machine.columns)
             }  # fmt: skip
             clearances = {name: finite_or_none(margins[k, j]) for j, name in enumerate(names)}
-            yield _write_line({"line": int(line[k]), "s": float(s[k]), "q": q,
-                         "alpha_deg": finite_or_none(DEG_PER_RAD * solved.platform.alpha[k]), "margins": {**travel, **clearances}})  # fmt: skip
+            alpha = (
+                {} if machine.module is None else {"alpha_deg": finite_or_none(DEG_PER_RAD * solved.platform.alpha[k])}
+            )
+            yield _write_line({"line": int(line[k]), "s": float(s[k]), "q": q, **alpha, "margins": {**travel, **clearances}})  # fmt: skip
 
 
 def _sample_points(

@@ -43,7 +43,7 @@ def _write_g10_block(proposal: Proposal, machine: Machine) -> str | None:
     turn = place.c * DEG_PER_RAD
     # R turns X and Y of the program, C takes the turn off the table; the machine file's sense of C counts
     sense = 1.0 if machine.columns[-1].factor > 0 else -1.0
-    words = {"X": x, "Y": y, "Z": z, "R": turn, "C": -sense * turn}
+    words = {"X": x, "Y": y, "Z": z, "R": turn, machine.rotary_letters[1]: -sense * turn}
     return f"G10 L2 P{proposal.system} " + " ".join(f"{letter}{_number(value)}" for letter, value in words.items())
 
 

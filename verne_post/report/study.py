@@ -166,7 +166,8 @@ class _Collector:
         margin, nearest = margins.min(axis=1), margins.argmin(axis=1)
         reached_margin = reached & np.isfinite(margin)
         margin[~reached_margin], nearest[~reached_margin] = np.nan, -1
-        alpha = np.where(reached, np.degrees(samples.q[:, -2] - samples.angles[:, 0]), np.nan)
+        home_tilt = self.machine.coordinates.home_tilt
+        alpha = np.where(reached, np.degrees(samples.q[:, -2] - samples.angles[:, 0] + home_tilt), np.nan)
         kept = (
             samples.x, samples.line, samples.q, tool_length, samples.tip, samples.angles, samples.speed, margin, nearest,
             self._move[samples.segment], alpha,
@@ -212,7 +213,7 @@ class _Collector:
             self.findings, result.summary if timed else None, self.program, governing, bands, timed, x, line.astype(np.int64),
             q * [column.factor for column in machine.columns], curves, trail,
             tip, axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, nearest, self._margin_names, move, alpha_deg,
-            nose * up, position * up, basis, rods, q[:, -2], q[:, -1], tool_length, place, place_tip,
+            nose * up, position * up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip,
         )  # fmt: skip
 
     def _find_places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:
@@ -225,6 +226,13 @@ class _Collector:
                 candidates = on_line if len(on_line) else np.arange(len(x))
                 place[index], tips[index] = candidates[np.abs(x[candidates] - worst[1]).argmin()], worst[2]
         return place, tips
+
+
+def _turn_table(machine: Machine, q: Array) -> tuple[Array, Array]:
+    """Tilt and turn (n,) of what carries the part, rad: 0 for a joint that carries the tool."""
+    tilt, turn = (q[:, column] * (axis not in machine.coordinates.head)
+                  for column, axis in zip((-2, -1), machine.coordinates.rotary, strict=True))  # fmt: skip
+    return tilt, turn
 
 
 def _find_bad(findings: tuple[Finding, ...], line: Ints, margin: Array) -> Mask:

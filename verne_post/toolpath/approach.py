@@ -49,8 +49,7 @@ def joints_at_place(machine: Machine, place: Place, option: str) -> Array:
     if home is None:
         key = "[home]" if place == "home" else "home.park"
         raise InputError(finding("VP015", f"{option} {place} needs {key} in the machine file"))
-    x, y, z, a, c = home
-    point = np.array([x, y, z, a, 0.0, c, 0.0, 0.0, 0.0])
+    point = machine.place_stored(home)
     tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, Frame()), Frame())
     q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
     if not ok:

@@ -4,7 +4,6 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.numbers import fixed
 from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.findings import Finding, finding
@@ -61,19 +60,15 @@ def choose_branches(
 
 def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *, allow_rewind: bool) -> list[Finding]:
     """Report (VP301) where the table rewinds, changes sides, or leaves the programmed branch."""
-    factors = [column.factor for column in machine.columns[-2:]]
-
-    def show(pair: tuple[float, float]) -> str:
-        return ", ".join(
-            f"{name} {fixed(value * factor, 3)}" for name, value, factor in zip("AC", pair, factors, strict=True)
-        )
-
+    show, (tilt, turn) = machine.name_angles, machine.rotary_letters
     findings = []
     for change in plan.changes:
         line = int(path.line[change.segment])
         fine = allow_rewind and not change.feeding
         if change.upright:
-            what = f"C turns under the standing, vertical tool from {show(change.before)} to {show(change.after)} deg"
+            what = (
+                f"{turn} turns under the standing, vertical tool from {show(change.before)} to {show(change.after)} deg"
+            )
             fine = fine or bool(path.free.any())  # else the path stays as it was programmed
         else:
             what = f"the table must go from ({show(change.before)}) to ({show(change.after)}) deg before this line"
@@ -93,7 +88,7 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
             continue
         line = int(path.line[segment])
         instead = show((float(plan.start[segment, 0]), float(plan.start[segment, 1])))
-        what = f"the programmed A and C break a limit; from this line the table would stand at ({instead}) deg instead"
+        what = f"the programmed {tilt} and {turn} break a limit; from this line the table would stand at ({instead}) deg instead"
         findings.append(finding("VP301", what, severity="warning" if allow_rewind else "error",
                              line=line, last_line=line, worst_line=line))  # fmt: skip
     return findings

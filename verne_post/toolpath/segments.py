@@ -239,7 +239,10 @@ def _place_turns(placed: PlacedMoves, carried: Rows, coordinates: TableCoordinat
     """
     start, end = placed.start[carried], placed.end[carried]
     first, last = (coordinates.gauge_point(pose[:, :3], pose[:, 3:], 0.0) for pose in (start, end))
-    offset, shift = np.tile(coordinates.rotary_offset, (len(carried), 1)), np.zeros((len(carried), 3))
+    offset, shift = (
+        np.tile(coordinates.rotary_offset, (len(carried), 1)),
+        np.tile(coordinates.rotary_centre, (len(carried), 1)),
+    )
     swings = np.flatnonzero(placed.moves.kind[placed.row[carried]] == MoveKind.SWING)
     if len(swings):
         shift[swings] = _place_centers(placed.moves, placed.row[carried[swings]], coordinates)

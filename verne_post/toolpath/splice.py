@@ -9,7 +9,9 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
+from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Frame
 from verne_post.model.toolpath import SegmentKind, ToolPath, sections_at
@@ -20,6 +22,10 @@ _COLUMNS: Final = (
     "line", "kind", "start", "end", "tool_length", "feed_time", "timed", "length", "arc", "spline", "turn", "circle", "free", "move",
     "dwell_seconds", "dwell_line",
 )  # fmt: skip
+
+
+#: Rise of Z of the machine per mm along the tool below which no retract goes along the tool.
+_LEAST_RISE: Final = 0.2
 
 
 class Step(Struct, frozen=True, eq=False):
@@ -46,8 +52,29 @@ def retract_pose(pose: Array, machine: Machine, tool_length: float) -> Array:
     frame = Frame(tool=(0.0, 0.0, tool_length, *ZERO9[3:]))
     coordinates = machine.coordinates
     point = coordinates.to_machine(coordinates.from_table(pose[:3], pose[3:], frame), frame)
+    if coordinates.head:
+        return _retract_along_tool(pose, machine, tool_length, float(point[2]))
     point[2] = max(point[2], 0.0)
     return np.concatenate(coordinates.to_table(coordinates.to_program(point, frame), frame))
+
+
+def _retract_along_tool(pose: Array, machine: Machine, tool_length: float, height: float) -> Array:
+    """The same where Z of the machine, at ``height``, does not run along the tool axis.
+
+    Raises
+    ------
+    InputError
+        VP018 where the tool lies too flat.
+    """
+    axis = axis_of_angles(pose[3], pose[4])
+    q = machine.five_axis.joints(np.stack([pose[:3], pose[:3] + axis]), pose[3:], tool_length)
+    rise = float(q[1, 2] - q[0, 2])
+    if height < 0.0 and rise < _LEAST_RISE:
+        raise InputError(
+            finding("VP018", "a retract along the tool axis does not reach machine Z 0: the tool lies too flat there")
+        )
+    away = max(-height, 0.0) / max(rise, _LEAST_RISE)
+    return np.concatenate([pose[:3] + away * axis, pose[3:]])
 
 
 def rapid_segments(steps: Sequence[Step], like: ToolPath, segment: int) -> ToolPath:

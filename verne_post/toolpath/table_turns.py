@@ -10,7 +10,7 @@ from verne_post.base.rotations import wrap_angle
 from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Moves
+from verne_post.model.moves import Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import pose
 
@@ -19,7 +19,6 @@ from verne_post.toolpath.evaluate import pose
 _NEARLY_HALF_TURN: Final = np.radians(179.0)
 #: Chords in which the direction of arcs and splines is followed.
 _CHORDS: Final = 32
-_C: Final = AXES.index("C")
 
 
 def report_table_turns(path: ToolPath, moves: Moves, machine: Machine) -> list[Finding]:
@@ -61,19 +60,23 @@ def _turn_of_direction(path: ToolPath, rows: Ints) -> Array:
 
 def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swung: bool) -> Finding:
     """One finding for segments that have one cause."""
-    factor = machine.columns[-1].factor
+    factor, letter = machine.columns[-1].factor, machine.rotary_letters[1]
     first, turns = rows[0], (path.end[rows, 4] - path.start[rows, 4]) * factor
     turn = float(turns[0])
     tip = float(np.linalg.norm(path.end[first, :3] - path.start[first, :3]))
-    after = float(moves.end[path.move[first], _C]) if not path.free[first] else float(path.end[first, 4]) * factor
-    what = f"C turns by {turn:.6g} deg, from {after - turn:.6g} to {after:.6g}, while the tip goes {tip:.4g} mm"
+    after = (
+        float(moves.end[path.move[first], machine.coordinates.rotary[1]])
+        if not path.free[first]
+        else float(path.end[first, 4]) * factor
+    )
+    what = f"{letter} turns by {turn:.6g} deg, from {after - turn:.6g} to {after:.6g}, while the tip goes {tip:.4g} mm"
     if swung:
         text = f"{what}: the tool axis passes close to the vertical; lead it through the vertical, or farther around"
     else:
         short = float(np.degrees(wrap_angle(np.radians(turn))))
         short = 0.0 if abs(short) <= np.degrees(ZERO_ANGLE) else short
         text = (
-            f"{what}, and the tilted tool sweeps around with it; C{after - turn + short:.6g}, {abs(short):.6g} deg away, "
+            f"{what}, and the tilted tool sweeps around with it; {letter}{after - turn + short:.6g}, {abs(short):.6g} deg away, "
             "holds the same tool axis"
         )
     others = f" (moves like this: {len(rows)})" if len(rows) > 1 else ""

@@ -96,7 +96,7 @@ class PartPoints(Struct, frozen=True, eq=False):
         return PartPoints(*(column[rows] for column in asdict(self).values()))
 
 
-def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place) -> PartPoints:
+def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Place, part_frame: Array) -> PartPoints:
     """Sample points along the segments of a path that are tied to the part.
 
     Parameters
@@ -104,12 +104,14 @@ def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Pla
     path, moved : ToolPath
         The program with the part at ``place`` and at ``other``. What is not tied to the part, as positions in machine
         coordinates, does not move with it.
+    part_frame : ndarray, shape (3, 3)
+        Of the machine's coordinates.
     """
     _both, rows, twins = np.intersect1d(path.move, moved.move, return_indices=True)
     tied = np.ones(len(rows), dtype=bool)
     for name in ("start", "end"):
-        here = _move_to_part(getattr(path, name)[rows], place)
-        there = _move_to_part(getattr(moved, name)[twins], other)
+        here = _move_to_part(getattr(path, name)[rows], place, part_frame)
+        there = _move_to_part(getattr(moved, name)[twins], other, part_frame)
         tied &= np.abs(here - there).max(axis=1, initial=0.0) < TIED
     kept = rows[tied & (path.kind[rows] != SegmentKind.JOINT)]
     swept = np.where(path.arc[kept] >= 0, np.abs(path.arcs.sweep[path.arc[kept]]) if len(path.arcs.sweep) else 0.0, 0.0)
@@ -120,16 +122,16 @@ def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Pla
     parts = np.clip(np.ceil(wanted), 1, MOST_POINTS).astype(int)
     owner, index = ragged(parts + 1)
     segment, parts = kept[owner], parts[owner]
-    on_part = _move_to_part(coordinates(path, segment, index / parts), place)
+    on_part = _move_to_part(coordinates(path, segment, index / parts), place, part_frame)
     seconds = np.where(index > 0, path.feed_time[segment] / parts, 0.0)
     fresh = np.diff(path.section[segment], prepend=-1) != 0
     return PartPoints(on_part[:, :3], on_part[:, 3:], path.tool_length[segment], path.line[segment], seconds, fresh)
 
 
-def _move_to_part(poses: Array, place: Place) -> Array:
+def _move_to_part(poses: Array, place: Place, part_frame: Array) -> Array:
     """Poses (n, 5) of the table frame in the frame of a part at a place."""
     moved = poses.copy()
-    moved[:, :3] = rotate_z(poses[:, :3] - [place.x, place.y, place.z], -place.c)
+    moved[:, :3] = rotate_z(poses[:, :3] @ part_frame - [place.x, place.y, place.z], -place.c)
     moved[:, 4] += place.c
     return moved
 
@@ -317,6 +319,7 @@ class Search:
         n, m = len(places), len(points.tip)
         place = np.repeat(places, m, axis=0)
         tip = rotate_z(np.tile(points.tip, (n, 1)), place[:, 3]) + place[:, :3]
+        tip = tip @ self.machine.coordinates.part_frame.T
         angles = np.tile(points.angles, (n, 1))
         angles[:, 1] -= place[:, 3]
         return tip, angles, np.tile(points.tool, n)

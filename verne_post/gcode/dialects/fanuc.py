@@ -377,10 +377,10 @@ class FanucInterpreter(Rs274):
         if state.tcp_off:
             raise ProgramError("VP017", "G53.1 while tool-centre-point control is off (user-defined code)")
         self.core.hold_tool_axis((0.0, 0.0, 1.0))
-        begin = self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=(3, 5))
+        begin = self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=self.setup.rotary)
         end = self.setup.coordinates.point_axis(list(begin), np.array([0.0, 0.0, 1.0]), state.frame)
         self.recorder.fix_c(block.line)
-        self.core.line(block, MoveKind.RAPID, end, [3, 5] if self.setup.machine else [])
+        self.core.line(block, MoveKind.RAPID, end, list(self.setup.rotary) if self.setup.machine else [])
 
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
         if g.get("tilted plane") == PLANE:  # takes the axis words; nothing else in the block may

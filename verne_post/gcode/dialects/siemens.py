@@ -85,7 +85,7 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
 def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     """True when a word outside comments may give the axis a position."""
     sought = rb"(?<![A-Z_])" + letter.encode() + rb"[ \t]*(?:=|[-+]?[ \t]*[0-9.])"
-    if letter in "AC":
+    if letter in setup.rotary_letters:
         sought += rb"|(?<![A-Z0-9_])[ABC]3[ \t]*=|CYCLE800"
     elif letter in "XY":
         sought += rb"|(?<![A-Z0-9_])(?:AP|RP)[ \t]*=|HOLES|CYCLE801"

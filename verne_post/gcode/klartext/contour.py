@@ -94,7 +94,7 @@ class KlartextContour:
             self.frames.check_upright("a motion")
         self.core.start_of_motion(element.kind, absolute=True, machine=False, axes=element.axes)
         axes = list(element.axes)
-        if any(axis == 5 for axis in axes):
+        if self.frames.setup.rotary[1] in axes:
             self.recorder.fix_c(element.line)
         if element.arc is None:
             self.frames.run_line(At(element.line), element.kind, element.end, axes)

@@ -22,7 +22,6 @@ from verne_post.gcode.rs274.flow import MAX_DEPTH
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk
 
-_A, _C = 3, 5
 #: Statements that a program may have after its end, but for subprograms: none is executed there.
 _NO_LINE: Final = 0
 
@@ -180,7 +179,7 @@ def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> 
         or any(interpreter.frames.wraps.values())
         or interpreter.paths.shortest
     ):
-        last = chunk.lines.first_named(row, last, [_A, _C])
+        last = chunk.lines.first_named(row, last, list(interpreter.setup.rotary))
     if last - row < plain.MIN_LINES:
         return False
     interpreter.frames.block.line = flow.shown or flow.line
@@ -190,15 +189,17 @@ def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> 
     if done > row:
         first, flow.line = flow.line, flow.line + done - row
         interpreter.contour.last_rapid = view.motion == 0
-        interpreter.paths.direction = _find_last_direction(chunk.lines, row, done, start)
+        interpreter.paths.direction = _find_last_direction(chunk.lines, row, done, start, interpreter.setup.rotary)
         flow.repeats.count(flow.text, first, flow.line - 1, 0)
     return done > row
 
 
-def _find_last_direction(lines: PlainLines, first: int, done: int, start: Point) -> Point | None:
-    """Direction in XY of the last move of a stretch that begins at ``start``; None without one, or where A or C turn."""
+def _find_last_direction(
+    lines: PlainLines, first: int, done: int, start: Point, rotary: tuple[int, int]
+) -> Point | None:
+    """Direction in XY of the last move of a stretch that begins at ``start``; None without one, or where a rotary axis turns."""
     last = done - 1 - int(lines.moves[first:done][::-1].argmax())
-    if (lines.row[last, [_A, _C]] == last).any():
+    if (lines.row[last, rotary] == last).any():
         return None
     ends = [
         [lines.filled[k, axis] if k >= first and lines.row[k, axis] >= first else start[axis] for axis in (0, 1)]

@@ -24,9 +24,9 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.model.moves import MoveKind
+from verne_post.gcode.standing_table import refuse_turned_head
+from verne_post.model.moves import AXES, MoveKind
 
-_A, _C = 3, 5
 #: At a place in each degree, of up to eleven turns. The chords between them are shorter than the way of the tip by 1e-5 of it.
 _MOST_PLACES: Final = 4000
 
@@ -49,7 +49,7 @@ class KlartextFrames:
         self.q = QParameters()
         self.maps = Transformations()
         self.modes = state.modes = Modes()
-        self.wraps = {_A: 0.0, _C: 0.0}
+        self.wraps = dict.fromkeys(setup.rotary, 0.0)
         self.factors = np.ones(3)
         self.metres = False  # M116
         self.block = At(0)
@@ -101,19 +101,20 @@ class KlartextFrames:
         """Put the maps that are in force into the frame; the machine stands still."""
         whole = self.maps.map()
         if not self.modes.tcp and self.maps.tilt is None:
-            whole = self.table_map(self.state.position[_A], self.state.position[_C]).after(whole)
+            whole = self.table_map(self.state.position).after(whole)
         feature, factors = whole.split()
         self.core.frames.set_frame(replace(self.state.frame, feature=feature))
         self.factors = factors
 
-    def table_map(self, a: float, c: float) -> Map:
-        """Where coordinates that do not turn with the table are on the workpiece, with the table at A and C (degrees)."""
+    def table_map(self, program: list[float]) -> Map:
+        """Where coordinates that do not turn with the table are on the workpiece, with it at the rotary words of a point (9)."""
         if not self.setup.machine:
             return Map()
         base = replace(self.state.frame, feature=None)
+        refuse_turned_head(self.setup.coordinates, program, base, "motion without tool-centre-point control")
         upright, turned = np.zeros((4, 9)), np.zeros((1, 9))
         upright[1:, :3] = np.eye(3)
-        turned[0, [_A, _C]] = a, c
+        turned[0, 3:6] = program[3:6]
         machine = self.setup.coordinates.to_machine(upright, base)
         machine[:, 3:] = self.setup.coordinates.to_machine(turned, base)[0, 3:]
         if np.array_equal(machine[0, 3:], self.setup.coordinates.to_machine(upright, base)[0, 3:]):
@@ -145,11 +146,11 @@ class KlartextFrames:
         base = replace(state.frame, feature=None)
         self.core.frames.set_frame(base)
         self.core.frames.name_axes([float(value) for value in coordinates.to_program(target, base)], axes, machine=True)
-        change = target - start
-        shares = np.linspace(0.0, 1.0, self.places_along(float(np.linalg.norm(change[[_A, _C]]))))[:, None]
+        change, rotary = target - start, list(self.setup.rotary)
+        shares = np.linspace(0.0, 1.0, self.places_along(float(np.linalg.norm(change[rotary]))))[:, None]
         points = coordinates.to_program(start + shares * change, base)
         way = float(np.linalg.norm(change[:3]))
-        counted = [0, 1, 2, _A, _C] if way > ZERO_LENGTH_MM else [_A, _C]
+        counted = [0, 1, 2, *rotary] if way > ZERO_LENGTH_MM else rotary
         self.record_carried(kind, MoveKind.TURN, points, axes, float(np.linalg.norm(change[counted])))
 
     @staticmethod
@@ -201,6 +202,13 @@ class KlartextFrames:
         where they stand still. ``axes`` are those that the program names.
         """
         state, coordinates = self.state, self.setup.coordinates
+        if heads := [
+            AXES[axis] for axis in coordinates.head if axis in targets and targets[axis] != state.position[axis]
+        ]:
+            raise ProgramError(
+                "VP017", f"{' and '.join(heads)} without tool-centre-point control: the tool swings with the head, which is not executed; write M128 "
+                "or FUNCTION TCPM first, or PLANE with MOVE",
+            )  # fmt: skip
         ends = list(state.position)
         for axis, value in targets.items():
             ends[axis] = value
@@ -208,14 +216,14 @@ class KlartextFrames:
         if point is not None:
             feature, _factors = (
                 self.maps.map().split() if self.maps.tilt is not None
-                else self.table_map(ends[_A], ends[_C]).after(self.maps.map()).split()
+                else self.table_map(ends).after(self.maps.map()).split()
             )  # fmt: skip
             program = np.array([*point, *ends[3:]])
             end = np.array(coordinates.to_machine(program, replace(state.frame, feature=feature)))
         else:
             base = replace(state.frame, feature=None)
             end[3:] = coordinates.to_machine(np.array(ends), base)[3:]
-        if _C in targets:
+        if self.setup.rotary[1] in targets:
             self.recorder.fix_c(self.block.line)
         self.move_machine(kind, end, axes)
         self.refresh_frame()

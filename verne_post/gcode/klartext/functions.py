@@ -261,7 +261,7 @@ class KlartextFunctions:
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn."""
-        for axis, letter in ((3, "A"), (5, "C")):
+        for axis, letter in zip(self.setup.rotary, self.setup.rotary_letters, strict=True):
             if (not letters or letter in letters) and letter in self.setup.axes:
                 self.frames.wraps[axis] = _FULL_TURN * (self.state.position[axis] // _FULL_TURN)
 

@@ -16,7 +16,6 @@ from verne_post.gcode.klartext.transformations import spatial
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.program_error import ProgramError
 
-_A, _C = 3, 5
 _TCPM: Final = re.compile(
     r"[ \t]*TCPM(?:[ \t]+F[ \t]+(TCP|CONT))?(?:[ \t]+AXIS[ \t]+(POS|SPAT))?(?:[ \t]+PATHCTRL[ \t]+(AXIS|VECTOR))?"
     r"(?:[ \t]+REFPNT[ \t]+(TIP-TIP|TIP-CENTER|CENTER-CENTER))?(?:[ \t]+F(\d+[.,]?\d*))?[ \t]*$"
@@ -76,8 +75,9 @@ class KlartextOrientation:
                 self.core.hold_tool_axis(self._frame_vector(vector))
                 return
             end = self.setup.coordinates.point_axis(target.end, np.array(self._frame_vector(vector)), state.frame)
-            target.end[_A], target.end[_C] = end[_A], end[_C]
-            target.axes = sorted({*target.axes, _A, _C})
+            for number in self.setup.rotary:
+                target.end[number] = end[number]
+            target.axes = sorted({*target.axes, *self.setup.rotary})
             self.core.hold_tool_axis(self._frame_vector(vector) if self.modes.along_vectors else None)
         elif target.turns:
             if self.modes.along_vectors and self.modes.tcp and self.setup.machine:

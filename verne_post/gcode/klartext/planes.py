@@ -19,9 +19,8 @@ from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Map
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.table_positions import TablePosition, choose_position, find_positions
-from verne_post.model.moves import MoveKind
+from verne_post.model.moves import AXES, MoveKind
 
-_A, _C = 3, 5
 #: Two motions of the rotary axes that differ by less (degrees) are equally long.
 _SAME_MOTION: Final = 1e-6
 _WORD: Final = re.compile(
@@ -29,10 +28,6 @@ _WORD: Final = re.compile(
     rf"|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
 )
 _KIND: Final = re.compile(r"[ \t]*(SPATIAL|EULER|VECTOR|POINTS|RELATIVE?|AXIAL|RESET|PROJECTED)(?![A-Z])")
-
-
-def _name_angles(position: TablePosition) -> str:
-    return f"A{position.program[_A]:+.3f} C{position.program[_C]:+.3f}"
 
 
 class PlaneWords(Struct):
@@ -189,22 +184,27 @@ class KlartextPlanes:
 
     def _axial(self, statement: Statement, words: PlaneWords) -> tuple[Array, tuple[float, float]]:
         """PLANE AXIAL: the plane of rotary axes at given positions."""
-        angles = {axis: self.state.position[axis] for axis in (_A, _C)}
+        program, rotary = list(self.state.position), self.setup.rotary
         given = False
         for axis, letter in ((3, "A"), (4, "B"), (5, "C")):
             for name in (letter, "I" + letter):
                 if name not in words.values:
                     continue
-                if axis == 4 or letter not in self.setup.axes:
+                if axis not in rotary or letter not in self.setup.axes:
                     raise statement.error(
                         "VP011", f"{letter}: the machine has no such axis; it has {', '.join(self.setup.axes)}"
                     )
                 value = words.values.pop(name)
-                angles[axis] = angles[axis] + value if name[0] == "I" else value + self.frames.wraps[axis]
+                program[axis] = program[axis] + value if name[0] == "I" else value + self.frames.wraps[axis]
                 given = True
         if not given:
-            raise statement.error("VP005", "PLANE AXIAL needs A or C")
-        return self.frames.table_map(angles[_A], angles[_C]).matrix, (angles[_A], angles[_C])
+            raise statement.error("VP005", f"PLANE AXIAL needs {' or '.join(self.setup.rotary_letters)}")
+        return self.frames.table_map(program).matrix, self._take_angles(program)
+
+    def _take_angles(self, program: list[float]) -> tuple[float, float]:
+        """The words of the rotary axes of a point (9), degrees."""
+        tilt, turn = self.setup.rotary
+        return program[tilt], program[turn]
 
     # --- rotary axes -----------------------------------------------------------------------------------------
 
@@ -222,43 +222,51 @@ class KlartextPlanes:
         """
         state, coordinates = self.state, self.setup.coordinates
         if not self.setup.machine:
-            return state.position[_A], state.position[_C]
-        base = replace(state.frame, feature=None)
+            return self._take_angles(state.position)
+        base, tilt = replace(state.frame, feature=None), self.setup.rotary[0]
         here = [float(v) for v in coordinates.to_program(self.frames.machine_position(), base)]
         positions = find_positions(self.setup, here, normal, base, tip_stays=tip_stays)
         if len(positions) == 1:
             return self._upright_angles(coordinates.point_axis(here, normal, base), base, table)
 
         def rank(one: TablePosition) -> tuple[float, ...]:
-            motion = abs(one.program[_A] - here[_A]) + one.turned
+            motion = abs(one.program[tilt] - here[tilt]) + one.turned
             return round(motion / _SAME_MOTION), -one.tilt
 
         mine = [one for one in positions if sense is None or (one.tilt > 0) == sense.endswith("+")]
+        if not mine:
+            raise ProgramError("VP017", f"{sense}: no position has that sign of {AXES[tilt]}; leave it out")
         chosen = choose_position(mine, rank)
         if sense is not None and chosen.beyond:
-            self._show_angles((chosen.program[_A], chosen.program[_C]))  # what follows is not refused for want of them
+            self._show_angles(self._take_angles(chosen.program))  # what follows is not refused for want of them
             other = choose_position([one for one in positions if one not in mine], rank)
-            way = "" if other.beyond else f"; {_name_angles(other)} is legal: leave out {sense}"
+            way = "" if other.beyond else f"; {self._name_angles(other)} is legal: leave out {sense}"
             raise ProgramError(
-                "VP102" if "A" in chosen.beyond else "VP103",
-                f"{sense} needs {_name_angles(chosen)}, where {' and '.join(chosen.beyond)} is beyond the travel{way}",
+                "VP102" if AXES[tilt] in chosen.beyond else "VP103",
+                f"{sense} needs {self._name_angles(chosen)}, where {' and '.join(chosen.beyond)} is beyond the travel{way}",
             )
-        return chosen.program[_A], chosen.program[_C]
+        return self._take_angles(chosen.program)
+
+    def _name_angles(self, position: TablePosition) -> str:
+        return " ".join(f"{AXES[axis]}{position.program[axis]:+.3f}" for axis in self.setup.rotary)
 
     def _upright_angles(self, held: list[float], base: object, table: Array | None) -> tuple[float, float]:
         """The tool is vertical, C free: at 0, or with TABLE ROT so that X of the plane lies along X of the machine."""
-        a = held[_A]
+        tilt, turn = self.setup.rotary
         if table is None:
-            return a, 0.0
-        turn = math.degrees(math.atan2(table[1, 0], table[0, 0]))
-        for c in (-turn, turn):
-            if np.abs(self.frames.table_map(a, c).matrix - table).max() < POLE_SINE**0.5:
-                return a, c
-        return a, -turn
+            return held[tilt], 0.0
+        place = list(held)
+        angle = math.degrees(math.atan2(table[1, 0], table[0, 0]))
+        for word in (-angle, angle):
+            place[turn] = word
+            if np.abs(self.frames.table_map(place).matrix - table).max() < POLE_SINE**0.5:
+                return self._take_angles(place)
+        return place[tilt], -angle
 
     def _show_angles(self, angles: tuple[float, float]) -> None:
         """Q120 to Q122: the computed positions."""
-        self.q.shown |= {120: angles[0] - self.frames.wraps[_A], 121: 0.0, 122: angles[1] - self.frames.wraps[_C]}
+        shown = {axis: angle - self.frames.wraps[axis] for axis, angle in zip(self.setup.rotary, angles, strict=True)}
+        self.q.shown |= {120 + number: shown.get(3 + number, 0.0) for number in range(3)}
 
     def _position(
         self, statement: Statement, words: PlaneWords, move: str, angles: tuple[float, float], tilt: Array | None
@@ -283,7 +291,7 @@ class KlartextPlanes:
                 self.contour.check_feed()
             if back or retract is not None:
                 self.functions.retract(None if back else self.frames.length(retract or 0.0), kind)
-            targets = {_A: angles[0], _C: angles[1]} if self.setup.machine else {}
+            targets = dict(zip(self.setup.rotary, angles, strict=True)) if self.setup.machine else {}
             if move == "TURN":
                 if targets:
                     self.frames.turn_axes(kind, targets, None, sorted(targets))
@@ -310,16 +318,17 @@ class KlartextPlanes:
         base = replace(state.frame, feature=None)
         self.core.frames.set_frame(base)
         start = np.array(state.position)
-        turn = np.array([targets[_A] - start[_A], targets[_C] - start[_C]])
+        rotary = list(self.setup.rotary)
+        turn = np.array([targets[axis] - start[axis] for axis in rotary])
         self.recorder.fix_c(self.frames.block.line)
         angle = float(np.linalg.norm(turn))
         points = np.repeat(start[None], self.frames.places_along(angle), axis=0)
-        points[:, [_A, _C]] += np.linspace(0.0, 1.0, len(points))[:, None] * turn
+        points[:, rotary] += np.linspace(0.0, 1.0, len(points))[:, None] * turn
         axis = np.array([coordinates.tool_axis([float(v) for v in point], base) for point in points])
         points[:, :3] += distance * (axis - axis[0])
         x, y, z = (float(v) for v in start[:3] - distance * axis[0])
-        self.core.frames.name_axes([float(value) for value in points[-1]], [_A, _C])
-        self.frames.record_carried(kind, MoveKind.SWING, points, [_A, _C], angle, (x, y, z))
+        self.core.frames.name_axes([float(value) for value in points[-1]], rotary)
+        self.frames.record_carried(kind, MoveKind.SWING, points, rotary, angle, (x, y, z))
         self.frames.refresh_frame()
 
     # --- cycle 19 ------------------------------------------------------------------------------------------------

@@ -35,7 +35,6 @@ _APPROACH: Final = re.compile(r"[ \t]*(P?)(LT|LN|CT|LCT)(?![A-Z])")
 _LABEL: Final = re.compile(r"[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))(?=[ \t]|$)")
 _REPEAT: Final = re.compile(rf"[ \t]+REP[ \t]*({VALUE})(?:[ \t]*/[ \t]*\d+)?[ \t]*$")
 _MAX_REPEATS: Final = 65_534
-_C = 5
 
 
 class Jump(Struct, frozen=True):
@@ -220,7 +219,7 @@ class Klartext:
         if kind == MoveKind.FEED:
             self.contour.check_feed()
         self.core.start_of_motion(kind, absolute=True, machine=True)
-        if {0, 1, _C} & set(axes):
+        if {0, 1, self.setup.rotary[1]} & set(axes):
             self.recorder.fix_c(self.frames.block.line)
         self.frames.move_machine(kind, machine, axes)
         self.core.frames.forget_programmed({0, 1, 2, *axes})

@@ -17,7 +17,6 @@ from verne_post.gcode.machining.assumptions import assume_feed, assume_length, a
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.moves import AXES
 
-_A, _C = 3, 5
 #: Statements that are about elements of a contour, of which one may have waited.
 _CONTOUR: Final = (*BUILDERS, "RND", "CHF", "APPR", "DEP")
 #: Of these the end may be computed; of the others it is given by coordinates.
@@ -51,8 +50,8 @@ class KlartextRecovery:
         elif keyword == "CC":
             self._take_pole(statement)
         elif keyword == "PLANE":
-            for number, axis in ((120, _A), (121, 4), (122, _C)):
-                to.q.shown.setdefault(number, to.state.position[axis])
+            for number in range(3):
+                to.q.shown.setdefault(120 + number, to.state.position[3 + number])
         elif keyword == "CYCL DEF":
             to.patterns.cycle_unread = True
         elif keyword == "TOOL CALL":
@@ -111,7 +110,8 @@ class KlartextRecovery:
         if target.turns and not to.modes.tcp:  # X, Y, Z of the machine keep their numbers
             self.uncertain |= to.maps.tilt is not None
             place(state, [*start[:3], *target.end[3:]])
-            to.frames.refresh_frame()
+            with suppress(ProgramError):  # a head that stands turned
+                to.frames.refresh_frame()
         place(state, list(target.end))
 
     def _take_pole(self, statement: Statement) -> None:

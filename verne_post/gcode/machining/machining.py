@@ -9,8 +9,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import ARC_CHORD_MM, DRILL_TILT, POLE_SINE, UPRIGHT_DEG, ZERO_LENGTH_MM
-from verne_post.base.units import RAD_PER_DEG, SECONDS_PER_MINUTE
+from verne_post.base.tolerances import ARC_CHORD_MM, DRILL_TILT, UPRIGHT_DEG, ZERO_LENGTH_MM
+from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.lengths import arc_length, effective_feed, line_lengths
 from verne_post.gcode.machining.auxiliary import Auxiliary
@@ -26,7 +26,6 @@ from verne_post.gcode.splines import BSpline, cut_spline
 from verne_post.model.moves import AXES, ArcFeed, FeedMode, MoveKind, PathControl, PathMode, TablePlace
 
 _X, _Y, _Z = 0, 1, 2
-_A, _C = 3, 5
 _ROTARY: Final = (3, 4, 5)
 #: 1 - cosine of the angle between an arc's axis and X, Y or Z that is rounding.
 _IN_PLANE: Final = 1e-14
@@ -184,12 +183,13 @@ class Machining:
         held, state.held = state.held, None
         if held is None:
             return state.position
-        tilt = self.setup.coordinates.to_machine(np.array(state.position), state.frame)[3]
-        if abs(math.sin(RAD_PER_DEG * tilt)) <= POLE_SINE and math.cos(RAD_PER_DEG * tilt) > 0:
+        machine_position = self.setup.coordinates.to_machine(np.array(state.position), state.frame)
+        if self.setup.coordinates.is_upright(machine_position):
             return state.position
+        letter, tilt = AXES[self.setup.rotary[0]], machine_position[self.setup.rotary[0]]
         if kind != MoveKind.RAPID or not (absolute or machine):
             raise ProgramError(
-                "VP016", f"the tool length has changed while the table is tilted (A {tilt:g} deg), so the tip is elsewhere; "
+                "VP016", f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is elsewhere; "
                 "the next motion must be a G0 in absolute terms",
             )  # fmt: skip
         if machine:
@@ -273,7 +273,7 @@ class Machining:
         """Move some axes to machine coordinates (mm, degrees); the others keep theirs."""
         state, coordinates = self.state, self.setup.coordinates
         self.start_of_motion(kind, absolute=True, machine=True)
-        if {_X, _Y, _C} & set(targets):
+        if {_X, _Y, self.setup.rotary[1]} & set(targets):
             self.recorder.fix_c(at.line)
         machine = coordinates.to_machine(np.array(state.position), state.frame)
         for axis, value in targets.items():
@@ -355,12 +355,13 @@ class Machining:
         if turning is not None and state.tool_axis is not None:
             raise ProgramError(
                 "VP013",
-                f"{AXES[turning]} in {name} while a tool axis ({self.axis_words}) holds; name A and C in a G1 before",
+                f"{AXES[turning]} in {name} while a tool axis ({self.axis_words}) holds; name {self.setup.both_rotary} in a G1 before",
             )
         if state.tcp_off:
             for point in points[1:]:
                 self.check_tcp_off(start, point)
-        if any(point[_C] != start[_C] for point in points):
+        turn = self.setup.rotary[1]
+        if any(point[turn] != start[turn] for point in points):
             self.recorder.fix_c(at.line)
         cut = cut_spline(replace(spline, points=points))
         whole = float(cut.length.sum())
@@ -399,7 +400,7 @@ class Machining:
         """
         if self.state.tool_axis is None or (not set(axes) - {_Z} and not self._depends_on_side()):
             return False
-        if {_X, _Y, _A, _C} <= set(axes):
+        if {_X, _Y, *self.setup.rotary} <= set(axes):
             self.state.tool_axis = None
             return False
         self.settle_table(at)
@@ -409,10 +410,11 @@ class Machining:
         """Whether Z of the machine is another one on the other side of the table: where the axes of the table do not meet."""
         coordinates, frame = self.setup.coordinates, self.state.frame
         here = coordinates.to_machine(np.array(self.state.position), frame)
-        turned = here.copy()
-        turned[[_A, _C]] = -here[_A], here[_C] + 180.0
+        turned, rotary = coordinates.find_other_side(here), list(self.setup.rotary)
+        if turned is None:
+            return False
         other = np.array(self.state.position)
-        other[[_A, _C]] = coordinates.to_program(turned, frame)[[_A, _C]]
+        other[rotary] = coordinates.to_program(turned, frame)[rotary]
         return bool(abs(coordinates.to_machine(other, frame)[_Z] - here[_Z]) > ZERO_LENGTH_MM)
 
     def settle_table(self, at: At) -> None:
@@ -424,16 +426,17 @@ class Machining:
         """
         state, coordinates, recorder = self.state, self.setup.coordinates, self.recorder
         machine = coordinates.to_machine(np.array(state.position), state.frame)
+        tilt, turn = self.setup.rotary
         places, number = self.setup.table_places, len(recorder.table_places)
-        pair = places[number] if number < len(places) else (float(machine[_A]), float(machine[_C]))
+        pair = places[number] if number < len(places) else (float(machine[tilt]), float(machine[turn]))
         recorder.table_places.append(TablePlace(recorder.count, pair))
         state.tool_axis = None
-        if pair == (machine[_A], machine[_C]):
+        if pair == (machine[tilt], machine[turn]):
             return
-        machine[[_A, _C]] = pair
+        machine[[tilt, turn]] = pair
         place = coordinates.to_program(machine, state.frame)
         end = list(state.position)  # the tip stays at its place of the part
-        end[_A], end[_C] = float(place[_A]), float(place[_C])
+        end[tilt], end[turn] = float(place[tilt]), float(place[turn])
         recorder.add(state, at.line, MoveKind.RAPID, end, math.nan)
         state.position = end
 
@@ -442,10 +445,12 @@ class Machining:
         coordinates, frame = self.setup.coordinates, self.state.frame
         for point in (start, end):
             machine = coordinates.to_machine(np.array(point), frame)
-            if self.setup.machine and (abs(machine[_A]) > UPRIGHT_DEG or abs(machine[_C]) > UPRIGHT_DEG):
+            tilt, turn = (float(machine[axis]) for axis in self.setup.rotary)
+            if self.setup.machine and (abs(tilt) > UPRIGHT_DEG or abs(turn) > UPRIGHT_DEG):
+                one, other = self.setup.rotary_letters
                 raise ProgramError(
-                    "VP017", f"tool-centre-point control is off (user-defined code), and the table stands at A {machine[_A]:g}, "
-                    f"C {machine[_C]:g}: this machine always controls the tool centre point; turn to A0 C0 before, or use machine coordinates",
+                    "VP017", f"tool-centre-point control is off (user-defined code), and the table stands at {one} {tilt:g}, "
+                    f"{other} {turn:g}: this machine always controls the tool centre point; turn to {one}0 {other}0 before, or use machine coordinates",
                 )  # fmt: skip
 
     # --- cutter compensation -----------------------------------------------------------------------

@@ -20,7 +20,6 @@ from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, whole
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 _X, _Y, _Z = 0, 1, 2
-_A, _C = 3, 5
 _ROTARY: Final = (3, 4, 5)
 #: So many turns of one arc at most.
 MAX_TURNS: Final = 10_000
@@ -77,7 +76,7 @@ class MotionCodes:
             self._check_vector_axes(block, moving, machine=False)
         start = self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving, axes=moving)
         via = list(start)
-        if _C in moving:
+        if self.setup.rotary[1] in moving:
             self.recorder.fix_c(block.line)
         for axis in moving:
             value = self.values.axis_value(block, axis)
@@ -112,7 +111,7 @@ class MotionCodes:
         direction = np.array([math.cos(angle), math.sin(angle), 0.0])
         if np.abs(beside - place - direction).max() > RAD_PER_DEG * UPRIGHT_DEG:
             raise block.error("VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is no direction of the machine; name X and Y "
-                "together, or turn the table to A0 C0 before", AXES[axis])  # fmt: skip
+                f"together, or turn the table to {'0 '.join(self.setup.rotary_letters)}0 before", AXES[axis])  # fmt: skip
         end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], direction[:2]) * direction
         return targets | {_X: float(end[0]), _Y: float(end[1])}
 
@@ -138,7 +137,7 @@ class MotionCodes:
                 self.core.require_known(block, axes, "an incremental move")
         start = self.core.start_of_motion(kind, absolute=self.modes.absolute, machine=False, axes=axes)
         end = list(start)
-        if _C in axes:
+        if self.setup.rotary[1] in axes:
             self.recorder.fix_c(block.line)
         for axis in axes:
             value = self.values.axis_value(block, axis)
@@ -147,7 +146,7 @@ class MotionCodes:
             self.core.check_tcp_off(start, end)
         if motion in (0, 10) and self.modes.vectors and any(letter in block.words for letter in "IJK"):
             end = self._point_tool(block, end)
-            axes = [*axes, _A, _C] if self.setup.machine else axes
+            axes = [*axes, *self.setup.rotary] if self.setup.machine else axes
         if motion in (20, 30):
             self._move_on_arc(block, motion, start, end)
         else:
@@ -161,11 +160,13 @@ class MotionCodes:
         letter = AXES[rotary[0]]
         if self.modes.vectors:
             raise block.error(
-                "VP006", f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for A and C words", letter
+                "VP006",
+                f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for {self.setup.both_rotary} words",
+                letter,
             )
-        if not {_A, _C} <= set(rotary):
+        if not set(self.setup.rotary) <= set(rotary):
             raise block.error("VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
-                "name A and C together", letter)  # fmt: skip
+                f"name {self.setup.both_rotary} together", letter)  # fmt: skip
         if not machine:
             self.core.hold_tool_axis(None)
 

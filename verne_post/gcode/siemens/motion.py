@@ -25,7 +25,6 @@ from verne_post.gcode.standing_table import standing_table
 from verne_post.model.control_keys import SiemensKeys, read_keys
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
 
-_A, _C = 3, 5
 #: A rotary axis that is sent nearer to where it stands than this (deg) does not turn.
 _STANDS: Final = 1e-9
 #: Scales of two axes that differ by less than this share are equal: circles stay circles.
@@ -154,12 +153,14 @@ class SiemensMotion:
         axes = list(places)
         if vector is not None:
             end = self._point(vector, end)
-            axes = [*axes, _A, _C] if self.setup.machine else axes
-        elif {_A, _C} & set(places):
+            axes = [*axes, *self.setup.rotary] if self.setup.machine else axes
+        elif set(self.setup.rotary) & set(places):
             self._take_rotary(end, places)
-        if _C in places:
+        if self.setup.rotary[1] in places:
             self.recorder.fix_c(block.line)
-        if not self.follows_part and {_A, _C} & set(places):  # the axes of the machine go there, beside the table
+        if not self.follows_part and set(self.setup.rotary) & set(
+            places
+        ):  # the axes of the machine go there, beside the table
             self.core.frames.name_axes(end, axes, machine=True)
         self.core.line(block, kind, end, axes)
         self.set_heading([b - a for a, b in zip(begin[:3], state.position[:3], strict=True)])
@@ -187,20 +188,24 @@ class SiemensMotion:
         end = list(self.core.start_of_motion(kind, absolute=True, machine=False, axes=places))
         for axis, value in places.items():
             end[axis] = self.to_core(axis, value)
-        if self.modes.tcp or not {_A, _C} & set(places):
+        if self.modes.tcp or not set(self.setup.rotary) & set(places):
             return end
         if self.follows_part:
-            raise block.error("VP017", "A and C on a plane of CYCLE800 without TRAORI: the plane would no longer stand upright; write CYCLE800() "
-                              "first", "A" if _A in places else "C")  # fmt: skip
-        turned = max(abs(end[axis] - state.position[axis]) for axis in (_A, _C)) > _STANDS
+            raise block.error("VP017", f"{self.setup.both_rotary} on a plane of CYCLE800 without TRAORI: the plane would no longer stand upright; write CYCLE800() "
+                              "first", self._name_rotary(places))  # fmt: skip
+        turned = max(abs(end[axis] - state.position[axis]) for axis in self.setup.rotary) > _STANDS
         if turned and kind == MoveKind.FEED:
-            raise block.error("VP017", "A and C turn at a feed rate without TRAORI: on a machine with three linear axes the tip would follow a curve; "
-                              "write TRAORI, or G0", "A" if _A in places else "C")  # fmt: skip
+            raise block.error("VP017", f"{self.setup.both_rotary} turn at a feed rate without TRAORI: on a machine with three linear axes the tip would follow a curve; "
+                              "write TRAORI, or G0", self._name_rotary(places))  # fmt: skip
         if turned:
             self.core.refuse_compensation("a turn of the table")
             base = replace(state.frame, feature=None)
             self.change_frame(replace(base, feature=self._plane(base, end)))
         return end
+
+    def _name_rotary(self, places: dict[int, float]) -> str:
+        """Letter of a rotary axis among the places."""
+        return next(AXES[axis] for axis in self.setup.rotary if axis in places)
 
     def settle_table(self, at: At) -> None:
         """A tool axis gives way to the place of the table that it has; places without TRAORI follow the table."""
@@ -227,11 +232,11 @@ class SiemensMotion:
     def _take_rotary(self, end: list[float], places: dict[int, float]) -> None:
         """A and C words hold: as they are, or as a tool axis that goes on a great circle."""
         state = self.state
-        if state.tool_axis is not None and not {_A, _C} <= set(places):
-            letter = "A" if _A in places else "C"
+        if state.tool_axis is not None and not set(self.setup.rotary) <= set(places):
             raise ProgramError(
                 "VP013",
-                f"{letter} alone after tool vectors: which side the table stands on was not programmed; name A and C together",
+                f"{self._name_rotary(places)} alone after tool vectors: which side the table stands on was not programmed; "
+                f"name {self.setup.both_rotary} together",
             )
         self.core.hold_tool_axis(None)
         if not self.modes.tcp or self.leads_axes("words"):
@@ -291,7 +296,7 @@ class SiemensMotion:
         """Where an arc to programmed places starts and ends, the table's axes with it."""
         end = self._begin_turn(block, MoveKind.FEED, places)
         start = list(self.state.position)
-        if {_A, _C} & set(places):
+        if set(self.setup.rotary) & set(places):
             self._take_rotary(end, places)
         return start, end
 
@@ -319,8 +324,9 @@ class SiemensMotion:
         self.check_places(block, places)
         self.core.refuse_compensation("G53, G153 and SUPA")
         machine = self.setup.coordinates.to_machine(np.array(state.position), state.frame)
-        turned = max(abs(math.sin(math.radians(machine[_A]))), abs(math.sin(math.radians(0.5 * machine[_C])))) > _STANDS
-        if self.modes.tcp and self.setup.machine and (turned or {_A, _C} & set(places)):
+        tilt, turn = (math.radians(machine[axis]) for axis in self.setup.rotary)
+        turned = max(abs(math.sin(tilt)), abs(math.sin(0.5 * turn))) > _STANDS
+        if self.modes.tcp and self.setup.machine and (turned or set(self.setup.rotary) & set(places)):
             raise ProgramError("VP017", "G53, G153 or SUPA under TRAORI while the table is turned: places would be those of the turned part; write "
                              "TRAFOOF first")  # fmt: skip
         if self.core.end_tool_axis(block, list(places)):
@@ -329,6 +335,6 @@ class SiemensMotion:
         if 2 in targets and self.modes.edge:
             targets[2] += state.frame.tool_length
         self.core.machine_line(block, kind, targets)
-        if {_A, _C} & set(places):
+        if set(self.setup.rotary) & set(places):
             self.set_chain()
         self.heading = None

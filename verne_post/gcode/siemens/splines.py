@@ -18,7 +18,6 @@ from verne_post.model.moves import FeedMode
 #: Words of a block that gives a control point.
 _POINT_WORDS: Final = {"X", "Y", "Z", "A", "C", "A3", "B3", "C3", "PW", "PL", "SD", "F"}
 _DEGREES: Final = (2, 3)
-_ROTARY: Final = (3, 5)
 #: A and C of control points lead the tool axis otherwise than on great circles between its control axes; no farther than this.
 _ASIDE: Final = 0.5 * RAD_PER_DEG
 
@@ -105,12 +104,12 @@ class SiemensSplines:
             return
         self.motion.check_feed("G1")
         self.motion.check_places(block, places)
-        if not self.motion.modes.tcp and set(_ROTARY) & set(places):
+        if not self.motion.modes.tcp and set(self.motion.setup.rotary) & set(places):
             raise ProgramError("VP017", "A and C in BSPLINE without TRAORI: the tip would follow another curve")
         point = list(draft.points[-1])
         for axis, value in places.items():
             point[axis] = self.motion.to_core(axis, value)
-        point = self._lead_axis(draft, point, vector, turns=bool(set(_ROTARY) & set(places)))
+        point = self._lead_axis(draft, point, vector, turns=bool(set(self.motion.setup.rotary) & set(places)))
         check_room(len(draft.points))
         draft.points.append(point)
         draft.weights.append(1.0 if weight is None else weight.value)

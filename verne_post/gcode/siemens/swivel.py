@@ -160,7 +160,9 @@ class Swivel:
             return rotation_about(2, angles[0]) @ rotation_about(1, angles[1])
         if kind == _DIRECT:
             if angles[2]:
-                raise given.error("VP006", "rotary axes are _A (A) and _B (C)", "_C")
+                raise given.error(
+                    "VP006", "rotary axes are _A ({}) and _B ({})".format(*self.to.setup.rotary_letters), "_C"
+                )
             return self._of_table(angles[0], angles[1])
         for axis, angle, name in zip(order, angles, ("_A", "_B", "_C"), strict=True):
             if axis < 0 and angle:
@@ -198,8 +200,13 @@ class Swivel:
         """The directions (columns) of X, Y, Z of the machine on the part, while the table stands at A and C."""
         to = self.to
         base = replace(to.state.frame, feature=None, tool=ZERO9)
+        if to.setup.coordinates.head:
+            raise ProgramError(
+                "VP017",
+                "CYCLE800 by rotary axes directly (_MODE 192) is not executed on a machine whose tool turns; give the plane by angles",
+            )
         points = np.zeros((4, 9))
-        points[:, 3], points[:, 5] = a, c
+        points[:, to.setup.rotary] = a, c
         machine = to.setup.coordinates.to_machine(points, base)
         machine[1:, :3] += np.eye(3)
         place = to.setup.coordinates.to_program(machine, base)[:, :3]
@@ -218,16 +225,16 @@ class Swivel:
             to.motion.settle_table(block)
         to.core.hold_tool_axis(None)
         if to.setup.machine and not to.motion.follows_part:
-            a, _b, c = to.modes.frames.rotary
-            turns = 360.0 * round(to.state.position[5] / 360.0)
-            to.motion.run_line(block, MoveKind.RAPID, {3: -a, 5: turns - c})
+            tilt, turn = to.setup.rotary
+            shifts, turns = to.modes.frames.rotary, 360.0 * round(to.state.position[turn] / 360.0)
+            to.motion.run_line(block, MoveKind.RAPID, {tilt: -shifts[tilt - 3], turn: turns - shifts[turn - 3]})
             return
-        begin = to.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=not tcp, axes=(3, 5))
+        begin = to.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=not tcp, axes=to.setup.rotary)
         upright = np.array([0.0, 0.0, 1.0])
         positions = find_positions(to.setup, list(begin), upright, state.frame, tip_stays=tcp)
         end = choose_position(positions, lambda one: (-direction * one.tilt, one.turned)).program
         to.recorder.fix_c(block.line)
-        to.core.line(block, MoveKind.RAPID, end, [3, 5] if to.setup.machine else [])
+        to.core.line(block, MoveKind.RAPID, end, list(to.setup.rotary) if to.setup.machine else [])
         to.motion.heading = None
 
     # --- CYCLE832 -------------------------------------------------------------------------------------------

@@ -220,9 +220,17 @@ def build_keep_out(
         boxes.append((options.stock, True))
     if not boxes:
         return None
+    part_frame = machine.coordinates.part_frame
+    if not np.isclose(part_frame[2, 2], 1.0):
+        raise InputError(
+            finding(
+                "VP018",
+                "boxes to keep out of are not executed on a machine whose joints do not turn about z of the part",
+            )
+        )
     standing = []
     for box, stock in boxes:
-        middle, turn = 0.5 * (np.array(box.low) + np.array(box.high)), 0.0
+        middle = 0.5 * (np.array(box.low) + np.array(box.high))
         if box.system is not None:
             _require_given(box, moves, options, frames)
             frame = frames[box.system]
@@ -230,7 +238,9 @@ def build_keep_out(
                 machine.coordinates.to_table(np.concatenate([middle, np.zeros(6)]), frame)[0],
                 machine.coordinates.displacement(np.array([1.0, 0.0, 0.0]), frame),
             )
-            turn = float(np.arctan2(direction[1], direction[0]))
+        else:
+            middle, direction = part_frame @ middle, part_frame[:, 0]
+        turn = float(np.arctan2(direction[1], direction[0]))
         standing.append(place_box(box, middle, turn, stock=stock))
     number = tool_of_moves(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)

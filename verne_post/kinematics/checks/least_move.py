@@ -128,7 +128,7 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
         with np.errstate(invalid="ignore"):  # infinite beside the table
             slope[:, axis] = (plus[each, column] - minus[each, column]) / (2 * DIFFERENCE_MM)
     for k, check in enumerate(checks):
-        if check.quantity < len(line.machine.module.actuators):
+        if check.quantity < len(line.machine.actuators):
             slope[k] = rates[k, check.quantity] * (w[row[k]] if problem.end_only else 1.0)
         slope[k] *= check.sign
     # a bound that the module does not have (minus infinity), or that has no value here, sets no condition

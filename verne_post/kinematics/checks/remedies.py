@@ -210,7 +210,7 @@ def smallest_shift(
     also_warnings : bool
         Remove warnings too.
     """
-    skip = len(line.machine.module.actuators)
+    skip = len(line.machine.actuators)
     checks = [check for check in every_check(line) if check.quantity < skip or check.quantity >= skip + 2]
     problem = MoveProblem(line, checks, basis, end_only, also_warnings, FARTHEST_MM)
     start = find_start(problem)

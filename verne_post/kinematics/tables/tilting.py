@@ -6,15 +6,20 @@ G30 and G10 L2 speak of (docs/conventions.md). mm and rad, workpiece sense, unle
 """
 
 import math
+from typing import Final
 
 import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.rotations import angles_of_axis, axis_of_angles, rotate_x, rotate_z
-from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE
+from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
+from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
-from verne_post.model.moves import Frame
+from verne_post.kinematics.tables.words import RotaryWords
+from verne_post.model.moves import AXES, Frame
+
+#: A tilts the tool, C turns it about its pole.
+_AXES: Final = (AXES.index("A"), AXES.index("C"))
 
 
 class TiltingTable(Struct, frozen=True, eq=False):
@@ -42,6 +47,40 @@ class TiltingTable(Struct, frozen=True, eq=False):
     def axes(self) -> str:
         """Letters of the axes that a program may name."""
         return "XYZAC"
+
+    @property
+    def rotary(self) -> tuple[int, int]:
+        """Which of ``AXES`` tilt the tool and turn about its pole."""
+        return _AXES
+
+    @property
+    def head(self) -> tuple[int, ...]:
+        """Which of ``AXES`` turn the tool's end of the machine: none."""
+        return ()
+
+    @property
+    def part_frame(self) -> Array:
+        """Rows: x, y, z of the table frame in directions of the part frame, which is the same."""
+        return np.eye(3)
+
+    @property
+    def home_tilt(self) -> float:
+        """Nominal A with A at 0: 0."""
+        return 0.0
+
+    @property
+    def turns_with_part(self) -> bool:
+        """A part that stands turned about z is the same as another C."""
+        return True
+
+    @property
+    def rotary_centre(self) -> Array:
+        """A point of the rotary axis (3,): the origin of the table frame."""
+        return np.zeros(3)
+
+    @property
+    def _words(self) -> RotaryWords:
+        return RotaryWords(_AXES, self.a_sign, self.c_sign)
 
     # --- the nominal machine ---------------------------------------------------------------
 
@@ -103,12 +142,7 @@ class TiltingTable(Struct, frozen=True, eq=False):
         return program
 
     def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
-        """A program point (9) with A and C words that hold a tool axis (3,) given in program directions.
-
-        The pair goes on where the point's own words stand: the tilt on the same side of the pole, positive from an
-        upright tool, C less than half a turn away. Nearer to the pole than POLE_CROSSING the axis is vertical, with the
-        point's own C: the same axis a hair away would ask for any C.
-        """
+        """A program point (9) with A and C words that hold a tool axis (3,) given in program directions: :meth:`RotaryWords.follow`."""
         [[a, c]] = self.point_axes((program[3], program[5]), np.asarray(vector)[None], frame)
         return [*program[:3], a, program[4], c, *program[6:]]
 
@@ -118,22 +152,7 @@ class TiltingTable(Struct, frozen=True, eq=False):
             axes = self.displacement(vectors, frame)
         else:  # a product of matrices may round in another way for many rows than for one
             axes = np.array([self.displacement(vector, frame) for vector in vectors])
-        a_word, c_word = words
-        a_shift, c_shift, a_origin, c_origin = frame.g92[3], frame.g92[5], frame.origin[3], frame.origin[5]
-        pairs: list[tuple[float, float]] = []
-        for tilt, turn in zip(*(angle.tolist() for angle in angles_of_axis(axes)), strict=True):
-            a = self.a_sign * RAD_PER_DEG * (a_word + a_shift + a_origin)
-            c = self.c_sign * RAD_PER_DEG * (c_word + c_shift + c_origin) - RAD_PER_DEG * frame.part_turn
-            if math.sin(tilt) <= POLE_CROSSING:
-                tilt, turn = (0.0 if tilt < 1.0 else math.pi), c
-            elif math.sin(a) < -POLE_SINE:
-                tilt, turn = -tilt, turn + math.pi
-            tilt += 2 * math.pi * round((a - tilt) / (2 * math.pi))
-            turn = c + (math.pi - (math.pi - (turn - c)) % (2 * math.pi))
-            a_word = self.a_sign * DEG_PER_RAD * tilt - a_origin - a_shift
-            c_word = self.c_sign * (DEG_PER_RAD * turn + frame.part_turn) - c_origin - c_shift
-            pairs.append((a_word, c_word))
-        return pairs
+        return self._words.follow(words, axes, frame)
 
     def tool_axis(self, program: list[float], frame: Frame) -> Array:
         """Tool axis (3,) of the nominal machine at a program point, program directions."""
@@ -172,3 +191,12 @@ class TiltingTable(Struct, frozen=True, eq=False):
         angles = RAD_PER_DEG * np.stack([self.a_sign * machine[..., 3], self.c_sign * machine[..., 5]], axis=-1)
         gauge = machine[..., :3] + self.rotary_offset + self.machine_zero
         return self.from_table(self.tip_of_gauge(gauge, angles, frame.tool_length), angles, frame)
+
+    def find_other_side(self, machine: Array) -> Array | None:
+        """Machine coordinates (9,) with the same tool axis and A on the other side of upright; None where the tool is vertical."""
+        return self._words.find_other_side(machine)
+
+    def is_upright(self, machine: Array) -> bool:
+        """Whether the tool points along z of the table at machine coordinates (9,)."""
+        tilt = RAD_PER_DEG * float(machine[3])
+        return abs(math.sin(tilt)) <= POLE_SINE and math.cos(tilt) > 0

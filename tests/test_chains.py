@@ -1,0 +1,244 @@
+"""Machines of one chain, end to end: the words of the machine, one part on five machines, and what is refused by name.
+
+The judge of written files moves points by the joints of the machine file, with matrices of its own.
+"""
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.kinematics.test_chain import judge
+
+ROOT = Path(__file__).resolve().parents[1]
+#: Where the part is on each machine.
+PLACES = {"bc_trunnion": "0,0,0", "ac_trunnion": "0,0,0", "b_head_c_table": "0,0,0", "ca_fork_head": "1000,1000,-200",
+          "ab_table": "0,0,0"}  # fmt: skip
+LENGTH = 100.0
+_TILT = np.radians(20.0)
+WAY = np.array([(30, 0, 40, 0.2, 0.05), (30, 20, 42, 0.2, 0.2), (-20, 10, 42, -0.25, 0.1), (10, -20, 42, 0.1, -0.2)])
+
+Runner = Callable[..., Any]
+
+
+def tool_axes(places: np.ndarray) -> np.ndarray:
+    return np.column_stack([places[:, 3:5], np.sqrt(1.0 - (places[:, 3:5] ** 2).sum(axis=1))])
+
+
+def options_of(machine: str) -> list[str]:
+    return ["--machine", machine, "--tool-length", f"{LENGTH:g}", "--wcs", f"G54={PLACES[machine]}"]
+
+
+def read_rows(machine: str, csv: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lines (n,), and tip and tool axis (n, 3) in the work frame by the judge."""
+    table = np.genfromtxt(io.StringIO(csv), delimiter=",", names=True)
+    text = (ROOT / f"machine_configs/{machine}.toml").read_text(encoding="utf-8")
+    names = [name for name in table.dtype.names or () if name.endswith(("_mm", "_deg"))]
+    tip, axis = judge(text, {name.split("_")[0]: table[name] for name in names}, LENGTH)
+    return table["line"], tip - [float(value) for value in PLACES[machine].split(",")], axis
+
+
+@pytest.mark.parametrize("machine", PLACES)
+def test_one_cl_file_on_five_machines(machine: str, run: Runner, tmp_path: Path) -> None:
+    """Tip and tool axis come to every place of the CL file, within the tolerances of [accuracy], whatever the joints are."""
+    source, axes = tmp_path / "part.cl", tmp_path / "axes.csv"
+    head = ["PARTNO/TEST", "UNITS/MM", "MULTAX/ON", "LOADTL/1", "RAPID", "GOTO/0,0,80,0,0,1", "FEDRAT/2000,MMPM"]
+    numbers = np.column_stack([WAY[:, :3], tool_axes(WAY)])
+    source.write_text(
+        "\n".join([*head, *("GOTO/" + ",".join(f"{value:.12g}" for value in row) for row in numbers), "FINI\n"])
+    )
+    answer = run("convert", source, *options_of(machine), "-o", axes)
+    assert answer.code == 0, answer.err
+    assert run("verify", axes, "--against", source, *options_of(machine)).code == 0
+    _line, tip, axis = read_rows(machine, axes.read_text(encoding="utf-8"))
+    for place in numbers:
+        away, leans = np.linalg.norm(tip - place[:3], axis=1), np.linalg.norm(axis - place[3:], axis=1)
+        near = away < 0.01 + 0.05  # rows lie up to 0.05 mm apart: 33 mm/s, a row each ms
+        assert near.any()
+        assert leans[near].min() < np.radians(0.05) + 1e-4
+
+
+PROGRAM = """G21 G90 G94 G17
+G0 X20 Y-10 Z60 {t}0 {u}0
+G1 Z25 F1200
+X40 Y15 {t}{s}20 {u}35
+G3 X20 Y35 I-20 J0 F900
+G1 {t}{s}10 {u}60 F900
+G53 G0 Z0
+G91 G28 Z0
+M2
+"""
+
+
+@pytest.mark.parametrize(
+    ("machine", "letters", "sense", "leans"),
+    [
+        ("bc_trunnion", "BC", "", (0.3420201, 0.0, 0.9396926)),
+        ("ac_trunnion", "AC", "-", (0.0, 0.3420201, 0.9396926)),
+        ("b_head_c_table", "BC", "", (0.3420201, 0.0, 0.9396926)),
+        ("ca_fork_head", "AC", "", (0.0, -0.3420201, 0.9396926)),
+    ],
+)
+def test_words_of_the_machine(
+    machine: str, letters: str, sense: str, leans: tuple[float, ...], run: Runner, tmp_path: Path
+) -> None:
+    """Columns have the words of the program; the tool leans as the joints of the file say; another letter is refused."""
+    source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
+    text = PROGRAM.format(t=letters[0], u=letters[1], s=sense)
+    source.write_text(text, encoding="utf-8")
+    answer = run("convert", source, *options_of(machine), "--smoothing", "off", "-o", axes)
+    assert answer.code == 0, answer.err
+    csv = axes.read_text(encoding="utf-8")
+    assert csv.splitlines()[0] == f"t_s,x_mm,y_mm,z_mm,{letters[0].lower()}_deg,{letters[1].lower()}_deg,line"
+    line, tip, axis = read_rows(machine, csv)
+    at = np.flatnonzero(line == 4)[-1]
+    turn = np.radians(35.0)
+    x, y, z = leans
+    assert tip[at] == pytest.approx([40, 15, 25], abs=1e-4)
+    assert axis[at] == pytest.approx(
+        [np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y, z], abs=1e-6
+    )
+    source.write_text(text.replace(letters[0], "B" if letters[0] == "A" else "A"), encoding="utf-8")
+    refused = run("check", source, *options_of(machine))
+    assert refused.code == 2
+    assert f"it has X, Y, Z, {letters[0]}, {letters[1]}" in refused.out
+    values = ",".join(csv.splitlines()[1].split(",")[1:6])
+    source.write_text(text, encoding="utf-8")
+    assert run("convert", source, *options_of(machine), f"--from={values}", "-o", axes).code == 0
+    assert run("convert", source, *options_of(machine), "--from", "home", "-o", axes).code == 0
+
+
+def test_trunnion_is_the_serial_machine_on_its_table(run: Runner, tmp_path: Path) -> None:
+    """ac_trunnion as kind serial of schema 1 with the same joints: the same setpoints to 1e-9."""
+    serial = (ROOT / "machine_configs/serial.toml").read_text(encoding="utf-8")
+    for before, after in (
+        ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.05, -472.3]"),
+        ("pivot = [0.0, 0.0, 1600.0]", "pivot = [0.0, 0.0, 0.0]"),
+        ("rotary_offset = [0.0, 0.0, 0.0]", "rotary_offset = [0.0, -0.05, 52.3]"),
+        ("machine_zero = [0.0, 0.0, 550.0]", "machine_zero = [0.0, 0.0, 420.0]"),
+        ("radius = 250.0", "radius = 200.0"),
+        ('a_positive = "workpiece"', 'a_positive = "tool"'),
+        ('c_positive = "workpiece"', 'c_positive = "tool"'),
+        ("[[-400.0, 400.0], [-400.0, 400.0], [-600.0, 100.0]]", "[[-300.0, 300.0], [-300.0, 300.0], [-400.0, 150.0]]"),
+        ("a_deg = [-95.0, 95.0]", "a_deg = [-120.0, 30.0]"),
+    ):
+        assert before in serial
+        serial = serial.replace(before, after)
+    (tmp_path / "serial.toml").write_text(serial, encoding="utf-8")
+    source, tables = tmp_path / "part.nc", []
+    source.write_text(
+        PROGRAM.format(t="A", u="C", s="-").replace("G53", "G43.5 X10 Y30 I0.1 J0.2 K0.97467943\nG53"), encoding="utf-8"
+    )
+    for machine in ("ac_trunnion", str(tmp_path / "serial.toml")):
+        # blended corners are found by iteration, which multiplies last digits: to 1e-5 mm
+        options = ["--machine", machine, "--tool-length", "100", "--wcs", "G54=7,-3,15,25", "--smoothing", "off"]
+        answer = run("convert", source, *options, "--decimals", "11", "--accept-rounding")
+        assert answer.code == 0, answer.err
+        tables.append(np.loadtxt(io.StringIO(answer.out), delimiter=",", skiprows=1))
+    assert tables[0].shape == tables[1].shape
+    assert np.abs(tables[0] - tables[1]).max() < 1e-9
+
+
+PLANES = {
+    "fanuc": "G0 X0 Y0 Z60 {0}0 {1}0\nG68.2 X5 Y0 Z0 I{fanuc} J20 K0\nG53.1\nG0 X0 Y0 Z40\nG1 Z25 F500\nG0 Z60\nG69\nM2\n",
+    "siemens": 'G17 G90 G71 G94\nTRAORI\nG0 X0 Y0 Z60 {0}0 {1}0\nCYCLE800(1,"",10,57,5,0,0,{siemens},0,0,0,-1)\n'
+    "G0 X0 Y0 Z40\nG1 Z25 F500\nG0 Z60\nCYCLE800()\nM30\n",
+    "heidenhain": "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 {0}+0 {1}+0 FMAX\nCYCL DEF 7.0\nCYCL DEF 7.1 X+5\n"
+    "PLANE SPATIAL {klartext} MOVE DIST0 FMAX\nL X+0 Y+0 Z+40 FMAX\nL Z+25 F500\nL Z+60 FMAX\nM30\nEND PGM P MM\n",
+}
+
+
+@pytest.mark.parametrize("language", PLANES)
+@pytest.mark.parametrize("machine", ["bc_trunnion", "ac_trunnion", "b_head_c_table", "ab_table", "ca_fork_head"])
+def test_tilted_planes_under_tcp(machine: str, language: str, run: Runner, tmp_path: Path) -> None:
+    """A plane turned about one axis of the part by 20 degrees: the tool comes down 25 mm over it, along its normal."""
+    source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
+    letters = {"bc_trunnion": "BC", "b_head_c_table": "BC", "ab_table": "AB"}.get(machine, "AC")
+    about_y = machine != "ac_trunnion"  # its A goes to -120
+    angles = {"fanuc": "90", "siemens": "0,20,0", "klartext": "SPA+0 SPB+20 SPC+0"} if about_y else {
+        "fanuc": "0", "siemens": "20,0,0", "klartext": "SPA+20 SPB+0 SPC+0"}  # fmt: skip
+    source.write_text(PLANES[language].format(*letters, **angles), encoding="utf-8")
+    options = [*options_of(machine), "--dialect", language]
+    answer = run("convert", source, *options, "-o", axes)
+    assert answer.code == 0, answer.err
+    assert run("verify", axes, "--against", source, *options).code == 0
+    _line, tip, axis = read_rows(machine, axes.read_text(encoding="utf-8"))
+    normal = np.array([np.sin(_TILT), 0.0, np.cos(_TILT)] if about_y else [0.0, -np.sin(_TILT), np.cos(_TILT)])
+    place = [5.0, 0.0, 0.0] + 25.0 * normal
+    nearest = np.linalg.norm(tip - place, axis=1).argmin()
+    assert tip[nearest] == pytest.approx(place, abs=0.02)  # the corner is blended
+    assert axis[nearest] == pytest.approx(normal, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("machine", "options", "program", "said"),
+    [
+        ("b_head_c_table", ["--dialect", "heidenhain"],
+         "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 R0 FMAX\nL B+0 C+0 FMAX\nL B+10 FMAX\nM30\nEND PGM P MM\n", "VP017 error: B without tool-centre"),
+        ("ca_fork_head", ["--dialect", "siemens"], "G90 G71 G94\nG0 X0 Y0 Z60 A0 C0\nG0 A10\nG1 X5 F500\nM30\n", "while the head stands at A10"),
+        ("b_head_c_table", ["--dialect", "siemens"],
+         'G90 G71 G94\nTRAORI\nG0 X0 Y0 Z60 B0 C0\nCYCLE800(1,"",10,192,0,0,0,30,0,0,0,0,0,-1)\nM30\n', "CYCLE800 by rotary axes directly"),
+        ("ab_table", ["--wcs", "G54=0,0,0,30"], "G0 X0 Y0 Z60 A0 B0\nM2\n", "a part turned by 30 degrees on the table is not executed"),
+        ("b_head_c_table", ["--from", "home"], "G0 X0 Y0 Z60 B89 C0\nG1 X5 F500\nM2\n", "the tool lies too flat"),
+    ],
+)  # fmt: skip
+def test_what_is_refused_by_name(
+    machine: str, options: list[str], program: str, said: str, run: Runner, tmp_path: Path
+) -> None:
+    source = tmp_path / "part.nc"
+    source.write_text(program, encoding="utf-8")
+    answer = run("convert", source, *(options_of(machine)[:4] if "--wcs" in options else options_of(machine)), *options)
+    assert answer.code == 2
+    assert said in answer.err
+    assert not answer.out
+
+
+def test_offsets_and_boxes_are_in_the_part_frame(run: Runner, tmp_path: Path) -> None:
+    """On a BC trunnion the frame of the nominal angles is turned against that of the part: what the user gives and reads is not."""
+    source = tmp_path / "part.nc"
+    source.write_text("G0 X0 Y0 Z60 B0 C0\nG1 Z30 F900\nX250\nM2\n", encoding="utf-8")
+    options = ["--machine", "bc_trunnion", "--tool-length", "100", "--wcs", "G54=100,0,0"]
+    answer = run("check", source, *options)
+    assert answer.code == 1
+    assert "x 350.000000 mm is above 300 mm" in answer.out
+    assert "if the part is moved by" in answer.out
+    moved = answer.out.partition("if the part is moved by ")[2].partition(" mm")[0].split(", ")
+    assert [float(value) for value in moved] == pytest.approx([-50.0, 0.0, 0.0], abs=0.2)  # rounded up to 0.1
+    box = ["--keep-out", "block=110,-10,0,130,10,50"]
+    assert "VP215" in run("check", source, *options, *box).out
+    assert "VP215" not in run("check", source, *options, "--keep-out", "block=-10,110,0,10,130,50").out
+
+
+@pytest.mark.parametrize("machine", PLACES)
+def test_explain_and_report(machine: str, run: Runner, tmp_path: Path) -> None:
+    """Pages and texts of a machine without rods; its own words."""
+    source = tmp_path / "part.nc"
+    letters = {"ca_fork_head": "AC", "ac_trunnion": "AC", "ab_table": "AB"}.get(machine, "BC")
+    source.write_text(
+        f"G0 X0 Y0 Z60 {letters[0]}0 {letters[1]}0\nG1 X10 {letters[0]}-10 {letters[1]}20 F900\nM2\n", encoding="utf-8"
+    )
+    text = run("explain", f"{source}:2", *options_of(machine)).out
+    assert f"words                {letters[0]} -10.000000, {letters[1]} 20.000000 deg" in text
+    assert "every solution of the whole machine: 2" in text
+    assert run("report", source, *options_of(machine), "-o", tmp_path / "r.html").code == 0
+    assert (
+        run("machine", "axis-check", "--machine", machine, "--at", "100,100,-100,0,0", "-o", tmp_path / "check").code
+        == 0
+    )
+    shown = run("machine", "show", machine).out
+    assert f"# {letters[0]} +10: the tool leans towards" in shown
+
+
+def test_a_dry_run_rises_along_z_of_the_part(run: Runner, tmp_path: Path) -> None:
+    """On the A-B table the nominal angles count from another axis of the part."""
+    source = tmp_path / "part.nc"
+    source.write_text("G0 X5 Y6 Z30 A0 B0\nG1 X10 A10 B-20 F900\nM2\n", encoding="utf-8")
+    places = []
+    for air in ([], ["--air", "50", "--air-along", "table"]):
+        answer = run("convert", source, *options_of("ab_table"), *air)
+        assert answer.code == 0, answer.err
+        places.append(read_rows("ab_table", answer.out)[1][[0, -1]])
+    assert places[1] - places[0] == pytest.approx(np.tile([0.0, 0.0, 50.0], (2, 1)), abs=1e-5)

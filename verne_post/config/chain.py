@@ -1,0 +1,293 @@
+"""Machine files of schema 2: a chain of joints from the base to the tool and to the part. docs/machine-file.md says what they mean."""
+
+import hashlib
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Final, Literal
+
+import numpy as np
+from msgspec import Meta, field
+from msgspec.structs import asdict
+
+from verne_post.base.arrays import Array
+from verne_post.base.printable import visible
+from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
+from verne_post.config.common import convert_drives, convert_home, convert_vibration
+from verne_post.config.schema import (
+    AccuracyFile,
+    ControlFile,
+    DriveFile,
+    HomeFile,
+    Point,
+    Positive,
+    Range,
+    Source,
+    VibrationFile,
+    check_range,
+)
+from verne_post.config.sentences import Checks, Table, WrongTableError, check_table
+from verne_post.kinematics.chain.coordinates import ChainCoordinates
+from verne_post.kinematics.chain.machine import ChainMachine, Rotary
+from verne_post.kinematics.chain.pair import PARALLEL, build_pair
+from verne_post.kinematics.tables.words import RotaryWords
+from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.machine import Accuracy, Column, Limits, Machine
+from verne_post.model.moves import AXES
+from verne_post.model.plausibility import compare, compare_largest
+
+#: Three directions span no space where the volume of their unit vectors is smaller.
+_FLAT: Final = 1e-6
+#: Sine of the angle below which up lies along x of the base, so that y takes its place.
+_ALONG: Final = 0.1
+_LINEAR: Final = ("x", "y", "z")
+_ROTARY: Final = ("a", "b", "c")
+
+
+class ChainFile(Table, frozen=True, kw_only=True):
+    """[chain]: joints from the base outwards, gauge point and tool axis at home, and the part's frame."""
+
+    tool: list[str]
+    part: list[str]
+    gauge: Point
+    axis: Point
+    part_zero: Point
+    up: Point = field(default_factory=lambda: [0.0, 0.0, 1.0])
+
+    def check_together(self) -> None:
+        for key in ("axis", "up"):
+            if not any(getattr(self, key)):
+                raise ValueError(f"{key} = [0, 0, 0]: expected a direction")
+
+
+class JointFile(Table, frozen=True, kw_only=True):
+    """[joints.NAME]: a direction to slide along or to turn about, whose motion is positive, travel, and speed limits."""
+
+    checks: ClassVar[Checks] = {"travel_mm": check_range, "travel_deg": check_range}
+
+    slides: Point | None = None
+    turns: Point | None = None
+    through: Point | None = None
+    positive: Literal["tool", "part"] | None = None
+    travel_mm: Range | None = None
+    travel_deg: Range | None = None
+    velocity: Positive
+    acceleration: Positive
+    jerk: Positive
+
+    def check_together(self) -> None:
+        if (self.slides is None) == (self.turns is None):
+            raise ValueError("expected one of slides and turns, a direction")
+        if not any(self.slides or self.turns or ()):
+            raise ValueError("the direction [0, 0, 0] is none")
+        if self.slides is not None and (
+            self.travel_mm is None or self.through is not None or self.travel_deg is not None
+        ):
+            raise ValueError("a joint that slides has travel_mm, and neither travel_deg nor through")
+        if self.turns is not None and (self.through is None or self.travel_mm is not None):
+            raise ValueError(
+                "a joint that turns has through, a point of its axis, and no travel_mm; without travel_deg it is endless"
+            )
+
+
+class PartTableFile(Table, frozen=True, kw_only=True):
+    """[table]: the face on which the part lies, about the part's zero."""
+
+    radius: Positive
+
+
+class ChainProvenanceFile(Table, frozen=True, kw_only=True):
+    """[provenance]: each begins with identified, assumed, measured or specified."""
+
+    chain: Source
+    joints: Source
+    control: Source
+    table: Source | None = None
+    home: Source | None = None
+    drives: Source | None = None
+    accuracy: Source | None = None
+    vibration: Source | None = None
+
+
+class ChainMachineFile(Table, frozen=True, kw_only=True):
+    """The file as a whole."""
+
+    schema: Literal[2]
+    name: Annotated[str, Meta(min_length=1)]
+    chain: ChainFile
+    joints: dict[str, JointFile]
+    table: PartTableFile | None = None
+    home: HomeFile | None = None
+    accuracy: AccuracyFile | None = None
+    drives: dict[str, DriveFile] | None = None
+    vibration: VibrationFile | None = None
+    control: ControlFile
+    provenance: ChainProvenanceFile
+
+    def check_together(self) -> None:
+        for group in ("table", "home", "accuracy", "drives", "vibration"):
+            if getattr(self, group) is not None and getattr(self.provenance, group) is None:
+                raise ValueError(f"provenance.{group} is missing: every group says where it is from")
+        for text in _find_faults(self.chain, self.joints):
+            raise ValueError(text)
+
+
+def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str]:
+    """What is wrong with a chain, but for the directions of its joints."""
+    named = [*chain.tool, *chain.part]
+    if sorted(named) != sorted(joints):
+        yield (f"chain.tool and chain.part name {', '.join(named) or 'no joint'}, and the joints are {', '.join(joints)}; expected every "
+               "joint once")  # fmt: skip
+    slides = [name for name in named if joints[name].slides is not None]
+    turns = [name for name in named if name not in slides]
+    if sorted(slides) != list(_LINEAR) or len(turns) != 2 or not set(turns) <= set(_ROTARY):
+        yield f"the joints slide: {', '.join(slides)}, and turn: {', '.join(turns)}; expected x, y, z, and two of a, b, c"
+    for side in (chain.tool, chain.part):
+        kinds = [name in turns for name in side]
+        if kinds != sorted(kinds):
+            yield (f"{side[kinds.index(True)]} turns {side[len(kinds) - 1 - kinds[::-1].index(False)]}: a rotary joint that carries a linear "
+                   "one is not executed yet")  # fmt: skip
+
+
+# --- geometry -------------------------------------------------------------------------------------------------
+
+
+class _Geometry:
+    """The chain in its polar frame, or a ValueError with a sentence."""
+
+    def __init__(self, file: ChainMachineFile) -> None:
+        chain, joints = file.chain, file.joints
+        up = _normalise(chain.up)
+        x = next(unit for unit in np.eye(3) if np.linalg.norm(np.cross(unit, up)) > _ALONG)
+        x = _normalise(x - (x @ up) * up)
+        to_part = np.stack([x, np.cross(up, x), up])
+        rotary = [name for name in (*reversed(chain.part), *chain.tool) if joints[name].turns is not None]
+        self.turn, self.tilt = rotary
+        directions = {name: to_part @ _normalise(joints[name].turns or joints[name].slides or []) for name in joints}
+        axis = to_part @ _normalise(chain.axis)
+        on_tool = {name: name in chain.tool for name in joints}
+        #: 1 where the positive sense is that of the tool's motion against the part, -1 where it is the part's.
+        self.senses = {
+            name: 1.0 if (joint.positive or ("tool" if on_tool[name] else "part")) == "tool" else -1.0
+            for name, joint in joints.items()
+        }
+        low, high = joints[self.tilt].travel_deg or (-1.0, 1.0)
+        longer = self.senses[self.tilt] * (1.0 if high >= -low else -1.0)
+        self.pair = build_pair(directions[self.turn], directions[self.tilt], axis, longer)
+        polar, zero = self.pair.directions, np.array(chain.part_zero)
+        linear = np.stack([polar @ directions[name] * self.senses[name] for name in _LINEAR], axis=1)
+        if abs(np.linalg.det(linear)) < _FLAT:
+            raise ValueError("the directions of x, y, z lie in a plane: the tool cannot move out of it")
+
+        def place(point: list[float]) -> Array:
+            return np.asarray(polar @ to_part @ (np.array(point) - zero))
+
+        tilt, turn = (Rotary(place(joints[name].through or []), on_tool[name]) for name in (self.tilt, self.turn))
+        gauge = place(chain.gauge)
+        axis = np.array([0.0, math.sin(self.pair.home_tilt), math.cos(self.pair.home_tilt)])
+        self.machine = ChainMachine(self.pair, gauge, axis, linear, tilt, turn, _compute_inverse(linear))
+        #: Joint values inside per value of the file, rad per rad.
+        self.signs = (self.pair.tilt_sign * self.senses[self.tilt], self.pair.turn_sign * self.senses[self.turn])
+        axes = AXES.index(self.tilt.upper()), AXES.index(self.turn.upper())
+        words = RotaryWords(axes, *self.signs, self.pair.home_tilt)
+        self.coordinates = ChainCoordinates(self.machine, words, polar.T @ gauge)
+
+
+def _compute_inverse(matrix: Array) -> Array:
+    """The inverse; exact for axes that lie along each other's."""
+    inverse = np.linalg.inv(matrix)
+    near = np.round(inverse)
+    return np.asarray(near) + 0.0 if np.array_equal(matrix @ near, np.eye(3)) else np.asarray(inverse)
+
+
+def _normalise(vector: list[float] | Array) -> Array:
+    """A direction; one along an axis is exact."""
+    array = np.asarray(vector, dtype=float)
+    return np.asarray(array / np.linalg.norm(array))
+
+
+# --- the machine ------------------------------------------------------------------------------------------------
+
+
+def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Machine:
+    """The machine of a file of schema 2, given as its tables and as its bytes.
+
+    Raises
+    ------
+    InputError
+        VP501 with every mistake.
+    """
+    try:
+        file = check_table(ChainMachineFile, data, "a machine file of schema 2")
+    except WrongTableError as error:
+        raise InputError(*(finding("VP501", f"{file_name}: {text}") for text in error.sentences)) from None
+    try:
+        geometry = _Geometry(file)
+    except ValueError as error:
+        raise InputError(finding("VP501", f"{file_name}: {error}")) from None
+    if file.table is not None and abs(geometry.pair.directions[2, 2]) < 1.0 - PARALLEL:
+        text = f"{file_name}: table.radius: {geometry.turn} does not turn about z of the part, so it has no face at z = 0; leave [table] out"
+        raise InputError(finding("VP501", text))
+    names = (*_LINEAR, geometry.tilt, geometry.turn)
+    signs = dict(zip(names[3:], geometry.signs, strict=True))
+    columns = (
+        *(Column(name, "mm", 1.0, "VP101") for name in _LINEAR),
+        Column(geometry.tilt, "deg", DEG_PER_RAD * signs[geometry.tilt], "VP102"),
+        Column(geometry.turn, "deg", DEG_PER_RAD * signs[geometry.turn], "VP103"),
+    )
+    limits = _convert_limits(file, columns)
+    accuracy = file.accuracy or AccuracyFile()
+    return Machine(
+        name=visible(file.name),
+        kind="chain",
+        sha256=hashlib.sha256(raw).hexdigest(),
+        module=None,
+        five_axis=geometry.machine,
+        coordinates=geometry.coordinates,
+        columns=columns,
+        limits=limits,
+        accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
+        home=convert_home(file.home) if file.home else None,
+        table_radius=file.table.radius if file.table else 0.0,
+        clearance=None,
+        cycle=file.control.cycle_s,
+        provenance={key: visible(value) for key, value in asdict(file.provenance).items() if value is not None},
+        drives=convert_drives(file.drives, columns, limits, file_name),
+        warnings=tuple(_find_implausible(file)),
+        vibration=convert_vibration(file.vibration),
+    )
+
+
+def _convert_limits(file: ChainMachineFile, columns: tuple[Column, ...]) -> Limits:
+    joints = [file.joints[column.joint] for column in columns]
+    travel = np.array(
+        [
+            sorted(value / column.factor for value in joint.travel_mm or joint.travel_deg or (-math.inf, math.inf))
+            for joint, column in zip(joints, columns, strict=True)
+        ]
+    )
+    size = np.array([abs(column.factor) for column in columns])
+    velocity, acceleration, jerk = (
+        np.array([getattr(joint, key) for joint in joints]) / size for key in ("velocity", "acceleration", "jerk")
+    )
+    return Limits(travel[:, 0], travel[:, 1], velocity, acceleration, jerk, 0.0)
+
+
+def _find_implausible(file: ChainMachineFile) -> Iterator[Finding]:
+    """Warnings (VP505) about values that are legal but that no machine tool has: most often another unit."""
+    texts = list[str]()
+    for name, joint in file.joints.items():
+        kind, travel = ("linear", joint.travel_mm) if joint.slides is not None else ("rotary", joint.travel_deg)
+        if travel is not None:
+            key = f"joints.{name}.travel_{'mm' if kind == 'linear' else 'deg'}"
+            texts += compare(key, travel[1] - travel[0], f"{kind} {key[-3:].strip('_')}", "a travel of ")
+        for ending in ("velocity", "acceleration", "jerk"):
+            texts += compare(f"joints.{name}.{ending}", getattr(joint, ending), f"{kind} {ending}")
+        texts += compare_largest(f"joints.{name}.through", joint.through or (), "module")
+    accuracy = file.accuracy or AccuracyFile()
+    for key, value, what in (
+        ("accuracy.tip_mm", accuracy.tip_mm, "tip tolerance"),
+        ("accuracy.axis_deg", accuracy.axis_deg, "axis tolerance"),
+        ("control.cycle_s", file.control.cycle_s, "cycle"),
+    ):
+        texts += compare_largest(key, (value,), what, "")
+    yield from (finding("VP505", text) for text in texts)

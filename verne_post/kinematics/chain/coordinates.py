@@ -1,0 +1,185 @@
+"""What program coordinates mean on a machine of one chain."""
+
+import math
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array
+from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
+from verne_post.base.tolerances import POLE_SINE
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.kinematics.chain.machine import ChainMachine
+from verne_post.kinematics.tables.words import RotaryWords
+from verne_post.model.moves import AXES, Frame
+
+
+class ChainCoordinates(Struct, frozen=True, eq=False):
+    """Maps between program, part and machine coordinates; implements ``TableCoordinates``.
+
+    Machine coordinates are the values of the joints, degrees in the sense of the machine file. Work offsets count from the place
+    of the gauge point with all joints at 0, in directions of the part frame. "Table" is the polar frame of the rotary pair.
+
+    Attributes
+    ----------
+    machine : ChainMachine
+    words : RotaryWords
+        The words of the rotary joints.
+    machine_zero : ndarray, shape (3,)
+        The gauge point with all joints at 0, part frame, mm.
+    """
+
+    machine: ChainMachine
+    words: RotaryWords
+    machine_zero: Array
+
+    @property
+    def rotary(self) -> tuple[int, int]:
+        """Which of ``AXES`` tilt the tool and turn about its pole."""
+        return self.words.axes
+
+    @property
+    def axes(self) -> str:
+        """Letters of the axes that a program may name."""
+        return "XYZ" + "".join(AXES[axis] for axis in sorted(self.rotary))
+
+    @property
+    def head(self) -> tuple[int, ...]:
+        """Which of ``AXES`` turn the tool's end of the machine."""
+        joints = zip(self.rotary, (self.machine.tilt, self.machine.turn), strict=True)
+        return tuple(axis for axis, joint in joints if joint.on_tool)
+
+    @property
+    def part_frame(self) -> Array:
+        """Rows: x, y, z of the polar frame in directions of the part."""
+        return self.machine.pair.directions
+
+    @property
+    def home_tilt(self) -> float:
+        """Nominal A with all joints at 0, rad."""
+        return self.machine.pair.home_tilt
+
+    @property
+    def turns_with_part(self) -> bool:
+        """Whether a part that stands turned about z is the same as another angle of a joint that carries it."""
+        upright = bool(abs(self.part_frame[2, 2]) > 1.0 - POLE_SINE)
+        return upright and not self.machine.turn.on_tool
+
+    # --- the nominal machine -------------------------------------------------------------------------------
+
+    @property
+    def rotary_centre(self) -> Array:
+        """A point of the axis of the turning joint (3,), polar frame."""
+        return self.machine.turn.through
+
+    @property
+    def rotary_offset(self) -> Array:
+        """From the axis of the tilting joint to that of the turning one (3,), where both are on the part's side; else 0."""
+        both = not (self.machine.tilt.on_tool or self.machine.turn.on_tool)
+        return float(both) * (self.machine.turn.through - self.machine.tilt.through)
+
+    @property
+    def pivot(self) -> Array:
+        """A point of the axis of the joint nearest the base on the part's side, base frame with z down."""
+        joint = self.machine.turn if self.machine.tilt.on_tool else self.machine.tilt
+        return joint.through * [1.0, -1.0, -1.0]
+
+    def gauge_point(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Place that a joint pair on the part's side carries a tip to, seen from the tilt axis; ``tool_length`` above it."""
+        rotary = angles - [self.machine.pair.home_tilt, 0.0]
+        along = np.asarray(tool_length, dtype=float)[..., None] * self.machine.axis
+        place = self.machine.turn_part(tip, rotary) - self.machine.tilt.through + along
+        return rotate_x(place, self.machine.pair.home_tilt)  # as if A were 0 at home
+
+    # --- program and part -------------------------------------------------------------------------------------
+
+    def work_origin(self, offset_mm: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Origin of a work offset in the part frame, counted from machine zero."""
+        x, y, z = (float(v) for v in np.asarray(offset_mm) - self.machine_zero)
+        return x, y, z
+
+    def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
+        """Program coordinates (..., 9) -> tip in the polar frame (..., 3), nominal angles (..., 2)."""
+        shifted = np.array(program, dtype=float)
+        if frame.feature is not None:
+            shifted[..., :3] = frame.feature.outside(shifted[..., :3])
+        shifted += np.asarray(frame.g92)
+        origin = np.asarray(frame.origin)
+        tip = self.machine_zero + origin[:3] + rotate_z(shifted[..., :3], _turn_of(frame))
+        return tip @ self.part_frame.T, self.words.find_angles(shifted + origin, frame.part_turn)
+
+    def from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
+        """Inverse of :meth:`to_table`; the axes that the machine lacks are 0."""
+        origin = np.asarray(frame.origin)
+        program = np.zeros((*np.shape(tip)[:-1], 9))
+        on_part = np.asarray(tip) @ self.part_frame
+        program[..., :3] = rotate_z(on_part - self.machine_zero - origin[:3], -_turn_of(frame))
+        for axis, word in zip(self.rotary, self.words.find_words(angles, frame.part_turn), strict=True):
+            program[..., axis] = word - origin[axis]
+        program -= np.asarray(frame.g92)
+        if frame.feature is not None:
+            program[..., :3] = frame.feature.inside(program[..., :3])
+        return program
+
+    def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+        """A program point (9) with rotary words that hold a tool axis (3,) given in program directions."""
+        tilt, turn = self.rotary
+        end = list(program)
+        [(end[tilt], end[turn])] = self.point_axes((end[tilt], end[turn]), np.asarray(vector)[None], frame)
+        return end
+
+    def point_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
+        """Rotary words that hold one tool axis (n, 3) after the other, from a pair of words on."""
+        return self.words.follow(words, self.displacement(vectors, frame), frame)
+
+    def tool_axis(self, program: list[float], frame: Frame) -> Array:
+        """Tool axis (3,) at a program point, program directions."""
+        _tip, angles = self.to_table(np.array(program), frame)
+        axis = rotate_z(axis_of_angles(angles[0], angles[1]) @ self.part_frame, -_turn_of(frame))
+        return axis if frame.feature is None else frame.feature.turn_inside(axis)
+
+    def displacement(self, vector: Array, frame: Frame) -> Array:
+        """Turn displacements (..., 3) of the program into the polar frame."""
+        inner = np.asarray(vector, dtype=float)
+        if frame.feature is not None:
+            inner = frame.feature.turn_outside(inner)
+        turned: Array = rotate_z(inner, _turn_of(frame)) @ self.part_frame.T
+        return turned
+
+    def to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
+        """A point and a direction (..., 3) of the polar frame in the work frame of ``frame``."""
+        turn, origin = -_turn_of(frame), self.machine_zero + np.asarray(frame.origin)[:3]
+        return rotate_z(point @ self.part_frame - origin, turn), rotate_z(axis @ self.part_frame, turn)
+
+    # --- program and machine ------------------------------------------------------------------------------------
+
+    def to_machine(self, program: Array, frame: Frame) -> Array:
+        """Machine coordinates (..., 9): the joints, for the gauge line."""
+        tip, angles = self.to_table(program, frame)
+        machine = np.zeros(np.shape(program))
+        machine[..., :3] = self.machine.joints(tip, angles, frame.tool_length)[..., :3]
+        for axis, word in zip(self.rotary, self.words.find_words(angles, 0.0), strict=True):
+            machine[..., axis] = word
+        return machine
+
+    def to_program(self, machine: Array, frame: Frame) -> Array:
+        """Program coordinates in ``frame`` of a machine position."""
+        machine = np.asarray(machine, dtype=float)
+        angles = self.words.find_angles(machine, 0.0)
+        q = np.concatenate([machine[..., :3], angles - [self.machine.pair.home_tilt, 0.0]], axis=-1)
+        return self.from_table(self.machine.nominal(q, frame.tool_length)[0], angles, frame)
+
+    def find_other_side(self, machine: Array) -> Array | None:
+        """Machine coordinates (9,) with the same tool axis and the tilt on the other side of the pole; None at the pole."""
+        return self.words.find_other_side(machine)
+
+    def is_upright(self, machine: Array) -> bool:
+        """Whether the tool points along z of the part at machine coordinates (9,)."""
+        a, c = self.words.find_angles(machine, 0.0)
+        x, y, z = axis_of_angles(a, c) @ self.part_frame
+        return math.hypot(x, y) <= POLE_SINE and z > 0
+
+
+def _turn_of(frame: Frame) -> float:
+    """How far the program's X is turned from that of the part frame, rad."""
+    return RAD_PER_DEG * (frame.turn + frame.part_turn)

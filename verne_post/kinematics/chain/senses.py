@@ -1,0 +1,55 @@
+"""The senses of the joints of a chain in words: a wrong one passes every other check."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.model.machine import Column, Machine
+
+#: mm or degrees by which a joint is moved.
+_STEP: Final = 10.0
+#: A tool axis that moves by less stands still.
+_STILL: Final = 1e-9
+
+
+def describe_senses(machine: Machine) -> Iterator[str]:
+    """What a positive step of each joint does, one line a joint, from all joints at 0."""
+    still = np.zeros(len(machine.columns))
+    for k, column in enumerate(machine.columns):
+        yield f"{column.joint.upper()} {_STEP:+g}: {describe_sense(machine, still, k)}"
+
+
+def describe_sense(machine: Machine, here: Array, joint: int) -> str:
+    """Where the tool goes, or leans, against the part when a joint makes a positive step from joint values (n_joints,).
+
+    A joint that turns a tool about itself is seen from a tool that the tilting joint has tilted first.
+    """
+    column = machine.columns[joint]
+    tip, axis, _ok = machine.forward(here, 0.0)
+    there, leans, _ok = machine.forward(_step(here, joint, column), 0.0)
+    if column.unit == "mm":
+        return f"the tool moves towards {_name_direction(there - tip)} of the part"
+    if np.linalg.norm(leans - axis) > _STILL:
+        return f"the tool leans towards {_name_direction(leans - axis)} of the part"
+    tilt = len(here) - 2
+    tilted = _step(here, tilt, machine.columns[tilt])
+    before = machine.forward(tilted, 0.0)[1]
+    after = machine.forward(_step(tilted, joint, column), 0.0)[1]
+    return (
+        f"with {machine.columns[tilt].joint.upper()} {_STEP:+g}, the tool leans from {_name_direction(before - axis)} towards "
+        f"{_name_direction(after - before)} of the part"
+    )
+
+
+def _step(here: Array, joint: int, column: Column) -> Array:
+    moved = here.copy()
+    moved[joint] += _STEP / column.factor
+    return moved
+
+
+def _name_direction(vector: Array) -> str:
+    """The axis of the part nearest to a direction."""
+    largest = int(np.argmax(np.abs(vector)))
+    return f"{'+' if vector[largest] > 0 else '-'}{'xyz'[largest]}"

@@ -1,0 +1,78 @@
+"""Rotary words of a program: an affine map to the nominal angles A and C, and the words that hold a tool axis."""
+
+import math
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array
+from verne_post.base.rotations import angles_of_axis
+from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE
+from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
+from verne_post.model.moves import Frame
+
+
+class RotaryWords(Struct, frozen=True):
+    """``A = home + a_sign word``, ``C = c_sign word``.
+
+    Attributes
+    ----------
+    axes : tuple of 2 int
+        Which of ``AXES`` the words are: of the joint that tilts the tool, and of the one that turns about its pole.
+    a_sign, c_sign : float
+        +1 where the machine file names the workpiece's motion, -1 where it names the tool's (ISO 841).
+    home : float
+        Nominal A where the tilting joint stands at 0, rad.
+    """
+
+    axes: tuple[int, int]
+    a_sign: float
+    c_sign: float
+    home: float = 0.0
+
+    def find_angles(self, machine: Array, part_turn: float) -> Array:
+        """Nominal angles (..., 2) of machine coordinates (..., 9); the part stands turned by ``part_turn`` degrees."""
+        tilt, turn = self.axes
+        a = self.a_sign * RAD_PER_DEG * machine[..., tilt] + self.home
+        c = self.c_sign * RAD_PER_DEG * machine[..., turn] - RAD_PER_DEG * part_turn
+        return np.stack([a, c], axis=-1)
+
+    def find_words(self, angles: Array, part_turn: float) -> tuple[Array, Array]:
+        """The words (...), degrees, of nominal angles (..., 2)."""
+        a = self.a_sign * DEG_PER_RAD * (angles[..., 0] - self.home)
+        return a, self.c_sign * (DEG_PER_RAD * angles[..., 1] + part_turn)
+
+    def follow(self, words: tuple[float, float], axes: Array, frame: Frame) -> list[tuple[float, float]]:
+        """Words that hold one tool axis (n, 3) of the table frame after the other, from a pair of words on.
+
+        The pair goes on where the words before stand: the tilt on the same side of the pole, positive from the pole, C less than
+        half a turn away. Nearer to the pole than POLE_CROSSING the tool stands at it, with the C before: the same axis a hair away
+        would ask for any C.
+        """
+        a_word, c_word = words
+        a_shift, c_shift = (frame.g92[axis] for axis in self.axes)
+        a_origin, c_origin = (frame.origin[axis] for axis in self.axes)
+        pairs: list[tuple[float, float]] = []
+        for tilt, turn in zip(*(angle.tolist() for angle in angles_of_axis(axes)), strict=True):
+            a = self.a_sign * RAD_PER_DEG * (a_word + a_shift + a_origin) + self.home
+            c = self.c_sign * RAD_PER_DEG * (c_word + c_shift + c_origin) - RAD_PER_DEG * frame.part_turn
+            if math.sin(tilt) <= POLE_CROSSING:
+                tilt, turn = (0.0 if tilt < 1.0 else math.pi), c
+            elif math.sin(a) < -POLE_SINE:
+                tilt, turn = -tilt, turn + math.pi
+            tilt += 2 * math.pi * round((a - tilt) / (2 * math.pi))
+            turn = c + (math.pi - (math.pi - (turn - c)) % (2 * math.pi))
+            a_word = self.a_sign * DEG_PER_RAD * (tilt - self.home) - a_origin - a_shift
+            c_word = self.c_sign * (DEG_PER_RAD * turn + frame.part_turn) - c_origin - c_shift
+            pairs.append((a_word, c_word))
+        return pairs
+
+    def find_other_side(self, machine: Array) -> Array | None:
+        """Machine coordinates (9,) with the same tool axis and the tilt on the other side of the pole; None at the pole."""
+        tilt, turn = self.axes
+        pole = -2.0 * self.a_sign * DEG_PER_RAD * self.home
+        if abs(math.sin(self.a_sign * RAD_PER_DEG * machine[tilt] + self.home)) <= POLE_SINE:
+            return None
+        other = machine.copy()
+        other[tilt], other[turn] = pole - machine[tilt], machine[turn] + 180.0
+        return other
