@@ -75,6 +75,7 @@ class FanucInterpreter(Rs274):
         feeds_out_whole=False,
         keeps_heights=True,
         stores_without_holes=True,
+        turns_table_alone=True,
     )
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"

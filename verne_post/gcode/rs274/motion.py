@@ -13,6 +13,7 @@ from verne_post.gcode.codes import g_name
 from verne_post.gcode.lengths import length_of
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.turning import find_machine_place, turn_table, warn_of_unnamed
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.traits import Traits
@@ -124,6 +125,13 @@ class MotionCodes:
         state = self.state
         if kind == MoveKind.FEED:
             self.check_feed(block, motion)
+        alone = (
+            not machine and motion in (0, 10) and any(axis in axes for axis in _ROTARY) and not {_X, _Y, _Z} <= set(axes)
+            and self.is_without_tcp()
+        )  # fmt: skip
+        if alone and self.traits.turns_table_alone:
+            self._turn_table(block, kind, axes)
+            return
         if state.tool_axis is not None or self.modes.vectors:
             self._check_vector_axes(block, axes, machine=machine)
         if machine:
@@ -151,7 +159,26 @@ class MotionCodes:
         if motion in (20, 30):
             self._move_on_arc(block, motion, start, end)
         else:
+            before = find_machine_place(self.core) if alone else None
             self.core.line(block, kind, end, axes, absolute=self.modes.absolute)
+            if before is not None:
+                warn_of_unnamed(self.core, block, before, axes)
+
+    def is_without_tcp(self) -> bool:
+        """True where no tool length holds, or a code of the control says that the tip is not held."""
+        code = self.modes.length_code
+        if code == 430:
+            return self.traits.turns_table_alone and self.recorder.says_tcp  # the program knows G43.4, and has G43
+        return self.setup.machine and (code == 490 or (code is None and not any(self.state.frame.tool)))
+
+    def _turn_table(self, block: Block, kind: MoveKind, axes: list[int]) -> None:
+        if not self.modes.absolute:
+            self.core.require_known(block, axes, "an incremental move")
+        if {_A, _C} & set(axes):
+            self.core.end_tool_axis(block, [axis for axis in axes if axis in _ROTARY])
+        here = [0.0] * len(AXES) if self.modes.absolute else self.state.position
+        words = {axis: here[axis] + self.values.axis_value(block, axis) for axis in axes}
+        turn_table(self.core, block, kind, words)
 
     def _check_vector_axes(self, block: Block, axes: list[int], *, machine: bool) -> None:
         """While a tool axis holds, A and C words mean nothing; after it, both must come together."""
