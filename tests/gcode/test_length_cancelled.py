@@ -122,3 +122,31 @@ def test_plain_lines_and_single_ones_stand_alike():
         height = [q[2] for q in joints_of_lines(program).values()]
         assert (np.ptp(height) > 1.0) == moves
         assert any(item.code == "VP046" for item in program.findings) == moves
+
+
+STANDING = [
+    ("rs274", f"{ISO}G53 G0 Z0\nG53 G0 A-20 C200\nM30\n"), ("rs274", f"{ISO}G53 G0 Z0\nG91 G28 A0 C0\nM30\n"),
+    ("fanuc", f"{ISO}G53 G0 Z0\nG53 A-20. C200.\nM30\n"), ("fanuc", f"{ISO}G53 G0 Z0\nG49\nG28 A-5. C20.\nM30\n"), ("siemens", f"{SIEMENS}G0 SUPA Z0\nG0 SUPA A-20 C200\nM30\n"),
+    ("siemens", f"{SIEMENS}G0 SUPA Z0\nG0 A-20 C200\nM30\n"),
+    ("siemens", f'{SIEMENS}G0 SUPA Z0\nCYCLE800(0,"",0,57,0,0,0,0,45,90,0,0,0,1)\nM30\n'),
+    ("fanuc", f"{ISO}G49\nG53 G0 Z0\nG68.2 X0 Y0 Z0 I60. J35. K0\nG53.1\nM30\n"),
+    ("fanuc", f"{ISO}G43 H1\nG53 G0 Z0\nG68.2 X0 Y0 Z0 I60. J35. K0\nG53.1\nM30\n"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("dialect", "text"), STANDING)
+def test_the_spindle_stands_all_the_way_while_the_table_turns(dialect, text):
+    """Also between the ends of the turn, where the tip goes on an arc of the part; A and C turn together."""
+    result = vp.convert(text, vp.load_machine("serial"), options(dialect, smoothing="off"))
+    assert result.ok, result.findings
+    assert [item.code for item in result.findings if item.code == "VP301"] == []
+    rows = result.setpoints.values[result.setpoints.line == text.count("\n") - 1]
+    assert np.ptp(rows[:, 3:], axis=0).min() > 3.0
+    assert np.ptp(rows[:, :3], axis=0) == pytest.approx([0.0] * 3, abs=1e-4)
+
+
+def test_g53_1_under_tool_centre_point_control_holds_the_tip():
+    text = f"{ISO}G0 Z150.\nG68.2 X0 Y0 Z0 I60. J35. K0\nG53.1\nM30\n"
+    program = assemble(text.encode(), vp.load_machine("serial"), options("fanuc", smoothing="off"))
+    assert program.path.end[-1, :3] == pytest.approx(program.path.start[-1, :3], abs=ROUNDING)
+    assert np.ptp([program.path.start[-1, 3], program.path.end[-1, 3]]) > 0.01

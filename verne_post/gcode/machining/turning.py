@@ -14,6 +14,7 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 _LINEAR: Final[list[int]] = [0, 1, 2]
+_ROTARY: Final = (3, 4, 5)
 _A, _C = 3, 5
 #: At a place in each degree, of up to eleven turns. The chords between them are shorter than the way of the tip by 1e-5 of it.
 _MOST_PLACES: Final = 4000
@@ -29,6 +30,27 @@ def count_places(angle: float) -> int:
 def find_machine_place(core: Machining) -> Array:
     """Machine coordinates (9,) of the present position."""
     return np.array(core.setup.coordinates.to_machine(np.array(core.state.position), core.state.frame))
+
+
+def go_to_machine(core: Machining, at: At, kind: MoveKind, targets: dict[int, float]) -> None:
+    """Move some axes to machine coordinates (mm, degrees), RAPID or FEED; the others keep theirs."""
+    state = core.state
+    core.start_of_motion(kind, absolute=True, machine=True)
+    if {0, 1, _C} & set(targets):
+        core.recorder.fix_c(at.line)
+    machine = find_machine_place(core)
+    turns = any(machine[axis] != targets.get(axis, machine[axis]) for axis in _ROTARY)
+    if turns:
+        core.leave_beside()
+        machine = find_machine_place(core)
+    machine[list(targets)] = list(targets.values())
+    if turns:
+        move_machine_axes(core, at, kind, machine, list(targets), by_tip=any(axis in targets for axis in _LINEAR))
+    else:
+        end = [float(value) for value in core.setup.coordinates.to_program(machine, state.frame)]
+        core.frames.name_axes(end, list(targets), machine=True)
+        core.line(at, kind, end, list(targets), absolute=False)
+    core.frames.forget_programmed({*_LINEAR, *targets})
 
 
 def move_machine_axes(
@@ -77,6 +99,7 @@ def record_carried(
             turns = state.spindle_speed if state.feed_mode == FeedMode.PER_REVOLUTION else 1.0
             seconds = SECONDS_PER_MINUTE * minutes / turns
     about = None if held is None else Arc(0, held, 1, 0.0)
+    state.centre = None  # as any motion after the end of cutter compensation
     core.recorder.add(state, at.line, carried if aside > ROTARY_CHORD_MM else kind, end, feed, about, seconds=seconds)
     core.arrive(end, axes, absolute=False)
     core.allow_arc()
@@ -91,6 +114,7 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
         VP017: a linear axis that is named is none in which the spindle can go while the others stand.
     """
     core.refuse_compensation("a turn of the table")
+    core.leave_beside()
     named = [axis for axis in _LINEAR if axis in words]
     stand = [axis for axis in _LINEAR if axis not in words]
     # where all of them stand, it is the same at a feed rate
