@@ -203,6 +203,13 @@ def test_fanuc_names_the_parenthesis_that_ends_a_nested_comment(view, line):
     assert mistake("(a (b)) X1 X2").message == "X stands twice in the block"
 
 
+def nearest_table(x, y, z):
+    """A and C that hold a tool axis, of both sides that with the smaller C: G53.1 takes it from A0 C0, X Y Z of the machine stand."""
+    a, c = math.degrees(math.acos(z)), math.degrees(math.atan2(x, y))
+    a, c = (a, c) if abs(c) < 91 else (-a, c - math.copysign(180, c))
+    return f"A{a:.12f} C{c:.12f}"
+
+
 @pytest.mark.parametrize("angles", [(0, 25, 0), (30, 20, -40), (90, 15, 10)])
 def test_a_tilted_plane_gives_the_setpoints_of_its_vector_twin(machine, angles):
     i, j, k = angles
@@ -215,7 +222,8 @@ def test_a_tilted_plane_gives_the_setpoints_of_its_vector_twin(machine, angles):
     place = [" ".join(f"{letter}{value:.12f}" for letter, value in zip("XYZ", rotated(p, i, j, k, origin), strict=True))
              for p in [(-6, 2, 20), *path]]  # fmt: skip
     second = (
-        head + f"G0 {place[0]}\nG43.5 G0 {vector}\nG0 {place[1]}\nG1 {place[2]} F900\n{place[3]}\nG0 {place[4]}\nM30"
+        head + f"G0 {place[0]}\nG53 G0 {nearest_table(x, y, z)}\n"
+        f"G43.5 G0 {place[1]} {vector}\nG1 {place[2]} F900\n{place[3]}\nG0 {place[4]}\nM30"
     )
     options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, decimals=9, accept_rounding=True)
     results = [convert(text.encode(), machine, options) for text in (first, second)]
@@ -237,7 +245,7 @@ def twin_of_the_bracket():
         return " ".join(f"{letter}{value:.12f}" for letter, value in zip("XYZ", place, strict=True))
 
     x, y, z = rotated((0, 0, 1), 0, 25, 0, (0, 0, 0))
-    lines += [f"G0 {at(-15, 5, 30)}", f"G43.5 G0 I{x:.15f} J{y:.15f} K{z:.15f}"]
+    lines += [f"G53 G0 {nearest_table(x, y, z)}", f"G43.5 G0 {at(-15, 5, 30)} I{x:.15f} J{y:.15f} K{z:.15f}"]
     lines += ["G61"]  # cycles take no corner
     for i, j in ((-15, 5), (0, 5), (15, 8)):
         lines += ["F250", f"G0 {at(i, j, 30)}", f"G0 {at(i, j, 3)}"]

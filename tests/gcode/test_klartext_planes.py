@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.app.assemble import machine_setup, read_draft
+from verne_post.app.assemble import assemble, machine_setup, read_draft
 from verne_post.gcode.read import interpret_program
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
@@ -289,3 +289,10 @@ def test_headers_of_cam_systems(machine, options):
         *(line.format(0) for line in shift), "PLANE RESET STAY", "L A+0 C+0 FMAX", "L X+1 Y+2 Z+70 FMAX",
     )  # fmt: skip
     assert end.end[-1, :3] - ORIGIN == pytest.approx([1, 2, 70], abs=1e-8)
+
+
+def test_feed_per_turn_of_a_rotary_move_without_m128(machine):
+    """60 degrees at 0.5 degrees a turn and 600 turns a minute: 12 s."""
+    text = b"BEGIN PGM A MM\nTOOL CALL 1 Z S600\nL X+10 Y+0 Z+50 A+0 C+0 R0 FMAX M3\nM136\nL C+60 F0.5\nEND PGM A MM\n"
+    program = assemble(text, machine, Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}))
+    assert program.path.feed_time.sum() == pytest.approx(12.0)

@@ -1,21 +1,152 @@
-"""After the tool length is cancelled under tilt, a motion without Z does not take the tool down by its length."""
+"""What moves while no tool length is in force: G49 or D0 under tilt, and turns of the table under a standing spindle."""
 
+import numpy as np
 import pytest
 
 import verne_post as vp
+from tests.gcode.test_tails import joints_of_lines
+from verne_post.app.assemble import assemble
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool, WorkOffset
 
-ISO = "G21 G90 G17 G94\nT1 M6\nG54\nG0 A30. C40.\nG0 G43.4 H1 X10. Y0. Z50.\nG1 X20. F500.\nG49\n"
+ISO = "G21 G90 G17 G94\nT1 M6\nG54\nG0 A30. C40.\nG0 G43.4 H1 X10. Y0. Z50.\nG1 X20. F500.\n"
 SIEMENS = "G54 G90 G71 G17 G94\nT1 M6\nD1\nG0 A30 C40\nTRAORI\nG0 X10 Y0 Z50\nG1 X20 F500\nTRAFOOF\nD0\n"
+TOOLS = {1: Tool(1, 1, (0.0, 0.0, 80.0) + (0.0,) * 6, 10.0)}
+#: Rounding of some matrix products of lengths up to 1,000 mm and angles.
+ROUNDING = 1e-8
+
+
+def options(dialect, **more):
+    return Options(tools=TOOLS, wcs={1: WorkOffset((0, 0, 60))}, dialect=dialect, **more)
 
 
 @pytest.mark.parametrize(("dialect", "text"), [
-    ("rs274", f"{ISO}G0 X0. Y0.\nM30\n"), ("fanuc", f"{ISO}G0 A0. C0.\nM30\n"), ("siemens", f"{SIEMENS}G0 A0 C0\nM30\n"),
+    ("rs274", f"{ISO}G49\nG0 X0. Y0.\nM30\n"), ("fanuc", f"{ISO}G49\nG0 A0. C0.\nM30\n"), ("siemens", f"{SIEMENS}G0 A0 C0\nM30\n"),
 ])  # fmt: skip
 def test_a_motion_without_z_is_refused(dialect, text):
-    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0) + (0.0,) * 6, 10.0)}
-    result = vp.check(
-        text, vp.load_machine("serial"), Options(tools=tools, wcs={1: WorkOffset((0, 0, 60))}, dialect=dialect)
-    )
+    result = vp.check(text, vp.load_machine("serial"), options(dialect))
     assert [item.code for item in result.findings if item.severity == "error"] == ["VP016"]
+
+
+@pytest.mark.parametrize("length", ["G43.4 H1", "G43.5 H1 I0.3214 J0.3830 K0.8660", "G43 H1", "G43.1 H1"])
+@pytest.mark.parametrize("retract", ["G53 G0 Z0.", "G91 G28 Z0.\nG90"])
+@pytest.mark.parametrize(
+    "turn", ["G0 A0. C0.", "G0 A0.\nC0.", "G91 G0 A-30. C130.\nG90", "G1 A-5. C20. F400.", "G53 G0 A0. C0."]
+)
+def test_fanuc_turns_the_table_under_a_standing_spindle(length, retract, turn):
+    """On the serial machine the joints are X Y Z themselves: after G49 they stand, from end to end of the turn."""
+    if "I" in length and "G91 G0" in turn:
+        turn = turn.replace("A-30. C130.", "A0. C10.")
+    head = f"G21 G90 G17 G94\nT1 M6\nG54\nG0 {'A30. C40.' if 'I' not in length else ''}\n{length} G0 X10. Y0. Z50.\nG1 X20. F500.\n"
+    text = f"{head}{retract}\nG49\n{turn}\nG53 G0 X5. Y5.\nM30\n"
+    program = assemble(text.encode(), vp.load_machine("serial"), options("fanuc", smoothing="off"))
+    assert [item.code for item in program.findings if item.severity == "error"] == []
+    joints = joints_of_lines(program)
+    lines = text.splitlines()
+    first = lines.index("G49") + 1
+    before = joints[max(line for line in joints if line < first)]
+    turned = [line for line in joints if first < line < lines.index("G53 G0 X5. Y5.") + 1]
+    assert turned
+    for line in turned:
+        assert joints[line][:3] == pytest.approx(before[:3], abs=ROUNDING)
+    if "G53" not in turn:
+        result = vp.convert(text, vp.load_machine("serial"), options("fanuc", smoothing="off"))
+        assert result.ok
+        rows = np.isin(result.setpoints.line, turned)
+        # a tenth of what verification allows: rows follow polynomials of the joints
+        assert np.ptp(result.setpoints.values[rows, :3], axis=0) == pytest.approx([0.0] * 3, abs=1e-4)
+
+
+def test_fanuc_stands_before_any_code_of_tool_length():
+    """A head that has retracted turns the table to its first cut: the start holds, and no linear axis moves."""
+    text = (
+        "O1\nG21 G90 G49\nG53 G0 Z0.\nG0 A0. C0.\nG53 G0 X50. Y-50.\nT1 M6\nG54\nG0 A30. C40.\nG43.4 H1 X10. Y0. Z50.\n"
+        "G1 X20. F500.\nM30\n"
+    )
+    program = assemble(text.encode(), vp.load_machine("serial"), options("fanuc", smoothing="off"))
+    joints = joints_of_lines(program)
+    assert joints[8] == pytest.approx([50.0, -50.0, 0.0, np.radians(30.0), np.radians(40.0)], abs=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("block", "stays"), [("G0 X0. Y0. A0. C0.", [2]), ("G0 X7. A0. C10.", [1, 2]), ("G0 X0. Y0. A-30. C10.", [2])]
+)
+def test_fanuc_axes_that_a_turn_does_not_name_stand(block, stays):
+    text = f"{ISO}G53 G0 Z0.\nG49\n{block}\nM30\n"
+    program = assemble(text.encode(), vp.load_machine("serial"), options("fanuc", smoothing="off"))
+    joints = joints_of_lines(program)
+    assert joints[9][stays] == pytest.approx(joints[7][stays], abs=ROUNDING)
+    named = [axis for axis in range(3) if axis not in stays]
+    words = [float(word[1:]) for word in block.split() if word[0] in "XY"]
+    assert program.moves.end[-1][named] == pytest.approx(words, abs=ROUNDING)
+
+
+def test_fanuc_refuses_a_turn_under_which_the_named_axis_does_not_come():
+    result = vp.check(f"{ISO}G53 G0 Z0.\nG49\nG0 X7. A0. C90.\nM30\n", vp.load_machine("serial"), options("fanuc"))
+    ((code, text),) = [(item.code, item.message) for item in result.findings if item.severity == "error"]
+    assert code == "VP017"
+    assert "X beside a turn of the table" in text
+    assert "while Y and Z of the machine stand" in text
+
+
+def test_a_length_or_a_plane_in_force_holds_what_it_held():
+    """With G43.4 the tip stays on the part; with G43 it does so where no code of the program says tool-centre-point control."""
+    for length in ("G43.4 H1", "G43 H1"):
+        text = f"G21 G90\nT1 M6\nG0 A30. C40.\n{length} X10. Y0. Z150.\nG1 Z140. F500.\nG0 A0. C0.\nM30\n"
+        program = assemble(text.encode(), vp.load_machine("serial"), options("fanuc", smoothing="off"))
+        assert program.path.end[-1, :3] == pytest.approx([10.0, 0.0, 200.0], abs=ROUNDING)
+
+
+@pytest.mark.parametrize(("tail", "found"), [
+    ("G53 G0 Z0\nG49\nG0 A0 C0", [9]), ("G53 G0 Z0\nG49\nG0 A0 C0\nA20\nA0", [9]), ("G53 G0 Z0\nG49\nG0 X0 Y0 A0 C0", [9]),
+    ("G53 G0 Z0\nG49\nG53 G0 A0 C0", []), ("G53 G0 Z0\nG0 A0 C0", []), ("G53 G0 Z0\nG49\nG0 X0 Y0 Z200 A0 C0", []),
+])  # fmt: skip
+def test_rs274_names_axes_that_go_along(tail, found):
+    """The tip is held there, also without a length: one warning, at the first turn, with the way of each axis."""
+    result = vp.check(f"{ISO}{tail}\nM30\n", vp.load_machine("serial"), options("rs274"))
+    assert [(item.line, item.code) for item in result.findings if item.code == "VP046"] == [
+        (line, "VP046") for line in found
+    ]
+    if found and "X0" not in tail:
+        (item,) = [item for item in result.findings if item.code == "VP046"]
+        assert (
+            "X+148.763 Y+215.579 Z-51.753 mm" in item.message
+        )  # the serial machine's own joints: from X15.3 Y-43.9 Z0
+
+
+def test_plain_lines_and_single_ones_stand_alike():
+    """A stretch that is long enough to be read at once breaks at the turn of the table."""
+    text = "O1\nG21 G90\nG53 G0 Z0.\nG0 X0. Y0. A0. C0.\n" + "".join(f"X{n}.\nA{n}.\n" for n in range(12)) + "M30\n"
+    for dialect, moves in (("fanuc", False), ("rs274", True)):
+        program = assemble(text.encode(), vp.load_machine("serial"), options(dialect, smoothing="off"))
+        height = [q[2] for q in joints_of_lines(program).values()]
+        assert (np.ptp(height) > 1.0) == moves
+        assert any(item.code == "VP046" for item in program.findings) == moves
+
+
+STANDING = [
+    ("rs274", f"{ISO}G53 G0 Z0\nG53 G0 A-20 C200\nM30\n"), ("rs274", f"{ISO}G53 G0 Z0\nG91 G28 A0 C0\nM30\n"),
+    ("fanuc", f"{ISO}G53 G0 Z0\nG53 A-20. C200.\nM30\n"), ("fanuc", f"{ISO}G53 G0 Z0\nG49\nG28 A-5. C20.\nM30\n"), ("siemens", f"{SIEMENS}G0 SUPA Z0\nG0 SUPA A-20 C200\nM30\n"),
+    ("siemens", f"{SIEMENS}G0 SUPA Z0\nG0 A-20 C200\nM30\n"),
+    ("siemens", f'{SIEMENS}G0 SUPA Z0\nCYCLE800(0,"",0,57,0,0,0,0,45,90,0,0,0,1)\nM30\n'),
+    ("fanuc", f"{ISO}G49\nG53 G0 Z0\nG68.2 X0 Y0 Z0 I60. J35. K0\nG53.1\nM30\n"),
+    ("fanuc", f"{ISO}G43 H1\nG53 G0 Z0\nG68.2 X0 Y0 Z0 I60. J35. K0\nG53.1\nM30\n"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("dialect", "text"), STANDING)
+def test_the_spindle_stands_all_the_way_while_the_table_turns(dialect, text):
+    """Also between the ends of the turn, where the tip goes on an arc of the part; A and C turn together."""
+    result = vp.convert(text, vp.load_machine("serial"), options(dialect, smoothing="off"))
+    assert result.ok, result.findings
+    assert [item.code for item in result.findings if item.code == "VP301"] == []
+    rows = result.setpoints.values[result.setpoints.line == text.count("\n") - 1]
+    assert np.ptp(rows[:, 3:], axis=0).min() > 3.0
+    assert np.ptp(rows[:, :3], axis=0) == pytest.approx([0.0] * 3, abs=1e-4)
+
+
+def test_g53_1_under_tool_centre_point_control_holds_the_tip():
+    text = f"{ISO}G0 Z150.\nG68.2 X0 Y0 Z0 I60. J35. K0\nG53.1\nM30\n"
+    program = assemble(text.encode(), vp.load_machine("serial"), options("fanuc", smoothing="off"))
+    assert program.path.end[-1, :3] == pytest.approx(program.path.start[-1, :3], abs=ROUNDING)
+    assert np.ptp([program.path.start[-1, 3], program.path.end[-1, 3]]) > 0.01

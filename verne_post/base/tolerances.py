@@ -123,6 +123,9 @@ DRILL_TILT: Final = 1e-6
 #: Without tool-centre-point control the tip goes on a curve of the workpiece while the table turns; it counts as straight
 #: where it is this near to a line (mm): half the tolerance at corners.
 ROTARY_CHORD_MM: Final = 0.005
+#: Linear axes of the machine that a block does not name may move so far without a warning (mm): a turn of the table about an
+#: axis that the spindle stands over moves them by rounded offsets, and what a person would see and stop is more.
+UNNAMED_MOTION_MM: Final = 0.1
 #: A table that stands closer to A 0 and C 0 than this (deg) is not turned: half the last of four decimals.
 UPRIGHT_DEG: Final = 5e-5
 #: Cutter compensation: directions that differ by less than this (rad) continue each other without a corner.

@@ -199,6 +199,8 @@ def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
     view = interpreter.view_plain_lines(has_vector=bool(chunk.lines.has_offsets[row]))
     if view is None:
         return False
+    if not view.turning:
+        last = min(last, chunk.lines.find_turning(row))
     if view.pointed:
         last = end_of_vectors(interpreter.core, view, chunk.lines, row, last)
     if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, view, chunk.lines, row):

@@ -38,6 +38,7 @@ _F, _G, _N = 9, 10, 11
 _BITS: Final = 1 << np.arange(_G + 1)
 _NOT_ALIKE: Final = (0, 0)
 _LINEAR: Final = [0, 1, 2, 6, 7, 8]
+_ROTARY: Final = [3, 4, 5]
 #: Of each column: the largest number that may be meant, in mm and degrees. Behind N stand words of arcs, and one column for all other letters.
 _LIMIT: Final = np.array(
     [*[MAX_LENGTH_MM] * 3, *[MAX_ANGLE_DEG] * 3, *[MAX_LENGTH_MM] * 3, *[math.inf] * 3, *[MAX_LENGTH_MM] * 5]
@@ -154,6 +155,15 @@ class PlainLines:
     def _odd(self) -> list[int]:
         return [*np.flatnonzero(~self.plain).tolist(), len(self.plain)]
 
+    @cached_property
+    def _turning(self) -> list[int]:
+        here = self.row == np.arange(len(self.row))[:, None]
+        return [*np.flatnonzero(here[:, _ROTARY].any(axis=1) & ~here[:, :3].all(axis=1)).tolist(), len(self.plain)]
+
+    def find_turning(self, first: int) -> int:
+        """The first line from ``first`` on that names a rotary axis, and not all of X, Y and Z."""
+        return self._turning[bisect_left(self._turning, first)]
+
     def first_named(self, first: int, last: int, columns: list[int]) -> int:
         """The first line from ``first`` on that names one of the axes, or ``last``."""
         if (self.row[last - 1, columns] < first).all():
@@ -184,12 +194,15 @@ class PlainView(Struct):
         Words of arcs are nothing but an incremental centre or a radius.
     pointed : bool
         Every line gives the tool axis anew.
+    turning : bool
+        Lines that turn the table and name not all of X, Y and Z are nothing but moves.
     """
 
     motion: int | None = None
     inch: bool = False
     arcs: bool = True
     pointed: bool = False
+    turning: bool = True
 
 
 def is_ready(state: State, view: PlainView, lines: PlainLines, row: int) -> bool:

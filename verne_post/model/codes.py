@@ -294,6 +294,14 @@ CODES: Final[dict[str, Code]] = _make_table(
         "G96 asks for a speed of the surface, as on a lathe: a control turns the spindle by the distance of the tool from X0. Setpoints have no spindle speed; the events have S and D.",
         "Write G97 and S, the turns a minute, where the program is for a mill.",
     ),
+    (
+        "VP046",
+        "axes move that are not named",
+        "warning",
+        "While no tool length is in force (before G43, after G49) a block turns the table, and the spindle goes along to hold the tip at "
+        "its place of the part: it moves axes that the block does not name. A control without tool-centre-point control lets them stand.",
+        "Name X, Y and Z in the block, or turn the table with G53; in a Fanuc program (--dialect fanuc) the axes stand.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

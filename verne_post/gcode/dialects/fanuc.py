@@ -21,6 +21,7 @@ from verne_post.gcode.dialect import Dialect, dialect_of_blocks
 from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.turning import turn_table
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.fanuc_codes import (
@@ -48,6 +49,7 @@ from verne_post.gcode.rs274.nurbs import NURBS, NurbsCodes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import whole
 from verne_post.gcode.setup import Setup
+from verne_post.gcode.table_positions import choose_position, find_positions
 from verne_post.model.control_keys import FanucKeys, read_keys
 from verne_post.model.moves import AXES, ArcFeed, Feature, MoveKind, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
@@ -75,6 +77,7 @@ class FanucInterpreter(Rs274):
         feeds_out_whole=False,
         keeps_heights=True,
         stores_without_holes=True,
+        turns_table_alone=True,
     )
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"
@@ -369,18 +372,32 @@ class FanucInterpreter(Rs274):
             block.words.pop(letter, None)
 
     def _turn_to_plane(self, block: Block) -> None:
-        """G53.1: turn the table so that the tool stands upright on the plane; the tip stays where it is on the part."""
+        """G53.1: turn the table so that the tool stands upright on the plane; X Y Z of the machine stand, under G43.4 the tip on the part."""
         state = self.state
         if state.frame.feature is None:
             raise ProgramError("VP017", "G53.1 without G68.2: there is no plane to turn to")
         self.core.refuse_compensation("G53.1")
         if state.tcp_off:
             raise ProgramError("VP017", "G53.1 while tool-centre-point control is off (user-defined code)")
-        self.core.hold_tool_axis((0.0, 0.0, 1.0))
-        begin = self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=self.setup.rotary)
-        end = self.setup.coordinates.point_axis(list(begin), np.array([0.0, 0.0, 1.0]), state.frame)
+        upright = np.array([0.0, 0.0, 1.0])
+        if not self.setup.machine:
+            self.core.hold_tool_axis(upright)
+            self.core.line(block, MoveKind.RAPID, list(state.position), [])
+            return
+        self.core.end_tool_axis(block, list(self.setup.rotary))
+        tilt, turn = self.setup.rotary
+        tcp = self.modes.length_code in (434, 435)
+        here = state.position
+        positions = find_positions(self.setup, here, upright, state.frame, tip_stays=tcp)
+        end = choose_position(
+            positions, lambda one: (round(abs(one.program[tilt] - here[tilt]), 6), round(one.turned, 6), -one.tilt)
+        ).program
+        if not tcp:
+            turn_table(self.core, block, MoveKind.RAPID, {tilt: end[tilt], turn: end[turn]})
+            return
+        self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=self.setup.rotary)
         self.recorder.fix_c(block.line)
-        self.core.line(block, MoveKind.RAPID, end, list(self.setup.rotary) if self.setup.machine else [])
+        self.core.line(block, MoveKind.RAPID, end, [tilt, turn])
 
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
         if g.get("tilted plane") == PLANE:  # takes the axis words; nothing else in the block may

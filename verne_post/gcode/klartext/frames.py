@@ -5,30 +5,23 @@ still, that is a rigid map of the workpiece, so it is one more map of the frame.
 a curve of the workpiece, which is one move of its own kind.
 """
 
-import math
-from typing import Final
-
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import ROTARY_CHORD_MM, ZERO_LENGTH_MM
-from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
-from verne_post.gcode.arcs import Arc
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.klartext.modes import Modes
 from verne_post.gcode.klartext.q_parameters import QParameters
 from verne_post.gcode.klartext.transformations import Map, Transformations
 from verne_post.gcode.klartext.waiting import Waiting
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.turning import find_machine_place, move_machine_axes
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.standing_table import refuse_turned_head
 from verne_post.model.moves import AXES, MoveKind
-
-#: At a place in each degree, of up to eleven turns. The chords between them are shorter than the way of the tip by 1e-5 of it.
-_MOST_PLACES: Final = 4000
 
 
 class KlartextFrames:
@@ -136,64 +129,13 @@ class KlartextFrames:
 
     def machine_position(self) -> Array:
         """Machine coordinates (9,) of the present position."""
-        return np.array(self.setup.coordinates.to_machine(np.array(self.state.position), self.state.frame))
+        return find_machine_place(self.core)
 
     def move_machine(self, kind: MoveKind, target: Array, axes: list[int]) -> None:
         """All axes of the machine go straight to machine coordinates (9,), at the feed rate of axes (mm, degrees)."""
         self.refuse_beside("a motion of machine axes")
-        state, coordinates = self.state, self.setup.coordinates
-        start = self.machine_position()
-        base = replace(state.frame, feature=None)
-        self.core.frames.set_frame(base)
-        self.core.frames.name_axes([float(value) for value in coordinates.to_program(target, base)], axes, machine=True)
-        change, rotary = target - start, list(self.setup.rotary)
-        shares = np.linspace(0.0, 1.0, self.places_along(float(np.linalg.norm(change[rotary]))))[:, None]
-        points = coordinates.to_program(start + shares * change, base)
-        way = float(np.linalg.norm(change[:3]))
-        counted = [0, 1, 2, *rotary] if way > ZERO_LENGTH_MM else rotary
-        self.record_carried(kind, MoveKind.TURN, points, axes, float(np.linalg.norm(change[counted])))
-
-    @staticmethod
-    def places_along(angle: float) -> int:
-        """At so many places the way of the tip is looked at while A and C turn by an angle, degrees."""
-        return min(3 + math.ceil(angle), _MOST_PLACES)
-
-    def record_carried(
-        self,
-        kind: MoveKind,
-        carried: MoveKind,
-        points: Array,
-        axes: list[int],
-        size: float,
-        held: tuple[float, float, float] | None = None,
-    ) -> None:
-        """Record a move that turns the table, RAPID or FEED; at a feed rate it takes as long as ``size`` (mm or degrees) at F does.
-
-        It is straight where ``points`` (n, 9), at even shares of it from its start on, say so within ROTARY_CHORD_MM, else of the
-        kind ``carried``. ``held`` is the point that stands still in a SWING, mm.
-        """
-        state = self.state
-        tip, shares = points[:, :3], np.linspace(0.0, 1.0, len(points))[:, None]
-        aside = np.linalg.norm(tip - tip[0] - shares * (tip[-1] - tip[0]), axis=1).max()
-        end = [float(value) for value in points[-1]]
-        feed, seconds = math.nan, math.nan
-        if kind == MoveKind.FEED:
-            way = float(np.linalg.norm(np.diff(tip, axis=0), axis=1).sum())
-            turn = math.dist(points[0, 3:6], points[-1, 3:6])
-            by_tip = self.metres and way > ZERO_LENGTH_MM
-            size = way if by_tip else size
-            # what the feed rate of the recorded move counts
-            shown = turn if aside > ROTARY_CHORD_MM or way <= ZERO_LENGTH_MM else way
-            feed = state.feed * shown / size if size else state.feed
-            if size and not (by_tip and aside <= ROTARY_CHORD_MM):
-                seconds = SECONDS_PER_MINUTE * size / state.feed
-        about = None if held is None else Arc(0, held, 1, 0.0)
-        if aside > ROTARY_CHORD_MM:
-            self.recorder.add(state, self.block.line, carried, end, feed, about, seconds=seconds)
-        else:
-            self.recorder.add(state, self.block.line, kind, end, feed, seconds=seconds)
-        self.core.arrive(end, axes, absolute=False)
-        self.core.allow_arc()
+        self.core.frames.set_frame(replace(self.state.frame, feature=None))
+        move_machine_axes(self.core, self.block, kind, target, axes, by_tip=self.metres)
 
     def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None, axes: list[int]) -> None:
         """Turn A and C to program positions (degrees) without tool-centre-point control.

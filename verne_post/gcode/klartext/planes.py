@@ -17,6 +17,7 @@ from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Map
+from verne_post.gcode.machining.turning import count_places, record_carried
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.table_positions import TablePosition, choose_position, find_positions
 from verne_post.model.moves import AXES, MoveKind
@@ -322,13 +323,23 @@ class KlartextPlanes:
         turn = np.array([targets[axis] - start[axis] for axis in rotary])
         self.recorder.fix_c(self.frames.block.line)
         angle = float(np.linalg.norm(turn))
-        points = np.repeat(start[None], self.frames.places_along(angle), axis=0)
+        points = np.repeat(start[None], count_places(angle), axis=0)
         points[:, rotary] += np.linspace(0.0, 1.0, len(points))[:, None] * turn
         axis = np.array([coordinates.tool_axis([float(v) for v in point], base) for point in points])
         points[:, :3] += distance * (axis - axis[0])
         x, y, z = (float(v) for v in start[:3] - distance * axis[0])
         self.core.frames.name_axes([float(value) for value in points[-1]], rotary)
-        self.frames.record_carried(kind, MoveKind.SWING, points, rotary, angle, (x, y, z))
+        record_carried(
+            self.core,
+            self.frames.block,
+            kind,
+            MoveKind.SWING,
+            points,
+            rotary,
+            angle,
+            by_tip=self.frames.metres,
+            held=(x, y, z),
+        )
         self.frames.refresh_frame()
 
     # --- cycle 19 ------------------------------------------------------------------------------------------------

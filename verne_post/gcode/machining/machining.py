@@ -269,20 +269,6 @@ class Machining:
             state.centre = target
         self.arrive(end, axes, absolute=absolute)
 
-    def machine_line(self, at: At, kind: MoveKind, targets: dict[int, float]) -> None:
-        """Move some axes to machine coordinates (mm, degrees); the others keep theirs."""
-        state, coordinates = self.state, self.setup.coordinates
-        self.start_of_motion(kind, absolute=True, machine=True)
-        if {_X, _Y, self.setup.rotary[1]} & set(targets):
-            self.recorder.fix_c(at.line)
-        machine = coordinates.to_machine(np.array(state.position), state.frame)
-        for axis, value in targets.items():
-            machine[axis] = value
-        end = [float(v) for v in coordinates.to_program(machine, state.frame)]
-        self.frames.name_axes(end, list(targets), machine=True)
-        self.line(at, kind, end, list(targets), absolute=False)
-        self.frames.forget_programmed({0, 1, 2, *targets})
-
     def stand(self, position: list[float]) -> None:
         """The axes stand at a position (9) to which no motion has led."""
         self.state.position = position

@@ -21,7 +21,7 @@ _SWITCHES: Final = {50: "feed", 51: "speed", 52: "adaptive", 53: "hold"}
 #: L words of M66: L0 at once, rise, fall, high, low.
 _MAX_WAIT: Final = 4
 #: What M70 and M73 save of the state. The motion mode is not among it.
-_SAVED: Final = ("absolute", "absolute_centers", "inch", "diameter_mode", "initial_level")
+_SAVED: Final = ("absolute", "absolute_centers", "inch", "diameter_mode", "initial_level", "length_code")
 
 
 class FunctionCodes:

@@ -96,7 +96,13 @@ class Rs274(Language):
         modes = self.modes
         if not modes.absolute or modes.diameter_mode or modes.spline is not None or (modes.vectors and not has_vector):
             return None
-        return PlainView(modes.motion, modes.inch, arcs=not modes.absolute_centers, pointed=modes.vectors)
+        return PlainView(
+            modes.motion,
+            modes.inch,
+            arcs=not modes.absolute_centers,
+            pointed=modes.vectors,
+            turning=not self.motion.is_without_tcp(),
+        )
 
     def go_on_after_plain_lines(self, view: PlainView) -> None:
         """Plain lines have been executed, the last of them with a motion."""

@@ -88,6 +88,8 @@ class Modes(Struct):
     inputs_read: bool = False
     #: What M70 and M73 have saved, one place a level of calls.
     saved: list[Saved | None] = field(default_factory=lambda: [None])
+    #: The last code of tool length, times ten; G49 counts only after another: what a head cancels never held.
+    length_code: int | None = None
     #: G43.5 is active: I, J, K of straight moves are the tool axis.
     vectors: bool = False
 

@@ -13,6 +13,7 @@ from verne_post.gcode.codes import g_name
 from verne_post.gcode.lengths import length_of
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.traits import Traits
@@ -72,6 +73,22 @@ class MotionCodes:
         moving = [axis for axis in axes if self.modes.absolute or block.words[AXES[axis]] != 0.0]
         if not self.modes.absolute:
             self.core.require_known(block, moving, f"{g_name(code)} with an incremental via point")
+        if self.traits.turns_table_alone and self._is_turned_alone(moving):
+            self._turn_table(block, MoveKind.RAPID, moving)
+        else:
+            self._go_via(block, moving)
+        chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
+        for axis in chosen:
+            if math.isnan(home[axis]):
+                raise ProgramError(
+                    "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
+                )
+        self.core.end_tool_axis(block, chosen)
+        go_to_machine(self.core, block, MoveKind.RAPID, self._home_targets(block, code, home, chosen))
+
+    def _go_via(self, block: Block, moving: list[int]) -> None:
+        """To the via point of G28 and G30; without one nothing moves."""
+        state = self.state
         if state.tool_axis is not None or self.modes.vectors:
             self._check_vector_axes(block, moving, machine=False)
         start = self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving, axes=moving)
@@ -83,15 +100,7 @@ class MotionCodes:
             via[axis] = value if self.modes.absolute else via[axis] + value
         if state.tcp_off and moving:
             self.core.check_tcp_off(state.position, via)
-        self.core.line(block, MoveKind.RAPID, via, moving, absolute=self.modes.absolute)
-        chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
-        for axis in chosen:
-            if math.isnan(home[axis]):
-                raise ProgramError(
-                    "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
-                )
-        self.core.end_tool_axis(block, chosen)
-        self.core.machine_line(block, MoveKind.RAPID, self._home_targets(block, code, home, chosen))
+        self._move_straight(block, MoveKind.RAPID, via, moving)
 
     def _home_targets(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
         """Machine coordinates of axes that go home; X or Y alone goes along its direction in a turned work system."""
@@ -123,12 +132,15 @@ class MotionCodes:
         state = self.state
         if kind == MoveKind.FEED:
             self.check_feed(block, motion)
+        if not machine and motion in (0, 10) and self.traits.turns_table_alone and self._is_turned_alone(axes):
+            self._turn_table(block, kind, axes)
+            return
         if state.tool_axis is not None or self.modes.vectors:
             self._check_vector_axes(block, axes, machine=machine)
         if machine:
             self.core.refuse_compensation("G53")
             self.core.end_tool_axis(block, axes)
-            self.core.machine_line(block, kind, {axis: self.values.axis_value(block, axis) for axis in axes})
+            go_to_machine(self.core, block, kind, {axis: self.values.axis_value(block, axis) for axis in axes})
             return
         if False in state.known:
             if motion in (20, 30):
@@ -150,7 +162,35 @@ class MotionCodes:
         if motion in (20, 30):
             self._move_on_arc(block, motion, start, end)
         else:
-            self.core.line(block, kind, end, axes, absolute=self.modes.absolute)
+            self._move_straight(block, kind, end, axes)
+
+    def _move_straight(self, block: Block, kind: MoveKind, end: list[float], axes: list[int]) -> None:
+        before = find_machine_place(self.core) if self._is_turned_alone(axes) else None
+        self.core.line(block, kind, end, axes, absolute=self.modes.absolute)
+        if before is not None:
+            warn_of_unnamed(self.core, block, before, axes)
+
+    def _is_turned_alone(self, axes: list[int]) -> bool:
+        """True where A or C are named, not all of X Y Z, and the tip is not held, or would not be on a control."""
+        return any(axis in axes for axis in _ROTARY) and not {_X, _Y, _Z} <= set(axes) and self.is_without_tcp()
+
+    def is_without_tcp(self) -> bool:
+        """True where no tool length holds, or a code of the control says that the tip is not held."""
+        code = self.modes.length_code
+        if not self.setup.machine or code in (434, 435):
+            return False
+        if code == 490 or (self.traits.turns_table_alone and self.recorder.says_tcp):
+            return True  # where the program knows G43.4 or G68.2, it has not written G43.4 here
+        return code is None and not any(self.state.frame.tool)
+
+    def _turn_table(self, block: Block, kind: MoveKind, axes: list[int]) -> None:
+        if not self.modes.absolute:
+            self.core.require_known(block, axes, "an incremental move")
+        if set(self.setup.rotary) & set(axes):
+            self.core.end_tool_axis(block, [axis for axis in axes if axis in _ROTARY])
+        here = [0.0] * len(AXES) if self.modes.absolute else self.state.position
+        words = {axis: here[axis] + self.values.axis_value(block, axis) for axis in axes}
+        turn_table(self.core, block, kind, words)
 
     def _check_vector_axes(self, block: Block, axes: list[int], *, machine: bool) -> None:
         """While a tool axis holds, A and C words mean nothing; after it, both must come together."""

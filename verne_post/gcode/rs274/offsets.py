@@ -29,6 +29,8 @@ class OffsetCodes:
     def set_tool_length(self, block: Block, code: int) -> None:
         if code in (434, 435):
             self.core.recorder.says_tcp = True
+        if code != 490 or self.state.modes.length_code is not None:
+            self.state.modes.length_code = code
         find = {490: lambda: ZERO9, 431: lambda: self._read_offset(block), 432: lambda: self._add_offset(block)}.get(
             code
         )

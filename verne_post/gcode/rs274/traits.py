@@ -28,6 +28,9 @@ class Traits(Struct, frozen=True, kw_only=True):
         R and the bottom stay at their heights when G90 or G91 changes; else the numbers stay, and are read anew.
     stores_without_holes : bool
         L0 stores the words of a cycle and drills no hole.
+    turns_table_alone : bool
+        Without tool-centre-point control A and C turn the table, and linear axes that the block does not name stand; else
+        the tip is held all the same, as where the kinematics of the machine do that.
     """
 
     zero_is_no_offset: bool = False
@@ -40,3 +43,4 @@ class Traits(Struct, frozen=True, kw_only=True):
     feeds_out_whole: bool = True
     keeps_heights: bool = False
     stores_without_holes: bool = False
+    turns_table_alone: bool = False

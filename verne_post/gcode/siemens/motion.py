@@ -14,6 +14,7 @@ from verne_post.gcode.lengths import length_of
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.spatial_arc import arc_through
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.motion import refuse_lacking
@@ -158,11 +159,15 @@ class SiemensMotion:
             self._take_rotary(end, places)
         if self.setup.rotary[1] in places:
             self.recorder.fix_c(block.line)
-        if not self.follows_part and set(self.setup.rotary) & set(
-            places
-        ):  # the axes of the machine go there, beside the table
-            self.core.frames.name_axes(end, axes, machine=True)
-        self.core.line(block, kind, end, axes)
+        rotary = self.setup.rotary
+        beside = not self.follows_part and bool(set(rotary) & set(places))  # the axes of the machine go there
+        if beside and self.setup.machine and any(end[axis] != state.position[axis] for axis in rotary):
+            target = self.setup.coordinates.to_machine(np.array(end), state.frame)
+            move_machine_axes(self.core, block, kind, target, axes, by_tip=True)
+        else:
+            if beside:
+                self.core.frames.name_axes(end, axes, machine=True)
+            self.core.line(block, kind, end, axes)
         self.set_heading([b - a for a, b in zip(begin[:3], state.position[:3], strict=True)])
 
     def set_heading(self, way: Sequence[float]) -> None:
@@ -334,7 +339,7 @@ class SiemensMotion:
         targets = dict(places)
         if 2 in targets and self.modes.edge:
             targets[2] += state.frame.tool_length
-        self.core.machine_line(block, kind, targets)
+        go_to_machine(self.core, block, kind, targets)
         if set(self.setup.rotary) & set(places):
             self.set_chain()
         self.heading = None

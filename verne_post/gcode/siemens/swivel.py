@@ -7,6 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
+from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.frames import Affine, rotation_about
@@ -117,7 +118,7 @@ class Swivel:
         for axes in ([2], [0, 1])[:kind]:
             if to.core.end_tool_axis(block, axes):
                 to.motion.set_chain()
-            to.core.machine_line(block, MoveKind.RAPID, {number: home[number] for number in axes})
+            go_to_machine(to.core, block, MoveKind.RAPID, {number: home[number] for number in axes})
 
     # --- the plane ----------------------------------------------------------------------------------------
 
@@ -234,7 +235,11 @@ class Swivel:
         positions = find_positions(to.setup, list(begin), upright, state.frame, tip_stays=tcp)
         end = choose_position(positions, lambda one: (-direction * one.tilt, one.turned)).program
         to.recorder.fix_c(block.line)
-        to.core.line(block, MoveKind.RAPID, end, list(to.setup.rotary) if to.setup.machine else [])
+        if tcp or not to.setup.machine:
+            to.core.line(block, MoveKind.RAPID, end, list(to.setup.rotary) if to.setup.machine else [])
+        else:
+            target = to.setup.coordinates.to_machine(np.array(end), state.frame)
+            move_machine_axes(to.core, block, MoveKind.RAPID, target, list(to.setup.rotary))
         to.motion.heading = None
 
     # --- CYCLE832 -------------------------------------------------------------------------------------------

@@ -1,0 +1,157 @@
+"""Motion of machine axes: while the table turns, the tip goes on a curve of the part, and linear axes that are not named stand."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.base.tolerances import ROTARY_CHORD_MM, UNNAMED_MOTION_MM, ZERO_LENGTH_MM
+from verne_post.base.units import SECONDS_PER_MINUTE
+from verne_post.gcode.arcs import Arc
+from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.program_error import At, ProgramError
+from verne_post.model.moves import AXES, FeedMode, MoveKind
+
+_LINEAR: Final[list[int]] = [0, 1, 2]
+_ROTARY: Final = (3, 4, 5)
+#: At a place in each degree, of up to eleven turns. The chords between them are shorter than the way of the tip by 1e-5 of it.
+_MOST_PLACES: Final = 4000
+#: Directions of the part and of the machine whose determinant is below this count as being in one plane.
+_IN_PLANE: Final = 1e-3
+
+
+def count_places(angle: float) -> int:
+    """At so many places the way of the tip is looked at while A and C turn by an angle, degrees."""
+    return min(3 + math.ceil(angle), _MOST_PLACES)
+
+
+def find_machine_place(core: Machining) -> Array:
+    """Machine coordinates (9,) of the present position."""
+    return np.array(core.setup.coordinates.to_machine(np.array(core.state.position), core.state.frame))
+
+
+def go_to_machine(core: Machining, at: At, kind: MoveKind, targets: dict[int, float]) -> None:
+    """Move some axes to machine coordinates (mm, degrees), RAPID or FEED; the others keep theirs."""
+    state = core.state
+    core.start_of_motion(kind, absolute=True, machine=True)
+    if {0, 1, core.setup.rotary[1]} & set(targets):
+        core.recorder.fix_c(at.line)
+    machine = find_machine_place(core)
+    turns = any(machine[axis] != targets.get(axis, machine[axis]) for axis in _ROTARY)
+    if turns:
+        core.leave_beside()
+        machine = find_machine_place(core)
+    machine[list(targets)] = list(targets.values())
+    if turns:
+        move_machine_axes(core, at, kind, machine, list(targets), by_tip=any(axis in targets for axis in _LINEAR))
+    else:
+        end = [float(value) for value in core.setup.coordinates.to_program(machine, state.frame)]
+        core.frames.name_axes(end, list(targets), machine=True)
+        core.line(at, kind, end, list(targets), absolute=False)
+    core.frames.forget_programmed({*_LINEAR, *targets})
+
+
+def move_machine_axes(
+    core: Machining, at: At, kind: MoveKind, target: Array, axes: list[int], *, by_tip: bool = False
+) -> None:
+    """All axes of the machine go straight to machine coordinates (9,), RAPID or FEED; the program names some of them.
+
+    F counts along the axes (mm, degrees); with ``by_tip`` along the way of the tip, where it has one.
+    """
+    coordinates, frame, rotary = core.setup.coordinates, core.state.frame, list(core.setup.rotary)
+    start = find_machine_place(core)
+    core.frames.name_axes([float(value) for value in coordinates.to_program(target, frame)], axes, machine=True)
+    change = target - start
+    shares = np.linspace(0.0, 1.0, count_places(float(np.linalg.norm(change[rotary]))))[:, None]
+    points = coordinates.to_program(start + shares * change, frame)
+    counted = [*_LINEAR, *rotary] if np.linalg.norm(change[:3]) > ZERO_LENGTH_MM else rotary
+    size = float(np.linalg.norm(change[counted]))
+    record_carried(core, at, kind, MoveKind.TURN, points, axes, size, by_tip=by_tip)
+
+
+def record_carried(
+    core: Machining, at: At, kind: MoveKind, carried: MoveKind, points: Array, axes: list[int], size: float,
+    *, by_tip: bool = False, held: tuple[float, float, float] | None = None,
+) -> None:  # fmt: skip
+    """Record a move that turns the table, RAPID or FEED; at a feed rate it takes as long as ``size`` (mm or degrees) at F does.
+
+    It is straight where ``points`` (n, 9), at even shares of it from its start on, say so within ROTARY_CHORD_MM, else of the
+    kind ``carried``. ``held`` is the point that stands still in a SWING, mm.
+    """
+    state = core.state
+    tip, shares = points[:, :3], np.linspace(0.0, 1.0, len(points))[:, None]
+    aside = np.linalg.norm(tip - tip[0] - shares * (tip[-1] - tip[0]), axis=1).max()
+    end = [float(value) for value in points[-1]]
+    feed, seconds = math.nan, math.nan
+    if kind == MoveKind.FEED:
+        way = float(np.linalg.norm(np.diff(tip, axis=0), axis=1).sum())
+        turn = math.dist(points[0, 3:6], points[-1, 3:6])
+        by_tip = by_tip and way > ZERO_LENGTH_MM
+        size = way if by_tip else size
+        number = state.feed if by_tip else state.feed_angular
+        # what the feed rate of the recorded move counts
+        shown = turn if aside > ROTARY_CHORD_MM or way <= ZERO_LENGTH_MM else way
+        minutes = 1.0 / number if state.feed_mode == FeedMode.INVERSE else size / number
+        feed = shown / minutes if minutes else number
+        if size and not (by_tip and aside <= ROTARY_CHORD_MM):
+            turns = state.spindle_speed if state.feed_mode == FeedMode.PER_REVOLUTION else 1.0
+            seconds = SECONDS_PER_MINUTE * minutes / turns
+    about = None if held is None else Arc(0, held, 1, 0.0)
+    state.centre = None  # as any motion after the end of cutter compensation
+    core.recorder.add(state, at.line, carried if aside > ROTARY_CHORD_MM else kind, end, feed, about, seconds=seconds)
+    core.arrive(end, axes, absolute=False)
+    core.allow_arc()
+
+
+def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float]) -> None:
+    """A and C, and linear axes that are named beside them, go to program places (mm, degrees); the other axes of the machine stand.
+
+    Raises
+    ------
+    ProgramError
+        VP017: a linear axis that is named is none in which the spindle can go while the others stand.
+    """
+    core.refuse_compensation("a turn of the table")
+    core.leave_beside()
+    named = [axis for axis in _LINEAR if axis in words]
+    stand = [axis for axis in _LINEAR if axis not in words]
+    # where all of them stand, it is the same at a feed rate
+    core.start_of_motion(kind if named else MoveKind.RAPID, absolute=True, machine=False, axes=words)
+    state, coordinates = core.state, core.setup.coordinates
+    here, end = find_machine_place(core), np.array(state.position)
+    for axis, value in words.items():
+        end[axis] = value
+    target = np.array(coordinates.to_machine(end, state.frame))
+    if named:
+        beside = np.repeat(end[None], len(stand), axis=0)
+        beside[np.arange(len(stand)), stand] += 1.0
+        slopes = (coordinates.to_machine(beside, state.frame) - target)[:, stand].T
+        if abs(np.linalg.det(slopes)) < _IN_PLANE:
+            letters, others = (" and ".join(AXES[axis] for axis in axes) for axes in (named, stand))
+            raise ProgramError(
+                "VP017", f"{letters} beside a turn of the table, without tool-centre-point control: on the table as it stands then, the spindle "
+                f"does not come there while {others} of the machine stand; name X, Y and Z, or turn the table in a block of its own",
+            )  # fmt: skip
+        end[stand] += np.linalg.solve(slopes, (here - target)[stand])
+        target = np.array(coordinates.to_machine(end, state.frame))
+        core.frames.name_axes([float(value) for value in end], named)
+    target[stand] = here[stand]
+    if core.setup.rotary[1] in words:
+        core.recorder.fix_c(at.line)
+    move_machine_axes(core, at, kind, target, [axis for axis in words if axis not in named], by_tip=bool(named))
+    core.arrive(state.position, named, absolute=False)
+    core.frames.forget_programmed(set(stand))
+
+
+def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int]) -> None:
+    """VP046, once a program: a turn of the table since machine coordinates (9,) has moved linear axes that it does not name."""
+    moved = find_machine_place(core) - before
+    beyond = [axis for axis in _LINEAR if axis not in axes and abs(moved[axis]) > UNNAMED_MOTION_MM]
+    if beyond and not any(item.code == "VP046" for item in core.recorder.warnings.values()):
+        ways = " ".join(f"{AXES[axis]}{moved[axis]:+.3f}" for axis in beyond)
+        core.recorder.warn(
+            "VP046",
+            f"while no tool length is in force, a turn of the table holds the tip at its place of the part: the spindle goes by {ways} mm, "
+            "and the block does not name these axes; name X, Y and Z in it, or turn the table with G53", at.line, None,
+        )  # fmt: skip
