@@ -294,6 +294,22 @@ CODES: Final[dict[str, Code]] = _make_table(
         "G96 asks for a speed of the surface, as on a lathe: a control turns the spindle by the distance of the tool from X0. Setpoints have no spindle speed; the events have S and D.",
         "Write G97 and S, the turns a minute, where the program is for a mill.",
     ),
+    (
+        "VP046",
+        "rigid tapping needs a choice",
+        "error",
+        "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how far the spindle has turned.",
+        "Where the control that executes the setpoints couples the spindle to the axis, give --tapping feed; else tap with a floating "
+        "holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a program of its own.",
+    ),
+    (
+        "VP047",
+        "tapping as feed moves",
+        "warning",
+        "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest and full speed, and at an override, "
+        "the axis is slower than that: only a spindle that follows the axis cuts the thread.",
+        "Let the control couple the spindle to the axis from the event at the beginning of the first move to that at the end of the last.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

@@ -75,6 +75,7 @@ class FanucInterpreter(Rs274):
         feeds_out_whole=False,
         keeps_heights=True,
         stores_without_holes=True,
+        taps_rigidly=True,
     )
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"
@@ -97,20 +98,15 @@ class FanucInterpreter(Rs274):
             return super().leave_to_reader(text, setup)
         return lines_without_point(text)
 
-    def _note_once(self, line: int, message: str) -> None:
-        """VP039, at the first place alone."""
-        if not any(item.code == "VP039" and item.message == message for item in self.recorder.warnings.values()):
-            self.recorder.warn("VP039", message, line, None)
-
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """As RS274/NGC; says what it does where R is above the tool."""
         above = self.state.position
         super()._execute_cycle(block, motion, goes_on=goes_on)
         cycle = self.modes.cycle
         if cycle is not None and above[cycle.normal] < cycle.clear - ZERO_LENGTH_MM:
-            self._note_once(
-                block.line, "R of a canned cycle is above the tool: it goes up to R first and then over the hole, and stays "
-                "at R after it, also under G98; a control may go over the hole first"
+            self.recorder.note_once(
+                "VP039", "R of a canned cycle is above the tool: it goes up to R first and then over the hole, and stays "
+                "at R after it, also under G98; a control may go over the hole first", block.line,
             )  # fmt: skip
 
     def _show_comment(self, block: Block) -> None:
@@ -159,9 +155,9 @@ class FanucInterpreter(Rs274):
             codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
             scale_words(block, text, self.state, drills=self._drills(block, codes))
         if "#" in text and (letter := find_unrounded(block, text, self.state)) is not None:
-            self._note_once(
-                line, f"{letter} has a value with more digits than the least input increment ({INCREMENT:g}): it is used as it is; "
-                "a control rounds it"
+            self.recorder.note_once(
+                "VP039", f"{letter} has a value with more digits than the least input increment ({INCREMENT:g}): it is used as it is; "
+                "a control rounds it", line,
             )  # fmt: skip
         if block.o is not None and block.o.keyword is not None:
             raise ProgramError(
@@ -260,6 +256,8 @@ class FanucInterpreter(Rs274):
         if "tilted plane" in g:
             self._set_tilted_plane(block, g["tilted plane"])
         super()._set_modes(block, g)
+        if "cancel" in g or g.get("motion", 840) not in (740, 840):
+            self.modes.stops_after_tapping = False
         if g.get("path control") == 610:  # here the tool stops at the end of every move
             self.core.set_path_control(PathControl(PathMode.EXACT_STOP))
         if "smoothing" in g:

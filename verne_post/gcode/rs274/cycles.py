@@ -6,7 +6,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import g_name
-from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS
+from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import Machining, check_dwell
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Cycle, Modes
@@ -17,9 +17,12 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 #: How far above the last depth a peck begins again, mm.
 PECK_CLEARANCE_MM: Final = 0.254
+#: J of rigid tapping, as Haas controls bound it.
+MAX_FASTER_OUT: Final = 9
 _DWELLS: Final = (820, 860, 880, 890)
 _NEEDS_STEP: Final = (730, 830)
-_NEEDS_SPINDLE: Final = (740, 840, 860, 870, 880)
+_TAPS: Final = (740, 840)
+_NEEDS_SPINDLE: Final = (*_TAPS, 860, 870, 880)
 
 
 class CycleCodes:
@@ -48,9 +51,11 @@ class CycleCodes:
             raise block.error("VP007", f"L{repeats}: a cycle is repeated 1 to {MAX_HOLES} times", "L")
         if motion in _NEEDS_STEP and cycle.step and repeats * (cycle.clear - cycle.bottom) / cycle.step > MAX_PECKS:
             raise block.error("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", "Q")
-        if motion in _NEEDS_SPINDLE and not (state.spindle_on and state.spindle_speed > 0):
+        if motion in _TAPS and self.traits.taps_rigidly:
+            self._check_rigid_tapping(block, name)
+        elif motion in _NEEDS_SPINDLE and not (state.spindle_on and state.spindle_speed > 0):
             raise ProgramError("VP017", f"{name} needs a turning spindle; give S and M3 or M4 first")
-        if motion in (740, 840) and state.spindle_reversed != (motion == 740):
+        elif motion in _TAPS and state.spindle_reversed != (motion == 740):
             raise ProgramError(
                 "VP017",
                 f"{name} cuts a {'left' if motion == 740 else 'right'}-hand thread; it needs {'M4' if motion == 740 else 'M3'}",
@@ -73,7 +78,7 @@ class CycleCodes:
             raise ProgramError("VP017", f"{g_name(motion)} under cutter compensation; write G40 first")
         if state.tcp_off:
             self.core.check_tcp_off(state.position, state.position)
-        self.motion.check_feed(block, motion)
+        self.motion.check_feed(block, motion, turns_itself=motion in _TAPS and self.traits.taps_rigidly)
         if self.modes.absolute:  # the first place that the program names may be that of a hole
             places = {axis: self.values.axis_value(block, axis) for axis in axes if axis != normal}
             self.core.frames.stand_at(
@@ -225,8 +230,13 @@ class CycleCodes:
         elif motion == 870:
             self._back_bore(block, cycle, retract)
             return
+        elif motion in _TAPS and self.traits.taps_rigidly:
+            self._tap_rigidly(block, motion, cycle)
+            self._go(block, rapid, {w: retract})
+            return
         self._go(block, feed, {w: cycle.bottom})
-        if motion in (740, 840):
+        if motion in _TAPS:
+            note_tapping(self.core, block)
             backwards = self.state.spindle_reversed
             self.core.auxiliary.switch_spindle(block, on=True, backwards=not backwards)
             self.core.dwell(block, cycle.dwell or 0.0)
@@ -246,6 +256,34 @@ class CycleCodes:
             self._go(block, feed if motion == 890 and self.traits.feeds_out_whole else rapid, {w: retract})
         if motion in (860, 880):
             self.core.auxiliary.switch_spindle(block, on=True, backwards=self.state.spindle_reversed)
+
+    def _check_rigid_tapping(self, block: Block, name: str) -> None:
+        check_tapping(self.core)
+        if not self.state.spindle_speed:
+            raise ProgramError("VP017", f"{name} needs the speed of the spindle; give S first")
+        if "Q" in block.words:
+            raise block.error(
+                "VP002",
+                f"{name} Q: how far the tap goes back between pecks is a parameter of the control; leave Q out",
+                "Q",
+            )
+        if not 1.0 <= block.words.get("J", 1.0) <= MAX_FASTER_OUT:
+            raise block.error(
+                "VP007", f"{name} J{block.words['J']:g}: the tap goes out 1 to {MAX_FASTER_OUT} times as fast", "J"
+            )
+
+    def _tap_rigidly(self, block: Block, motion: int, cycle: Cycle) -> None:
+        """To the bottom and back to R; F is the pitch in G95, and pitch times speed in G94."""
+        state = self.state
+        speed = state.spindle_speed
+        pitch = state.feed if state.feed_mode == FeedMode.PER_REVOLUTION else state.feed / speed
+        thread = Thread(pitch, motion == 740, speed, speed * block.words.get("J", 1.0), cycle.dwell or 0.0)
+        w = PLANES[state.plane][2]
+        after = state.spindle_on and not self.modes.stops_after_tapping, state.spindle_reversed
+        tap(
+            self.core, block, thread, (cycle.bottom, cycle.clear),
+            lambda height: self._go(block, MoveKind.FEED, {w: height}), after,
+        )  # fmt: skip
 
     def _peck(self, block: Block, motion: int, cycle: Cycle) -> None:
         """All pecks of a hole but the last."""

@@ -78,6 +78,8 @@ class Modes(Struct):
     #: G98: canned cycles retract to where they began.
     initial_level: bool = False
     cycle: Cycle | None = None
+    #: Fanuc's M29: the spindle stands still after each hole that G84 or G74 taps.
+    stops_after_tapping: bool = False
     #: The last D since the tool change; only Fanuc controls keep it.
     cutter_number: int | None = None
     #: A spline whose control points are being read.

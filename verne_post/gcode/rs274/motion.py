@@ -30,14 +30,14 @@ MAX_TURNS: Final = 10_000
 LENGTH_WORDS: Final = "G43 H with --tool-table, --tool-length MM, or G49 for length 0"
 
 
-def refuse_lacking(core: Machining, name: str, *, given: bool, length_words: str) -> None:
+def refuse_lacking(core: Machining, name: str, *, given: bool, length_words: str, turns_itself: bool = False) -> None:
     """Refuse a feed move, ``name``, that lacks a feed rate (VP009) or a tool length (VP012).
 
-    ``given``: its block has an F of its own, as inverse-time feed needs it.
+    ``given``: its block has an F of its own, as inverse-time feed needs it; ``turns_itself``: it switches the spindle on.
     """
     if core.state.feed_mode == FeedMode.INVERSE and not given:
         raise ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
-    lacking = core.find_lacking()
+    lacking = core.find_lacking(turns_itself=turns_itself)
     if lacking == "feed rate":
         raise ProgramError("VP009", f"{name} with feed rate zero; give F")
     if lacking == "constant spindle speed":
@@ -186,8 +186,9 @@ class MotionCodes:
     def _arc_axes(axes: list[int]) -> list[int]:
         return sorted({0, 1, 2, *axes})
 
-    def check_feed(self, block: Block, motion: int) -> None:
-        refuse_lacking(self.core, g_name(motion), given="F" in block.words, length_words=LENGTH_WORDS)
+    def check_feed(self, block: Block, motion: int, *, turns_itself: bool = False) -> None:
+        given = "F" in block.words
+        refuse_lacking(self.core, g_name(motion), given=given, length_words=LENGTH_WORDS, turns_itself=turns_itself)
 
     def _move_on_arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
         state = self.state
