@@ -156,9 +156,8 @@ def test_fanuc_smoothing_is_told(view):
 
 
 @pytest.mark.parametrize(("line", "code", "part"), [
-    ("IF [#1 EQ 2] GOTO 5", "VP002", "IF"), ("N10 GOTO 20", "VP002", "GOTO"), ("WHILE [#1 LT 3] DO1", "VP002", "WHILE"),
-    ("G65 P100", "VP002", "macro"), ("G68 X0 Y0 R30", "VP002", "rotation"), ("G84.2 Z-5 R2", "VP002", "tapping"),
-    ("M99 P5", "VP002", "M99 P"), ("G53.1", "VP017", "G68.2"), ("G54.1 X0", "VP005", "needs P"), ("G54.1 P49", "VP007", "P1 to P48"),
+    ("G68 X0 Y0 R30", "VP002", "rotation"), ("G84.2 Z-5 R2", "VP002", "tapping"),
+    ("G53.1", "VP017", "G68.2"), ("G54.1 X0", "VP005", "needs P"), ("G54.1 P49", "VP007", "P1 to P48"),
     ("G4 X1 P2", "VP003", "one of them"), ("G41.1 D5", "VP002", "G41.1"), ("o1 sub", "VP002", "rs274"), ("G59.1", "VP002", "rs274"),
     ("G10 L11 P1 R3", "VP002", "L11"), ("G68.2 X0 P1", "VP006", "does not use P"), ("G68.2 I30\nG68.2 I30", "VP017", "G69"),
     ("G68.2 I30\nG55", "VP017", "G69"), ("G68.2 I30\nG92 X0", "VP017", "G69"), ("G68.2 G0 X1", "VP003", "own"),

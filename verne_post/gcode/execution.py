@@ -261,13 +261,21 @@ def _execute_block(flow: Flow, block: Block, line: int, recovery: Recovery | Non
     if block.o is not None:
         flow.step(block)
         return []
+    if block.macro is not None:
+        flow.macros.step(block.macro, line)
+        return []
     block.line = flow.shown_line or line
     if recovery is None:
         interpreter.execute(block)
     else:
         errors = recovery.execute(block)
     if interpreter.call is not None and not interpreter.ended:
-        flow.follow(interpreter.call, line)
+        try:
+            flow.follow(interpreter.call, line)
+        except ProgramError as error:
+            if recovery is None:
+                raise
+            errors.append(error)
     return errors
 
 

@@ -4,7 +4,6 @@ What means the same as in RS274/NGC is executed by the same interpreter; here st
 milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact stops. docs/gcode.md has the table.
 """
 
-import math
 import re
 from typing import ClassVar, Final
 
@@ -14,14 +13,15 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.base.units import RAD_PER_DEG
-from verne_post.gcode.block import Block
-from verne_post.gcode.codes import CYCLES, TAKES_AXES, CodeTable, g_name
+from verne_post.gcode.block import Block, strip_comments
+from verne_post.gcode.codes import TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.dialect import Dialect, dialect_of_blocks
 from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
+from verne_post.gcode.expressions import ValueReader
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.plain import PlainView
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.fanuc_codes import (
     ADDITIONAL,
@@ -29,33 +29,42 @@ from verne_post.gcode.rs274.fanuc_codes import (
     HIGH_SPEED,
     NAMES_AXES,
     PLANE,
-    PLANE_OFF,
-    SMOOTHING,
     TWINS,
     make_table,
 )
 from verne_post.gcode.rs274.fanuc_header import is_fanuc
+from verne_post.gcode.rs274.fanuc_offsets import FanucOffsets
+from verne_post.gcode.rs274.fanuc_planes import FanucPlanes
 from verne_post.gcode.rs274.fanuc_points import (
     INCREMENT,
+    find_lines,
     find_mixture,
     find_unrounded,
     lines_without_point,
     scale_words,
 )
 from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, prepare_line
-from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.fanuc_words import FanucWords
+from verne_post.gcode.rs274.interpreter import Call, Rs274
+from verne_post.gcode.rs274.macro_text import read_arguments, read_statement
 from verne_post.gcode.rs274.nurbs import NURBS, NurbsCodes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import whole
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import FanucKeys, read_keys
-from verne_post.model.moves import AXES, ArcFeed, Feature, MoveKind, PathControl, PathMode
+from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
-_SECONDS_PER_P: Final = 1e-3
+#: Lines that may be statements of custom macros, and those that call one.
 _MACRO: Final = re.compile(
-    r"\s*(?:N\s*\d+\s*)?(IF|WHILE|GOTO|DO|END|THEN|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b", re.IGNORECASE
+    r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
 )
+_CALL: Final = re.compile(rb"(?<![A-Z])G0*6[56](?![0-9.])", re.IGNORECASE)
+#: What an alarm and a stop of a program are set by; and settings of the control that are without effect here: clocks, single
+#: block, overrides, mirror images of the operator.
+_ALARM: Final = 3000
+_ALARMS: Final = (_ALARM, 3006)
+_WITHOUT_EFFECT: Final = (3001, 3002, 3003, 3004, 3011, 3012)
 #: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
 _LEFT_OVER: Final = re.compile(r"[^()]*\)")
 
@@ -86,6 +95,9 @@ class FanucInterpreter(Rs274):
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
         self.nurbs = NurbsCodes(self.core, self.values, self.motion)
+        self.words = FanucWords(self.modes, self.table)
+        self.fanuc_offsets = FanucOffsets(self.offsets)
+        self.planes = FanucPlanes(self.core, self.values)
         given = setup.control.get("fanuc", {})
         self.keys: FanucKeys = read_keys(FanucKeys, given)
         least = 0.01 * self.keys.inside_arc_percent
@@ -93,10 +105,10 @@ class FanucInterpreter(Rs274):
 
     @classmethod
     def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
-        """Words without a decimal point, where they count increments."""
-        if setup.control.get("fanuc", {}).get("decimal_point") != "conventional":
-            return super().leave_to_reader(text, setup)
-        return lines_without_point(text)
+        """Calls of macros; and words without a decimal point, where they count increments."""
+        conventional = setup.control.get("fanuc", {}).get("decimal_point") == "conventional"
+        calls = find_lines(text, [match.start() for match in _CALL.finditer(text)])
+        return np.union1d(calls, lines_without_point(text)) if conventional else calls
 
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """As RS274/NGC; says what it does where R is above the tool."""
@@ -129,19 +141,15 @@ class FanucInterpreter(Rs274):
         return find_program(source)
 
     def read(self, text: str, line: int) -> Block:
-        """Read a line; custom macros are refused by name."""
-        macro = _MACRO.match(text)
-        if macro is not None:
-            raise ProgramError(
-                "VP002",
-                f"{macro.group(1).upper()}: custom macro statements are not executed, only parameters and expressions",
-                macro.start(1) + 1,
-            )
+        """Read a line: words, or a statement of a custom macro."""
         nested, text = NESTED.search(text), self.prepare(text)
         number = end_of_number(text)
-        text = " " * number + text[number:]
+        text = self._text = " " * number + text[number:]
+        if _MACRO.match(text) and (statement := read_statement(text, self.parameters)) is not None:
+            return Block(line, macro=statement)
+        self.parameters.passed = ""
         try:
-            block = super().read(text, line)
+            block = self._read_call(text, line) if _CALL.search(text.encode()) else super().read(text, line)
         except ProgramError as error:
             if nested is None or (error.column or 0) <= nested.end() or not _LEFT_OVER.match(text, nested.end()):
                 raise
@@ -151,9 +159,13 @@ class FanucInterpreter(Rs274):
                 f"nest; what follows is read as words, and there {error.message}",
                 error.column,
             ) from None
+        if self.parameters.passed:
+            self.recorder.note_once(
+                "VP039", f"{self.parameters.passed} has a variable without a value: the word is passed over, as controls do", line
+            )  # fmt: skip
         if self.keys.decimal_point == "conventional":
             codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
-            scale_words(block, text, self.state, drills=self._drills(block, codes))
+            scale_words(block, text, self.state, drills=self.words.has_cycle(block, codes))
         if "#" in text and (letter := find_unrounded(block, text, self.state)) is not None:
             self.recorder.note_once(
                 "VP039", f"{letter} has a value with more digits than the least input increment ({INCREMENT:g}): it is used as it is; "
@@ -165,15 +177,95 @@ class FanucInterpreter(Rs274):
             )
         return block
 
+    def _read_call(self, text: str, line: int) -> Block:
+        """A block with G65 or G66: what follows that code are arguments."""
+        characters, places, _comment = strip_comments(text)
+        match = _CALL.search(characters.encode("ascii", "replace"))
+        if match is None:  # it stands in a comment
+            return super().read(text, line)
+        block = super().read(text[: places[match.end()]], line)
+        reader = ValueReader(characters, places, self.parameters)
+        reader.at = match.end()
+        block.arguments = read_arguments(reader)
+        if self.keys.decimal_point == "conventional" and lines_without_point(text[places[match.end()] :].encode()).size:
+            raise ProgramError(
+                "VP007",
+                "arguments of a macro count increments of their own without a decimal point; write it",
+                places[match.end()] + 1,
+            )
+        return block
+
+    def set_parameter(self, key: int | str, value: float, column: int) -> None:
+        """Set a variable; #3000 and #3006 stop the program."""
+        line = self.parameters.line
+        if key in _ALARMS and value:
+            comment = strip_comments(self._text)[2]
+            if key == _ALARM:
+                raise ProgramError(
+                    "VP027", f"the program asks to stop: #3000={value:g}{f' ({comment})' if comment else ''}", column
+                )
+            self.recorder.event(line, "message", text=comment or "")
+            self.core.auxiliary.stop(At(line), 0)
+        elif key in _WITHOUT_EFFECT or key in _ALARMS:
+            self.recorder.event(line, "without effect", word=f"#{key}")
+        else:
+            super().set_parameter(key, value, column)
+
+    # --- calls ---------------------------------------------------------------------------------------
+
+    def view_plain_lines(self, *, has_vector: bool) -> PlainView | None:
+        """As RS274/NGC; a modal macro call comes after every line."""
+        return None if self.modes.macro is not None else super().view_plain_lines(has_vector=has_vector)
+
+    def _execute_call(self, block: Block, m: dict[str, list[int]]) -> None:
+        """M97 P and M99 P lead to block numbers; G65 calls a macro, and G66 calls it after every block that moves."""
+        for code in set(m.get("subprograms", [])) & {97, 99}:
+            column = next(at for letter, number, at in block.codes if letter == "M" and round(number) == code)
+            number = whole(block, "P") if "P" in block.words else None
+            if code == 97 and number is None:
+                raise ProgramError("VP005", "M97 needs P, the number of the block where the subprogram begins", column)
+            repeats = whole(block, "L") if "L" in block.words else 1
+            self.call = Call(f"N{number}", column, repeats, number) if code == 97 else Call(None, column, number=number)
+            return
+        super()._execute_call(block, m)
+
+    def _call_macro(self, block: Block, codes: set[int]) -> None:
+        """What G65, G66 and G67 say; and the call of G66 after a block that moves."""
+        modes = self.modes
+        if codes & {650, 660}:
+            calls, arguments = block.arguments or ({}, {})
+            if "P" not in calls:
+                raise ProgramError("VP005", "G65 and G66 need P, the program number of the macro")
+            column = next(at for letter, number, at in block.codes if letter == "G" and round(number) in (65, 66))
+            words = Block(block.line, words=calls)
+            repeats = whole(words, "L") if "L" in calls else 1
+            call = Call(str(whole(words, "P")), column, repeats, arguments=dict(arguments), keeps=660 in codes)
+            if 650 in codes:
+                self.call = call
+            elif modes.macro is not None:
+                raise ProgramError("VP002", "G66 under G66: one modal macro call holds; write G67 before", column)
+            else:
+                modes.macro = call
+        elif 670 in codes:
+            modes.macro = None
+        elif (
+            modes.macro is not None
+            and self.call is None
+            and modes.motion is not None
+            and set(self.setup.axes) & set(block.words)
+        ):
+            self.call = modes.macro
+
     def execute(self, block: Block) -> None:
         """Execute one block, in the words of RS274/NGC."""
         self.call = None
-        if block.comment is None and not block.settings and self.execute_plain_motion(block):
+        plain = block.comment is None and not block.settings and self.modes.macro is None
+        if plain and self.execute_plain_motion(block):
             return
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
-        self._convert_times(block, codes)
-        self._convert_repeats(block, codes)
-        modal = self._convert_rapids(block, codes)
+        self.words.convert_times(block, codes)
+        self.words.convert_repeats(block, codes)
+        modal = self.words.convert_rapids(block, codes)
         super().execute(block)
         if ("M", 6.0) in [code[:2] for code in block.codes]:
             self.modes.cutter_number = None
@@ -181,69 +273,8 @@ class FanucInterpreter(Rs274):
             self.modes.cutter_number = whole(block, "D")
         if modal is not None:
             self.modes.motion = modal
-
-    # --- the same thing in other words -----------------------------------------------------------
-
-    def _convert_times(self, block: Block, codes: set[int]) -> None:
-        """G4 X or U in seconds, P in milliseconds, also in cycles."""
-        words, columns = block.words, block.columns
-        if 40 in codes:
-            for letter in "XU":
-                if letter in words:
-                    if "P" in words:
-                        raise ProgramError("VP003", f"G4 with {letter} and P; one of them is the time", columns[letter])
-                    words["P"], columns["P"] = words.pop(letter), columns.pop(letter)
-                    return
-        if "P" in words and (40 in codes or self._drills(block, codes)):
-            whole(block, "P")
-            words["P"] *= _SECONDS_PER_P
-
-    def _drills(self, block: Block, codes: set[int]) -> bool:
-        """True where the words of a block are those of a cycle: no other code takes them."""
-        if codes & {*TAKES_AXES, ADDITIONAL, *SMOOTHING, 0, 10, 20, 30, 40, 800} or self._has_call(block):
-            return bool(codes & set(CYCLES))
-        return bool(codes & set(CYCLES)) or self.modes.motion in CYCLES
-
-    @staticmethod
-    def _has_call(block: Block) -> bool:
-        """True where M98 or M99 stands in the block: P is theirs."""
-        return any(letter == "M" and number in (98, 99) for letter, number, _column in block.codes)
-
-    def _convert_repeats(self, block: Block, codes: set[int]) -> None:
-        """K of cycles is L; M98 P with more than four digits has the repeats before the number."""
-        words, columns = block.words, block.columns
-        if "K" in words and "I" not in words and self._drills(block, codes):
-            if "L" in words:
-                raise ProgramError(
-                    "VP003", "K and L in one block: both would be the repeats of the cycle", columns["K"]
-                )
-            words["L"], columns["L"] = words.pop("K"), columns.pop("K")
-        if any(letter == "M" and number == 98 for letter, number, _column in block.codes) and "P" in words:
-            number = whole(block, "P")
-            if number > 9999 and "L" not in words:
-                words["P"], words["L"], columns["L"] = float(number % 10000), float(number // 10000), columns["P"]
-        if any(letter == "M" and number == 99 for letter, number, _column in block.codes) and "P" in words:
-            raise ProgramError("VP002", "M99 P (return to a block number) is not executed", columns["P"])
-
-    def _convert_rapids(self, block: Block, codes: set[int]) -> int | None:
-        """G28, G30 and G53 are rapid moves in themselves; a G0 beside them is only modal. Returns the modal motion after the block."""
-        motion = next((code for code in codes if code in self.table.g_groups["motion"]), None)
-        if codes & {280, 300}:
-            block.codes = [
-                code
-                for code in block.codes
-                if code[0] != "G" or round(code[1] * 10) not in self.table.g_groups["motion"]
-            ]
-            if 300 in codes and block.words.get("P") == 2.0:
-                del block.words["P"], block.columns["P"]
-            return motion
-        if 530 in codes and motion is None:
-            column = next(
-                column for letter, number, column in block.codes if letter == "G" and round(number * 10) == 530
-            )
-            block.codes.append(("G", 0.0, column))
-            return self.modes.motion
-        return None
+        if self.modes.macro is not None or codes & {650, 660}:
+            self._call_macro(block, codes)
 
     def _g_code(self, number: float, column: int) -> int:
         """The code of a G word; twins of one code are that code."""
@@ -254,7 +285,7 @@ class FanucInterpreter(Rs274):
 
     def _set_modes(self, block: Block, g: dict[str, int]) -> None:
         if "tilted plane" in g:
-            self._set_tilted_plane(block, g["tilted plane"])
+            self.planes.set_plane(block, g["tilted plane"])
         super()._set_modes(block, g)
         if "cancel" in g or g.get("motion", 840) not in (740, 840):
             self.modes.stops_after_tapping = False
@@ -268,7 +299,7 @@ class FanucInterpreter(Rs274):
                 )
             self.recorder.event(block.line, "smoothing", code=f"G{g['smoothing'] / 10:g}", **words)
         if "plane axis" in g:
-            self._turn_to_plane(block)
+            self.planes.turn_to_plane(block)
 
     def _system_number(self, block: Block, code: int) -> int:
         if self.state.frame.feature is not None:
@@ -277,16 +308,9 @@ class FanucInterpreter(Rs274):
             return super()._system_number(block, code)
         if "P" not in block.words:
             raise ProgramError("VP005", "G54.1 needs P, the number of the work system")
-        system = ADDITIONAL_SYSTEMS + self._additional_system(block)
+        system = ADDITIONAL_SYSTEMS + self.fanuc_offsets.find_additional(block)
         del block.words["P"]  # and no dwell of a cycle
         return system
-
-    def _additional_system(self, block: Block) -> int:
-        number = whole(block, "P")
-        if ADDITIONAL_SYSTEMS + number not in self.state.systems or number == 0:
-            last = max(self.state.systems) - ADDITIONAL_SYSTEMS
-            raise block.error("VP007", f"P{number}: additional work systems are P1 to P{last}", "P")
-        return number
 
     def _choose_motion(self, block: Block, g: dict[str, int], axes: list[str]) -> int | None:
         motion = super()._choose_motion(block, g, axes)
@@ -299,86 +323,16 @@ class FanucInterpreter(Rs274):
         if code in (100, 520, 920) and self.state.frame.feature is not None:
             raise ProgramError("VP017", f"{g_name(code)} under G68.2; write G69 first")
         if code == 100:
-            self._store_offset(block)
+            self.fanuc_offsets.store_offset(block)
         elif code in (520, 920):
-            self._shift_system(block, code)
+            self.fanuc_offsets.shift_system(block, code)
         else:
             super()._execute_non_modal(block, code)
-
-    def _store_offset(self, block: Block) -> None:
-        """L2: G54 to G59; L20: G54.1 P; L10: the length of a tool, as L1 of RS274/NGC has it."""
-        words = block.words
-        if "L" not in words:
-            raise ProgramError("VP005", "G10 needs L: L2 for G54 to G59, L20 for G54.1, L10 for the length of a tool")
-        kind = whole(block, "L")
-        if not self.modes.absolute:
-            raise ProgramError("VP017", "G10 in G91 adds to what is stored; write G90, and the whole value")
-        if kind == 2 and words.get("P") == 0:
-            raise block.error("VP007", "P0: the external work offset is not kept here; give it with --wcs", "P")
-        if kind == 20 and "P" in words:
-            self.offsets.set_origin(block, ADDITIONAL_SYSTEMS + self._additional_system(block))
-            return
-        if kind == 10:
-            if "R" not in words:
-                raise ProgramError("VP005", "G10 L10 needs R, the length")
-            words["L"], words["Z"], block.columns["Z"] = 1.0, words.pop("R"), block.columns.pop("R")
-        elif kind == 2 and "R" in words:
-            raise block.error("VP006", "G10 L2 does not use R: work systems are not turned here", "R")
-        elif kind != 2:
-            raise block.error("VP002", f"G10 L{kind} is not executed; expected L2, L10 or L20", "L")
-        self.offsets.execute_g10(block)
-
-    def _shift_system(self, block: Block, code: int) -> None:
-        """G92, and G52: a system inside that of G92, which ends it on the axes that it names."""
-        state, axes = self.state, self.values.named_axes(block)
-        local, outer = list(self.modes.local_shift), np.subtract(state.frame.g92, self.modes.local_shift)
-        self.offsets.execute_g92(block, code)
-        for axis in axes:
-            local[axis] = self.values.axis_value(block, axis) if code == 520 else 0.0
-        self.modes.local_shift = tuple(local)
-        if code == 520:
-            self.core.frames.store_shift(float(value) for value in outer + local)
-            self.core.frames.apply_shift(on=True)
 
     def _usable_words(self, block: Block, g: dict[str, int], m: dict[str, list[int]], motion: int | None) -> set[str]:
         """D may stand without G41 and G42: the next one takes it."""
         usable = super()._usable_words(block, g, m, motion)
         return usable if self.state.compensation is not None else usable | {"D"}
-
-    # --- tilted work plane -------------------------------------------------------------------------------
-
-    def _set_tilted_plane(self, block: Block, code: int) -> None:
-        """G68.2 X Y Z I J K: origin and Euler angles (Z, X, Z) of the plane in which the program goes on; G69 ends it."""
-        state = self.state
-        if code == PLANE_OFF:
-            self.core.frames.set_frame(replace(state.frame, feature=None))
-            return
-        self.recorder.says_tcp = True  # a plane of the part
-        if state.frame.feature is not None:
-            raise ProgramError("VP017", "G68.2 under G68.2; write G69 first")
-        origin = [
-            self.values.axis_value(block, axis) if letter in block.words else 0.0 for axis, letter in enumerate("XYZ")
-        ]
-        i, j, k = (RAD_PER_DEG * block.words.get(letter, 0.0) for letter in "IJK")
-        rotation = _rotation_z(i) @ _rotation_x(j) @ _rotation_z(k)
-        feature = Feature((origin[0], origin[1], origin[2]), tuple(float(v) for v in rotation.ravel()))
-        self.core.frames.set_frame(replace(state.frame, feature=feature))
-        for letter in "XYZIJK":
-            block.words.pop(letter, None)
-
-    def _turn_to_plane(self, block: Block) -> None:
-        """G53.1: turn the table so that the tool stands upright on the plane; the tip stays where it is on the part."""
-        state = self.state
-        if state.frame.feature is None:
-            raise ProgramError("VP017", "G53.1 without G68.2: there is no plane to turn to")
-        self.core.refuse_compensation("G53.1")
-        if state.tcp_off:
-            raise ProgramError("VP017", "G53.1 while tool-centre-point control is off (user-defined code)")
-        self.core.hold_tool_axis((0.0, 0.0, 1.0))
-        begin = self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=(3, 5))
-        end = self.setup.coordinates.point_axis(list(begin), np.array([0.0, 0.0, 1.0]), state.frame)
-        self.recorder.fix_c(block.line)
-        self.core.line(block, MoveKind.RAPID, end, [3, 5] if self.setup.machine else [])
 
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
         if g.get("tilted plane") == PLANE:  # takes the axis words; nothing else in the block may
@@ -407,16 +361,6 @@ class FanucInterpreter(Rs274):
             )
         for letter in axes:
             del block.words[letter], block.columns[letter]
-
-
-def _rotation_z(angle: float) -> np.ndarray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def _rotation_x(angle: float) -> np.ndarray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
 # --- the dialect ------------------------------------------------------------------------------------

@@ -35,28 +35,35 @@ def make_table() -> CodeTable:
     groups["tilted plane"] = (PLANE, PLANE_OFF)
     groups["plane axis"] = (TO_PLANE,)
     groups["smoothing"] = SMOOTHING
+    groups["macro call"] = (650, 660)
     for code in ENDS:
         groups[f"end of G{code / 10:g}"] = (code,)
     m_groups = {
         name: RS274.m_groups[name] for name in ("stopping", "tool change", "coolant", "override", "subprograms")
     }
-    m_groups |= {"tool change": (6,), "override": (48, 49), "spindle": (3, 4, 5, 19), "rigid tapping": (29,)}
+    m_groups |= {
+        "subprograms": (97, 98, 99),
+        "tool change": (6,),
+        "override": (48, 49),
+        "spindle": (3, 4, 5, 19),
+        "rigid tapping": (29,),
+    }
     return CodeTable(
         g_groups=groups,
         m_groups=m_groups,
         refused_g={
             90: "one-block exact stop; use G61", 310: "skip and probing", 370: "automatic tool measurement",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
-            **dict.fromkeys((650, 660, 661), "custom macro calls"),
+            661: "a macro call after every block; write G66",
             **dict.fromkeys((760, 870, 880), "boring cycles that stop or orient the spindle"),
             **dict.fromkeys((510, 511, 160, 680), "scaling, mirror images, polar coordinates, rotation of coordinates"),
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H as RS274/NGC has not"),
             960: "constant surface speed",
             **dict.fromkeys((611, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },
-        refused_m={97: "local subprogram calls"},
+        refused_m={},
         words_of_g={
             **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", **dict.fromkeys((740, 840), "RLPQJ"),
         },
-        words_of_m=RS274.words_of_m,
+        words_of_m={**RS274.words_of_m, 97: "PL", 99: "P"},
     )  # fmt: skip

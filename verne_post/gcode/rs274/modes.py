@@ -1,6 +1,6 @@
 """Modes of RS274/NGC: what its words mean, and what its codes keep, from one block to the next."""
 
-from typing import Final
+from typing import Any, Final
 
 from msgspec import Struct, field
 
@@ -80,6 +80,8 @@ class Modes(Struct):
     cycle: Cycle | None = None
     #: Fanuc's M29: the spindle stands still after each hole that G84 or G74 taps.
     stops_after_tapping: bool = False
+    #: Fanuc's G66: the macro that is called after every block with a motion.
+    macro: Any = None  # Call
     #: The last D since the tool change; only Fanuc controls keep it.
     cutter_number: int | None = None
     #: A spline whose control points are being read.
