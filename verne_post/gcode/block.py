@@ -105,6 +105,7 @@ class Block(At):
     parameters that the block sets, with their columns. A column below 0 is minus the number of the word in its line: see
     :func:`~verne_post.gcode.templates.word_columns`. ``polar`` are the words ``@`` and ``^``, once X and Y stand in
     their place. ``macro`` is a statement of a custom macro, which says where the program goes on;
+    ``corner`` is the letter and the size of a corner at the end of a move (``,R5``);
     ``arguments`` are P and L, and the local variables, of a macro that the block calls.
     """
 
@@ -115,6 +116,7 @@ class Block(At):
     polar: dict[str, float] = field(default_factory=dict)
     o: OWord | None = None
     macro: Any = None  # Statement
+    corner: tuple[str, float] | None = None
     arguments: "tuple[dict[str, float], dict[int, float]] | None" = None
 
 

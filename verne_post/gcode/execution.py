@@ -283,8 +283,8 @@ def _end_text(execution: Execution, flow: Flow) -> None:
     """The text ends without M2 or M30: an error but for a pair of %."""
     text = flow.text
     percent = text.opening is not None
-    if flow.interpreter.modes.spline is not None:
-        what = "the text ends before the end of a spline"
+    if (unfinished := flow.interpreter.find_unfinished()) is not None:
+        what = f"the text ends before {unfinished}"
     elif flow.in_call:
         what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
     elif text.closing is not None or flow.interpreter.ends_with_text:

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block, strip_comments
 from verne_post.gcode.codes import TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.dialect import Dialect, dialect_of_blocks
@@ -23,16 +24,22 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainView
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.rs274.corners import CornerQueue
 from verne_post.gcode.rs274.fanuc_codes import (
     ADDITIONAL,
     ALONE,
     HIGH_SPEED,
+    MIRROR,
+    MIRROR_OFF,
     NAMES_AXES,
+    OF_FRAMES,
     PLANE,
     TWINS,
+    WORDS_OF_FRAMES,
     make_table,
 )
 from verne_post.gcode.rs274.fanuc_header import is_fanuc
+from verne_post.gcode.rs274.fanuc_maps import FanucMaps
 from verne_post.gcode.rs274.fanuc_offsets import FanucOffsets
 from verne_post.gcode.rs274.fanuc_planes import FanucPlanes
 from verne_post.gcode.rs274.fanuc_points import (
@@ -43,10 +50,11 @@ from verne_post.gcode.rs274.fanuc_points import (
     lines_without_point,
     scale_words,
 )
-from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, prepare_line
+from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, prepare_line, read_corner
 from verne_post.gcode.rs274.fanuc_words import FanucWords
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_text import read_arguments, read_statement
+from verne_post.gcode.rs274.modes import AxisMaps
 from verne_post.gcode.rs274.nurbs import NURBS, NurbsCodes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import whole
@@ -60,6 +68,11 @@ _MACRO: Final = re.compile(
     r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
 )
 _CALL: Final = re.compile(rb"(?<![A-Z])G0*6[56](?![0-9.])", re.IGNORECASE)
+#: What the words of a block do not say: calls, and whether factors have a decimal point.
+_READ: Final = re.compile(rb"(?<![A-Z])G0*(?:6[56]|51)(?![0-9.])", re.IGNORECASE)
+_FACTOR: Final = re.compile(r"(?<![A-Z])[PIJK][ \t]*[-+]?[ \t]*(?:[0-9 \t]*\.|[#\[])", re.IGNORECASE)
+_NO_MAPS: Final = AxisMaps()
+_STRAIGHT_OR_ROUND: Final = (("G", 1.0), ("G", 2.0), ("G", 3.0))
 #: What an alarm and a stop of a program are set by; and settings of the control that are without effect here: clocks, single
 #: block, overrides, mirror images of the operator.
 _ALARM: Final = 3000
@@ -84,6 +97,7 @@ class FanucInterpreter(Rs274):
         feeds_out_whole=False,
         keeps_heights=True,
         stores_without_holes=True,
+        keeps_words=True,
         taps_rigidly=True,
     )
     percent: ClassVar[bytes] = rb"[^\n]*"
@@ -97,9 +111,13 @@ class FanucInterpreter(Rs274):
         self.nurbs = NurbsCodes(self.core, self.values, self.motion)
         self.words = FanucWords(self.modes, self.table)
         self.fanuc_offsets = FanucOffsets(self.offsets)
-        self.planes = FanucPlanes(self.core, self.values)
         given = setup.control.get("fanuc", {})
         self.keys: FanucKeys = read_keys(FanucKeys, given)
+        self.planes = FanucPlanes(self.core, self.values, self.keys)
+        self.maps = FanucMaps(self.core, self.values)
+        self.corners = CornerQueue(self.core)
+        self.motion.draw_line, self.motion.draw_arc = self.corners.add_line, self.corners.add_arc
+        self.cycles.bore_shift = self.keys.bore_shift
         least = 0.01 * self.keys.inside_arc_percent
         self.core.set_arc_feed(ArcFeed("[fanuc] inside_arc_percent", least, 1.0, assumed=not given))
 
@@ -107,7 +125,7 @@ class FanucInterpreter(Rs274):
     def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
         """Calls of macros; and words without a decimal point, where they count increments."""
         conventional = setup.control.get("fanuc", {}).get("decimal_point") == "conventional"
-        calls = find_lines(text, [match.start() for match in _CALL.finditer(text)])
+        calls = find_lines(text, [match.start() for match in _READ.finditer(text)])
         return np.union1d(calls, lines_without_point(text)) if conventional else calls
 
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
@@ -148,7 +166,10 @@ class FanucInterpreter(Rs274):
         if _MACRO.match(text) and (statement := read_statement(text, self.parameters)) is not None:
             return Block(line, macro=statement)
         self.parameters.passed = ""
+        corner = None
         try:
+            if "," in text:
+                text, corner = read_corner(text, self.parameters)
             block = self._read_call(text, line) if _CALL.search(text.encode()) else super().read(text, line)
         except ProgramError as error:
             if nested is None or (error.column or 0) <= nested.end() or not _LEFT_OVER.match(text, nested.end()):
@@ -159,6 +180,7 @@ class FanucInterpreter(Rs274):
                 f"nest; what follows is read as words, and there {error.message}",
                 error.column,
             ) from None
+        block.corner = corner
         if self.parameters.passed:
             self.recorder.note_once(
                 "VP039", f"{self.parameters.passed} has a variable without a value: the word is passed over, as controls do", line
@@ -176,6 +198,27 @@ class FanucInterpreter(Rs274):
                 "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"
             )
         return block
+
+    def _prepare_corner(self, block: Block) -> None:
+        """Say what corner ends the block; after one, only a line or an arc may come."""
+        if self.corners.waiting is not None and (block.codes or block.words):
+            lonely = not block.settings and not set(block.words) - set("XYZIJKRF") and set(block.words) & set("XYZIJK")
+            if not lonely or any(
+                code[:2] not in (*_STRAIGHT_OR_ROUND, ("G", 90.0), ("G", 91.0)) for code in block.codes
+            ):
+                self.corners.refuse_waiting()
+        self.corners.corner = None
+        if block.corner is not None:
+            letter, size = block.corner
+            motions = [code for code in block.codes if code[:2] in _STRAIGHT_OR_ROUND]
+            if not set(block.words) & set("XYZIJK") or (not motions and self.modes.motion not in (10, 20, 30)):
+                raise ProgramError("VP017", f",{letter} stands after a feed move (G1, G2, G3)")
+            inch = (
+                self.modes.inch
+                if not {20.0, 21.0} & {code[1] for code in block.codes if code[0] == "G"}
+                else ("G", 20.0) in [code[:2] for code in block.codes]
+            )
+            self.corners.corner = letter, size * (MM_PER_INCH if inch else 1.0)
 
     def _read_call(self, text: str, line: int) -> Block:
         """A block with G65 or G66: what follows that code are arguments."""
@@ -214,8 +257,25 @@ class FanucInterpreter(Rs274):
     # --- calls ---------------------------------------------------------------------------------------
 
     def view_plain_lines(self, *, has_vector: bool) -> PlainView | None:
-        """As RS274/NGC; a modal macro call comes after every line."""
-        return None if self.modes.macro is not None else super().view_plain_lines(has_vector=has_vector)
+        """As RS274/NGC, where lines mean no more than their words."""
+        return super().view_plain_lines(has_vector=has_vector) if self._is_plain() else None
+
+    def find_unfinished(self) -> str | None:
+        """As RS274/NGC; and a corner, or a plane of several blocks."""
+        if self.corners.waiting is not None:
+            return f"the block that ,{self.corners.waiting.letter} needs after its own"
+        return "the last block of G68.2" if self.planes.given is not None else super().find_unfinished()
+
+    def _is_plain(self) -> bool:
+        """True where blocks mean no more than their words: no modal call, maps, or checks are in force."""
+        modes = self.modes
+        return (
+            self.corners.waiting is None
+            and modes.macro is None
+            and modes.maps == _NO_MAPS
+            and not modes.after_turn
+            and self.planes.given is None
+        )
 
     def _execute_call(self, block: Block, m: dict[str, list[int]]) -> None:
         """M97 P and M99 P lead to block numbers; G65 calls a macro, and G66 calls it after every block that moves."""
@@ -259,10 +319,16 @@ class FanucInterpreter(Rs274):
     def execute(self, block: Block) -> None:
         """Execute one block, in the words of RS274/NGC."""
         self.call = None
-        plain = block.comment is None and not block.settings and self.modes.macro is None
-        if plain and self.execute_plain_motion(block):
+        self._prepare_corner(block)
+        if block.comment is None and not block.settings and self._is_plain() and self.execute_plain_motion(block):
             return
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
+        if not codes & {PLANE} and (block.codes or block.words):
+            self.planes.check_complete()
+        if self.modes.after_turn:
+            self.planes.check_first_motion(block, codes)
+        control = self.state.control
+        flipped = self.maps.convert(block, codes) if self.modes.maps != _NO_MAPS else None
         self.words.convert_times(block, codes)
         self.words.convert_repeats(block, codes)
         modal = self.words.convert_rapids(block, codes)
@@ -271,8 +337,10 @@ class FanucInterpreter(Rs274):
             self.modes.cutter_number = None
         if "D" in block.words:
             self.modes.cutter_number = whole(block, "D")
-        if modal is not None:
-            self.modes.motion = modal
+        if modal is not None or flipped is not None:
+            self.modes.motion = modal if flipped is None else flipped
+        if 90 in codes:  # G9: exact stop in this block
+            self.core.set_path_control(control)
         if self.modes.macro is not None or codes & {650, 660}:
             self._call_macro(block, codes)
 
@@ -284,8 +352,22 @@ class FanucInterpreter(Rs274):
     # --- codes of Fanuc alone ------------------------------------------------------------------------------
 
     def _set_modes(self, block: Block, g: dict[str, int]) -> None:
+        if "plane" in g:
+            self.core.set_plane((g["plane"] - 170) // 10)
         if "tilted plane" in g:
             self.planes.set_plane(block, g["tilted plane"])
+        if "mirror image" in g:
+            self._set_mirror(block, g["mirror image"])
+        if "scaling" in g:
+            self.maps.set_scale(block, g["scaling"], _FACTOR.search(self._text) is not None)
+        if "polar coordinates" in g:
+            self.maps.set_polar(g["polar coordinates"] == 160)
+        if "exact stop" in g:
+            self.core.set_path_control(PathControl(PathMode.EXACT_STOP))
+        if "look-ahead" in g:
+            code = g_name(g["look-ahead"])
+            words = {letter: block.words[letter] for letter in "PE" if letter in block.words}
+            self.recorder.event(block.line, "look-ahead", code=code, **words)
         super()._set_modes(block, g)
         if "cancel" in g or g.get("motion", 840) not in (740, 840):
             self.modes.stops_after_tapping = False
@@ -299,11 +381,20 @@ class FanucInterpreter(Rs274):
                 )
             self.recorder.event(block.line, "smoothing", code=f"G{g['smoothing'] / 10:g}", **words)
         if "plane axis" in g:
-            self.planes.turn_to_plane(block)
+            self.planes.turn_to_plane(block, g["plane axis"])
+
+    def _set_mirror(self, block: Block, code: int) -> None:
+        """G51.1; G50.1, which names axes whether they are mirrored or not."""
+        if code == MIRROR or self.modes.maps.mirrors != _NO_MAPS.mirrors:
+            self.maps.set_mirror(block, code)
 
     def _system_number(self, block: Block, code: int) -> int:
         if self.state.frame.feature is not None:
             raise ProgramError("VP017", "a change of work offset under G68.2; write G69 first")
+        if self.modes.maps != _NO_MAPS:
+            raise ProgramError(
+                "VP017", "a change of work offset under G51, G51.1 or G16; write G50, G50.1 or G15 first"
+            )
         if code != ADDITIONAL:
             return super()._system_number(block, code)
         if "P" not in block.words:
@@ -335,14 +426,16 @@ class FanucInterpreter(Rs274):
         return usable if self.state.compensation is not None else usable | {"D"}
 
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
-        if g.get("tilted plane") == PLANE:  # takes the axis words; nothing else in the block may
-            if g.keys() & {"motion", "non-modal", "machine coordinates", "plane axis"}:
+        of_frames = OF_FRAMES if self.modes.maps.mirrors == _NO_MAPS.mirrors else (*OF_FRAMES, MIRROR_OFF)
+        if frame_codes := [code for code in g.values() if code in of_frames]:  # take the axis words, all alone
+            name = g_name(frame_codes[0])
+            if len(frame_codes) > 1 or g.keys() & {"motion", "non-modal", "machine coordinates", "plane axis"}:
                 raise ProgramError(
-                    "VP003", "G68.2 takes the axis words of its block; write the other code in a block of its own"
+                    "VP003", f"{name} takes the axis words of its block; write the other code in a block of its own"
                 )
             for letter, column in block.columns.items():
-                if letter not in "XYZIJKFST":
-                    raise ProgramError("VP006", f"G68.2 does not use {letter}", column)
+                if letter not in WORDS_OF_FRAMES[frame_codes[0]] + "FST":
+                    raise ProgramError("VP006", f"{name} does not use {letter}", column)
             return None
         self._drop_axes(block, g)
         return super()._plan(block, g, m)

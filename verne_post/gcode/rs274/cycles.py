@@ -22,7 +22,8 @@ MAX_FASTER_OUT: Final = 9
 _DWELLS: Final = (820, 860, 880, 890)
 _NEEDS_STEP: Final = (730, 830)
 _TAPS: Final = (740, 840)
-_NEEDS_SPINDLE: Final = (*_TAPS, 860, 870, 880)
+_FINE_BORING: Final = 760
+_NEEDS_SPINDLE: Final = (*_TAPS, _FINE_BORING, 860, 870, 880)
 
 
 class CycleCodes:
@@ -32,6 +33,8 @@ class CycleCodes:
         self.core, self.values, self.motion, self.traits = core, values, motion, traits
         self.state, self.recorder = core.state, core.recorder
         self.modes: Modes = core.state.modes
+        #: Where the oriented tool of G76 leaves the wall: "+X" and the like; "" where nobody has said it.
+        self.bore_shift = ""
 
     def execute(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """Execute one block of a canned cycle; ``goes_on`` when the cycle was already active."""
@@ -42,7 +45,8 @@ class CycleCodes:
         self.core.stand(list(start))
         self._check_cycle(block, motion, normal)
         goes_on = goes_on and self.modes.cycle is not None and self.modes.cycle.normal == normal
-        cycle = self._cycle_heights(block, motion, normal, self.modes.cycle if goes_on else None)
+        before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
+        cycle = self._cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle
         repeats = whole(block, "L") if "L" in block.words else 1
         if repeats == 0 and self.traits.stores_without_holes:
@@ -62,6 +66,19 @@ class CycleCodes:
             )
         with state.exact_path():
             self._drill_holes(block, motion, cycle, repeats)
+
+    def _find_kept(self, block: Block, motion: int, normal: int) -> Cycle | None:
+        """What another cycle has left of what this one needs, where the control keeps it until G80; None where nothing is missing."""
+        cycle, words = self.modes.cycle, block.words
+        needs = {
+            "R",
+            AXES[normal],
+            *("Q" if motion in _NEEDS_STEP else ""),
+            *("P" if motion in self.traits.needs_dwell else ""),
+        }
+        if not self.traits.keeps_words or cycle is None or cycle.normal != normal or needs <= set(words):
+            return None
+        return cycle
 
     def _check_cycle(self, block: Block, motion: int, normal: int) -> None:
         state = self.state
@@ -132,6 +149,8 @@ class CycleCodes:
         if motion in self.traits.needs_dwell and dwell is None:
             raise ProgramError("VP005", f"{name} needs P, the dwell at the bottom")
         shift = before.shift if before else None
+        if motion == _FINE_BORING:
+            shift = self._find_way_out(block, step, shift, name)
         changed = before is not None and before.absolute != self.modes.absolute
         if motion == 870 and (shift is None or changed or any(axis in block.words for axis in "IJK")):
             for axis in "IJK":
@@ -230,6 +249,9 @@ class CycleCodes:
         elif motion == 870:
             self._back_bore(block, cycle, retract)
             return
+        elif motion == _FINE_BORING:
+            self._bore_finely(block, cycle, retract)
+            return
         elif motion in _TAPS and self.traits.taps_rigidly:
             self._tap_rigidly(block, motion, cycle)
             self._go(block, rapid, {w: retract})
@@ -296,6 +318,41 @@ class CycleCodes:
                 self._go(block, MoveKind.RAPID, {w: cycle.clear})
             self._go(block, MoveKind.RAPID, {w: depth + PECK_CLEARANCE_MM})
             depth -= step
+
+    def _find_way_out(
+        self, block: Block, step: float | None, before: tuple[float, ...] | None, name: str
+    ) -> tuple[float, ...]:
+        """The way of the oriented tool off the wall, in the plane (mm): I and J, or Q in the direction that the settings file says."""
+        words = block.words
+        if {"I", "J"} & set(words):
+            return self.values.length(words.get("I", 0.0)), self.values.length(words.get("J", 0.0))
+        if before is not None and "Q" not in words:
+            return before
+        if not step or step < 0:
+            raise ProgramError(
+                "VP005", f"{name} needs Q greater than 0, or I and J, the way of the oriented tool off the wall"
+            )
+        if not self.bore_shift:
+            raise block.error(
+                "VP005", f'{name} Q: where the oriented tool leaves the wall is parameter 5148; say [fanuc] bore_shift = "+X", "-X", "+Y" or "-Y" in the '
+                "settings file, or write I and J", "Q",
+            )  # fmt: skip
+        way = -step if self.bore_shift[0] == "-" else step
+        return (way, 0.0) if self.bore_shift[1] == "X" else (0.0, way)
+
+    def _bore_finely(self, block: Block, cycle: Cycle, retract: float) -> None:
+        """G76: in, the spindle stops at an angle, off the wall, out, back over the hole."""
+        position, rapid, backwards = list(self.state.position), MoveKind.RAPID, self.state.spindle_reversed
+        u, v, w, *_ = PLANES[self.state.plane]
+        off = cycle.shift or (0.0, 0.0)
+        self._go(block, MoveKind.FEED, {w: cycle.bottom})
+        if cycle.dwell:
+            self.core.dwell(block, cycle.dwell)
+        self._orient_spindle(block)
+        self._go(block, rapid, {u: position[u] + off[0], v: position[v] + off[1]})
+        self._go(block, rapid, {w: retract})
+        self._go(block, rapid, {u: position[u], v: position[v]})
+        self.core.auxiliary.switch_spindle(block, on=True, backwards=backwards)
 
     def _back_bore(self, block: Block, cycle: Cycle, retract: float) -> None:
         """G87: down beside the hole with the spindle oriented, up and down turning, out beside it again."""

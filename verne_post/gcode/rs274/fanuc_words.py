@@ -66,7 +66,10 @@ class FanucWords:
                 for code in block.codes
                 if code[0] != "G" or round(code[1] * 10) not in self.table.g_groups["motion"]
             ]
-            if 300 in codes and block.words.get("P") == 2.0:
+            if 300 in codes and "P" in block.words:
+                if block.words["P"] != 2.0:
+                    text = f"G30 P{block.words['P']:g}: machine files have the first and the second reference position, G28 and G30 P2"
+                    raise block.error("VP015", text, "P")
                 del block.words["P"], block.columns["P"]
             return motion
         if 530 in codes and motion is None:

@@ -109,6 +109,10 @@ class Rs274(Language):
             return None
         return PlainView(modes.motion, modes.inch, arcs=not modes.absolute_centers, pointed=modes.vectors)
 
+    def find_unfinished(self) -> str | None:
+        """What a program may not end without, in words; None where nothing is open."""
+        return None if self.modes.spline is None else "the end of a spline"
+
     def go_on_after_plain_lines(self, view: PlainView) -> None:
         """Plain lines have been executed, the last of them with a motion."""
         self.modes.motion, self.modes.cycle = view.motion, None
@@ -445,7 +449,8 @@ class Rs274(Language):
         if code in self.table.refused_g:
             raise ProgramError("VP002", f"{g_name(code)} is not executed ({self.table.refused_g[code]})", column)
         if code not in self.table.group_of_g:
-            raise ProgramError("VP002", f"{g_name(code)} is not a code of this language", column)
+            settles = f'[remap] in verne-post.toml can give it a meaning: "{g_name(code)}" = "ignore", or "event"'
+            raise ProgramError("VP002", f"{g_name(code)} is not a code of this language; {settles}", column)
         return code
 
     def _has_user_code(self, block: Block) -> bool:

@@ -56,6 +56,8 @@ class MotionCodes:
         self.core, self.values, self.traits = core, values, traits
         self.setup, self.state, self.recorder = core.setup, core.state, core.recorder
         self.modes: Modes = core.state.modes
+        #: Where lines and arcs go: to the core, or where a language has corners that need the next one.
+        self.draw_line, self.draw_arc = core.line, core.arc
 
     # --- home --------------------------------------------------------------------------------
 
@@ -151,7 +153,7 @@ class MotionCodes:
         if motion in (20, 30):
             self._move_on_arc(block, motion, start, end)
         else:
-            self.core.line(block, kind, end, axes, absolute=self.modes.absolute)
+            self.draw_line(block, kind, end, axes, absolute=self.modes.absolute)
 
     def _check_vector_axes(self, block: Block, axes: list[int], *, machine: bool) -> None:
         """While a tool axis holds, A and C words mean nothing; after it, both must come together."""
@@ -212,7 +214,7 @@ class MotionCodes:
             )
         else:
             raise ProgramError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
-        self.core.arc(block, start, end, arc, self.values.named_axes(block), absolute=self.modes.absolute)
+        self.draw_arc(block, start, end, arc, self.values.named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------
 

@@ -28,6 +28,8 @@ class Traits(Struct, frozen=True, kw_only=True):
         R and the bottom stay at their heights when G90 or G91 changes; else the numbers stay, and are read anew.
     stores_without_holes : bool
         L0 stores the words of a cycle and drills no hole.
+    keeps_words : bool
+        R, the bottom, Q and P hold for other cycles too, until G80.
     taps_rigidly : bool
         G84 and G74 couple the spindle; else they need a floating holder.
     """
@@ -42,4 +44,5 @@ class Traits(Struct, frozen=True, kw_only=True):
     feeds_out_whole: bool = True
     keeps_heights: bool = False
     stores_without_holes: bool = False
+    keeps_words: bool = False
     taps_rigidly: bool = False
