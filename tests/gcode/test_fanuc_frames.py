@@ -178,6 +178,11 @@ def test_cycles(run, text, heights):
         assert [event.kind for event in moves.events if event.line > 4] == ["spindle", "orient", "spindle", "end"]
 
 
+def test_h_alone_is_another_length_while_g43_holds(run):
+    moves = run("H0 G0 X1 / G43 H1 / X2 / H2 / X3 / H0 / X4")
+    assert [moves.frames[i].tool[2] for i in moves.frame[-4:]] == [0.0, 10.0, 25.0, 0.0]
+
+
 def test_g9_stops_once(run):
     modes = [str(one.mode.name) for one in (lambda m: [m.controls[i] for i in m.control])(run("G9 G1 X1 / X2"))]
     assert modes[1] == "EXACT_STOP"

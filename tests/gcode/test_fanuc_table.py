@@ -40,7 +40,7 @@ def read_rows(title):
 @pytest.fixture(scope="module")
 def outcome(machine):
     """Everything that a program does, as comparable values, and its findings."""
-    tools = {number: Tool(number, number, (0.0, 0.0, 80.0, *(0.0,) * 6), 8.0) for number in (1, 2)}
+    tools = {number: Tool(number, number, (0.0, 0.0, 78.0 + 2.0 * number, *(0.0,) * 6), 8.0) for number in (1, 2)}
     systems = dict.fromkeys(("G54", "G55", "G54.1P3"), (0.0, 0.0, 40.0))
     options = Options(tools=tools, dialect="fanuc", tapping="feed", wcs=systems)
 

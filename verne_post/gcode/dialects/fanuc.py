@@ -13,16 +13,14 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.base.units import MM_PER_INCH
-from verne_post.gcode.block import Block, strip_comments
+from verne_post.gcode.block import Block
 from verne_post.gcode.codes import TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.dialect import Dialect, dialect_of_blocks
 from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
-from verne_post.gcode.expressions import ValueReader
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainView
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.corners import CornerQueue
 from verne_post.gcode.rs274.fanuc_codes import (
@@ -52,8 +50,9 @@ from verne_post.gcode.rs274.fanuc_points import (
 )
 from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, prepare_line, read_corner
 from verne_post.gcode.rs274.fanuc_words import FanucWords
-from verne_post.gcode.rs274.interpreter import Call, Rs274
-from verne_post.gcode.rs274.macro_text import read_arguments, read_statement
+from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.macro_calls import find_local_call, find_macro_call, read_macro_call, set_control_variable
+from verne_post.gcode.rs274.macro_text import read_statement
 from verne_post.gcode.rs274.modes import AxisMaps
 from verne_post.gcode.rs274.nurbs import NURBS, NurbsCodes
 from verne_post.gcode.rs274.traits import Traits
@@ -63,21 +62,14 @@ from verne_post.model.control_keys import FanucKeys, read_keys
 from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
-#: Lines that may be statements of custom macros, and those that call one.
+#: Lines that may be statements of custom macros.
 _MACRO: Final = re.compile(
     r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
 )
-_CALL: Final = re.compile(rb"(?<![A-Z])G0*6[56](?![0-9.])", re.IGNORECASE)
 #: What the words of a block do not say: calls, and whether factors have a decimal point.
 _READ: Final = re.compile(rb"(?<![A-Z])G0*(?:6[56]|51)(?![0-9.])", re.IGNORECASE)
 _FACTOR: Final = re.compile(r"(?<![A-Z])[PIJK][ \t]*[-+]?[ \t]*(?:[0-9 \t]*\.|[#\[])", re.IGNORECASE)
 _NO_MAPS: Final = AxisMaps()
-_STRAIGHT_OR_ROUND: Final = (("G", 1.0), ("G", 2.0), ("G", 3.0))
-#: What an alarm and a stop of a program are set by; and settings of the control that are without effect here: clocks, single
-#: block, overrides, mirror images of the operator.
-_ALARM: Final = 3000
-_ALARMS: Final = (_ALARM, 3006)
-_WITHOUT_EFFECT: Final = (3001, 3002, 3003, 3004, 3011, 3012)
 #: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
 _LEFT_OVER: Final = re.compile(r"[^()]*\)")
 
@@ -170,7 +162,8 @@ class FanucInterpreter(Rs274):
         try:
             if "," in text:
                 text, corner = read_corner(text, self.parameters)
-            block = self._read_call(text, line) if _CALL.search(text.encode()) else super().read(text, line)
+            head, arguments = read_macro_call(text, self.parameters, self.keys)
+            block = super().read(head, line)
         except ProgramError as error:
             if nested is None or (error.column or 0) <= nested.end() or not _LEFT_OVER.match(text, nested.end()):
                 raise
@@ -180,7 +173,7 @@ class FanucInterpreter(Rs274):
                 f"nest; what follows is read as words, and there {error.message}",
                 error.column,
             ) from None
-        block.corner = corner
+        block.corner, block.arguments = corner, arguments
         if self.parameters.passed:
             self.recorder.note_once(
                 "VP039", f"{self.parameters.passed} has a variable without a value: the word is passed over, as controls do", line
@@ -199,62 +192,16 @@ class FanucInterpreter(Rs274):
             )
         return block
 
-    def _prepare_corner(self, block: Block) -> None:
-        """Say what corner ends the block; after one, only a line or an arc may come."""
-        if self.corners.waiting is not None and (block.codes or block.words):
-            lonely = not block.settings and not set(block.words) - set("XYZIJKRF") and set(block.words) & set("XYZIJK")
-            if not lonely or any(
-                code[:2] not in (*_STRAIGHT_OR_ROUND, ("G", 90.0), ("G", 91.0)) for code in block.codes
-            ):
-                self.corners.refuse_waiting()
-        self.corners.corner = None
-        if block.corner is not None:
-            letter, size = block.corner
-            motions = [code for code in block.codes if code[:2] in _STRAIGHT_OR_ROUND]
-            if not set(block.words) & set("XYZIJK") or (not motions and self.modes.motion not in (10, 20, 30)):
-                raise ProgramError("VP017", f",{letter} stands after a feed move (G1, G2, G3)")
-            inch = (
-                self.modes.inch
-                if not {20.0, 21.0} & {code[1] for code in block.codes if code[0] == "G"}
-                else ("G", 20.0) in [code[:2] for code in block.codes]
-            )
-            self.corners.corner = letter, size * (MM_PER_INCH if inch else 1.0)
-
-    def _read_call(self, text: str, line: int) -> Block:
-        """A block with G65 or G66: what follows that code are arguments."""
-        characters, places, _comment = strip_comments(text)
-        match = _CALL.search(characters.encode("ascii", "replace"))
-        if match is None:  # it stands in a comment
-            return super().read(text, line)
-        block = super().read(text[: places[match.end()]], line)
-        reader = ValueReader(characters, places, self.parameters)
-        reader.at = match.end()
-        block.arguments = read_arguments(reader)
-        if self.keys.decimal_point == "conventional" and lines_without_point(text[places[match.end()] :].encode()).size:
-            raise ProgramError(
-                "VP007",
-                "arguments of a macro count increments of their own without a decimal point; write it",
-                places[match.end()] + 1,
-            )
-        return block
-
     def set_parameter(self, key: int | str, value: float, column: int) -> None:
-        """Set a variable; #3000 and #3006 stop the program."""
-        line = self.parameters.line
-        if key in _ALARMS and value:
-            comment = strip_comments(self._text)[2]
-            if key == _ALARM:
-                raise ProgramError(
-                    "VP027", f"the program asks to stop: #3000={value:g}{f' ({comment})' if comment else ''}", column
-                )
-            self.recorder.event(line, "message", text=comment or "")
-            self.core.auxiliary.stop(At(line), 0)
-        elif key in _WITHOUT_EFFECT or key in _ALARMS:
-            self.recorder.event(line, "without effect", word=f"#{key}")
-        else:
+        """Set a variable; some of the control stop the program, or have no effect here."""
+        if not set_control_variable(self.core, self.parameters.line, key, value, column, self._text):
             super().set_parameter(key, value, column)
 
-    # --- calls ---------------------------------------------------------------------------------------
+    # --- what holds ----------------------------------------------------------------------------------
+
+    def may_restart(self) -> bool:
+        """As RS274/NGC; not between the blocks of a corner or of a plane."""
+        return super().may_restart() and self.corners.waiting is None and self.planes.given is None
 
     def view_plain_lines(self, *, has_vector: bool) -> PlainView | None:
         """As RS274/NGC, where lines mean no more than their words."""
@@ -278,48 +225,15 @@ class FanucInterpreter(Rs274):
         )
 
     def _execute_call(self, block: Block, m: dict[str, list[int]]) -> None:
-        """M97 P and M99 P lead to block numbers; G65 calls a macro, and G66 calls it after every block that moves."""
-        for code in set(m.get("subprograms", [])) & {97, 99}:
-            column = next(at for letter, number, at in block.codes if letter == "M" and round(number) == code)
-            number = whole(block, "P") if "P" in block.words else None
-            if code == 97 and number is None:
-                raise ProgramError("VP005", "M97 needs P, the number of the block where the subprogram begins", column)
-            repeats = whole(block, "L") if "L" in block.words else 1
-            self.call = Call(f"N{number}", column, repeats, number) if code == 97 else Call(None, column, number=number)
-            return
-        super()._execute_call(block, m)
-
-    def _call_macro(self, block: Block, codes: set[int]) -> None:
-        """What G65, G66 and G67 say; and the call of G66 after a block that moves."""
-        modes = self.modes
-        if codes & {650, 660}:
-            calls, arguments = block.arguments or ({}, {})
-            if "P" not in calls:
-                raise ProgramError("VP005", "G65 and G66 need P, the program number of the macro")
-            column = next(at for letter, number, at in block.codes if letter == "G" and round(number) in (65, 66))
-            words = Block(block.line, words=calls)
-            repeats = whole(words, "L") if "L" in calls else 1
-            call = Call(str(whole(words, "P")), column, repeats, arguments=dict(arguments), keeps=660 in codes)
-            if 650 in codes:
-                self.call = call
-            elif modes.macro is not None:
-                raise ProgramError("VP002", "G66 under G66: one modal macro call holds; write G67 before", column)
-            else:
-                modes.macro = call
-        elif 670 in codes:
-            modes.macro = None
-        elif (
-            modes.macro is not None
-            and self.call is None
-            and modes.motion is not None
-            and set(self.setup.axes) & set(block.words)
-        ):
-            self.call = modes.macro
+        """As RS274/NGC; M97 P and M99 P lead to block numbers."""
+        self.call = find_local_call(block, m.get("subprograms", []))
+        if self.call is None:
+            super()._execute_call(block, m)
 
     def execute(self, block: Block) -> None:
         """Execute one block, in the words of RS274/NGC."""
         self.call = None
-        self._prepare_corner(block)
+        self.corners.prepare(block, self.modes)
         if block.comment is None and not block.settings and self._is_plain() and self.execute_plain_motion(block):
             return
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
@@ -329,6 +243,7 @@ class FanucInterpreter(Rs274):
             self.planes.check_first_motion(block, codes)
         control = self.state.control
         flipped = self.maps.convert(block, codes) if self.modes.maps != _NO_MAPS else None
+        self.words.convert_length(block, codes)
         self.words.convert_times(block, codes)
         self.words.convert_repeats(block, codes)
         modal = self.words.convert_rapids(block, codes)
@@ -342,7 +257,7 @@ class FanucInterpreter(Rs274):
         if 90 in codes:  # G9: exact stop in this block
             self.core.set_path_control(control)
         if self.modes.macro is not None or codes & {650, 660}:
-            self._call_macro(block, codes)
+            self.call = find_macro_call(block, codes, self.modes, self.setup.axes) or self.call
 
     def _g_code(self, number: float, column: int) -> int:
         """The code of a G word; twins of one code are that code."""
@@ -371,6 +286,8 @@ class FanucInterpreter(Rs274):
         super()._set_modes(block, g)
         if "cancel" in g or g.get("motion", 840) not in (740, 840):
             self.modes.stops_after_tapping = False
+        if "tool length" in g:
+            self.modes.length_code = None if g["tool length"] == 490 else g["tool length"]
         if g.get("path control") == 610:  # here the tool stops at the end of every move
             self.core.set_path_control(PathControl(PathMode.EXACT_STOP))
         if "smoothing" in g:

@@ -1,13 +1,22 @@
 """Corners of Fanuc, ``,R`` and ``,C``: a line or an arc waits for the next one, and a rounding or a chamfer comes between them."""
 
+from typing import Final
+
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import Arc
+from verne_post.gcode.block import Block
 from verne_post.gcode.klartext.elements import Element, chamfered_corner, rounded_corner
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.rs274.modes import Modes
 from verne_post.model.moves import FeedMode, MoveKind
+
+#: Codes of blocks beside a corner.
+_MOTIONS: Final = (("G", 1.0), ("G", 2.0), ("G", 3.0))
+_DISTANCES: Final = (("G", 90.0), ("G", 91.0))
 
 
 class Waiting(Struct, frozen=True):
@@ -52,8 +61,22 @@ class CornerQueue:
         feed = self.core.state.feed
         self._add(Element(at.line, list(start), end, MoveKind.FEED, feed, tuple(axes), arc), absolute)
 
-    def refuse_waiting(self) -> None:
-        """Refuse (VP017) anything but a line or an arc after a corner."""
+    def prepare(self, block: Block, modes: Modes) -> None:
+        """Take the corner that ends a block; refuse (VP017) anything but a line or an arc after one."""
+        codes, moves = [code[:2] for code in block.codes], bool(set(block.words) & set("XYZIJK"))
+        if self.waiting is not None and (codes or block.words):
+            alone = not block.settings and not set(block.words) - set("XYZIJKRF")
+            if not (moves and alone and set(codes) <= {*_MOTIONS, *_DISTANCES}):
+                self._refuse_waiting()
+        self.corner = None
+        if block.corner is not None:
+            letter, size = block.corner
+            if not moves or not (set(codes) & set(_MOTIONS) or modes.motion in (10, 20, 30)):
+                raise ProgramError("VP017", f",{letter} stands after a feed move (G1, G2, G3)")
+            inch = ("G", 20.0) in codes or (modes.inch and ("G", 21.0) not in codes)
+            self.corner = letter, size * (MM_PER_INCH if inch else 1.0)
+
+    def _refuse_waiting(self) -> None:
         if self.waiting is not None:
             letter, element, self.waiting = self.waiting.letter, self.waiting.element, None
             raise ProgramError(

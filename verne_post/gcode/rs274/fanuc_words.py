@@ -5,7 +5,7 @@ from typing import Final
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, TAKES_AXES, CodeTable
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.fanuc_codes import ADDITIONAL, SMOOTHING
+from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, SMOOTHING
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.values import whole
 
@@ -56,6 +56,15 @@ class FanucWords:
             number = whole(block, "P")
             if number > 9999 and "L" not in words:
                 words["P"], words["L"], columns["L"] = float(number % 10000), float(number // 10000), columns["P"]
+
+    def convert_length(self, block: Block, codes: set[int]) -> None:
+        """H alone is another length where G43 holds, and none before it; H0 without G43 has no effect."""
+        if "H" not in block.words or codes & {*self.table.g_groups["tool length"], ABOUT_TIP}:
+            return
+        if self.modes.length_code is not None:
+            block.codes.append(("G", self.modes.length_code / 10, block.columns["H"]))
+        elif block.words["H"] == 0.0:
+            del block.words["H"], block.columns["H"]
 
     def convert_rapids(self, block: Block, codes: set[int]) -> int | None:
         """G28, G30 and G53 are rapid moves in themselves; a G0 beside them is only modal. Returns the modal motion after the block."""

@@ -69,7 +69,8 @@ class Statement(Struct, frozen=True):
         value = reader.value(what)
         self.check_end()
         if math.isnan(value) or value != round(value) or value < 0:
-            raise reader.error("VP007", f"{what} {value:g}: the number of a block is whole and not negative", begin)
+            found = "a variable without a value" if math.isnan(value) else f"{value:g}"
+            raise reader.error("VP007", f"{what} {found}: the number of a block is whole and not negative", begin)
         return round(value)
 
     def pass_word(self, *words: str) -> bool:

@@ -14,8 +14,8 @@ from verne_post.model.moves import FeedMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 LOCAL: Final = range(1, 34)
-#: Lost when the control is switched off, and kept.
-_COMMON: Final = (range(100, 200), range(500, 1000))
+#: Up to 199 lost when the control is switched off, and kept; how many there are is an option of the control.
+_COMMON: Final = (range(100, 1000), range(98000, 98500), range(900000, 907400))
 #: Where a block has ended, in the work system: X, Y, Z. Two sets of names; the third of the second is that of the spindle's nose.
 _ENDS: Final = {5001: 0, 5002: 1, 5003: 2, 5041: 0, 5042: 1}
 _MACHINE: Final = range(5021, 5024)
@@ -50,7 +50,7 @@ def set_variable(store: ParameterStore, key: int, value: float) -> None:
     """
     if key not in LOCAL and not any(key in span for span in _COMMON):
         raise ProgramError(
-            "VP025", f"#{key} is a variable of the control itself, which is not set here; programs have #1 to #33, #100 to #199, #500 to #999"
+            "VP025", f"#{key} is a variable of the control itself, which is not set here; programs have #1 to #33, #100 to #999"
         )  # fmt: skip
     if math.isnan(value) and key in LOCAL:
         store.numbered.pop(key, None)
@@ -81,7 +81,7 @@ def read_variable(parameters: Shown, key: int) -> float:
     if value is None:
         raise ProgramError(
             "VP025", f"#{key} is a variable of the control itself, whose value is only known at the machine; programs have #1 to #33, #100 to "
-            "#199, #500 to #999, and some of the control (docs/gcode.md)",
+            "#999, and some of the control (docs/gcode.md)",
         )  # fmt: skip
     return value
 
