@@ -9,7 +9,10 @@ import math
 import numpy as np
 import pytest
 
+from verne_post.app.assemble import machine_setup
+from verne_post.gcode.read import interpret_program
 from verne_post.model.moves import MoveKind
+from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 
 R2 = math.sqrt(2.0)
@@ -213,7 +216,7 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G1 X9 ,C2 / G2 X5 Y5 R9", "VP008", ",C"), ("G1 X9 ,R0 / Y9", "VP007", "greater than 0"), ("G1 X9 ,R2", "VP017", "line or an arc"), ("G1 X9 Z1 ,R2 / Y9", "VP008", "plane"),
     ("G76 Z-3 R2 Q0.2", "VP005", "bore_shift"), ("G76 Z-3 R2", "VP005", "Q greater"), ("G87 Z-3 R2 Q1", "VP002", "G87"), ("G81 Z-3 R2 / G80 / G82 Z-3 P1", "VP005", "R"),
     ("G10 L11 P9 R1", "VP012", "tool 9"), ("G10 L12 P1", "VP005", "R"), ("G10 L14 P1 R1", "VP002", "L14"), ("G91 G30 P3 Z0", "VP015", "P3"), ("G12 I5. F9", "VP002", "G12"),
-    ("G254", "VP002", "G254"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101 X0", "VP002", "G51.1"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
+    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101 X0", "VP002", "G51.1"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
 ])  # fmt: skip
 def test_refusals(view, text, code, part):
     source = "\n".join(["%", "O1", "G21 G90 G17", "G0 X0 Y0 Z0 S500 M3", "F100", *text.split(" / "), "M30", "%"])
@@ -226,6 +229,18 @@ def test_a_program_that_ends_in_a_corner_says_so(view):
     for text in ("G1 X9 ,R2", "G68.2 P2 Q1 X0"):
         findings = view(f"%\nO1\nG0 X0 Y0\nF100\n{text}\n%", dialect="fanuc")[1]
         assert [item.code for item in findings] == ["VP010"]
+
+
+@pytest.mark.parametrize(("a", "c"), [(20.0, 30.0), (-35.0, 100.0), (0.0, 45.0), (0.0, 0.0)])
+def test_a_dynamic_work_offset_counts_along_the_machine_from_the_origin_on_the_table(machine, a, c):
+    options = Options(tool_length=50.0, dialect="fanuc", wcs={"G54": (10.0, -20.0, 60.0)})
+    text = f"%\nO1\nG21 G90 G54\nG43 H1\nG0 X0 Y0 Z0 A{a} C{c}\nG254\nG0 X1 Y2 Z3\nG91 G1 X10 F500\nY10\nZ10\nG90 G255\nG0 X0 Y0 Z0\nM30\n%"
+    moves = interpret_program(text.encode(), machine_setup(machine, options))
+    at = [machine.coordinates.to_machine(moves.end[i], moves.frames[moves.frame[i]])[:3] for i in range(len(moves))]
+    zero = at[0]  # the origin of the part, where the table has carried it
+    ends = [(1, 2, 3), (11, 2, 3), (11, 12, 3), (11, 12, 13), (0, 0, 0)]
+    assert np.array(at[1:]) - zero == pytest.approx(np.array(ends, dtype=float), abs=1e-9)
+    assert not [item for item in moves.findings if item.code == "VP037"]
 
 
 def test_haas_codes_are_shown(run):

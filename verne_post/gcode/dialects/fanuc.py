@@ -32,6 +32,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     NAMES_AXES,
     OF_FRAMES,
     PLANE,
+    TABLE,
     TWINS,
     WORDS_OF_FRAMES,
     make_table,
@@ -221,6 +222,7 @@ class FanucInterpreter(Rs274):
             and modes.macro is None
             and modes.maps == _NO_MAPS
             and not modes.after_turn
+            and not modes.follows_table
             and self.planes.given is None
         )
 
@@ -239,6 +241,8 @@ class FanucInterpreter(Rs274):
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
         if not codes & {PLANE} and (block.codes or block.words):
             self.planes.check_complete()
+        if self.modes.follows_table:
+            self.planes.refuse_turning(block)
         if self.modes.after_turn:
             self.planes.check_first_motion(block, codes)
         control = self.state.control
@@ -271,6 +275,8 @@ class FanucInterpreter(Rs274):
             self.core.set_plane((g["plane"] - 170) // 10)
         if "tilted plane" in g:
             self.planes.set_plane(block, g["tilted plane"])
+        if "dynamic work offset" in g:
+            self.planes.follow_table(block, g["dynamic work offset"] == TABLE)
         if "mirror image" in g:
             self._set_mirror(block, g["mirror image"])
         if "scaling" in g:
@@ -306,8 +312,7 @@ class FanucInterpreter(Rs274):
             self.maps.set_mirror(block, code)
 
     def _system_number(self, block: Block, code: int) -> int:
-        if self.state.frame.feature is not None:
-            raise ProgramError("VP017", "a change of work offset under G68.2; write G69 first")
+        self.planes.refuse_under_plane("a change of work offset")
         if self.modes.maps != _NO_MAPS:
             raise ProgramError(
                 "VP017", "a change of work offset under G51, G51.1 or G16; write G50, G50.1 or G15 first"
@@ -328,8 +333,8 @@ class FanucInterpreter(Rs274):
         self.nurbs.execute(block)
 
     def _execute_non_modal(self, block: Block, code: int) -> None:
-        if code in (100, 520, 920) and self.state.frame.feature is not None:
-            raise ProgramError("VP017", f"{g_name(code)} under G68.2; write G69 first")
+        if code in (100, 520, 920):
+            self.planes.refuse_under_plane(g_name(code))
         if code == 100:
             self.fanuc_offsets.store_offset(block)
         elif code in (520, 920):

@@ -9,6 +9,8 @@ from verne_post.gcode.rs274.nurbs import NURBS
 PLANE, TO_PLANE, PLANE_OFF, ADDITIONAL = 682, 531, 690, 541
 #: G53.6, which turns to the plane about the tip; G68, G68.3; G51, G50, G51.1, G50.1.
 ABOUT_TIP, ROTATION, OF_TOOL, SCALE, SCALE_OFF, MIRROR, MIRROR_OFF = 536, 680, 683, 510, 500, 511, 501
+#: G254, G255 of Haas: the work system turns about its origin with the table, its axes stay those of the machine.
+TABLE, TABLE_OFF = 2540, 2550
 #: Codes that say what words of X, Y, Z mean from there on, and take those of their block.
 OF_FRAMES: Final = (PLANE, ROTATION, OF_TOOL, SCALE, MIRROR)
 #: Words of each.
@@ -32,7 +34,7 @@ LOOK_AHEAD: Final = (1870, 1030)
 ENDS: Final = (401, 670, 130, 131, 970)
 #: Codes that name axes without moving them, and those that take none.
 NAMES_AXES: Final = (51, MIRROR_OFF)
-ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, PLANE_OFF, TO_PLANE, ABOUT_TIP)
+ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
 #: Cycles that mean what they mean in RS274/NGC.
 CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 890)
 
@@ -50,6 +52,7 @@ def make_table() -> CodeTable:
     groups["exact stop"] = (90,)
     groups["tilted plane"] = (PLANE, ROTATION, OF_TOOL, PLANE_OFF)
     groups["plane axis"] = (TO_PLANE, ABOUT_TIP)
+    groups["dynamic work offset"] = (TABLE, TABLE_OFF)
     groups["scaling"], groups["mirror image"] = (SCALE, SCALE_OFF), (MIRROR, MIRROR_OFF)
     groups["polar coordinates"] = (150, 160)
     groups["look-ahead"] = LOOK_AHEAD
@@ -73,7 +76,7 @@ def make_table() -> CodeTable:
         refused_g={
             310: "skip and probing", 370: "automatic tool measurement",
             **dict.fromkeys((120, 1500, 470, 700, 710, 720), "milling cycles, engraving and patterns of Haas; let the CAM system write the moves"),
-            **dict.fromkeys((1000, 1010), "mirror images of Haas; write G51.1"), **dict.fromkeys((2540, 2550), "dynamic work offset of Haas; post with G234"),
+            **dict.fromkeys((1000, 1010), "mirror images of Haas; write G51.1"),
             **dict.fromkeys((681, 684), "tilted planes on planes; write one G68.2"),
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
             661: "a macro call after every block; write G66",

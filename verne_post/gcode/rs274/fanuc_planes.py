@@ -15,8 +15,9 @@ from verne_post.gcode.codes import TAKES_AXES, g_name
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, PLANE_OFF, ROTATION
-from verne_post.gcode.rs274.modes import Modes
+from verne_post.gcode.rs274.modes import AxisMaps, Modes
 from verne_post.gcode.rs274.values import WordValues, whole
+from verne_post.gcode.standing_table import standing_table
 from verne_post.model.control_keys import FanucKeys
 from verne_post.model.moves import Feature, MoveKind
 
@@ -40,7 +41,6 @@ class FanucPlanes:
 
     def set_plane(self, block: Block, code: int) -> None:
         """G68.2: the plane in which the program goes on; G68.3: that of the tool; G68: a turn of coordinates; G69 ends them."""
-        state = self.state
         if code == PLANE_OFF:
             self._end()
             return
@@ -49,8 +49,7 @@ class FanucPlanes:
             self._rotate(block)
             return
         self.recorder.says_tcp = True  # a plane of the part
-        if state.frame.feature is not None:
-            raise ProgramError("VP017", f"{name} under {'G68' if self.modes.turns else 'G68.2'}; write G69 first")
+        self.refuse_under_plane(name)
         if code == OF_TOOL:
             origin, rotation = self._find_plane_of_tool(block)
         else:
@@ -68,7 +67,16 @@ class FanucPlanes:
             missing = ", ".join(f"Q{q}" for q in _SEVERAL[kind] if q not in parts and q)
             raise ProgramError("VP005", f"G68.2 P{kind} is not complete: expected {missing} in blocks of their own")
 
+    def refuse_under_plane(self, what: str) -> None:
+        """Refuse (VP017) what would change the system in which a plane lies."""
+        modes = self.modes
+        if modes.follows_table or self.state.frame.feature is not None:
+            code, end = ("G254", "G255") if modes.follows_table else ("G68" if modes.turns else "G68.2", "G69")
+            raise ProgramError("VP017", f"{what} under {code}; write {end} first")
+
     def _end(self) -> None:
+        if self.modes.follows_table:  # which G255 ends
+            return
         self.core.frames.set_frame(replace(self.state.frame, feature=None))
         if self.modes.turns:
             self.modes.turns, self.modes.after_turn = 0, "G69"
@@ -188,7 +196,7 @@ class FanucPlanes:
         words, state, modes = block.words, self.state, self.modes
         in_space = any(letter in words for letter in "IJK")
         if state.frame.feature is not None and not (modes.turns and in_space and modes.turns < _MOST_TURNS):
-            raise ProgramError("VP017", f"G68 under {'G68' if modes.turns else 'G68.2'}; write G69 first")
+            self.refuse_under_plane("G68")
         if "R" not in words:
             raise ProgramError("VP005", "G68 needs R, the angle")
         u, v, normal, *_ = PLANES[state.plane]
@@ -239,6 +247,35 @@ class FanucPlanes:
             modes.after_turn = ""
 
     # --- the table ---------------------------------------------------------------------------------
+
+    def follow_table(self, block: Block, on: bool) -> None:
+        """G254: X, Y, Z count along the axes of the machine, from the origin of the work system, which the table has carried along."""
+        state, modes = self.state, self.modes
+        if not on:
+            if modes.follows_table:
+                self.core.frames.set_frame(replace(state.frame, feature=None))
+                modes.follows_table = False
+            return
+        self.refuse_under_plane("G254")
+        if modes.maps != AxisMaps():
+            raise ProgramError("VP017", "G254 under G51, G51.1 or G16; end that before")
+        self.core.require_known(block, [3, 5], "G254")
+        if state.tool_axis is not None:
+            self.core.settle_table(block)
+        modes.follows_table = self.recorder.says_tcp = True
+        standing = standing_table(self.setup.coordinates, state.frame, state.position)
+        if standing is not None:
+            self._set_feature(np.zeros(3), np.array(standing.rotation).reshape(3, 3))
+
+    def refuse_turning(self, block: Block) -> None:
+        """Refuse (VP017) that the table turns while the work system follows it."""
+        letter = next((letter for letter in "ABC" if letter in block.words), None)
+        if letter is not None and self.modes.follows_table:
+            raise block.error(
+                "VP017",
+                f"{letter} under G254: the control would compute another work system; write G255 before, and G254 after it",
+                letter,
+            )
 
     def turn_to_plane(self, block: Block, code: int) -> None:
         """G53.1, G53.6: turn the table so that the tool stands upright on the plane; the tip stays where it is on the part."""

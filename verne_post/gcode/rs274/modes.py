@@ -113,6 +113,8 @@ class Modes(Struct):
     macro: Any = None  # Call
     #: Fanuc's wear of tools by number: what G10 L11 and L13 have added to length and radius, mm.
     wear: dict[int, tuple[float, float]] = field(default_factory=dict)
+    #: G254 of Haas holds.
+    follows_table: bool = False
     #: Fanuc's G43, G43.4 or G43.5, which holds; None: G49.
     length_code: int | None = None
     #: Fanuc's G51, G51.1, G16.
