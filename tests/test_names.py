@@ -12,12 +12,12 @@ LEFT_TO_RENAME = Path(__file__).with_name("names_to_come.txt")
 
 #: What a function may do. A predicate begins with the verb of its sentence: is, has, can.
 WORDS = """
-add address adjust agrees align allow amend apply approach are arrive assemble assign assume average begin bind blend bound
+add address adjust agrees align allow amend apply approach are arrive assemble assign assume average begin bind blend bore bound
 bracket break build calibrate call can carry change check choose claim classify clean climb close collect combine
 compare compensate compile complete compute connect convert copy correct count cross cut decode decorate define depart
 depends derive describe differ differentiate displace disturb divide draw drill drop echo emit encode end enter escape
 estimate evaluate exchange execute exists expand expect explain extend fair fetch fill find finish fit fits fix
-flatten flush follow follows forget fork format freeze get give go group guard halve happens has hold holds identify
+flatten flip flips flush follow follows forget fork format freeze get give go group guard halve happens has hold holds identify
 ignore improve index initialise insert interpolate interpret intersect invoke is iterate join judge jump keep know label
 lay lead leave lies lift linearise list load locate lock lose lower make map mark match may measure meet meets merge
 mill minimise mirror move multiply name need nest normalise normalize note number open order orient pack pad paint

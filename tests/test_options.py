@@ -225,6 +225,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "parameter_units": words("mm", "inch"),
     "remap": remapped,
     "control": controls,
+    "tapping": words("refuse", "feed"),
     "max_repeats": number(0, math.inf, whole=True),
     "max_megabytes": number(1, math.inf, whole=True),
     "max_rows": number(2, math.inf, whole=True),

@@ -24,7 +24,7 @@ EXAMPLES = {
     "FOR": "FOR R1=1 TO 2\nENDFOR", "ENDFOR": "FOR R1=1 TO 2\nENDFOR", "WHILE": "WHILE 0\nENDWHILE", "ENDWHILE": "WHILE R1<2\nR1=R1+1\nENDWHILE", "LOOP": "LOOP\nGOTOF A9\nENDLOOP\nA9:",
     "ENDLOOP": "LOOP\nR1=R1+1\nIF R1>2 GOTOF A9\nENDLOOP\nA9:", "REPEAT": "REPEAT\nUNTIL 1", "UNTIL": "REPEAT\nUNTIL 1", "REPEATB": "A9: X=IC(1)\nREPEATB A9", "DEF": "DEF REAL A9", "RET": "RET", "M17": "M17",
     "PROC": "L5\nM30\n%_N_L5_SPF\nPROC L5\nX1", "EXTCALL": "EXTCALL \"L5\"\nM30\n%_N_L5_SPF\nX1", "MCALL": "MCALL CYCLE81(20,0,2,-5)\nX1\nMCALL", "MSG": "MSG(\"a\")", "SETAL": "SETAL(62000)",
-    "CYCLE840": "CYCLE840(20,0,2,-5)", "CYCLE85": "CYCLE85(20,0,2,-5,,0,50,50)", "HOLES1": "HOLES1(0,0,0,1,1,2)", "HOLES2": "HOLES2(0,0,5,0,0,2)", "CYCLE801": "CYCLE801(0,0,0,1,1,2,2)",
+    "CYCLE840": "CYCLE840(20,0,2,-5)", "CYCLE84": "CYCLE84(20,0,2,-5,,,5,,1,0,300)", "CYCLE85": "CYCLE85(20,0,2,-5,,0,50,50)", "HOLES1": "HOLES1(0,0,0,1,1,2)", "HOLES2": "HOLES2(0,0,5,0,0,2)", "CYCLE801": "CYCLE801(0,0,0,1,1,2,2)",
     "WORKPIECE": "WORKPIECE(,\"\",,\"BOX\",112,0,-20,-80,-50,-35,100,100)", "CYCLE800": "CYCLE800()", "CYCLE832": "CYCLE832(0.1,1)", **{name: f"{name}(20,0,2,-5)" for name in ("CYCLE81", "CYCLE82", "CYCLE83", "CYCLE86", "CYCLE89")},
 }  # fmt: skip
 EXECUTED = sorted(
@@ -71,7 +71,7 @@ def test_no_word_is_in_two_tables():
 @pytest.mark.parametrize("word", [word for word in EXECUTED if not re.fullmatch("G5[1-9].", word) or word < "G558"])
 def test_executed_words_are_executed(view, word):
     program = EXAMPLES.get(word, word)
-    moves, errors = view(f"{HEAD}{program}\nM30", dialect="siemens")
+    moves, errors = view(f"{HEAD}{program}\nM30", dialect="siemens", tapping="feed")
     assert errors == ()
     assert not [
         event for event in moves.events if event.kind == "without effect" and word not in ("CYCLE832", "CUTMOD")

@@ -4,9 +4,10 @@ Blanks may stand anywhere outside comments, letter case means nothing, a number 
 digits and at most one point; there is no exponent.
 """
 
+import math
 import re
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct, field
 
@@ -103,7 +104,9 @@ class Block(At):
     ``codes`` are G and M words as ("G", number, column); ``words`` maps other letters to numbers; ``settings`` are the
     parameters that the block sets, with their columns. A column below 0 is minus the number of the word in its line: see
     :func:`~verne_post.gcode.templates.word_columns`. ``polar`` are the words ``@`` and ``^``, once X and Y stand in
-    their place.
+    their place. ``macro`` is a statement of a custom macro, which says where the program goes on;
+    ``corner`` is the letter and the size of a corner at the end of a move (``,R5``);
+    ``arguments`` are P and L, and the local variables, of a macro that the block calls.
     """
 
     codes: list[tuple[str, float, int]] = field(default_factory=list)
@@ -112,6 +115,9 @@ class Block(At):
     comment: str | None = None
     polar: dict[str, float] = field(default_factory=dict)
     o: OWord | None = None
+    macro: Any = None  # Statement
+    corner: tuple[str, float] | None = None
+    arguments: "tuple[dict[str, float], dict[int, float]] | None" = None
 
 
 def block_of_words(letters: str, values: list[float], line: int) -> Block | None:
@@ -154,7 +160,7 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
 def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
     """As :func:`read_block`, word by word: the only reader that reports errors."""
     block = Block(line)
-    characters, places, block.comment = _strip_comments(text)
+    characters, places, block.comment = strip_comments(text)
     reader = ValueReader(characters, places, values)
     first, slash, numbered = True, False, False
     while reader.at < len(characters):
@@ -179,6 +185,9 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
             return block
         elif character in WORD_LETTERS or character in POLAR:
             number = reader.read_word(character)
+            if math.isnan(number):  # a vacant variable of Fanuc
+                first = numbered = False
+                continue
             if character in "GM":
                 block.codes.append((character, number, reader.column(at)))
             elif character in block.words:
@@ -187,17 +196,23 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
                 block.words[character] = number
                 block.columns[character] = reader.column(at)
         elif character == "#" and values is not None:
-            key = reader.read_key()
-            if characters[reader.at : reader.at + 1] != "=":
-                raise reader.error(
-                    "VP001", f"{shown_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at
-                )
-            reader.at += 1
-            block.settings.append((key, reader.read_assigned(f"{shown_key(key)}="), reader.column(at)))
+            block.settings.append(read_setting(reader))
         else:
             raise reader.error("VP001", _describe_strange(character, first), at)
         first = numbered = False
     return block
+
+
+def read_setting(reader: ValueReader) -> tuple[Key, float, int]:
+    """What follows the ``#`` of a parameter that is set: its key, the value, the column of the ``#``."""
+    at = reader.at - 1
+    key = reader.read_key()
+    if reader.characters[reader.at : reader.at + 1] != "=":
+        raise reader.error(
+            "VP001", f"{shown_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at
+        )
+    reader.at += 1
+    return key, reader.read_assigned(f"{shown_key(key)}="), reader.column(at)
 
 
 def _read_o_word(reader: ValueReader) -> OWord:
@@ -272,7 +287,7 @@ def _describe_strange(character: str, first: bool) -> str:
 
 
 @lru_cache(maxsize=_KEPT_LINES)
-def _strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
+def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
     """The line in upper case without blanks, a comment as one ``(``; the place of each character and of the end; the comment.
 
     Only the last comment counts, and only one in parentheses can be a message.

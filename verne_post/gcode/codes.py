@@ -13,7 +13,7 @@ from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError
 
 #: Canned cycles.
-CYCLES: Final = (730, 740, 810, 820, 830, 840, 850, 860, 870, 880, 890)
+CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890)
 #: M codes with which LinuxCNC's examples of switchable kinematics select one, and what it is there.
 _KINEMATICS: Final = {428: "tcp on", 429: "tcp off", 430: "tcp off"}
 #: Non-modal codes that take the axis words of the block away from the motion.
@@ -85,7 +85,7 @@ RS274: Final = CodeTable(
     g_groups={
         "non-modal": (40, 100, 280, 281, 300, 301, 520, 920, 921, 922, 923),
         "machine coordinates": (530,),
-        "motion": (0, 10, 20, 30, 50, 51, 52, 53, *CYCLES),
+        "motion": (0, 10, 20, 30, 50, 51, 52, 53, *(code for code in CYCLES if code != 760)),
         "cancel": (800,),
         "plane": (170, 180, 190),
         "distance": (900, 910),

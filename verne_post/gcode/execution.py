@@ -263,13 +263,21 @@ def _execute_block(flow: Flow, block: Block, line: int, recovery: Recovery | Non
     if block.o is not None:
         flow.step(block)
         return []
+    if block.macro is not None:
+        flow.macros.step(block.macro, line)
+        return []
     block.line = flow.shown_line or line
     if recovery is None:
         interpreter.execute(block)
     else:
         errors = recovery.execute(block)
     if interpreter.call is not None and not interpreter.ended:
-        flow.follow(interpreter.call, line)
+        try:
+            flow.follow(interpreter.call, line)
+        except ProgramError as error:
+            if recovery is None:
+                raise
+            errors.append(error)
     return errors
 
 
@@ -277,8 +285,8 @@ def _end_text(execution: Execution, flow: Flow) -> None:
     """The text ends without M2 or M30: an error but for a pair of %."""
     text = flow.text
     percent = text.opening is not None
-    if flow.interpreter.modes.spline is not None:
-        what = "the text ends before the end of a spline"
+    if (unfinished := flow.interpreter.find_unfinished()) is not None:
+        what = f"the text ends before {unfinished}"
     elif flow.in_call:
         what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
     elif text.closing is not None or flow.interpreter.ends_with_text:

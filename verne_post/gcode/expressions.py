@@ -41,7 +41,10 @@ class Values(Protocol):
         """Fanuc's rules: to how many steps of a unit ROUND rounds in the word of a letter; None where controls differ."""
 
     def value(self, key: Key) -> float:
-        """Value of a parameter; raises ProgramError (VP025) for one that has none."""
+        """Value of a parameter; raises ProgramError (VP025) for one that has none. Not a number: a vacant variable of Fanuc."""
+
+    def pass_word(self, letter: str) -> None:
+        """Fanuc's rules: the word of a letter has a vacant variable, and is passed over."""
 
     def exists(self, key: Key) -> bool:
         """True for a named parameter that has a value, and for a number that parameters have."""
@@ -71,6 +74,8 @@ class ValueReader:
         self.characters, self.places, self.values = characters, places, values
         self.at = 0
         self._depth = 0
+        #: Operators of the expression at hand, in the bracket at hand.
+        self._operators: set[str] = set()
         #: Steps of a unit to which ROUND rounds at this place; None where that is not known.
         self._steps: int | None = 1
 
@@ -98,6 +103,9 @@ class ValueReader:
             self._steps = self.values.steps_of_word(letter)
         value = self.value(letter)
         self._steps = 1
+        if math.isnan(value):
+            assert self.values is not None
+            self.values.pass_word(letter)
         if abs(value) > bound:
             raise self.error("VP007", f"{letter}{value:g}: the number is beyond any machine", begin)
         return value
@@ -118,15 +126,17 @@ class ValueReader:
             value = self.value(owner)
             return -value if first == "-" else value
         if first and (match := _LETTERS.match(characters, begin)) is not None:
-            name = next((name for name in FUNCTIONS_LONGEST_FIRST if match.group().startswith(name)), None)
+            names = MACRO_LONGEST_FIRST if self._is_macro else FUNCTIONS_LONGEST_FIRST
+            name = next((name for name in names if match.group().startswith(name)), None)
             if name is not None:
                 self.at += len(name)
-                return self._finite(self._function(name, begin), begin)
+                return self._finite(self._function(SHORT_NAMES.get(name, name), begin), begin)
         shown = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
         raise self.error("VP001", f"{owner} needs a number, found {shown}", begin)
 
     def read_assigned(self, owner: str) -> float:
         """The value after ``=``."""
+        self._operators = set()
         return self._binary(1) if self._is_macro else self.read_word(owner, math.inf)
 
     def read_bracket(self) -> float:
@@ -134,12 +144,19 @@ class ValueReader:
         begin = self.at
         if self.characters[begin : begin + 1] != "[":
             raise self.error("VP001", "expected '['", begin)
+        value = self._read_until("]", begin)
+        self.at += 1
+        return value
+
+    def _read_until(self, ends: str, begin: int) -> float:
+        """The expression after the character at ``at``, up to one that ends it."""
         self._deeper(begin)
         self.at += 1
+        outside, self._operators = self._operators, set()
         value = self._binary(1)
-        if self.characters[self.at : self.at + 1] != "]":
-            raise self.error("VP001", "expected an operator or ']'", self.at)
-        self.at += 1
+        self._operators = outside
+        if self.characters[self.at : self.at + 1] not in tuple(ends):
+            raise self.error("VP001", f"expected an operator or {' or '.join(map(repr, ends))}", self.at)
         self._depth -= 1
         return value
 
@@ -158,6 +175,8 @@ class ValueReader:
         value = self.value("#")
         self._steps = steps
         self._depth -= 1
+        if math.isnan(value):
+            raise self.error("VP025", "the index of a variable is itself one without a value", begin)
         index = round(value)
         if abs(value - index) > WHOLE_NUMBER:
             raise self.error("VP025", f"#{value:g}: the index of a parameter is a whole number", begin)
@@ -180,7 +199,7 @@ class ValueReader:
             raise self.error("VP001", f"more than {MAX_NESTING} brackets or # inside each other", begin)
 
     def _finite(self, value: float, begin: int) -> float:
-        if not math.isfinite(value):
+        if not math.isfinite(value) and not (self._is_macro and math.isnan(value)):
             raise self.error("VP007", "the value is not finite", begin)
         return value
 
@@ -188,19 +207,16 @@ class ValueReader:
         left = self.value("an expression")
         while True:
             match = OPERATOR.match(self.characters, self.at)
-            if match is None or PRECEDENCE[match.group()] < least:
+            precedence = MACRO_PRECEDENCE if self._is_macro else PRECEDENCE
+            if match is None or precedence[match.group()] < least:
                 return left
             begin, self.at = self.at, match.end()
-            right = self._binary(PRECEDENCE[match.group()] + 1)
+            right = self._binary(precedence[match.group()] + 1)
             left = self._finite(self._apply(match.group(), left, right, begin), begin)
 
     def _apply(self, operator: str, left: float, right: float, begin: int) -> float:
         if self._is_macro:
-            if operator in ("AND", "OR", "XOR"):
-                text = f"{operator}: on Fanuc controls this works on bits, which is not executed"
-                raise self.error("VP002", text, begin)
-            if operator == "MOD":  # of whole numbers, with the sign of the first
-                left, right = _round(left), _round(right)
+            left, right = self._prepare_operands(operator, left, right, begin)
         if operator in ("/", "MOD") and right == 0:
             raise self.error("VP007", f"{left:g} {operator} {right:g}: division by zero", begin)
         if operator == "**" and left < 0 and right != int(right):
@@ -212,18 +228,60 @@ class ValueReader:
         except OverflowError:
             return math.inf
 
+    def _prepare_operands(self, operator: str, left: float, right: float, begin: int) -> tuple[float, float]:
+        """Operands as custom macros take them: a vacant variable is 0 but for EQ and NE, MOD takes whole numbers."""
+        self._operators.add(operator)
+        if self._operators & set(_OF_BITS) and self._operators - set(_OF_BITS):
+            text = (
+                f"{operator}: controls differ in what comes first of AND, OR, XOR and other operators; write brackets"
+            )
+            raise self.error("VP002", text, begin)
+        if operator in ("EQ", "NE") and (math.isnan(left) or math.isnan(right)):  # equal only to another vacant one
+            return (0.0, 0.0) if math.isnan(left) and math.isnan(right) else (0.0, 1.0)
+        left, right = (0.0 if math.isnan(value) else value for value in (left, right))
+        if operator in _OF_BITS and not all(value >= 0 and value == round(value) < MAX_BITS for value in (left, right)):
+            raise self.error(
+                "VP007", f"{left:g} {operator} {right:g}: numbers of bits are whole, from 0 to 4294967295", begin
+            )
+        return (_round(left), _round(right)) if operator == "MOD" else (left, right)
+
     def _function(self, name: str, begin: int) -> float:
         if self.characters[self.at : self.at + 1] != "[":
             raise self.error("VP001", f"{name} needs its argument in brackets: {name}[...]", self.at)
         if name == "EXISTS":
             return self._exists()
+        if self._is_macro:
+            return self._call_macro_function(name, begin)
         argument = self.read_bracket()
         if name == "ATAN":
             if self.characters[self.at : self.at + 1] != "/":
                 raise self.error("VP001", "ATAN has two arguments: ATAN[y]/[x]", self.at)
             self.at += 1
-            angle = math.degrees(math.atan2(argument, self.read_bracket()))
-            return _turned_up(angle) if self._is_macro else angle
+            return math.degrees(math.atan2(argument, self.read_bracket()))
+        return self._call(name, argument, begin)
+
+    def _call_macro_function(self, name: str, begin: int) -> float:
+        """A function of custom macros: ATAN and POW have two arguments, a vacant variable is 0."""
+        opening = self.at
+        argument, other = self._read_until(",]", opening), None
+        argument = 0.0 if math.isnan(argument) else argument
+        if self.characters[self.at] == ",":
+            other = self._read_until("]", self.at)
+        self.at += 1
+        if name == "ATAN" and self.characters[self.at : self.at + 2] == "/[" and other is None:
+            self.at += 1
+            other = self.read_bracket()
+        if (other is not None and name not in ("ATAN", "POW")) or (other is None and name == "POW"):
+            raise self.error("VP001", f"{name} has {'two arguments' if name == 'POW' else 'one argument'}", opening)
+        if other is None:
+            return math.degrees(math.atan(argument)) if name == "ATAN" else self._call(name, argument, begin)
+        other = 0.0 if math.isnan(other) else other
+        if name == "POW":
+            return self._apply("**", argument, other, begin)
+        return _turned_up(math.degrees(math.atan2(argument, other)))
+
+    def _call(self, name: str, argument: float, begin: int) -> float:
+        """A function of one argument; ROUND of custom macros rounds to the step of its word."""
         allowed, what = DOMAIN.get(name, (None, ""))
         if allowed is not None and not allowed(argument):
             raise self.error("VP007", f"{name}[{argument:g}]: {what}", begin)
@@ -291,18 +349,40 @@ FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
     "SQRT": math.sqrt,
     "TAN": lambda x: math.tan(math.radians(x)),
 }
+_OF_BITS: Final = ("AND", "OR", "XOR")
+#: Numbers of bits are below this.
+MAX_BITS: Final = 1 << 32
+#: Custom macros: AND binds as a product, OR and XOR as sums.
+MACRO_PRECEDENCE: Final = PRECEDENCE | {"AND": 4, "OR": 3, "XOR": 3}
+#: Other names of functions of custom macros.
+SHORT_NAMES: Final = {
+    "AB": "ABS", "AC": "ACOS", "AS": "ASIN", "AT": "ATAN", "ATN": "ATAN", "BC": "BCD", "BI": "BIN", "CO": "COS", "EX": "EXP",
+    "FI": "FIX", "FU": "FUP", "PO": "POW", "RND": "ROUND", "RO": "ROUND", "SI": "SIN", "SQ": "SQRT", "SQR": "SQRT", "TA": "TAN",
+}  # fmt: skip
 #: Fanuc's custom macros: MOD has the sign of the first number, FIX goes towards zero and FUP away from it, angles of ASIN are
 #: 270 to 360 where RS274/NGC has them below 0, and those of ATAN 0 to 360 (parameter 6004, NAT, as delivered).
-MACRO_OPERATORS: Final[dict[str, Callable[[float, float], float]]] = OPERATORS | {"MOD": math.fmod}
-MACRO_FUNCTIONS: Final = FUNCTIONS | {
+MACRO_OPERATORS: Final[dict[str, Callable[[float, float], float]]] = {
+    **OPERATORS, "MOD": math.fmod, "AND": lambda a, b: int(a) & int(b), "OR": lambda a, b: int(a) | int(b), "XOR": lambda a, b: int(a) ^ int(b),
+}  # fmt: skip
+MACRO_FUNCTIONS: Final[dict[str, Callable[[float], float]]] = FUNCTIONS | {
     "ASIN": lambda x: _turned_up(math.degrees(math.asin(x))),
+    "BCD": lambda x: float(int(f"{x:.0f}", 16)),
+    "BIN": lambda x: float(f"{round(x):x}"),
     "FIX": lambda x: math.floor(x) if x >= 0 else math.ceil(x),
     "FUP": lambda x: math.ceil(x) if x >= 0 else math.floor(x),
 }
 FUNCTIONS_LONGEST_FIRST: Final = sorted([*FUNCTIONS, "ATAN", "EXISTS"], key=len, reverse=True)
+MACRO_LONGEST_FIRST: Final = sorted(
+    [*FUNCTIONS_LONGEST_FIRST, "BCD", "BIN", "POW", *SHORT_NAMES], key=len, reverse=True
+)
 DOMAIN: Final[dict[str, tuple[Callable[[float], bool], str]]] = {
     "ACOS": (lambda x: abs(x) <= 1, "the argument lies between -1 and 1"),
     "ASIN": (lambda x: abs(x) <= 1, "the argument lies between -1 and 1"),
+    "BCD": (lambda x: x == math.floor(x) and 0 <= x < 1e8, "the argument is whole, from 0 to 99999999"),
+    "BIN": (
+        lambda x: x == math.floor(x) and 0 <= x < 1e10 and f"{int(x):x}".isdecimal(),
+        "the argument is a number of decimal digits in four bits each",
+    ),
     "LN": (lambda x: x > 0, "the argument is greater than zero"),
     "SQRT": (lambda x: x >= 0, "the argument is not negative"),
 }

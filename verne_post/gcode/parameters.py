@@ -4,6 +4,7 @@ Numbers and names as LinuxCNC has them (docs/gcode.md). Lengths in 5161 to 5413 
 parameter file, those of 5420 to 5428 and of the named positions in the unit of the program.
 """
 
+import math
 from collections.abc import Callable
 from typing import Final
 
@@ -17,6 +18,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import check_measured
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.macro_variables import read_variable, set_variable
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.setup import Setup
 from verne_post.model.moves import AXES, ZERO9, FeedMode, Frame
@@ -27,8 +29,6 @@ LOCAL_INDICES: Final = range(1, 31)
 _HOME, _HOME2, _G92, _ORIGINS = 5161, 5181, 5211, 5221
 _TOOL, _TOOL_LENGTH, _POSITION = 5400, 5403, 5420
 _LINEAR: Final = (0, 1, 2, 6, 7, 8)
-#: Variables of custom macros: local, common, kept.
-_MACRO_VARIABLES: Final = (range(1, 34), range(100, 200), range(500, 1000))
 #: Letters of lengths, of angles, and of whole numbers, for ROUND of custom macros.
 _LENGTHS, _ANGLES, _WHOLE = frozenset("XYZUVWIJKRQ"), frozenset("ABC"), frozenset("GMNOPHDSTL")
 
@@ -36,13 +36,15 @@ _LENGTHS, _ANGLES, _WHOLE = frozenset("XYZUVWIJKRQ"), frozenset("ABC"), frozense
 class Parameters:
     """The parameters of one interpretation; implements :class:`~verne_post.gcode.expressions.Values`.
 
-    ``line`` is the block that is being read; ``custom_macro``: expressions are Fanuc's.
+    ``line`` is the block that is being read; ``custom_macro``: expressions are Fanuc's, and ``passed`` is the letter of a word
+    that has been passed over, with a vacant variable.
     """
 
     def __init__(self, setup: Setup, state: State, *, custom_macro: bool = False) -> None:
         self.setup, self.state, self.custom_macro = setup, state, custom_macro
         self.modes: Modes = state.modes
         self.line = 0
+        self.passed = ""
 
     # --- reading ------------------------------------------------------------------------------
 
@@ -56,10 +58,10 @@ class Parameters:
         """
         if isinstance(key, str):
             return self._named(key)
+        if self.custom_macro:
+            return read_variable(self, key)
         if not 1 <= key <= MAX_PARAMETER:
             raise ProgramError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_PARAMETER}")
-        if self.custom_macro:
-            return self._macro_variable(key)
         if 5161 <= key <= 5428:
             return self._numbered_state(key)
         if 5021 <= key <= 5029 or 5081 <= key <= 5089:
@@ -75,20 +77,9 @@ class Parameters:
             return 10_000 if self.modes.inch else 1000
         return 1000 if letter in _ANGLES else 1 if letter in _WHOLE else None
 
-    def _macro_variable(self, key: int) -> float:
-        """A variable of a custom macro: those of the control itself are not known, a vacant one is no number."""
-        self._check_macro_variable(key)
-        if key not in self.state.store.numbered:
-            raise ProgramError("VP025", f"#{key} has no value: the control would pass over its word; set it first")
-        return self.state.store.numbered[key]
-
-    @staticmethod
-    def _check_macro_variable(key: int) -> None:
-        if not any(key in span for span in _MACRO_VARIABLES):
-            raise ProgramError(
-                "VP025",
-                f"#{key} is a variable of the control itself; programs have #1 to #33, #100 to #199, #500 to #999",
-            )
+    def pass_word(self, letter: str) -> None:
+        """The word of a letter has a vacant variable."""
+        self.passed = letter
 
     def exists(self, key: Key) -> bool:
         """True for a named parameter that has a value, and for a number that parameters have."""
@@ -111,7 +102,7 @@ class Parameters:
 
     def _numbered_state(self, key: int) -> float:
         if _POSITION <= key <= 5428:
-            return self.position(key - _POSITION)
+            return self.find_position(key - _POSITION)
         state, store = self.state, self.state.store
         for first, point in ((_HOME, state.home), (_HOME2, state.home2)):
             if first <= key < first + 9:
@@ -142,7 +133,7 @@ class Parameters:
             return self._in_file(0, tool.diameter) if tool and key == 5410 else 0.0
         return store.numbered.get(key, 0.0)
 
-    def position(self, axis: int) -> float:
+    def find_position(self, axis: int) -> float:
         """Position in the program, in the unit of the program."""
         if not self.state.is_known(axis):
             raise ProgramError(
@@ -150,9 +141,9 @@ class Parameters:
             )
         return self._in_program(axis, self.state.position[axis])
 
-    def machine_position(self, axis: int) -> float:
+    def find_machine_position(self, axis: int) -> float:
         """Position of the machine, in the unit of the program."""
-        self.position(axis)
+        self.find_position(axis)
         state = self.state
         return self._in_program(
             axis, float(self.setup.coordinates.to_machine(np.array(state.position), state.frame)[axis])
@@ -180,10 +171,11 @@ class Parameters:
                 raise ProgramError("VP025", f"{shown_key(key)} shows a state and cannot be set")
             (store.named if key.startswith("_") else store.local[-1])[key] = value
             return
+        if self.custom_macro:
+            set_variable(store, key, value)
+            return
         if not 1 <= key <= MAX_PARAMETER:
             raise ProgramError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_PARAMETER}")
-        if self.custom_macro:
-            self._check_macro_variable(key)
         if key in (5210, ACTIVE_SYSTEM) or _TOOL <= key <= 5428 or 5021 <= key <= 5029 or 5081 <= key <= 5089:
             raise ProgramError("VP025", f"#{key} shows a state and cannot be set")
         if _HOME <= key < _HOME + 9:
@@ -208,7 +200,8 @@ class Parameters:
     def persistent(self) -> dict[int, float]:
         """What a parameter file keeps: home positions, G92, the active system, all work systems, and what it had before."""
         state = self.state
-        kept = {index: self.value(index) for index in self.setup.parameters}
+        found = {index: self.value(index) for index in self.setup.parameters}
+        kept = {index: value for index, value in found.items() if not math.isnan(value)}  # nor a vacant variable
         for first, point in ((_HOME, state.home), (_HOME2, state.home2), (_G92, state.g92_stored)):
             for axis, value in enumerate(point or ()):
                 if np.isfinite(value):
@@ -231,8 +224,8 @@ _Shown = Callable[[Parameters], float]
 def _position_names() -> dict[str, _Shown]:
     shown: dict[str, _Shown] = {}
     for axis, letter in enumerate(AXES.lower()):
-        shown[f"_{letter}"] = lambda p, axis=axis: p.position(axis)  # type: ignore[misc]
-        shown[f"_abs_{letter}"] = lambda p, axis=axis: p.machine_position(axis)  # type: ignore[misc]
+        shown[f"_{letter}"] = lambda p, axis=axis: p.find_position(axis)  # type: ignore[misc]
+        shown[f"_abs_{letter}"] = lambda p, axis=axis: p.find_machine_position(axis)  # type: ignore[misc]
     return shown
 
 

@@ -302,6 +302,11 @@ class Recorder(Struct):
             if before is None else dataclasses.replace(before, count=before.count + 1)
         )  # fmt: skip
 
+    def note_once(self, code: str, message: str, line: int) -> None:
+        """Record a warning at the first place alone."""
+        if not any(item.code == code and item.message == message for item in self.warnings.values()):
+            self.warn(code, message, line, None)
+
     def _flush(self, count: int) -> None:
         """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""
         rows, places = self.rows[:count], self.places[:count]

@@ -32,6 +32,8 @@ class TextOptions(Struct, frozen=True, kw_only=True):
         Of the program's file, whose ending may say the dialect.
     control : mapping
         Keys of controls by dialect: what builders of machines choose ([siemens] of the settings file).
+    tapping : str
+        "refuse" or "feed": what rigid tapping is.
     """
 
     block_delete: bool = False
@@ -43,6 +45,7 @@ class TextOptions(Struct, frozen=True, kw_only=True):
     dialect: str = "auto"
     source_name: str = ""
     control: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
+    tapping: str = "refuse"
 
 
 class Setup(TextOptions, frozen=True, kw_only=True):

@@ -302,6 +302,22 @@ CODES: Final[dict[str, Code]] = _make_table(
         "its place of the part: it moves axes that the block does not name. A control without tool-centre-point control lets them stand.",
         "Name X, Y and Z in the block, or turn the table with G53; in a Fanuc program (--dialect fanuc) the axes stand.",
     ),
+    (
+        "VP047",
+        "tapping as feed moves",
+        "warning",
+        "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest and full speed, and at an override, "
+        "the axis is slower than that: only a spindle that follows the axis cuts the thread.",
+        "Let the control couple the spindle to the axis from the event at the beginning of the first move to that at the end of the last.",
+    ),
+    (
+        "VP048",
+        "rigid tapping needs a choice",
+        "error",
+        "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how far the spindle has turned.",
+        "Where the control that executes the setpoints couples the spindle to the axis, give --tapping feed; else tap with a floating "
+        "holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a program of its own.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

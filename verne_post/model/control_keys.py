@@ -9,7 +9,8 @@ from msgspec import Struct, field
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
-    "decimal_point": ("", "calculator", "conventional"),
+    "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"),
+    "bore_shift": ("", "+X", "-X", "+Y", "-Y"),
 }  # fmt: skip
 
 
@@ -76,10 +77,17 @@ class FanucKeys(Struct, frozen=True):
     decimal_point : str
         What a word without a decimal point is: "calculator", X20 is 20 mm; "conventional", X20 is 20 least input increments,
         0.02 mm. Empty: as calculator, with a warning where a program has both.
+    roll_pitch_yaw : str
+        G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns before have left ("moving").
+        Empty: several angles are refused where that differs.
+    bore_shift : str
+        Where the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y", "-Y". Empty: Q is refused.
     """
 
     inside_arc_percent: float = 0.0
     decimal_point: Literal["", "calculator", "conventional"] = ""
+    roll_pitch_yaw: Literal["", "fixed", "moving"] = ""
+    bore_shift: Literal["", "+X", "-X", "+Y", "-Y"] = ""
 
 
 #: By the dialect that has them.

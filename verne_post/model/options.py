@@ -155,6 +155,9 @@ class Options:
     control: Annotated[dict[str, dict[str, Any]], Checked(check_control), About(
         "What builders of machines choose, by controller dialect: [siemens], [heidenhain] and [fanuc] of the settings file.", Group.PROGRAM, flag="",
         in_settings=False)] = field(default_factory=dict)
+    tapping: Annotated[Literal["refuse", "feed"], About(
+        "Rigid tapping. feed: in and out at pitch times speed, for a control that couples the spindle; refuse: setpoints do not "
+        "turn it.", Group.PROGRAM)] = "refuse"
     max_repeats: Annotated[int, Meta(ge=0), About(
         "Blocks that loops and calls may repeat before the program is refused as endless.", Group.PROGRAM, metavar="N")] = 100_000
     max_megabytes: Annotated[int, Meta(ge=1), About(

@@ -23,7 +23,9 @@ MACHINING: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
     204: ((200, 203, 204, 249, 250, 251, 252, 253, 254, 255, 214), {336: 0.0}),
     205: ((*_HOLE, 206, 202, 212, 205, 258, 259, 257, 256, 211), {379: 0.0, 253: 750.0, 208: FMAX_VALUE, 395: 0.0}),
     206: ((*_HOLE, 206, 211), {}),
+    207: ((*_HOLE, 239), {}),
     208: ((*_HOLE, 206, 334, 335), {342: 0.0, 351: 1.0, 370: 0.0}),
+    209: ((*_HOLE, 239, 257, 256), {336: 0.0, 403: 1.0}),
     240: ((200, 343, 201, 344, 206, 211, 203, 204), {}),
 }  # fmt: skip
 #: Patterns, which run the cycle that is defined at once.
@@ -35,11 +37,10 @@ REFUSED_CYCLES: Final = {
     1: "pecking of older controls; write cycle 200", 2: "tapping of older controls; write cycle 206",
     3: "slot milling of older controls", 4: "pocket milling of older controls", 5: "circular pocket of older controls",
     6: "rough-out of older controls", 12: "program call as a cycle; write CALL PGM", 14: "contour geometry of SL cycles",
-    15: "SL cycle", 16: "SL cycle", 17: "rigid tapping: setpoints here do not turn the spindle", 18: "thread cutting",
+    15: "SL cycle", 16: "SL cycle", 17: "rigid tapping of older controls; write cycle 207", 18: "thread cutting",
     **dict.fromkeys((20, 21, 22, 23, 24, 25, 270, 271, 272, 273, 274, 275, 276), "SL cycles"),
     26: "axis-specific scaling: circles would become ellipses", **dict.fromkeys((27, 28, 29, 39), "cylinder surface"),
-    30: "3-D data from files", 207: "rigid tapping: setpoints here do not turn the spindle",
-    209: "rigid tapping: setpoints here do not turn the spindle", 225: "engraving", 230: "multipass milling",
+    30: "3-D data from files", 225: "engraving", 230: "multipass milling",
     231: "ruled surface", 232: "face milling", 233: "face milling", 239: "weighs the workpiece", 241: "single-lip deep-hole drilling",
     251: "rectangular pocket", 252: "circular pocket", 253: "slot", 254: "circular slot", 256: "rectangular stud",
     257: "circular stud", 258: "polygon stud", **dict.fromkeys((262, 263, 264, 265, 267), "thread milling"),

@@ -1,4 +1,4 @@
-"""Machining cycles of Klartext, 200 to 208 and 240: the moves of one hole. Heights along Z of the input system."""
+"""Machining cycles of Klartext, 200 to 209 and 240: the moves of one hole. Heights along Z of the input system."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -10,12 +10,14 @@ from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.elements import Point, make_arc
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.lengths import helix_length
-from verne_post.gcode.machining.holes import MAX_PECKS
+from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import MAX_DWELL_S
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.moves import MoveKind
 
 _Q = dict[int, float]
+#: Q403 of cycle 209, as the control bounds it.
+_MOST_FASTER: Final = 10.0
 #: Q214: direction in which a boring tool leaves the wall.
 _DIRECTIONS: Final = {0: (0.0, 0.0), 1: (-1.0, 0.0), 2: (0.0, -1.0), 3: (1.0, 0.0), 4: (0.0, 1.0)}
 
@@ -276,6 +278,7 @@ class KlartextCycles:
     def _tap(self, q: _Q) -> None:
         """206: with a floating tap holder; the spindle turns back at the bottom."""
         self._need_spindle(206)
+        note_tapping(self.core, self.frames.block)
         clear, surface = self._start_height(q)
         backwards = self.state.spindle_reversed
         self.go_to_height(surface + q[201], q[206])
@@ -284,6 +287,38 @@ class KlartextCycles:
         self.go_to_height(clear, q[206])
         self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
         self._leave(q, clear)
+
+    def _tap_rigidly(self, q: _Q) -> None:
+        """207 and 209: pitch Q239 (left-hand below 0); 209 breaks the chip each Q257, back by Q256 pitches or out of the hole, and
+        goes out Q403 times as fast.
+        """
+        check_tapping(self.core)
+        speed, pitch, bottom, step = self.state.spindle_speed, q[239], q[203] + q[201], q.get(257, 0.0)
+        if not speed or not pitch or step < 0 or q.get(256, 0.0) < 0 or not 0 < q.get(403, 1.0) <= _MOST_FASTER:
+            raise ProgramError(
+                "VP007",
+                f"rigid tapping needs the speed S, Q239 other than 0, Q257 and Q256 not below 0, and Q403 up to {_MOST_FASTER}",
+            )
+        clear, surface = self._start_height(q)
+        before = self.state.spindle_on, self.state.spindle_reversed
+        places, depth = list[float](), surface - step
+        if step:
+            self._check_pecks(-q[201], step)
+        while step and depth > bottom + ZERO_LENGTH_MM:
+            places += [depth, min(depth + q[256] * abs(pitch), clear) if q[256] else clear]
+            depth -= step
+        if 336 in q:
+            self._stop_oriented(q[336])
+        thread = Thread(abs(pitch) * self.frames.unit, pitch < 0, speed, speed * q.get(403, 1.0))
+        if q[201] != 0:
+            tap(self.core, self.frames.block, thread, (*places, bottom, clear), self._go_at_feed, before)
+        self._leave(q, clear)
+
+    def _go_at_feed(self, height: float) -> None:
+        """Along Z at the feed rate in force."""
+        end = list(self.state.position)
+        end[2] = self.find_height(height)
+        self.go_straight(end, rapid=False)
 
     def _mill_bore(self, q: _Q) -> None:
         """208: a helix to the depth, one full circle there, back to the centre."""
@@ -343,7 +378,7 @@ class KlartextCycles:
 HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
     200: KlartextCycles._drill, 201: KlartextCycles._ream, 202: KlartextCycles._bore, 203: KlartextCycles._drill_universal,
     204: KlartextCycles._bore_back, 205: KlartextCycles._peck_universal, 206: KlartextCycles._tap,
-    208: KlartextCycles._mill_bore, 240: KlartextCycles._center,
+    207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly, 240: KlartextCycles._center,
 }  # fmt: skip
 
 

@@ -95,15 +95,17 @@ def center_of_sweep(start: Point, end: Point, sweep: float) -> Point:
     return 0.5 * (start[0] + end[0]) - half * dv, 0.5 * (start[1] + end[1]) + half * du
 
 
-def rounded_corner(first: Element, second: Element, radius: float) -> tuple[Element, Element, Element] | None:
-    """RND: both elements shortened, with the arc between them; None where they continue each other.
+def rounded_corner(
+    first: Element, second: Element, radius: float, name: str = "RND"
+) -> tuple[Element, Element, Element] | None:
+    """RND, or another ``name``: both elements shortened, with the arc between them; None where they continue each other.
 
     Raises
     ------
     ProgramError
         VP008: the radius does not fit between them.
     """
-    t1, t2 = _corner_directions(first, second, "RND")
+    t1, t2 = _corner_directions(first, second, name)
     side = math.copysign(1.0, cross(t1, t2))
     if abs(cross(t1, t2)) < CORNER_ANGLE and t1[0] * t2[0] + t1[1] * t2[1] > 0:
         return None
@@ -121,11 +123,13 @@ def rounded_corner(first: Element, second: Element, radius: float) -> tuple[Elem
             replace(before, start=before.end, end=after.start, kind=MoveKind.FEED, axes=(0, 1), arc=arc),
             after,
         )
-    raise ProgramError("VP008", f"RND: no arc of radius {radius:g} mm fits between these elements")
+    raise ProgramError("VP008", f"{name}: no arc of radius {radius:g} mm fits between these elements")
 
 
-def chamfered_corner(first: Element, second: Element, length: float) -> tuple[Element, Element, Element]:
-    """CHF: both lines shortened by a length, and the line between them.
+def chamfered_corner(
+    first: Element, second: Element, length: float, name: str = "CHF"
+) -> tuple[Element, Element, Element]:
+    """CHF, or another ``name``: both lines shortened by a length, and the line between them.
 
     Raises
     ------
@@ -133,13 +137,13 @@ def chamfered_corner(first: Element, second: Element, length: float) -> tuple[El
         VP008 where one of them is an arc, or too short.
     """
     if first.arc is not None or second.arc is not None:
-        raise ProgramError("VP008", "CHF between elements of which one is an arc; it stands between two lines")
-    t1, t2 = _corner_directions(first, second, "CHF")
+        raise ProgramError("VP008", f"{name} between elements of which one is an arc; it stands between two lines")
+    t1, t2 = _corner_directions(first, second, name)
     corner = first.end
     before = _cut_end(first, (corner[0] - length * t1[0], corner[1] - length * t1[1]))
     after = _cut_start(second, (corner[0] + length * t2[0], corner[1] + length * t2[1]))
     if before is None or after is None:
-        raise ProgramError("VP008", f"CHF {length:g} mm is longer than one of the lines beside it")
+        raise ProgramError("VP008", f"{name} {length:g} mm is longer than one of the lines beside it")
     return before, replace(before, start=before.end, end=after.start, kind=MoveKind.FEED, axes=(0, 1)), after
 
 

@@ -13,7 +13,14 @@ from verne_post.gcode.klartext.paths import BUILDERS
 from verne_post.gcode.klartext.program import Klartext
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words, read_usable_words
-from verne_post.gcode.machining.assumptions import assume_feed, assume_length, assume_loaded_tool, name_axis, place
+from verne_post.gcode.machining.assumptions import (
+    assume_feed,
+    assume_length,
+    assume_loaded_tool,
+    assume_rigid_tapping,
+    name_axis,
+    place,
+)
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.moves import AXES
 
@@ -42,6 +49,8 @@ class KlartextRecovery:
         to, keyword = self.to, statement.keyword
         follows = self.uncertain and error.code in _OF_POSITIONS
         to.failed = True
+        if error.code == "VP048":
+            assume_rigid_tapping(to.state)
         if keyword in _CONTOUR:
             place(to.state, list(to.paths.now()))
             to.waiting.clear()

@@ -51,6 +51,11 @@ def assume_homes(state: State) -> None:
     state.home = state.home2 = ZERO9
 
 
+def assume_rigid_tapping(state: State) -> None:
+    """Rigid tapping is meant."""
+    state.taps_rigidly = True
+
+
 def drop_compensation(state: State) -> None:
     """What the contour would have been is not known."""
     if state.compensation is not None:

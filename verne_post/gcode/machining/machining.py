@@ -91,17 +91,17 @@ class Machining:
 
     # --- feed --------------------------------------------------------------------------------------
 
-    def find_lacking(self) -> Lacking | None:
+    def find_lacking(self, *, turns_itself: bool = False) -> Lacking | None:
         """What a feed move would lack: a feed rate, for feed per revolution a constant speed (not G96) or a turning spindle, or a tool length.
 
-        The language says it in its own words.
+        The language says it in its own words. ``turns_itself``: a cycle that switches the spindle on.
         """
         state = self.state
         if state.feed == 0.0:
             return "feed rate"
         if state.feed_mode == FeedMode.PER_REVOLUTION and state.surface_speed and self.setup.machine:
             return "constant spindle speed"
-        turning = state.spindle_on and state.spindle_speed > 0
+        turning = (state.spindle_on or turns_itself) and state.spindle_speed > 0
         if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
             return "spindle"
         return "tool length" if self.setup.machine and not state.length_given else None

@@ -83,6 +83,8 @@ class State(Struct):
     tool_axis: tuple[float, float, float] | None = None
     #: Number -> name, of tools that the program has named.
     tool_names: dict[int, str] = field(default_factory=dict)
+    #: Rigid tapping has been refused once, or is meant (--tapping feed): it is executed.
+    taps_rigidly: bool = False
     #: The tool whose length is --tool-length, once one is loaded or named by H.
     only_tool: int | None = None
     #: What the first naming of each axis says, while the start of the program is sought.

@@ -6,7 +6,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import g_name
-from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS
+from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import Machining, check_dwell
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Cycle, Modes
@@ -17,9 +17,13 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 #: How far above the last depth a peck begins again, mm.
 PECK_CLEARANCE_MM: Final = 0.254
+#: J of rigid tapping, as Haas controls bound it.
+MAX_FASTER_OUT: Final = 9
 _DWELLS: Final = (820, 860, 880, 890)
 _NEEDS_STEP: Final = (730, 830)
-_NEEDS_SPINDLE: Final = (740, 840, 860, 870, 880)
+_TAPS: Final = (740, 840)
+_FINE_BORING: Final = 760
+_NEEDS_SPINDLE: Final = (*_TAPS, _FINE_BORING, 860, 870, 880)
 
 
 class CycleCodes:
@@ -29,6 +33,8 @@ class CycleCodes:
         self.core, self.values, self.motion, self.traits = core, values, motion, traits
         self.state, self.recorder = core.state, core.recorder
         self.modes: Modes = core.state.modes
+        #: Where the oriented tool of G76 leaves the wall: "+X" and the like; "" where nobody has said it.
+        self.bore_shift = ""
 
     def execute(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """Execute one block of a canned cycle; ``goes_on`` when the cycle was already active."""
@@ -39,7 +45,8 @@ class CycleCodes:
         self.core.stand(list(start))
         self._check_cycle(block, motion, normal)
         goes_on = goes_on and self.modes.cycle is not None and self.modes.cycle.normal == normal
-        cycle = self._cycle_heights(block, motion, normal, self.modes.cycle if goes_on else None)
+        before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
+        cycle = self._cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle
         repeats = whole(block, "L") if "L" in block.words else 1
         if repeats == 0 and self.traits.stores_without_holes:
@@ -48,15 +55,30 @@ class CycleCodes:
             raise block.error("VP007", f"L{repeats}: a cycle is repeated 1 to {MAX_HOLES} times", "L")
         if motion in _NEEDS_STEP and cycle.step and repeats * (cycle.clear - cycle.bottom) / cycle.step > MAX_PECKS:
             raise block.error("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", "Q")
-        if motion in _NEEDS_SPINDLE and not (state.spindle_on and state.spindle_speed > 0):
+        if motion in _TAPS and self.traits.taps_rigidly:
+            self._check_rigid_tapping(block, name)
+        elif motion in _NEEDS_SPINDLE and not (state.spindle_on and state.spindle_speed > 0):
             raise ProgramError("VP017", f"{name} needs a turning spindle; give S and M3 or M4 first")
-        if motion in (740, 840) and state.spindle_reversed != (motion == 740):
+        elif motion in _TAPS and state.spindle_reversed != (motion == 740):
             raise ProgramError(
                 "VP017",
                 f"{name} cuts a {'left' if motion == 740 else 'right'}-hand thread; it needs {'M4' if motion == 740 else 'M3'}",
             )
         with state.exact_path():
             self._drill_holes(block, motion, cycle, repeats)
+
+    def _find_kept(self, block: Block, motion: int, normal: int) -> Cycle | None:
+        """What another cycle has left of what this one needs, where the control keeps it until G80; None where nothing is missing."""
+        cycle, words = self.modes.cycle, block.words
+        needs = {
+            "R",
+            AXES[normal],
+            *("Q" if motion in _NEEDS_STEP else ""),
+            *("P" if motion in self.traits.needs_dwell else ""),
+        }
+        if not self.traits.keeps_words or cycle is None or cycle.normal != normal or needs <= set(words):
+            return None
+        return cycle
 
     def _check_cycle(self, block: Block, motion: int, normal: int) -> None:
         state = self.state
@@ -73,7 +95,7 @@ class CycleCodes:
             raise ProgramError("VP017", f"{g_name(motion)} under cutter compensation; write G40 first")
         if state.tcp_off:
             self.core.check_tcp_off(state.position, state.position)
-        self.motion.check_feed(block, motion)
+        self.motion.check_feed(block, motion, turns_itself=motion in _TAPS and self.traits.taps_rigidly)
         if self.modes.absolute:  # the first place that the program names may be that of a hole
             places = {axis: self.values.axis_value(block, axis) for axis in axes if axis != normal}
             self.core.frames.stand_at(
@@ -127,6 +149,8 @@ class CycleCodes:
         if motion in self.traits.needs_dwell and dwell is None:
             raise ProgramError("VP005", f"{name} needs P, the dwell at the bottom")
         shift = before.shift if before else None
+        if motion == _FINE_BORING:
+            shift = self._find_way_out(block, step, shift, name)
         changed = before is not None and before.absolute != self.modes.absolute
         if motion == 870 and (shift is None or changed or any(axis in block.words for axis in "IJK")):
             for axis in "IJK":
@@ -225,8 +249,16 @@ class CycleCodes:
         elif motion == 870:
             self._back_bore(block, cycle, retract)
             return
+        elif motion == _FINE_BORING:
+            self._bore_finely(block, cycle, retract)
+            return
+        elif motion in _TAPS and self.traits.taps_rigidly:
+            self._tap_rigidly(block, motion, cycle)
+            self._go(block, rapid, {w: retract})
+            return
         self._go(block, feed, {w: cycle.bottom})
-        if motion in (740, 840):
+        if motion in _TAPS:
+            note_tapping(self.core, block)
             backwards = self.state.spindle_reversed
             self.core.auxiliary.switch_spindle(block, on=True, backwards=not backwards)
             self.core.dwell(block, cycle.dwell or 0.0)
@@ -247,6 +279,34 @@ class CycleCodes:
         if motion in (860, 880):
             self.core.auxiliary.switch_spindle(block, on=True, backwards=self.state.spindle_reversed)
 
+    def _check_rigid_tapping(self, block: Block, name: str) -> None:
+        check_tapping(self.core)
+        if not self.state.spindle_speed:
+            raise ProgramError("VP017", f"{name} needs the speed of the spindle; give S first")
+        if "Q" in block.words:
+            raise block.error(
+                "VP002",
+                f"{name} Q: how far the tap goes back between pecks is a parameter of the control; leave Q out",
+                "Q",
+            )
+        if not 1.0 <= block.words.get("J", 1.0) <= MAX_FASTER_OUT:
+            raise block.error(
+                "VP007", f"{name} J{block.words['J']:g}: the tap goes out 1 to {MAX_FASTER_OUT} times as fast", "J"
+            )
+
+    def _tap_rigidly(self, block: Block, motion: int, cycle: Cycle) -> None:
+        """To the bottom and back to R; F is the pitch in G95, and pitch times speed in G94."""
+        state = self.state
+        speed = state.spindle_speed
+        pitch = state.feed if state.feed_mode == FeedMode.PER_REVOLUTION else state.feed / speed
+        thread = Thread(pitch, motion == 740, speed, speed * block.words.get("J", 1.0), cycle.dwell or 0.0)
+        w = PLANES[state.plane][2]
+        after = state.spindle_on and not self.modes.stops_after_tapping, state.spindle_reversed
+        tap(
+            self.core, block, thread, (cycle.bottom, cycle.clear),
+            lambda height: self._go(block, MoveKind.FEED, {w: height}), after,
+        )  # fmt: skip
+
     def _peck(self, block: Block, motion: int, cycle: Cycle) -> None:
         """All pecks of a hole but the last."""
         w = PLANES[self.state.plane][2]
@@ -258,6 +318,41 @@ class CycleCodes:
                 self._go(block, MoveKind.RAPID, {w: cycle.clear})
             self._go(block, MoveKind.RAPID, {w: depth + PECK_CLEARANCE_MM})
             depth -= step
+
+    def _find_way_out(
+        self, block: Block, step: float | None, before: tuple[float, ...] | None, name: str
+    ) -> tuple[float, ...]:
+        """The way of the oriented tool off the wall, in the plane (mm): I and J, or Q in the direction that the settings file says."""
+        words = block.words
+        if {"I", "J"} & set(words):
+            return self.values.length(words.get("I", 0.0)), self.values.length(words.get("J", 0.0))
+        if before is not None and "Q" not in words:
+            return before
+        if not step or step < 0:
+            raise ProgramError(
+                "VP005", f"{name} needs Q greater than 0, or I and J, the way of the oriented tool off the wall"
+            )
+        if not self.bore_shift:
+            raise block.error(
+                "VP005", f'{name} Q: where the oriented tool leaves the wall is parameter 5148; say [fanuc] bore_shift = "+X", "-X", "+Y" or "-Y" in the '
+                "settings file, or write I and J", "Q",
+            )  # fmt: skip
+        way = -step if self.bore_shift[0] == "-" else step
+        return (way, 0.0) if self.bore_shift[1] == "X" else (0.0, way)
+
+    def _bore_finely(self, block: Block, cycle: Cycle, retract: float) -> None:
+        """G76: in, the spindle stops at an angle, off the wall, out, back over the hole."""
+        position, rapid, backwards = list(self.state.position), MoveKind.RAPID, self.state.spindle_reversed
+        u, v, w, *_ = PLANES[self.state.plane]
+        off = cycle.shift or (0.0, 0.0)
+        self._go(block, MoveKind.FEED, {w: cycle.bottom})
+        if cycle.dwell:
+            self.core.dwell(block, cycle.dwell)
+        self._orient_spindle(block)
+        self._go(block, rapid, {u: position[u] + off[0], v: position[v] + off[1]})
+        self._go(block, rapid, {w: retract})
+        self._go(block, rapid, {u: position[u], v: position[v]})
+        self.core.auxiliary.switch_spindle(block, on=True, backwards=backwards)
 
     def _back_bore(self, block: Block, cycle: Cycle, retract: float) -> None:
         """G87: down beside the hole with the spindle oriented, up and down turning, out beside it again."""

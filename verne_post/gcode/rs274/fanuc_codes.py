@@ -7,19 +7,36 @@ from verne_post.gcode.rs274.nurbs import NURBS
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 PLANE, TO_PLANE, PLANE_OFF, ADDITIONAL = 682, 531, 690, 541
+#: G53.6, which turns to the plane about the tip; G68, G68.3; G51, G50, G51.1, G50.1.
+ABOUT_TIP, ROTATION, OF_TOOL, SCALE, SCALE_OFF, MIRROR, MIRROR_OFF = 536, 680, 683, 510, 500, 511, 501
+#: G254, G255 of Haas: the work system turns about its origin with the table, its axes stay those of the machine.
+TABLE, TABLE_OFF = 2540, 2550
+#: Codes that say what words of X, Y, Z mean from there on, and take those of their block.
+OF_FRAMES: Final = (PLANE, ROTATION, OF_TOOL, SCALE, MIRROR)
+#: Words of each.
+WORDS_OF_FRAMES: Final = {
+    PLANE: "XYZIJKRPQ",
+    ROTATION: "XYZIJKR",
+    OF_TOOL: "XYZR",
+    SCALE: "XYZIJKP",
+    MIRROR: "XYZ",
+    MIRROR_OFF: "XYZ",
+}
 #: Accepted, and shown as events: look-ahead and its like change how a control smooths, not where the tool goes.
 SMOOTHING: Final = (50, 51, 80)
 #: G5 P: high-speed modes off and on; other numbers call cycles.
 HIGH_SPEED: Final = (0, 1, 2, 3, 10000)
 #: Tool-centre-point control of other controls, and offsets along the tool axis: here they are what G43.4 is.
-TWINS: Final = {431: 434, 2340: 434}
+TWINS: Final = {431: 434, 2340: 434, 1540: ADDITIONAL}
+#: Codes of Haas controls: how corners are smoothed, and how far a control reads ahead.
+LOOK_AHEAD: Final = (1870, 1030)
 #: Ends of modes that cannot be begun: nothing to do.
-ENDS: Final = (150, 401, 500, 501, 670, 130, 131, 970)
+ENDS: Final = (401, 670, 130, 131, 970)
 #: Codes that name axes without moving them, and those that take none.
-NAMES_AXES: Final = (51, 501)
-ALONE: Final = (80, *(code for code in ENDS if code != 501), PLANE_OFF, TO_PLANE)
+NAMES_AXES: Final = (51, MIRROR_OFF)
+ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
 #: Cycles that mean what they mean in RS274/NGC.
-CYCLES: Final = (730, 810, 820, 830, 850, 860, 890)
+CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 890)
 
 
 def make_table() -> CodeTable:
@@ -28,34 +45,49 @@ def make_table() -> CodeTable:
     groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921)
     groups["motion"] = (0, 10, 20, 30, NURBS, *CYCLES)
     groups["arc distance"] = ()
-    groups["tool length"] = (430, 434, 435, 490, *TWINS)
+    groups["tool length"] = (430, 434, 435, 490, 431, 2340)
     groups["cutter compensation"] = (400, 410, 420)
-    groups["work offset"] = (540, 550, 560, 570, 580, 590, ADDITIONAL)
+    groups["work offset"] = (540, 550, 560, 570, 580, 590, ADDITIONAL, 1540)
     groups["path control"] = (610, 640)
-    groups["tilted plane"] = (PLANE, PLANE_OFF)
-    groups["plane axis"] = (TO_PLANE,)
+    groups["exact stop"] = (90,)
+    groups["tilted plane"] = (PLANE, ROTATION, OF_TOOL, PLANE_OFF)
+    groups["plane axis"] = (TO_PLANE, ABOUT_TIP)
+    groups["dynamic work offset"] = (TABLE, TABLE_OFF)
+    groups["scaling"], groups["mirror image"] = (SCALE, SCALE_OFF), (MIRROR, MIRROR_OFF)
+    groups["polar coordinates"] = (150, 160)
+    groups["look-ahead"] = LOOK_AHEAD
     groups["smoothing"] = SMOOTHING
+    groups["macro call"] = (650, 660)
     for code in ENDS:
         groups[f"end of G{code / 10:g}"] = (code,)
     m_groups = {
         name: RS274.m_groups[name] for name in ("stopping", "tool change", "coolant", "override", "subprograms")
     }
-    m_groups |= {"tool change": (6,), "override": (48, 49), "spindle": (3, 4, 5, 19)}
+    m_groups |= {
+        "subprograms": (97, 98, 99),
+        "tool change": (6,),
+        "override": (48, 49),
+        "spindle": (3, 4, 5, 19),
+        "rigid tapping": (29,),
+    }
     return CodeTable(
         g_groups=groups,
         m_groups=m_groups,
         refused_g={
-            90: "one-block exact stop; use G61", 310: "skip and probing", 370: "automatic tool measurement",
-            **dict.fromkeys((650, 660, 661), "custom macro calls"),
-            **dict.fromkeys((740, 760, 840, 870, 880, 841, 842), "tapping and boring cycles that stop or orient the spindle"),
-            **dict.fromkeys((510, 511, 160, 680), "scaling, mirror images, polar coordinates, rotation of coordinates"),
+            310: "skip and probing", 370: "automatic tool measurement",
+            **dict.fromkeys((120, 1500, 470, 700, 710, 720), "milling cycles, engraving and patterns of Haas; let the CAM system write the moves"),
+            **dict.fromkeys((1000, 1010), "mirror images of Haas; write G51.1"),
+            **dict.fromkeys((681, 684), "tilted planes on planes; write one G68.2"),
+            **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
+            661: "a macro call after every block; write G66",
+            **dict.fromkeys((870, 880), "boring from below, and by hand; write the moves"),
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H as RS274/NGC has not"),
             960: "constant surface speed",
             **dict.fromkeys((611, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },
-        refused_m={29: "rigid tapping", 97: "local subprogram calls"},
+        refused_m={},
         words_of_g={
-            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "",
+            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ",
         },
-        words_of_m=RS274.words_of_m,
+        words_of_m={**RS274.words_of_m, 97: "PL", 99: "P"},
     )  # fmt: skip

@@ -70,8 +70,12 @@ def _report_mixture(line: int, column: int, word: str, pointed: int) -> Finding:
 
 def lines_without_point(text: bytes) -> Ints:
     """Lines of a chunk, from 0, that have a word without a decimal point, other than 0."""
+    return find_lines(text, [match.start() for match in _BARE.finditer(text) if match[1] is not None])
+
+
+def find_lines(text: bytes, places: list[int]) -> Ints:
+    """Lines of a chunk, from 0, in which places of the text lie."""
     ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
-    places = [match.start() for match in _BARE.finditer(text) if match[1] is not None]
     return np.unique(np.searchsorted(ends, places)).astype(np.int32)
 
 

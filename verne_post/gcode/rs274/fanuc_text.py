@@ -4,6 +4,8 @@ import re
 from typing import Final
 
 from verne_post.base.long_text import Text
+from verne_post.gcode.block import strip_comments
+from verne_post.gcode.expressions import ValueReader, Values
 
 #: At the beginning of a line: ``:1000`` for O1000, ``/2`` for a block that switch 2 deletes.
 _COLON: Final = re.compile(r"[ \t]*(:)[ \t]*[0-9]")
@@ -45,3 +47,19 @@ def find_program(source: Text) -> int:
     """Where the program begins behind what a listing prints before it: at the ``%`` before the first program number."""
     match = _LISTING.match(source[: 1 << 16])
     return 0 if match is None or not match.group().strip() else match.end()
+
+
+def read_corner(text: str, values: Values) -> tuple[str, tuple[str, float] | None]:
+    """A line without its corner (``,R5`` or ``,C2``), and letter and size of that; None where there is none."""
+    characters, places, _comment = strip_comments(text)
+    at = characters.find(",")
+    letter = characters[at + 1 : at + 2]
+    if at < 0 or letter not in ("R", "C"):
+        return text, None
+    reader = ValueReader(characters, places, values)
+    reader.at = at + 2
+    size = reader.read_word(letter)
+    if not size > 0:
+        raise reader.error("VP007", f",{letter}{size:g}: the size of a corner is greater than 0", at)
+    begin, end = places[at], places[reader.at]
+    return text[:begin] + " " * (end - begin) + text[end:], (letter, size)

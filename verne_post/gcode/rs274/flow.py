@@ -6,34 +6,17 @@ conditions, counters, calls with their arguments and names.
 
 from typing import Final
 
-from msgspec import Struct, field
-
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.rs274.interpreter import Call, Rs274
+from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
 from verne_post.gcode.text import ProgramText, decode_line
 
 #: Calls inside each other; LinuxCNC allows nine.
 MAX_DEPTH: Final = 50
 MAX_ARGUMENTS: Final = 30
-
-
-class _Frame(Struct):
-    """One call: where it came from, and what it brings back.
-
-    ``label`` is None for the program itself; ``remaining`` counts the remaining calls of M98 L; ``counters`` the rounds of repeat.
-    """
-
-    text: ProgramText
-    line: int
-    label: str | None = None
-    program: bool = False
-    begin: int = 0
-    remaining: int = 0
-    arguments: dict[int, float] = field(default_factory=dict)
-    counters: dict[int, int] = field(default_factory=dict)
 
 
 def _holds(o: OWord, line: int) -> bool:
@@ -61,15 +44,16 @@ class Flow:
         self.main, self.interpreter = text, interpreter
         self.text, self.line = text, text.first_line
         self.shown_line: int | None = None
-        self._frames = [_Frame(text, 0)]
+        self.frames = [Frame(text, 0)]
         self._called: set[str] = set()
         self._files: dict[str, ProgramText] = {}
         self.repeats = Repeats(interpreter.setup.max_repeats)
+        self.macros = MacroFlow(self)
 
     @property
     def in_call(self) -> bool:
         """True inside a subroutine."""
-        return len(self._frames) > 1
+        return len(self.frames) > 1
 
     # --- O words ---------------------------------------------------------------------------------
 
@@ -128,7 +112,7 @@ class Flow:
         self.line = line + 1
 
     def _execute_loop(self, o: OWord, line: int) -> None:
-        structure, counters = self.text.structure, self._frames[-1].counters
+        structure, counters = self.text.structure, self.frames[-1].counters
         if o.keyword == "while":
             if line in structure.begin:  # of do
                 if o.read_condition():
@@ -174,7 +158,7 @@ class Flow:
             )
         text, (begin, _end) = self._find_sub(label)
         store = self.interpreter.state.store
-        frame = self._enter(text, begin + 1, line, label)
+        frame = self.enter(text, begin + 1, line, label)
         frame.arguments = {index: store.numbered.get(index, 0.0) for index in LOCAL_INDICES}
         for index in LOCAL_INDICES:
             store.numbered[index] = arguments[index - 1] if index <= len(arguments) else 0.0
@@ -207,12 +191,13 @@ class Flow:
             self._files[name] = ProgramText(source, self.interpreter.setup, type(self.interpreter), f"{name}.ngc")
         return self._files[name]
 
-    def _enter(self, text: ProgramText, begin: int, line: int, label: str) -> _Frame:
-        if len(self._frames) > MAX_DEPTH:
+    def enter(self, text: ProgramText, begin: int, line: int, label: str) -> Frame:
+        """Go into a subprogram, of which the first line is ``begin``; ``line`` calls it."""
+        if len(self.frames) > MAX_DEPTH:
             raise ProgramError("VP024", f"more than {MAX_DEPTH} calls inside each other, the last of o{label}")
         self.interpreter.recorder.event(self.shown_line or line, "call", label=label)
-        frame = _Frame(self.text, self.line, label, begin=begin)
-        self._frames.append(frame)
+        frame = Frame(self.text, self.line, label, begin=begin)
+        self.frames.append(frame)
         self.interpreter.modes.saved.append(None)
         if text is not self.main and self.shown_line is None:
             self.shown_line = line
@@ -220,7 +205,7 @@ class Flow:
         return frame
 
     def _execute_return(self, o: OWord) -> None:
-        frame = self._frames[-1]
+        frame = self.frames[-1]
         if frame.label is None:
             raise ProgramError("VP023", f"o{o.label or ''} {o.keyword} outside a subroutine")
         if frame.program:
@@ -233,10 +218,11 @@ class Flow:
         store.named["_value_returned"] = float(value is not None)
         store.numbered.update(frame.arguments)
         store.local.pop()
-        self._leave(frame)
+        self.leave(frame)
 
-    def _leave(self, frame: _Frame) -> None:
-        self._frames.pop()
+    def leave(self, frame: Frame) -> None:
+        """Go back to where a subprogram was called."""
+        self.frames.pop()
         self.text, self.line = frame.text, frame.line
         if self.text is self.main:
             self.shown_line = None
@@ -255,14 +241,22 @@ class Flow:
 
     def _follow(self, call: Call, line: int) -> None:
         if call.label is None:
-            self._end_program()
+            self._end_program(call, line)
         elif call.repeats > 0:
-            text, begin = self._find_program(call.label)
-            frame = self._enter(text, begin, line, call.label)
+            local = call.number is not None
+            text, begin = (
+                (self.text, self.macros.find_block(call.number or 0, line)) if local else self.find_program(call.label)
+            )
+            frame = self.enter(text, begin, line, call.label)
             frame.program, frame.remaining = True, call.repeats
+            if call.arguments is not None:
+                self.macros.enter(frame, call)
 
-    def _end_program(self) -> None:
-        frame = self._frames[-1]
+    def _end_program(self, call: Call, line: int) -> None:
+        frame = self.frames[-1]
+        if frame.label is None and call.number is not None:
+            self.line = self.macros.find_block(call.number, line)
+            return
         if frame.label is None:
             raise ProgramError("VP024", "M99 in the main program starts it again, without end; end it with M2 or M30")
         if not frame.program:
@@ -270,12 +264,17 @@ class Flow:
                 "VP023", f"M99 in a subroutine that o{frame.label} call has called; expected endsub or return"
             )
         frame.remaining -= 1
-        if frame.remaining > 0:
+        if frame.remaining > 0 and call.number is None:
             self.line = frame.begin
+            self.macros.repeat(frame)
         else:
-            self._leave(frame)
+            self.leave(frame)
+            self.macros.leave(frame)
+        if call.number is not None:
+            self.line = self.macros.find_block(call.number, self.line - 1)
 
-    def _find_program(self, label: str) -> tuple[ProgramText, int]:
+    def find_program(self, label: str) -> tuple[ProgramText, int]:
+        """The text that has a program number, and its line."""
         for text in (self.text, self.main):
             if label in text.structure.programs:
                 return text, text.structure.programs[label]

@@ -66,6 +66,8 @@ class FunctionCodes:
                 auxiliary.execute_spindle_code(block, code, words.get("R", 0.0))
             else:
                 self._save_or_restore(block, code)
+        if "rigid tapping" in m:
+            self.modes.stops_after_tapping = True
         for code in m.get("coolant", []):
             auxiliary.switch_coolant(block, code)
         for code in m.get("override", []):

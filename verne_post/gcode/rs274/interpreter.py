@@ -40,11 +40,22 @@ _PLAIN_MOTIONS: Final = {0.0: 0, 1.0: 10, 2.0: 20, 3.0: 30}
 
 
 class Call(Struct, frozen=True):
-    """M98: which subprogram, how often; None: M99."""
+    """M98: which subprogram, how often; label None: M99.
+
+    Attributes
+    ----------
+    number : int or None
+        The block (N) where M97 begins, or to which M99 goes back.
+    arguments : dict or None
+        Local variables of a macro (G65, G66); ``keeps``: they are kept from one call to the next (G66).
+    """
 
     label: str | None
     column: int
     repeats: int = 1
+    number: int | None = None
+    arguments: dict[int, float] | None = None
+    keeps: bool = False
 
 
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
@@ -104,6 +115,10 @@ class Rs274(Language):
             turning=not self.motion.is_without_tcp(),
         )
 
+    def find_unfinished(self) -> str | None:
+        """What a program may not end without, in words; None where nothing is open."""
+        return None if self.modes.spline is None else "the end of a spline"
+
     def go_on_after_plain_lines(self, view: PlainView) -> None:
         """Plain lines have been executed, the last of them with a motion."""
         self.modes.motion, self.modes.cycle = view.motion, None
@@ -124,7 +139,7 @@ class Rs274(Language):
         """
         self.call = None
         for key, value, column in block.settings:
-            self._set_parameter(key, value, column)
+            self.set_parameter(key, value, column)
         if block.comment is not None:
             self._show_comment(block)
         if not (block.codes or block.words) or self.execute_plain_motion(block):
@@ -180,7 +195,8 @@ class Rs274(Language):
         self.motion.move(block, motion, machine=False)
         return True
 
-    def _set_parameter(self, key: int | str, value: float, column: int) -> None:
+    def set_parameter(self, key: int | str, value: float, column: int) -> None:
+        """Set a parameter of a block."""
         try:
             self.parameters.set(key, value)
         except ProgramError as error:
@@ -439,7 +455,8 @@ class Rs274(Language):
         if code in self.table.refused_g:
             raise ProgramError("VP002", f"{g_name(code)} is not executed ({self.table.refused_g[code]})", column)
         if code not in self.table.group_of_g:
-            raise ProgramError("VP002", f"{g_name(code)} is not a code of this language", column)
+            settles = f'[remap] in verne-post.toml can give it a meaning: "{g_name(code)}" = "ignore", or "event"'
+            raise ProgramError("VP002", f"{g_name(code)} is not a code of this language; {settles}", column)
         return code
 
     def _has_user_code(self, block: Block) -> bool:

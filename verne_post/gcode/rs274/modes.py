@@ -1,6 +1,6 @@
 """Modes of RS274/NGC: what its words mean, and what its codes keep, from one block to the next."""
 
-from typing import Final
+from typing import Any, Final
 
 from msgspec import Struct, field
 
@@ -64,6 +64,35 @@ class Cycle(Struct, frozen=True):
     shift: tuple[float, ...] | None = None
 
 
+class AxisMaps(Struct, frozen=True):
+    """Fanuc's scaling, mirror images and polar coordinates: where words of X, Y, Z lead. mm.
+
+    Attributes
+    ----------
+    factors, centers : tuple of float
+        Of G51.
+    mirrors : tuple of float or None
+        Of G51.1: where each axis is mirrored; None where it is not.
+    polar : bool
+        G16 holds.
+    """
+
+    factors: tuple[float, ...] = (1.0,) * 3
+    centers: tuple[float, ...] = (0.0,) * 3
+    mirrors: tuple[float | None, ...] = (None,) * 3
+    polar: bool = False
+
+    def find_map(self, axis: int) -> tuple[float, float]:
+        """Factor and shift (mm) that make a word of an axis a place: the mirror image first, then the scaling."""
+        mirror, factor, center = self.mirrors[axis], self.factors[axis], self.centers[axis]
+        sign, shift = (1.0, 0.0) if mirror is None else (-1.0, 2.0 * mirror)
+        return factor * sign, factor * (shift - center) + center
+
+    def flips(self, u: int, v: int) -> bool:
+        """True where figures in the plane of two axes are mirror images."""
+        return self.find_map(u)[0] * self.find_map(v)[0] < 0
+
+
 class Modes(Struct):
     """What holds in RS274/NGC. mm, degrees."""
 
@@ -78,6 +107,20 @@ class Modes(Struct):
     #: G98: canned cycles retract to where they began.
     initial_level: bool = False
     cycle: Cycle | None = None
+    #: Fanuc's M29: the spindle stands still after each hole that G84 or G74 taps.
+    stops_after_tapping: bool = False
+    #: Fanuc's G66: the macro that is called after every block with a motion.
+    macro: Any = None  # Call
+    #: Fanuc's wear of tools by number: what G10 L11 and L13 have added to length and radius, mm.
+    wear: dict[int, tuple[float, float]] = field(default_factory=dict)
+    #: G254 of Haas holds.
+    follows_table: bool = False
+    #: Fanuc's G51, G51.1, G16.
+    maps: AxisMaps = AxisMaps()
+    #: Fanuc's G68: how often it has turned coordinates; which axes must be named next, all together, and after which code.
+    turns: int = 0
+    turned_axes: tuple[int, ...] = ()
+    after_turn: str = ""
     #: The last D since the tool change; only Fanuc controls keep it.
     cutter_number: int | None = None
     #: A spline whose control points are being read.

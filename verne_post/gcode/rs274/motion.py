@@ -30,14 +30,14 @@ MAX_TURNS: Final = 10_000
 LENGTH_WORDS: Final = "G43 H with --tool-table, --tool-length MM, or G49 for length 0"
 
 
-def refuse_lacking(core: Machining, name: str, *, given: bool, length_words: str) -> None:
+def refuse_lacking(core: Machining, name: str, *, given: bool, length_words: str, turns_itself: bool = False) -> None:
     """Refuse a feed move, ``name``, that lacks a feed rate (VP009) or a tool length (VP012).
 
-    ``given``: its block has an F of its own, as inverse-time feed needs it.
+    ``given``: its block has an F of its own, as inverse-time feed needs it; ``turns_itself``: it switches the spindle on.
     """
     if core.state.feed_mode == FeedMode.INVERSE and not given:
         raise ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
-    lacking = core.find_lacking()
+    lacking = core.find_lacking(turns_itself=turns_itself)
     if lacking == "feed rate":
         raise ProgramError("VP009", f"{name} with feed rate zero; give F")
     if lacking == "constant spindle speed":
@@ -56,6 +56,8 @@ class MotionCodes:
         self.core, self.values, self.traits = core, values, traits
         self.setup, self.state, self.recorder = core.setup, core.state, core.recorder
         self.modes: Modes = core.state.modes
+        #: Where lines and arcs go: to the core, or where a language has corners that need the next one.
+        self.draw_line, self.draw_arc = core.line, core.arc
 
     # --- home --------------------------------------------------------------------------------
 
@@ -166,7 +168,7 @@ class MotionCodes:
 
     def _move_straight(self, block: Block, kind: MoveKind, end: list[float], axes: list[int]) -> None:
         before = find_machine_place(self.core) if self._is_turned_alone(axes) else None
-        self.core.line(block, kind, end, axes, absolute=self.modes.absolute)
+        self.draw_line(block, kind, end, axes, absolute=self.modes.absolute)
         if before is not None:
             warn_of_unnamed(self.core, block, before, axes)
 
@@ -227,8 +229,9 @@ class MotionCodes:
     def _arc_axes(axes: list[int]) -> list[int]:
         return sorted({0, 1, 2, *axes})
 
-    def check_feed(self, block: Block, motion: int) -> None:
-        refuse_lacking(self.core, g_name(motion), given="F" in block.words, length_words=LENGTH_WORDS)
+    def check_feed(self, block: Block, motion: int, *, turns_itself: bool = False) -> None:
+        given = "F" in block.words
+        refuse_lacking(self.core, g_name(motion), given=given, length_words=LENGTH_WORDS, turns_itself=turns_itself)
 
     def _move_on_arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
         state = self.state
@@ -252,7 +255,7 @@ class MotionCodes:
             )
         else:
             raise ProgramError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
-        self.core.arc(block, start, end, arc, self.values.named_axes(block), absolute=self.modes.absolute)
+        self.draw_arc(block, start, end, arc, self.values.named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from verne_post.gcode.machining.assumptions import (
     assume_homes,
     assume_length,
     assume_loaded_tool,
+    assume_rigid_tapping,
     assume_tools,
     assume_turning_spindle,
     drop_compensation,
@@ -96,11 +97,15 @@ class Recovery:
         assume = {
             "VP002": self._drop_code, "VP003": self._drop_code, "VP005": self._assume_motion, "VP006": self._drop_word,
             "VP009": self._assume_feed, "VP011": self._drop_axes, "VP012": self._assume_tool,
-            "VP015": self._assume_home, "VP016": self._go_on,
+            "VP015": self._assume_home, "VP016": self._go_on, "VP048": self._assume_rigid_tapping,
         }.get(error.code)  # fmt: skip
         return assume is not None and assume(block, error)
 
     def _go_on(self, _block: Block, _error: ProgramError) -> bool:
+        return True
+
+    def _assume_rigid_tapping(self, _block: Block, _error: ProgramError) -> bool:
+        assume_rigid_tapping(self.interpreter.state)
         return True
 
     def _drop_code(self, block: Block, error: ProgramError) -> bool:

@@ -31,6 +31,10 @@ class Traits(Struct, frozen=True, kw_only=True):
     turns_table_alone : bool
         Without tool-centre-point control A and C turn the table, and linear axes that the block does not name stand; else
         the tip is held all the same, as where the kinematics of the machine do that.
+    keeps_words : bool
+        R, the bottom, Q and P hold for other cycles too, until G80.
+    taps_rigidly : bool
+        G84 and G74 couple the spindle; else they need a floating holder.
     """
 
     zero_is_no_offset: bool = False
@@ -44,3 +48,5 @@ class Traits(Struct, frozen=True, kw_only=True):
     keeps_heights: bool = False
     stores_without_holes: bool = False
     turns_table_alone: bool = False
+    keeps_words: bool = False
+    taps_rigidly: bool = False

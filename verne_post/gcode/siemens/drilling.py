@@ -1,11 +1,14 @@
-"""Drilling cycles of Siemens programs: CYCLE81, 82, 83, 85, 86, 89 and 840, at the place where the tool stands."""
+"""Drilling cycles of Siemens programs: CYCLE81 to 86, 89 and 840, at the place where the tool stands."""
 
+import math
 from collections.abc import Iterator
+from functools import partial
 from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.machining.holes import MAX_PECKS
+from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -20,6 +23,7 @@ PARAMETERS: Final = {
     "CYCLE81": (*_HEIGHTS, "DTB", *_TAIL),
     "CYCLE82": (*_HEIGHTS, "DTB", *_TAIL, "_VARI", "_ZA", "_FA", "_ZD", "_FD"),
     "CYCLE83": (*_HEIGHTS, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI", "_AXN", "_MDEP", "_VRT", "_DTD", "_DIS1", *_TAIL),
+    "CYCLE84": (*_HEIGHTS, "DTB", "SDAC", "MPIT", "PIT", "POSS", "SST", "SST1", "_AXN", "_PITA", "_TECHNO", "_VARI", "_DAM", "_VRT", "_PITM", "_PTAB", "_PTABA", *_TAIL),
     "CYCLE85": (*_HEIGHTS, "DTB", "FFR", "RFF", *_TAIL),
     "CYCLE86": (*_HEIGHTS, "DTB", "SDIR", "RPA", "RPO", "RPAP", "POSS", *_TAIL),
     "CYCLE89": (*_HEIGHTS, "DTB", *_TAIL),
@@ -30,6 +34,9 @@ _CHIP_MM: Final = 1.0
 #: ... and how far above the last depth rapid traverse ends where _DIS1 does not say: up to this depth, a share beyond, at most.
 _NEAR_MM, _NEAR_DEPTH_MM, _NEAR_SHARE, _NEAR_MOST_MM = 0.6, 30.0, 0.02, 7.0
 _DIRECTIONS: Final = {3: False, 4: True}
+#: _PITA of a pitch -> its unit, mm; 0 is that of the program.
+_PITCH_UNITS: Final = {0: 0.0, 1: 1.0, 2: MM_PER_INCH, 3: MM_PER_INCH}
+_TURNS_AN_INCH: Final = 2
 
 
 class Drilling:
@@ -83,7 +90,8 @@ class _Hole:
         to.core.refuse_compensation(name)
         if to.state.feed_mode == FeedMode.INVERSE:
             raise ProgramError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
-        to.motion.check_feed("G1")
+        if name != "CYCLE84":  # whose feed rate is pitch times speed
+            to.motion.check_feed("G1")
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.block)
         if (tool := to.core.tilted_tool(self.normal)) is not None:
@@ -179,7 +187,7 @@ class _Hole:
                              "move it to the retract plane before", given.call.column)  # fmt: skip
         {
             "CYCLE81": self._cycle_82, "CYCLE82": self._cycle_82, "CYCLE83": self._cycle_83, "CYCLE85": self._cycle_85, "CYCLE86": self._cycle_86,
-            "CYCLE89": self._cycle_89, "CYCLE840": self._cycle_840,
+            "CYCLE84": self._tap_rigidly, "CYCLE89": self._cycle_89, "CYCLE840": self._cycle_840,
         }[name]()  # fmt: skip
 
     def _cycle_82(self, *, feeds_out: bool = False) -> None:
@@ -251,13 +259,7 @@ class _Hole:
             )
         seconds = self._seconds("DTB", self.digits[1])
         out, after = given.whole("SDR"), given.whole("SDAC", 3)
-        pitch, size = self._length("PIT"), given.number("MPIT")
-        if not pitch and size:
-            if size not in _METRIC_PITCH:
-                raise given.error(
-                    "VP007", f"MPIT {size:g}: no coarse thread of this size is known; give PIT, its pitch", "MPIT"
-                )
-            pitch = _METRIC_PITCH[size]
+        pitch = self._find_pitch()
         encoder = given.whole("ENC")
         given.refuse_rest()
         if encoder not in (0, 1):
@@ -265,6 +267,7 @@ class _Hole:
         backwards = to.state.spindle_reversed
         if out not in (0, 3, 4) or after not in (3, 4, 5) or (out and _DIRECTIONS[out] == backwards):
             raise given.error("VP007", "SDR is 0 or the other direction of the spindle, SDAC 3, 4 or 5", "SDR")
+        note_tapping(to.core, self.block)
         with to.core.keep_feed():
             if pitch and encoder == 0 and to.state.feed_mode == FeedMode.PER_MINUTE:
                 to.core.set_feed(pitch * to.state.spindle_speed)
@@ -277,6 +280,53 @@ class _Hole:
             to.core.auxiliary.switch_spindle(self.block, on=after != 5, backwards=after == 4)
         else:  # without SDR the direction comes back by itself
             to.core.auxiliary.switch_spindle(self.block, on=True, backwards=backwards)
+        self._go(self.retract, rapid=True)
+
+    def _find_pitch(self) -> float:
+        """Pitch of a thread, mm, below 0 for a left-hand one: PIT in the unit of _PITA, or MPIT, the size of a metric one."""
+        given = self.given
+        pitch, size = given.number("PIT"), given.number("MPIT")
+        if not pitch and size:
+            if abs(size) not in _METRIC_PITCH:
+                raise given.error(
+                    "VP007", f"MPIT {size:g}: no coarse thread of this size is known; give PIT, its pitch", "MPIT"
+                )
+            return math.copysign(_METRIC_PITCH[abs(size)], size)
+        unit = given.whole("_PITA") if "_PITA" in given.names else 0
+        if unit not in _PITCH_UNITS:
+            raise given.error("VP002", f"_PITA {unit} is not executed: 1 mm, 2 turns an inch, 3 inch", "_PITA")
+        if unit == _TURNS_AN_INCH and pitch:
+            return MM_PER_INCH / pitch
+        return pitch * (_PITCH_UNITS[unit] or self.unit)
+
+    def _tap_rigidly(self) -> None:
+        """Tap without a compensating chuck: in at SST and out at SST1, in one cut, or in several of _DAM."""
+        given, to, here = self.given, self.to, self.given.call.column
+        check_tapping(to.core, here)
+        seconds, after, pitch = self._seconds("DTB", self.digits[1]), given.whole("SDAC", 5), self._find_pitch()
+        speeds = given.number("SST"), given.number("SST1") or given.number("SST")
+        variant, step, back = given.whole("_VARI"), abs(self._length("_DAM")), abs(self._length("_VRT")) or _CHIP_MM
+        angle = given.number("POSS")
+        given.refuse_rest(("_TECHNO",))
+        if not pitch or min(speeds) <= 0 or after not in (3, 4, 5):
+            raise ProgramError(
+                "VP005", "CYCLE84 needs a pitch (PIT or MPIT), SST greater than 0, and SDAC 3, 4 or 5", here
+            )
+        if variant not in (0, 1, 2) or (variant and not step):
+            raise given.error("VP002", f"_VARI {variant}: 0 taps at once, 1 and 2 in cuts of _DAM", "_VARI")
+        places, depth = list[float](), abs(self.reference - self.bottom)
+        if variant and depth / step > MAX_PECKS:
+            raise given.error("VP007", f"more than {MAX_PECKS} cuts in one hole", "_DAM")
+        below = step if variant else depth
+        while below < depth - ZERO_LENGTH_MM:
+            height = self.reference - self.up * below
+            places += [height, self._lower(height + self.up * back, self.clear) if variant == 1 else self.clear]
+            below += step
+        self._go(self.clear, rapid=True)
+        to.core.auxiliary.orient_spindle(self.block, angle)
+        thread = Thread(abs(pitch), pitch < 0, *speeds, seconds)
+        go = partial(self._go, rapid=False)
+        tap(to.core, self.block, thread, (*places, self.bottom, self.clear), go, (after != 5, after == 4))
         self._go(self.retract, rapid=True)
 
     # --- CYCLE83 --------------------------------------------------------------------------------------------

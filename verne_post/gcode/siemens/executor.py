@@ -5,7 +5,13 @@ from contextlib import suppress
 from typing import Final
 
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.machining.assumptions import assume_feed, assume_turning_spindle, know_axis, with_length
+from verne_post.gcode.machining.assumptions import (
+    assume_feed,
+    assume_rigid_tapping,
+    assume_turning_spindle,
+    know_axis,
+    with_length,
+)
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -132,6 +138,8 @@ class Executor:
             self.uncertain = True
         if "F" in named:
             assume_feed(state)
+        if error.code == "VP048":
+            assume_rigid_tapping(state)
         return follows
 
     def finish(self) -> None:

@@ -1,0 +1,253 @@
+"""Coordinates of Fanuc: G68, G68.2, G68.3, G51, G51.1, G16, offsets; corners, cycles that keep words, fine boring.
+
+Expected places are worked out by hand from the operator's manuals of Fanuc series 30i and 0i-MF (coordinate rotation, scaling,
+programmable mirror image, polar coordinate command, tilted working plane, optional chamfering and corner R, canned cycles).
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from verne_post.app.assemble import machine_setup
+from verne_post.gcode.read import interpret_program
+from verne_post.model.moves import MoveKind
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
+
+R2 = math.sqrt(2.0)
+
+
+@pytest.fixture
+def run(view):
+    """Places (x, y, z) of the part after each move of some lines; refuses findings."""
+
+    def read(text, *, before="G0 X0 Y0 Z0 S500 M3 F100", **options):
+        source = "\n".join(["%", "O1", "G21 G90 G17", before, *text.split(" / "), "M30", "%"])
+        moves, findings = view(source, dialect="fanuc", **options)
+        assert findings == ()
+        return moves
+
+    return read
+
+
+def places(moves, first=1):
+    """Ends (n, 3) of moves in the coordinates of the part."""
+    found = []
+    for i in range(first, len(moves)):
+        feature = moves.frames[moves.frame[i]].feature
+        point = np.array(moves.end[i][:3])
+        found.append(point if feature is None else feature.outside(point))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("text", "ends"), [
+    # rotation: x' = cx + (x - cx) cos R - (y - cy) sin R
+    ("G68 X0 Y0 R90 / G1 X10 Y0 / X10 Y5", [(0, 10, 0), (-5, 10, 0)]), ("G68 X10 Y10 R45. / G1 X10 Y20", [(10 - 10 / R2, 10 + 10 / R2, 0)]),
+    # without X and Y about where the tool is; in G91 from there
+    ("G0 X5 Y5 / G68 R90 / G91 G1 X10", [(5, 5, 0), (5, 15, 0)]), ("G68 X0 Y0 R90 / G91 G1 X10 / Y5", [(0, 10, 0), (-5, 10, 0)]),
+    # G69 ends it; Z alone does not move X and Y
+    ("G68 X0 Y0 R90 / G1 Z5 / X10 Y0 / G69 / G0 X1 Y2", [(0, 0, 5), (0, 10, 5), (1, 2, 5)]),
+    # in G18 from Z to X about Y, in G19 from Y to Z about X
+    ("G18 G68 Z0 X0 R90 / G1 Z10 X0", [(10, 0, 0)]), ("G19 G68 Y0 Z0 R90 / G1 Y10 Z0", [(0, 0, 10)]),
+    # about a direction of space, and once more inside
+    ("G68 X0 Y0 Z0 I1 J0 K0 R90 / G1 X1 Y2 Z3", [(1, -3, 2)]), ("G68 X0 Y0 Z5 I0 J1 K0 R90 / G1 X10 Y0 Z5", [(0, 0, -5)]),
+    ("G68 X0 Y0 Z0 I1 J0 K0 R90 / G68 X0 Y0 Z0 I0 J0 K1 R90 / G1 X1 Y2 Z3", [(-2, -3, 1)]),
+    # scaling: x' = c + P (x - c); each axis by its own; about where the tool is
+    ("G51 X10 Y0 Z0 P2. / G1 X15 Y5 Z1 / X20", [(20, 10, 2), (30, 10, 2)]), ("G51 X0 Y0 Z0 I2. J0.5 K1. / G1 X10 Y10 Z10", [(20, 5, 10)]),
+    ("G0 X4 Y4 Z4 / G51 P0.5 / G1 X8 Y0 Z4 / G50 / X1 Y1 Z1", [(4, 4, 4), (6, 2, 4), (1, 1, 1)]), ("G51 X0 Y0 Z0 P2. / G91 G1 X3", [(6, 0, 0)]),
+    # mirror image: x' = 2 m - x, of the axes that are named; G50.1 ends them by name
+    ("G51.1 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G51.1 X0 Y0 / G1 X15 Y5 / G50.1 X0 / X1 Y1 / G50.1 Y0 / Y2", [(-15, -5, 0), (1, -1, 0), (1, 2, 0)]),
+    # mirror first, then scaling, then rotation, whose angle is reversed by a mirror image of one axis
+    ("G51.1 X0 / G51 X0 Y0 Z0 P2. / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 20, 0)]), ("G51.1 X0 / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 10, 0)]),
+    # polar: X is the distance and Y the angle, which stay; in G91 the angle adds up
+    ("G16 / G1 X10 Y90 / Y180 / X20 / G15 / X1 Y1", [(0, 10, 0), (-10, 0, 0), (-20, 0, 0), (1, 1, 0)]), ("G16 / G1 X10 Y0 / G91 Y90 / Y90", [(10, 0, 0), (0, 10, 0), (-10, 0, 0)]),
+    ("G52 X100 / G16 / G1 X10 Y90", [(100, 10, 0)]),
+])  # fmt: skip
+def test_coordinates(run, text, ends):
+    moves = run(text)
+    at = places(moves)
+    shift = np.array([100.0, 0, 0]) if "G52" in text else 0.0
+    assert at + shift == pytest.approx(np.array(ends, dtype=float), abs=1e-9)
+
+
+@pytest.mark.parametrize(("text", "center", "sweep"), [
+    ("G51.1 X0 / G2 X10 Y10 I10 J0", (-10, 0), 90), ("G51.1 X0 Y0 / G2 X10 Y10 I10 J0", (-10, 0), -90), ("G51 X0 Y0 Z0 P2. / G2 X10 Y10 I10 J0", (20, 0), -90),
+    ("G51.1 X0 / G2 X10 Y10 R10", (-10, 0), 90), ("G51 X0 Y0 Z0 P2. / G2 X10 Y10 R10", (20, 0), -90), ("G51 X0 Y0 Z0 I-1. J1. K1. / G3 X10 Y10 R10", (0, 10), -90),
+])  # fmt: skip
+def test_arcs_of_a_mirror_image_turn_the_other_way(run, text, center, sweep):
+    moves = run(text)
+    assert moves.arcs.center[0][:2] == pytest.approx(center, abs=1e-9)
+    assert moves.arcs.sweep[0] == pytest.approx(sweep)
+
+
+def test_modal_arcs_and_sides_of_compensation_follow_the_mirror_image(run):
+    moves = run("G2 X10 Y10 I10 J0 / G51.1 Y0 / X20 Y-20 I0 J-10 / G50.1 Y0 / X30 Y10 I0 J-10")
+    assert moves.arcs.sweep.tolist() == pytest.approx([-90, 90, -90])
+    tools = {1: Tool(1, 1, (0.0,) * 9, 10.0)}
+    plain = run("G41 D1 G1 X20 Y0 / Y20 / X40 / G40 X50 Y40", tools=tools)
+    mirrored = run("G51.1 X0 / G41 D1 G1 X20 Y0 / Y20 / X40 / G40 X50 Y40", tools=tools)
+    assert mirrored.end[:, 0] == pytest.approx(-plain.end[:, 0], abs=1e-9)
+    assert mirrored.end[:, 1] == pytest.approx(plain.end[:, 1], abs=1e-9)
+
+
+def test_a_circle_of_holes_in_polar_coordinates(run):
+    written = run("G98 G81 X50 Y0 Z-5 R2 F80 / X0 Y50 / X-50 Y0", before="G0 X0 Y0 Z20 F100")
+    for polar in ("G16 / G81 X50 Y0 Z-5 R2 F80 / Y90 / Y180", "G16 / G81 X50 Y0 Z-5 R2 F80 / G91 Y90 K2"):
+        moves = run(polar, before="G0 X0 Y0 Z20 F100")
+        assert moves.end == pytest.approx(written.end, abs=1e-9)
+
+
+def make_rotation(axis, degrees):
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return np.array(
+        {
+            "x": [[1, 0, 0], [0, c, -s], [0, s, c]],
+            "y": [[c, 0, s], [0, 1, 0], [-s, 0, c]],
+            "z": [[c, -s, 0], [s, c, 0], [0, 0, 1]],
+        }[axis]
+    )
+
+
+@pytest.mark.parametrize(("text", "origin", "rotation"), [
+    ("G68.2 P0 X1 Y2 Z3 I30 J20 K10", (1, 2, 3), make_rotation("z", 30) @ make_rotation("x", 20) @ make_rotation("z", 10)),
+    ("G68.2 P1 X1 Y2 Z3 J20", (1, 2, 3), make_rotation("y", 20)), ("G68.2 P1 I90 Q321", (0, 0, 0), make_rotation("x", 90)),
+    ("G68.2 P2 Q1 X10 Y0 Z0 / G68.2 P2 Q2 X10 Y5 Z0 / G68.2 P2 Q3 X10 Y0 Z8", (10, 0, 0), np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])),
+    # Q0: from the first point in the plane, then a turn by R
+    ("G68.2 P2 Q0 X1 Y2 Z3 R90 / G68.2 P2 Q1 X10 Y0 Z0 / G68.2 P2 Q2 X10 Y5 Z0 / G68.2 P2 Q3 X10 Y1 Z8", (13, 1, 2), np.array([[0, 0, 1], [0, -1, 0], [1, 0, 0]])),
+    ("G68.2 P3 Q1 X1 Y2 Z3 I0 J2. K0 / G68.2 P3 Q2 I1. J0 K0", (1, 2, 3), np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])),
+])  # fmt: skip
+def test_tilted_planes(run, text, origin, rotation):
+    moves = run(f"{text} / G1 X0 Y0 Z0 / X1 / Y1 / Z1 X0 Y0")
+    at = places(moves)
+    assert at[0] == pytest.approx(origin, abs=1e-9)
+    assert at[1] - at[0] == pytest.approx(rotation[:, 0], abs=1e-9)
+    assert at[2] - at[1] == pytest.approx(rotation[:, 1], abs=1e-9)
+    assert at[3] - at[0] == pytest.approx(rotation[:, 2], abs=1e-9)
+
+
+@pytest.mark.parametrize(("choice", "rotation"), [
+    ("fixed", make_rotation("z", 30) @ make_rotation("y", 20) @ make_rotation("x", 10)), ("moving", make_rotation("x", 10) @ make_rotation("y", 20) @ make_rotation("z", 30)),
+])  # fmt: skip
+def test_roll_pitch_and_yaw_need_to_be_told_about_which_axes(run, view, choice, rotation):
+    text = "G68.2 P1 X0 Y0 Z0 I10 J20 K30 / G1 X1 Y0 Z0"
+    at = places(run(text, control={"fanuc": {"roll_pitch_yaw": choice}}))
+    assert at[0] == pytest.approx(rotation[:, 0], abs=1e-9)
+    findings = view("%\nO1\n" + text.replace(" / ", "\n") + "\nM30\n%", dialect="fanuc")[1]
+    assert [item.code for item in findings] == ["VP005"]
+    assert "roll_pitch_yaw" in findings[0].message
+
+
+@pytest.mark.parametrize(("text", "ends", "arcs"), [
+    # ,C: so much of each line; ,R: an arc that touches both
+    ("G1 X10 Y0 ,C2 / Y10", [(8, 0), (10, 2), (10, 10)], []), ("G1 X10 Y0 ,R2. / Y10 ,C1 / X0", [(8, 0), (10, 2), (10, 9), (9, 10), (0, 10)], [(8, 2, 90)]),
+    # between a line and an arc: centre 2 mm beside the line y = 0 and 10 - 2 mm from the centre of the circle
+    ("G1 X10 Y0 ,R2 / G3 X0 Y10 I-10 J0", [(2 * math.sqrt(15), 0), (2.5 * math.sqrt(15), 2.5), (0, 10)], [(2 * math.sqrt(15), 2, None), (0, 0, None)]),
+    ("G1 X10 Y0 ,R2 / X20", [(10, 0), (20, 0)], []), ("G91 G1 X10 ,R[1+1] / Y10", [(8, 0), (10, 2), (10, 10)], [(8, 2, 90)]),
+    ("#1=0 / WHILE [#1 LT 2] DO1 / G91 G1 X10 ,C1 / Y10 ,C1 / #1=#1+1 / END1 / X5", [(9, 0), (10, 1), (10, 9), (11, 10), (19, 10), (20, 11), (20, 19), (21, 20), (25, 20)], []),
+])  # fmt: skip
+def test_corners(run, text, ends, arcs):
+    moves = run(text)
+    assert moves.end[1:, :2] == pytest.approx(np.array(ends, dtype=float), abs=1e-9)
+    for found, (x, y, sweep) in zip(zip(moves.arcs.center, moves.arcs.sweep, strict=True), arcs, strict=True):
+        assert found[0][:2] == pytest.approx((x, y), abs=1e-9)
+        assert sweep is None or found[1] == pytest.approx(sweep)
+
+
+def test_a_corner_has_the_feed_of_the_first_and_is_beside_the_contour_under_compensation(run):
+    moves = run("G1 X10 Y0 F50 ,R2 / Y10 F70")
+    assert moves.feed[1:].tolist() == [50.0, 50.0, 70.0]
+    tools = {1: Tool(1, 1, (0.0,) * 9, 2.0)}
+    written = run("G42 D1 G1 X0 Y0 / X8 / G3 X10 Y2 R2 / G1 Y10 / G40 X20", before="G0 X-9 Y0 Z0 F100", tools=tools)
+    short = run("G42 D1 G1 X0 Y0 / X10 ,R2 / Y10 / G40 X20", before="G0 X-9 Y0 Z0 F100", tools=tools)
+    assert short.end == pytest.approx(written.end, abs=1e-9)
+    assert short.feed[:-2] == pytest.approx(written.feed[:-2], nan_ok=True)
+
+
+@pytest.mark.parametrize(("text", "heights"), [
+    # R, Z, Q and P of one cycle hold for the next, until G80
+    ("G81 X1 Z-3 R2 / G83 X2 Q2", [20, 2, -3, 20, 20, 2, 0, 2, 0.254, -2, 2, -1.746, -3, 20]), ("G82 Z-3 R2 P100 / G99 G81 X2 Z-4", [20, 2, -3, -3, 20, 20, 2, -4, 2]),
+    # fine boring: in, dwell, off the wall, out, back
+    ("G76 Z-3 R2 P100 I0.2", [20, 2, -3, -3, -3, 20, 20]), ("G99 G76 Z-3 R2 Q0.2", [20, 2, -3, -3, 2, 2]),
+])  # fmt: skip
+def test_cycles(run, text, heights):
+    moves = run(text, before="G0 X0 Y0 Z20 S500 M3 F100", control={"fanuc": {"bore_shift": "-Y"}})
+    assert moves.end[1:, 2] == pytest.approx(heights)
+    if "G76" in text:
+        beside = [(-0.2 if "Q" in text else 0.0), 0.2 if "I" in text else 0.0]
+        assert sorted({(x, y) for x, y in moves.end[1:, :2].round(9).tolist()}) == sorted(
+            {(0.0, 0.0), (beside[1], beside[0])}
+        )
+        assert [event.kind for event in moves.events if event.line > 4] == ["spindle", "orient", "spindle", "end"]
+
+
+def test_h_alone_is_another_length_while_g43_holds(run):
+    moves = run("H0 G0 X1 / G43 H1 / X2 / H2 / X3 / H0 / X4")
+    assert [moves.frames[i].tool[2] for i in moves.frame[-4:]] == [0.0, 10.0, 25.0, 0.0]
+
+
+def test_g9_stops_once(run):
+    modes = [str(one.mode.name) for one in (lambda m: [m.controls[i] for i in m.control])(run("G9 G1 X1 / X2"))]
+    assert modes[1] == "EXACT_STOP"
+    assert modes[2] == modes[0] != "EXACT_STOP"
+
+
+@pytest.mark.parametrize(("text", "length", "radius"), [
+    ("G10 L10 P1 R20", 20, 3), ("G10 L11 P1 R0.5", 10.5, 3), ("G10 L11 P1 R0.5 / G10 L11 P1 R0.2", 10.2, 3), ("G10 L11 P1 R0.5 / G10 L10 P1 R20", 20.5, 3),
+    ("G10 L12 P1 R4", 10, 4), ("G10 L13 P1 R-0.1", 10, 2.9), ("G10 L12 P1 R4 / G10 L13 P1 R-0.1 / G10 L12 P1 R5", 10, 4.9),
+])  # fmt: skip
+def test_offsets_of_tools_and_their_wear(run, text, length, radius):
+    moves = run(f"{text} / G43 H1 / G0 X#11001 Y#13001")
+    assert moves.end[-1][:2] == pytest.approx((length, radius))
+    assert moves.frames[moves.frame[-1]].tool[2] == pytest.approx(length)
+
+
+@pytest.mark.parametrize(("text", "code", "part"), [
+    ("G68 X0 Y0 R45 / G1 X10", "VP017", "name X, Y in G90"), ("G68 X0 Y0 R45 / G1 X9 Y9 / G69 / G91 X1", "VP017", "after G69"), ("G68 X0 Y0", "VP005", "R"),
+    ("G68 X0 Y0 R45 / G68 X0 Y0 R45", "VP017", "G69"), ("G68 Z0 R45", "VP006", "plane"), ("G68 X0 Y0 R9 / G54 / G55", "VP017", "G69"), ("G68 X0 R9 I0 J0 K0", "VP005", "direction"),
+    ("G68 X0 Y0 R9 / G53.1", "VP017", "G68.2"), ("G51 X0 Y0 P2", "VP007", "decimal point"), ("G51 X0 Y0 Z0 P0.", "VP007", "lies between"), ("G51 X0", "VP005", "P"),
+    ("G51 X0 Y0 Z0 P2. / G51 P2.", "VP017", "G50"), ("G51 X0 Y0 Z0 P2. / G28 X0", "VP017", "G28"), ("G51 X0 Y0 Z0 P2. / G55", "VP017", "G50"),
+    ("G51 X0 Y0 Z0 I2. J3. / G2 X9 Y9 I9", "VP017", "ellipse"), ("G51.1", "VP005", "axes"), ("G68 X0 Y0 R9 / G51.1 X0", "VP017", "G69"), ("G51.1 Z0 / G81 Z-3 R2", "VP017", "below"),
+    ("G16 / G91 G1 X5", "VP002", "G90"), ("G16 / G2 X5 Y5 I5", "VP017", "R"), ("G18 G16 / G1 X5 Y5", "VP017", "G17"), ("G51.1 X0 / G16", "VP017", "G50"),
+    ("G68.2 P4 I1", "VP002", "P4"), ("G68.2 P2 Q1 X0 / G1 X1", "VP005", "Q2, Q3"), ("G68.2 P2 Q4", "VP007", "Q4"), ("G68.2 P3 Q1 I1 / G68.2 P3 Q2 I1", "VP007", "right angles"),
+    ("G68.2 P2 Q1 X0 / G68.2 P2 Q2 X1 / G68.2 P2 Q3 X2", "VP007", "line"), ("G68.2 P1 Q122 I1", "VP007", "Q122"), ("G68.2 P0 Q1 I1", "VP006", "Q"), ("G68.3 R0", "VP017", "vertical"),
+    ("G68.3 X1", "VP005", "X, Y and Z"), ("G53.6 H1", "VP017", "G68.2"), ("G68.2 I0 / G53.6 H1 R5", "VP002", "R"), ("G68.4 X0", "VP002", "G68.4"),
+    ("G1 X9 ,R2 / M8", "VP017", "line or an arc"), ("G1 X9 ,R2 / G0 Y9", "VP017", "line or an arc"), ("G0 X9 ,R2", "VP017", "feed move"), ("G1 X1 ,R2 / Y9", "VP008", ",R"),
+    ("G1 X9 ,C2 / G2 X5 Y5 R9", "VP008", ",C"), ("G1 X9 ,R0 / Y9", "VP007", "greater than 0"), ("G1 X9 ,R2", "VP017", "line or an arc"), ("G1 X9 Z1 ,R2 / Y9", "VP008", "plane"),
+    ("G76 Z-3 R2 Q0.2", "VP005", "bore_shift"), ("G76 Z-3 R2", "VP005", "Q greater"), ("G87 Z-3 R2 Q1", "VP002", "G87"), ("G81 Z-3 R2 / G80 / G82 Z-3 P1", "VP005", "R"),
+    ("G10 L11 P9 R1", "VP012", "tool 9"), ("G10 L12 P1", "VP005", "R"), ("G10 L14 P1 R1", "VP002", "L14"), ("G91 G30 P3 Z0", "VP015", "P3"), ("G12 I5. F9", "VP002", "G12"),
+    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101 X0", "VP002", "G51.1"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
+])  # fmt: skip
+def test_refusals(view, text, code, part):
+    source = "\n".join(["%", "O1", "G21 G90 G17", "G0 X0 Y0 Z0 S500 M3", "F100", *text.split(" / "), "M30", "%"])
+    findings = view(source, dialect="fanuc")[1]
+    assert [item.code for item in findings] == [code], findings
+    assert part in findings[0].message
+
+
+def test_a_program_that_ends_in_a_corner_says_so(view):
+    for text in ("G1 X9 ,R2", "G68.2 P2 Q1 X0"):
+        findings = view(f"%\nO1\nG0 X0 Y0\nF100\n{text}\n%", dialect="fanuc")[1]
+        assert [item.code for item in findings] == ["VP010"]
+
+
+@pytest.mark.parametrize(("a", "c"), [(20.0, 30.0), (-35.0, 100.0), (0.0, 45.0), (0.0, 0.0)])
+def test_a_dynamic_work_offset_counts_along_the_machine_from_the_origin_on_the_table(machine, a, c):
+    options = Options(tool_length=50.0, dialect="fanuc", wcs={"G54": (10.0, -20.0, 60.0)})
+    text = f"%\nO1\nG21 G90 G54\nG43 H1\nG0 X0 Y0 Z0 A{a} C{c}\nG254\nG0 X1 Y2 Z3\nG91 G1 X10 F500\nY10\nZ10\nG90 G255\nG0 X0 Y0 Z0\nM30\n%"
+    moves = interpret_program(text.encode(), machine_setup(machine, options))
+    at = [machine.coordinates.to_machine(moves.end[i], moves.frames[moves.frame[i]])[:3] for i in range(len(moves))]
+    zero = at[0]  # the origin of the part, where the table has carried it
+    ends = [(1, 2, 3), (11, 2, 3), (11, 12, 3), (11, 12, 13), (0, 0, 0)]
+    assert np.array(at[1:]) - zero == pytest.approx(np.array(ends, dtype=float), abs=1e-9)
+    assert not [item for item in moves.findings if item.code == "VP037"]
+
+
+def test_haas_codes_are_shown(run):
+    moves = run("G154 P3 / G187 P2 E0.01 / G103 P1 / G0 X1 Y1")
+    assert [event.data for event in moves.events if event.kind == "look-ahead"] == [
+        {"code": "G187", "P": 2.0, "E": 0.01},
+        {"code": "G103", "P": 1.0},
+    ]
+    assert moves.frames[moves.frame[-1]].system == 103
+    assert MoveKind(int(moves.kind[-1])) == MoveKind.RAPID

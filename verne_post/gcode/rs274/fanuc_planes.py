@@ -1,0 +1,342 @@
+"""Tilted work planes and rotation of coordinates of Fanuc: G68, G68.2, G68.3, G69, and how the table turns to a plane."""
+
+import math
+from typing import Final
+
+import numpy as np
+from msgspec.structs import replace
+
+from verne_post.base.arrays import Array
+from verne_post.base.tolerances import UPRIGHT_DEG
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.block import Block
+from verne_post.gcode.codes import TAKES_AXES, g_name
+from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.turning import turn_table
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, PLANE_OFF, ROTATION
+from verne_post.gcode.rs274.modes import AxisMaps, Modes
+from verne_post.gcode.rs274.values import WordValues, whole
+from verne_post.gcode.standing_table import standing_table
+from verne_post.gcode.table_positions import choose_position, find_positions
+from verne_post.model.control_keys import FanucKeys
+from verne_post.model.moves import Feature, MoveKind
+
+#: Blocks of G68.2 that together say one plane, by P: the Q of each.
+_SEVERAL: Final = {2: (0, 1, 2, 3), 3: (1, 2)}
+#: G68 may turn so often, one turn inside the other, where it has a direction.
+_MOST_TURNS: Final = 2
+#: Directions of this sine or less are parallel: control words have three or four decimals.
+_PARALLEL: Final = 1e-6
+
+
+class FanucPlanes:
+    """G68, G68.2, G68.3, G53.1, G53.6 and G69."""
+
+    def __init__(self, core: Machining, values: WordValues, keys: FanucKeys) -> None:
+        self.core, self.values, self.keys = core, values, keys
+        self.setup, self.state, self.recorder = core.setup, core.state, core.recorder
+        self.modes: Modes = core.state.modes
+        #: What the blocks of G68.2 P2 or P3 have said so far: P, and words by Q.
+        self.given: tuple[int, dict[int, Block]] | None = None
+
+    def set_plane(self, block: Block, code: int) -> None:
+        """G68.2: the plane in which the program goes on; G68.3: that of the tool; G68: a turn of coordinates; G69 ends them."""
+        if code == PLANE_OFF:
+            self._end()
+            return
+        name = g_name(code)
+        if code == ROTATION:
+            self._rotate(block)
+            return
+        self.recorder.says_tcp = True  # a plane of the part
+        self.refuse_under_plane(name)
+        if code == OF_TOOL:
+            origin, rotation = self._find_plane_of_tool(block)
+        else:
+            kind = whole(block, "P") if "P" in block.words else 0
+            if kind in _SEVERAL and not self._take_part(block, kind):
+                return
+            origin, rotation = self._read_plane(block, kind)
+        self._set_feature(origin, rotation)
+
+    def check_complete(self) -> None:
+        """Refuse (VP005) anything else among the blocks that together say one plane."""
+        if self.given is not None:
+            kind, parts = self.given
+            self.given = None
+            missing = ", ".join(f"Q{q}" for q in _SEVERAL[kind] if q not in parts and q)
+            raise ProgramError("VP005", f"G68.2 P{kind} is not complete: expected {missing} in blocks of their own")
+
+    def refuse_under_plane(self, what: str) -> None:
+        """Refuse (VP017) what would change the system in which a plane lies."""
+        modes = self.modes
+        if modes.follows_table or self.state.frame.feature is not None:
+            code, end = ("G254", "G255") if modes.follows_table else ("G68" if modes.turns else "G68.2", "G69")
+            raise ProgramError("VP017", f"{what} under {code}; write {end} first")
+
+    def _end(self) -> None:
+        if self.modes.follows_table:  # which G255 ends
+            return
+        self.core.frames.set_frame(replace(self.state.frame, feature=None))
+        if self.modes.turns:
+            self.modes.turns, self.modes.after_turn = 0, "G69"
+
+    def _set_feature(self, origin: Array, rotation: Array) -> None:
+        feature = Feature(
+            (float(origin[0]), float(origin[1]), float(origin[2])), tuple(float(v) for v in rotation.ravel())
+        )
+        self.core.frames.set_frame(replace(self.state.frame, feature=feature))
+
+    def _read_point(self, block: Block) -> Array:
+        return np.array(
+            [self.values.axis_value(block, axis) if letter in block.words else 0.0 for axis, letter in enumerate("XYZ")]
+        )
+
+    @staticmethod
+    def _read_direction(block: Block, what: str) -> Array:
+        vector = np.array([block.words.get(letter, 0.0) for letter in "IJK"])
+        size = float(np.linalg.norm(vector))
+        if size <= _PARALLEL:
+            raise ProgramError("VP005", f"{what} needs a direction, I J K")
+        return vector / size
+
+    # --- G68.2 -------------------------------------------------------------------------------------
+
+    def _take_part(self, block: Block, kind: int) -> bool:
+        """Keep a block of several; True with the last one."""
+        if self.given is None or self.given[0] != kind:
+            self.check_complete()
+            self.given = (kind, {})
+        number = whole(block, "Q") if "Q" in block.words else 0
+        if number not in _SEVERAL[kind]:
+            expected = ", ".join(f"Q{q}" for q in _SEVERAL[kind])
+            raise block.error("VP007", f"G68.2 P{kind} Q{number}: expected {expected}", "Q")
+        parts = self.given[1]
+        parts[number] = Block(block.line, words=dict(block.words), columns=dict(block.columns))
+        return {q for q in _SEVERAL[kind] if q} <= set(parts)
+
+    def _read_plane(self, block: Block, kind: int) -> tuple[Array, Array]:
+        """Origin and axes (columns) of a plane: P0 Euler angles, P1 roll, pitch and yaw, P2 three points, P3 two directions."""
+        if kind in _SEVERAL:
+            assert self.given is not None
+            parts, self.given = self.given[1], None
+            return self._find_plane_of_points(parts) if kind == 2 else self._find_plane_of_directions(parts)
+        for letter in "R" if kind else "QR":
+            if letter in block.words:
+                raise block.error("VP006", f"G68.2 P{kind} does not use {letter}", letter)
+        i, j, k = (RAD_PER_DEG * block.words.get(letter, 0.0) for letter in "IJK")
+        if kind == 0:
+            return self._read_point(block), _turn_z(i) @ _turn_x(j) @ _turn_z(k)
+        if kind == 1:
+            return self._read_point(block), self._find_roll_pitch_yaw(block)
+        raise block.error(
+            "VP002", f"G68.2 P{kind} is not executed; give Euler angles (P0), points (P2) or directions (P3)", "P"
+        )
+
+    def _find_roll_pitch_yaw(self, block: Block) -> Array:
+        """Turns about X, Y and Z in the order of Q: about the axes of the part, or each about those that the turns before have left."""
+        order = f"{whole(block, 'Q') if 'Q' in block.words else 123}"
+        if sorted(order) != ["1", "2", "3"]:
+            raise block.error("VP007", f"G68.2 P1 Q{order}: an order of the axes 1, 2, 3", "Q")
+        fixed, moving = np.eye(3), np.eye(3)
+        for axis in (int(digit) - 1 for digit in order):
+            turn = rotate_about(np.eye(3)[axis], block.words.get("IJK"[axis], 0.0))
+            fixed, moving = turn @ fixed, moving @ turn
+        if self.keys.roll_pitch_yaw:
+            return fixed if self.keys.roll_pitch_yaw == "fixed" else moving
+        if np.abs(fixed - moving).max() > _PARALLEL:
+            raise ProgramError(
+                "VP005", "G68.2 P1 with several angles: say whether each turns about the axes of the part or about those that the turns "
+                'before have left, [fanuc] roll_pitch_yaw = "fixed" or "moving" in the settings file; or give Euler angles (P0)',
+            )  # fmt: skip
+        return fixed
+
+    def _find_plane_of_points(self, parts: dict[int, Block]) -> tuple[Array, Array]:
+        """Q1 the first point, Q2 in the direction of X, Q3 on the side of Y; Q0 shifts from Q1 in the plane, and turns by R."""
+        first, second, third = (self._read_point(parts[q]) for q in (1, 2, 3))
+        rotation = _span(second - first, third - first, "G68.2 P2: the three points")
+        origin = first
+        if 0 in parts:
+            origin = first + rotation @ self._read_point(parts[0])
+            rotation = rotation @ rotate_about(np.array([0.0, 0.0, 1.0]), parts[0].words.get("R", 0.0))
+        return origin, rotation
+
+    def _find_plane_of_directions(self, parts: dict[int, Block]) -> tuple[Array, Array]:
+        """Q1 the origin and the direction of X, Q2 that of Z."""
+        x, z = self._read_direction(parts[1], "G68.2 P3 Q1"), self._read_direction(parts[2], "G68.2 P3 Q2")
+        if abs(float(x @ z)) > math.sin(RAD_PER_DEG * UPRIGHT_DEG):
+            raise ProgramError("VP007", "G68.2 P3: the directions of X (Q1) and Z (Q2) are not at right angles")
+        return self._read_point(parts[1]), _span(x, np.cross(z, x), "G68.2 P3: the directions")
+
+    def _find_plane_of_tool(self, block: Block) -> tuple[Array, Array]:
+        """G68.3: Z along the tool, X level, turned by R about Z; the origin is where the tool is, unless X Y Z say it."""
+        given = [letter for letter in "XYZ" if letter in block.words]
+        if len(given) not in (0, 3):
+            raise ProgramError("VP005", "G68.3 needs X, Y and Z, or none of them")
+        tool = self.setup.coordinates.tool_axis(self.state.position, self.state.frame)
+        z = np.array([0.0, 0.0, 1.0]) if tool is None else np.asarray(tool)
+        if abs(float(z[2])) > math.cos(RAD_PER_DEG * UPRIGHT_DEG):
+            raise ProgramError(
+                "VP017",
+                "G68.3 while the tool is vertical: how X of the plane points is a parameter of the control; write G68.2",
+            )
+        self.recorder.note_once(
+            "VP039", "G68.3: X of the plane is level (parameter 12321 names Z); controls set otherwise have it elsewhere", block.line
+        )  # fmt: skip
+        x = np.cross([0.0, 0.0, 1.0], z)
+        rotation = _span(x, np.cross(z, x), "G68.3") @ rotate_about(
+            np.array([0.0, 0.0, 1.0]), block.words.get("R", 0.0)
+        )
+        return self._read_point(block) if given else np.array(self.state.position[:3]), rotation
+
+    # --- G68 ---------------------------------------------------------------------------------------
+
+    def _rotate(self, block: Block) -> None:
+        """G68: turn by R about a point of the plane, or, with I J K, about a direction of space."""
+        words, state, modes = block.words, self.state, self.modes
+        in_space = any(letter in words for letter in "IJK")
+        if state.frame.feature is not None and not (modes.turns and in_space and modes.turns < _MOST_TURNS):
+            self.refuse_under_plane("G68")
+        if "R" not in words:
+            raise ProgramError("VP005", "G68 needs R, the angle")
+        u, v, normal, *_ = PLANES[state.plane]
+        axes = (0, 1, 2) if in_space else (u, v)
+        stray = next((letter for axis, letter in enumerate("XYZ") if letter in words and axis not in axes), None)
+        if stray is not None:
+            raise block.error(
+                "VP006", f"G68 turns in the plane of G17, G18 or G19, and {stray} is none of its axes", stray
+            )
+        if missing := [axis for axis in axes if "XYZ"[axis] not in words]:
+            self.core.require_known(block, missing, "G68 about the place where the tool is")
+        center = np.array([
+            self.values.axis_value(block, axis) if axis in axes and "XYZ"[axis] in words else state.position[axis] for axis in range(3)
+        ])  # fmt: skip
+        direction = self._read_direction(block, "G68") if in_space else np.eye(3)[normal]
+        if not in_space and min(modes.maps.factors[u], modes.maps.factors[v]) < 0:
+            raise ProgramError(
+                "VP017",
+                "G68 under G51 with factors below 0: controls differ in the side to which it turns; write G51.1",
+            )
+        angle = words["R"] * (-1.0 if modes.maps.flips(u, v) and not in_space else 1.0)
+        rotation = rotate_about(direction, angle)
+        origin = center - rotation @ center
+        outer = state.frame.feature
+        if outer is not None:
+            origin = outer.outside(origin)
+            rotation = np.array(outer.rotation).reshape(3, 3) @ rotation
+        self._set_feature(origin, rotation)
+        modes.turns, modes.turned_axes, modes.after_turn = modes.turns + 1, axes, "G68"
+
+    def check_first_motion(self, block: Block, codes: set[int]) -> None:
+        """Refuse (VP017) a motion after G68 or G69 that leaves open from where it goes: it names some of the turned axes, or in G91."""
+        modes = self.modes
+        named = [axis for axis in modes.turned_axes if "XYZ"[axis] in block.words]
+        if (
+            not named
+            or (modes.motion is None and not codes & {0, 10, 20, 30})
+            or codes & {*TAKES_AXES, 530, *OF_FRAMES, MIRROR_OFF}
+        ):
+            return
+        absolute = 900 in codes or (modes.absolute and 910 not in codes)
+        if (absolute and len(named) < len(modes.turned_axes)) or (not absolute and modes.after_turn == "G69"):
+            letters = ", ".join("XYZ"[axis] for axis in sorted(modes.turned_axes))
+            raise ProgramError(
+                "VP017", f"the first motion after {modes.after_turn} leaves open where the axes begin that it does not name; name {letters} in G90"
+            )  # fmt: skip
+        if absolute:
+            modes.after_turn = ""
+
+    # --- the table ---------------------------------------------------------------------------------
+
+    def follow_table(self, block: Block, on: bool) -> None:
+        """G254: X, Y, Z count along the axes of the machine, from the origin of the work system, which the table has carried along."""
+        state, modes = self.state, self.modes
+        if not on:
+            if modes.follows_table:
+                self.core.frames.set_frame(replace(state.frame, feature=None))
+                modes.follows_table = False
+            return
+        self.refuse_under_plane("G254")
+        if modes.maps != AxisMaps():
+            raise ProgramError("VP017", "G254 under G51, G51.1 or G16; end that before")
+        self.core.require_known(block, [*self.setup.rotary], "G254")
+        if state.tool_axis is not None:
+            self.core.settle_table(block)
+        modes.follows_table = self.recorder.says_tcp = True
+        standing = standing_table(self.setup.coordinates, state.frame, state.position)
+        if standing is not None:
+            self._set_feature(np.zeros(3), np.array(standing.rotation).reshape(3, 3))
+
+    def refuse_turning(self, block: Block) -> None:
+        """Refuse (VP017) that the table turns while the work system follows it."""
+        letter = next((letter for letter in "ABC" if letter in block.words), None)
+        if letter is not None and self.modes.follows_table:
+            raise block.error(
+                "VP017",
+                f"{letter} under G254: the control would compute another work system; write G255 before, and G254 after it",
+                letter,
+            )
+
+    def turn_to_plane(self, block: Block, code: int) -> None:
+        """G53.1, G53.6: turn the table so that the tool stands upright on the plane; X Y Z of the machine stand, under G43.4 the tip on the part."""
+        state, name = self.state, g_name(code)
+        if state.frame.feature is None or self.modes.turns:
+            raise ProgramError("VP017", f"{name} without G68.2: there is no plane to turn to")
+        if block.words.get("R", 0.0):
+            raise block.error(
+                "VP002", f"{name} R: the tip keeps its place; another point of the tool is not executed", "R"
+            )
+        self.core.refuse_compensation(name)
+        if state.tcp_off:
+            raise ProgramError("VP017", f"{name} while tool-centre-point control is off (user-defined code)")
+        upright = np.array([0.0, 0.0, 1.0])
+        if not self.setup.machine:
+            self.core.hold_tool_axis(upright)
+            self.core.line(block, MoveKind.RAPID, list(state.position), [])
+            return
+        tilt, turn = self.setup.rotary
+        self.core.end_tool_axis(block, [tilt, turn])
+        tcp = self.modes.length_code in (434, 435)
+        here = state.position
+        positions = find_positions(self.setup, here, upright, state.frame, tip_stays=tcp)
+        end = choose_position(
+            positions, lambda one: (round(abs(one.program[tilt] - here[tilt]), 6), round(one.turned, 6), -one.tilt)
+        ).program
+        if not tcp:
+            turn_table(self.core, block, MoveKind.RAPID, {tilt: end[tilt], turn: end[turn]})
+            return
+        self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=(tilt, turn))
+        self.recorder.fix_c(block.line)
+        self.core.line(block, MoveKind.RAPID, end, [tilt, turn])
+
+
+def rotate_about(direction: Array, degrees: float) -> Array:
+    """Matrix (3, 3) of a turn about a unit direction (3,); exact for quarter turns."""
+    quarters = degrees / 90.0
+    exact = quarters == round(quarters)
+    c = (1.0, 0.0, -1.0, 0.0)[round(quarters) % 4] if exact else math.cos(RAD_PER_DEG * degrees)
+    s = (0.0, 1.0, 0.0, -1.0)[round(quarters) % 4] if exact else math.sin(RAD_PER_DEG * degrees)
+    x, y, z = direction
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return c * np.eye(3) + s * cross + (1.0 - c) * np.outer(direction, direction)
+
+
+def _span(x: Array, y: Array, what: str) -> Array:
+    """Matrix (3, 3) whose columns are axes: X along one vector, Y on the side of the other."""
+    z = np.cross(x, y)
+    if np.linalg.norm(z) <= _PARALLEL * np.linalg.norm(x) * np.linalg.norm(y) or not np.linalg.norm(x):
+        raise ProgramError("VP007", f"{what} lie on one line; they span no plane")
+    x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def _turn_z(angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _turn_x(angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])

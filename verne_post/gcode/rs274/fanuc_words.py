@@ -1,0 +1,90 @@
+"""Words of Fanuc blocks that RS274/NGC has in another way: times, repeats, rapids in themselves."""
+
+from typing import Final
+
+from verne_post.gcode.block import Block
+from verne_post.gcode.codes import CYCLES, TAKES_AXES, CodeTable
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, SMOOTHING
+from verne_post.gcode.rs274.modes import Modes
+from verne_post.gcode.rs274.values import whole
+
+_SECONDS_PER_P: Final = 1e-3
+
+
+class FanucWords:
+    """Puts the words of a block into those of RS274/NGC; the block changes in place."""
+
+    def __init__(self, modes: Modes, table: CodeTable) -> None:
+        self.modes, self.table = modes, table
+
+    def convert_times(self, block: Block, codes: set[int]) -> None:
+        """G4 X or U in seconds, P in milliseconds, also in cycles."""
+        words, columns = block.words, block.columns
+        if 40 in codes:
+            for letter in "XU":
+                if letter in words:
+                    if "P" in words:
+                        raise ProgramError("VP003", f"G4 with {letter} and P; one of them is the time", columns[letter])
+                    words["P"], columns["P"] = words.pop(letter), columns.pop(letter)
+                    return
+        if "P" in words and (40 in codes or self.has_cycle(block, codes)):
+            whole(block, "P")
+            words["P"] *= _SECONDS_PER_P
+
+    def has_cycle(self, block: Block, codes: set[int]) -> bool:
+        """True where the words of a block are those of a cycle: no other code takes them."""
+        if codes & {*TAKES_AXES, ADDITIONAL, *SMOOTHING, 0, 10, 20, 30, 40, 800} or self._has_call(block):
+            return bool(codes & set(CYCLES))
+        return bool(codes & set(CYCLES)) or self.modes.motion in CYCLES
+
+    @staticmethod
+    def _has_call(block: Block) -> bool:
+        """True where M97, M98 or M99 stands in the block: P is theirs."""
+        return any(letter == "M" and number in (97, 98, 99) for letter, number, _column in block.codes)
+
+    def convert_repeats(self, block: Block, codes: set[int]) -> None:
+        """K of cycles is L; M98 P with more than four digits has the repeats before the number."""
+        words, columns = block.words, block.columns
+        if "K" in words and "I" not in words and self.has_cycle(block, codes):
+            if "L" in words:
+                raise ProgramError(
+                    "VP003", "K and L in one block: both would be the repeats of the cycle", columns["K"]
+                )
+            words["L"], columns["L"] = words.pop("K"), columns.pop("K")
+        if any(letter == "M" and number == 98 for letter, number, _column in block.codes) and "P" in words:
+            number = whole(block, "P")
+            if number > 9999 and "L" not in words:
+                words["P"], words["L"], columns["L"] = float(number % 10000), float(number // 10000), columns["P"]
+
+    def convert_length(self, block: Block, codes: set[int]) -> None:
+        """H alone is another length where G43 holds, and none before it; H0 without G43 has no effect."""
+        if "H" not in block.words or codes & {*self.table.g_groups["tool length"], ABOUT_TIP}:
+            return
+        if self.modes.length_code not in (None, 490):
+            block.codes.append(("G", self.modes.length_code / 10, block.columns["H"]))
+        elif block.words["H"] == 0.0:
+            del block.words["H"], block.columns["H"]
+
+    def convert_rapids(self, block: Block, codes: set[int]) -> int | None:
+        """G28, G30 and G53 are rapid moves in themselves; a G0 beside them is only modal. Returns the modal motion after the block."""
+        motion = next((code for code in codes if code in self.table.g_groups["motion"]), None)
+        if codes & {280, 300}:
+            block.codes = [
+                code
+                for code in block.codes
+                if code[0] != "G" or round(code[1] * 10) not in self.table.g_groups["motion"]
+            ]
+            if 300 in codes and "P" in block.words:
+                if block.words["P"] != 2.0:
+                    text = f"G30 P{block.words['P']:g}: machine files have the first and the second reference position, G28 and G30 P2"
+                    raise block.error("VP015", text, "P")
+                del block.words["P"], block.columns["P"]
+            return motion
+        if 530 in codes and motion is None:
+            column = next(
+                column for letter, number, column in block.codes if letter == "G" and round(number * 10) == 530
+            )
+            block.codes.append(("G", 0.0, column))
+            return self.modes.motion
+        return None

@@ -1,0 +1,163 @@
+"""Where a Fanuc program goes on: IF, GOTO, WHILE, DO and END, and the local variables of macros that it calls."""
+
+from typing import Protocol
+
+from msgspec import Struct, field
+
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.interpreter import Call, Rs274
+from verne_post.gcode.rs274.macro_text import Loops, Statement, find_loops, find_numbered_lines
+from verne_post.gcode.rs274.macro_variables import LOCAL
+from verne_post.gcode.text import ProgramText
+
+
+class Frame(Struct):
+    """One call: where it came from, and what it brings back.
+
+    ``label`` is None for the program itself; ``remaining`` counts the remaining calls of M98 L; ``counters`` the rounds of repeat.
+    """
+
+    text: ProgramText
+    line: int
+    label: str | None = None
+    program: bool = False
+    begin: int = 0
+    remaining: int = 0
+    arguments: dict[int, float] = field(default_factory=dict)
+    counters: dict[int, int] = field(default_factory=dict)
+    #: Of a macro of Fanuc: the local variables of the program that has called it, and its own call.
+    outer: dict[int, float] | None = None
+    call: Call | None = None
+
+
+class Running(Protocol):
+    """The order of execution of one program, as a statement can change it."""
+
+    interpreter: Rs274
+    text: ProgramText
+    line: int
+
+
+class MacroFlow:
+    """Statements and calls of custom macros, in the order of execution of one program."""
+
+    def __init__(self, flow: Running) -> None:
+        self.flow = flow
+        self._loops: dict[int, Loops] = {}
+        self._numbers: dict[tuple[int, int], list[int]] = {}
+
+    # --- statements --------------------------------------------------------------------------------
+
+    def step(self, statement: Statement, line: int) -> None:
+        """Execute a statement; the flow's ``line`` is already the next one.
+
+        Raises
+        ------
+        ProgramError
+        """
+        try:
+            self._execute(statement, line)
+        except ProgramError as error:
+            column = error.column or (None if error.line else statement.column)
+            raise ProgramError(error.code, error.message, column, error.line) from None
+
+    def _execute(self, statement: Statement, line: int) -> None:
+        flow = self.flow
+        if statement.kind == "if":
+            self._execute_if(statement, line)
+        elif statement.kind == "goto":
+            statement.start()
+            self._jump(statement.read_number("GOTO"), line)
+        elif statement.kind == "end":
+            begin = self._find_loops(flow.text).begin
+            if line not in begin:
+                raise ProgramError("VP023", "END without the DO that it would end")
+            flow.line = begin[line]
+        else:
+            holds = statement.kind == "do" or statement.read_condition()
+            end = self._find_loops(flow.text).end
+            if line not in end:
+                raise ProgramError("VP023", "expected WHILE [...] DO1, with END1 after it; numbers are 1 to 9")
+            if not holds:
+                flow.line = end[line] + 1
+
+    def _execute_if(self, statement: Statement, line: int) -> None:
+        holds = statement.read_condition()
+        goes = statement.pass_word("GOTO", "GO")
+        if not goes and not statement.pass_word("THEN", "TH"):
+            raise statement.reader.error("VP001", "expected GOTO or THEN", statement.reader.at)
+        if not holds:
+            return
+        if goes or statement.pass_word("GOTO", "GO"):
+            self._jump(statement.read_number("GOTO"), line)
+            return
+        for setting in statement.read_settings():
+            self.flow.interpreter.set_parameter(*setting)
+
+    def _jump(self, number: int, line: int) -> None:
+        flow = self.flow
+        target = self.find_block(number, line)
+        entered = self._find_loops(flow.text).find_entered(line, target)
+        if entered is not None:
+            raise ProgramError(
+                "VP023", f"GOTO {number} leads into the loop of line {entered}; only ways out of a loop are open"
+            )
+        flow.line = target
+
+    def find_block(self, number: int, line: int) -> int:
+        """The line of a block number: sought from a line on to the end of its program, then from its beginning.
+
+        Raises
+        ------
+        ProgramError
+            VP023: there is none.
+        """
+        text = self.flow.text
+        if (id(text), number) not in self._numbers:
+            self._numbers[id(text), number] = find_numbered_lines(text.source, number)
+        starts = sorted(text.structure.programs.values())
+        first = max((start for start in starts if start <= line), default=text.first_line)
+        last = min((start for start in starts if start > line), default=text.closing or text.n_lines + 1)
+        within = [at for at in self._numbers[id(text), number] if first <= at < last]
+        target = next((at for at in within if at > line), within[0] if within else None)
+        if target is None:
+            raise ProgramError("VP023", f"there is no block N{number} in this program")
+        return target
+
+    def _find_loops(self, text: ProgramText) -> Loops:
+        if id(text) not in self._loops:
+            self._loops[id(text)] = find_loops(text.source, text.structure.programs.values())
+        return self._loops[id(text)]
+
+    # --- calls -------------------------------------------------------------------------------------
+
+    def enter(self, frame: Frame, call: Call) -> None:
+        """A macro begins: it has local variables of its own, and no modal call is in force in it."""
+        interpreter = self.flow.interpreter
+        numbered = interpreter.state.store.numbered
+        frame.outer, frame.call = {key: numbered.pop(key) for key in LOCAL if key in numbered}, call
+        numbered.update(call.arguments or {})
+        if call.keeps:
+            interpreter.modes.macro = None
+
+    def repeat(self, frame: Frame) -> None:
+        """A macro begins again (L of G65), with the arguments of its call."""
+        if frame.call is not None:
+            numbered = self.flow.interpreter.state.store.numbered
+            for key in LOCAL:
+                numbered.pop(key, None)
+            numbered.update(frame.call.arguments or {})
+
+    def leave(self, frame: Frame) -> None:
+        """A macro ends: the local variables of before hold again."""
+        call = frame.call
+        if frame.outer is None or call is None:
+            return
+        interpreter = self.flow.interpreter
+        numbered = interpreter.state.store.numbered
+        last = {key: numbered.pop(key) for key in LOCAL if key in numbered}
+        numbered.update(frame.outer)
+        if call.keeps and call.arguments is not None:  # the next call goes on with them
+            call.arguments.clear()
+            call.arguments.update(last)
+            interpreter.modes.macro = call

@@ -1,0 +1,215 @@
+"""Statements of custom macros as they are written: IF, WHILE, DO, END, GOTO; and the arguments of G65 and G66."""
+
+import math
+import re
+from collections.abc import Collection, Iterator
+from typing import Final, Literal
+
+from msgspec import Struct
+
+from verne_post.base.long_text import Text
+from verne_post.gcode.block import read_setting, strip_comments
+from verne_post.gcode.expressions import Key, ValueReader, Values
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.text import decode_line
+
+Kind = Literal["if", "while", "do", "end", "goto"]
+#: Keywords and their short forms; what belongs to the words of a block is no statement.
+_KEYWORD: Final = re.compile(r"(IF|WHILE|WH|GOTO|GO|DO|END|EN)(?=[\[#\d(]|$)")
+_KINDS: Final[dict[str, Kind]] = {
+    "IF": "if", "WHILE": "while", "WH": "while", "GOTO": "goto", "GO": "goto", "DO": "do", "END": "end", "EN": "end",
+}  # fmt: skip
+_LABEL: Final = re.compile(r"\(*/?(?:N\d+)?\(*")
+_OTHERS: Final = re.compile(r"(THEN|ELSE|ENDIF|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b")
+#: Lines that may open or close a loop, and that may begin with a number.
+_LOOP_LINE: Final = re.compile(rb"^[^\n]*?(?:DO|END?)[ \t]*[1-9][^\n]*$", re.MULTILINE | re.IGNORECASE)
+_LOOP: Final = re.compile(r"(?:(?:WH(?:ILE)?\[.*\])?(DO)|END?)([1-9])\(*")
+#: Letter -> local variable, in the first way to give arguments; in the second I, J, K stand up to ten times.
+ARGUMENTS: Final = dict(
+    zip(
+        "ABCIJKDEFHMQRSTUVWXYZ",
+        (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26),
+        strict=True,
+    )
+)
+_REPEATED: Final = "IJK"
+_MOST_SETS: Final = 10
+
+
+class Statement(Struct, frozen=True):
+    """A statement of a custom macro; its values are computed when they are asked for.
+
+    Attributes
+    ----------
+    kind : str
+    reader : ValueReader
+        At ``begin`` stands what follows the keyword.
+    begin, column : int
+        The column is that of the keyword.
+    """
+
+    kind: Kind
+    reader: ValueReader
+    begin: int
+    column: int
+
+    def start(self) -> None:
+        """Reading begins after the keyword."""
+        self.reader.at = self.begin
+
+    def read_condition(self) -> bool:
+        """The condition of IF or WHILE; reading goes on after it."""
+        self.start()
+        value = self.reader.read_bracket()
+        return value != 0.0 and not math.isnan(value)
+
+    def read_number(self, what: str) -> int:
+        """The number of GOTO, after it nothing may follow."""
+        reader, begin = self.reader, self.reader.at
+        value = reader.value(what)
+        self.check_end()
+        if math.isnan(value) or value != round(value) or value < 0:
+            found = "a variable without a value" if math.isnan(value) else f"{value:g}"
+            raise reader.error("VP007", f"{what} {found}: the number of a block is whole and not negative", begin)
+        return round(value)
+
+    def pass_word(self, *words: str) -> bool:
+        """Go past one of some words; False where none of them follows."""
+        word = next((word for word in words if self.reader.characters.startswith(word, self.reader.at)), None)
+        self.reader.at += len(word or "")
+        return word is not None
+
+    def read_settings(self) -> Iterator[tuple[Key, float, int]]:
+        """What follows THEN: variables that are set."""
+        reader = self.reader
+        while reader.at < len(reader.characters) and reader.characters[reader.at] != "(":
+            if not self.pass_word("#"):
+                raise reader.error(
+                    "VP002", "after THEN only #1=... and GOTO are executed; write IF [...] GOTO", reader.at
+                )
+            yield read_setting(reader)
+
+    def check_end(self) -> None:
+        """Nothing but a comment may follow."""
+        reader = self.reader
+        if reader.at < len(reader.characters) and reader.characters[reader.at] != "(":
+            raise reader.error("VP001", f"nothing may follow here: {reader.characters[reader.at :][:20]!r}", reader.at)
+
+
+def read_statement(text: str, values: Values) -> Statement | None:
+    """The statement of a line; None where it has words.
+
+    Raises
+    ------
+    ProgramError
+        VP002: a statement that is not executed.
+    """
+    characters, places, _comment = strip_comments(text)
+    label = _LABEL.match(characters)
+    at = 0 if label is None else label.end()
+    other = _OTHERS.match(characters, at)
+    if other is not None:
+        instead = "write IF [...] GOTO" if other.group() in ("THEN", "ELSE", "ENDIF") else "take it out"
+        raise ProgramError("VP002", f"{other.group()}: this macro statement is not executed; {instead}", places[at] + 1)
+    keyword = _KEYWORD.match(characters, at)
+    if keyword is None:
+        return None
+    kind = _KINDS[keyword.group(1)]
+    return Statement(kind, ValueReader(characters, places, values), keyword.end(), places[at] + 1)
+
+
+def read_arguments(reader: ValueReader) -> tuple[dict[str, float], dict[int, float]]:
+    """What follows G65 or G66: P and L, and local variables by their numbers.
+
+    Raises
+    ------
+    ProgramError
+        For a letter that gives no argument, or stands too often.
+    """
+    calls: dict[str, float] = {}
+    found: dict[int, float] = {}
+    letters, number_of_set, last = set[str](), 0, len(_REPEATED)
+    while reader.at < len(reader.characters):
+        at, letter = reader.at, reader.characters[reader.at]
+        reader.at += 1
+        if letter == "(":
+            continue
+        if letter not in ARGUMENTS and letter not in "PL":
+            raise reader.error(
+                "VP006", f"{letter!r} gives no argument of a macro; letters are A to Z but G, L, N, O, P", at
+            )
+        value = reader.read_word(letter)
+        number = ARGUMENTS.get(letter, 0)
+        if letter in _REPEATED:  # a new set of three begins where one does not follow the last
+            number_of_set += _REPEATED.index(letter) <= last or not number_of_set
+            last = _REPEATED.index(letter)
+            number += len(_REPEATED) * (number_of_set - 1)
+            if number_of_set > _MOST_SETS:
+                raise reader.error("VP004", f"more than {_MOST_SETS} sets of I, J, K", at)
+        elif letter in letters:
+            raise reader.error("VP004", f"{letter} stands twice", at)
+        letters.add(letter)
+        if letter in "PL":
+            calls[letter] = value
+        elif not math.isnan(value):
+            found[number] = value  # of two that give one variable the last counts
+    return calls, found
+
+
+class Loops(Struct, frozen=True):
+    """The loops of a text: line of DO -> line of END, and the other way round."""
+
+    end: dict[int, int]
+    begin: dict[int, int]
+
+    def find_entered(self, line: int, target: int) -> int | None:
+        """The line of a loop that a jump from a line would enter; None where it enters none."""
+        return next((at for at, end in self.end.items() if at < target <= end and not at <= line <= end), None)
+
+
+def find_loops(source: Text, programs: Collection[int]) -> Loops:
+    """Pair DO and END of a text; ``programs`` are the lines where one begins.
+
+    Raises
+    ------
+    ProgramError
+        VP023, with its line: one without the other.
+    """
+    loops, opened = Loops({}, {}), list[tuple[int, str]]()
+    line, at, starts = 1, 0, sorted(programs)
+    for match in _LOOP_LINE.finditer(source):
+        before, line, at = line, line + source.count(b"\n", at, match.start()), match.start()
+        if opened and any(before < start <= line for start in starts):
+            break
+        try:
+            characters = strip_comments(decode_line(match.group()))[0]
+        except ProgramError:  # which is reported where it is read
+            continue
+        found = _LOOP.fullmatch(characters, _LABEL.match(characters).end())  # type: ignore[union-attr]
+        if found is None:
+            continue
+        if found.group(1):
+            opened.append((line, found.group(2)))
+        elif not opened or opened[-1][1] != found.group(2):
+            raise ProgramError(
+                "VP023", f"END{found.group(2)} without the DO{found.group(2)} that it would end", line=line
+            )
+        else:
+            first, _number = opened.pop()
+            loops.end[first], loops.begin[line] = line, first
+    if opened:
+        raise ProgramError(
+            "VP023", f"DO{opened[-1][1]} is never ended; expected END{opened[-1][1]}", line=opened[-1][0]
+        )
+    return loops
+
+
+def find_numbered_lines(source: Text, number: int) -> list[int]:
+    """Lines whose block has a number (N)."""
+    found, line, at = list[int](), 1, 0
+    for match in re.finditer(
+        rb"^[ \t]*(?:/[0-9]?[ \t]*)?N[ \t]*0*%d(?![0-9.])" % number, source, re.MULTILINE | re.IGNORECASE
+    ):
+        line, at = line + source.count(b"\n", at, match.start()), match.start()
+        found.append(line)
+    return found
