@@ -77,11 +77,13 @@ def _join(start: Point, legs: list[Leg]) -> Path:
         if math.dist(place, leg.end if leg.center is None else leg.center) <= ZERO_LENGTH_MM:
             continue
         last, place = kept[-1] if kept else None, leg.end
-        together = leg.sweep + (last.sweep if last is not None else 0.0)
-        if last is None or last.center is None or last.center != leg.center or abs(together) > _HALF:
-            kept.append(leg)
+        goes_on = (
+            last is not None and last.center is not None and last.center == leg.center and last.sweep * leg.sweep > 0
+        )
+        if last is not None and goes_on and abs(last.sweep + leg.sweep) <= _HALF:
+            kept[-1] = Leg(leg.end, leg.center, last.sweep + leg.sweep)
         else:
-            kept[-1] = Leg(leg.end, leg.center, together)
+            kept.append(leg)
     return Path(start, tuple(kept))
 
 

@@ -20,7 +20,7 @@ MAX_STROKES: Final = 30_000
 #: Widest way to and fro while the tool plunges, in diameters of the tool.
 _SWING_DIAMETERS: Final = 2.0
 
-Entry = Literal["rapid", "straight", "helix", "swing"]
+Entry = Literal["straight", "helix", "swing"]
 
 
 class Milling(Struct, frozen=True):
@@ -47,7 +47,7 @@ class Milling(Struct, frozen=True):
     floor : bool
         The floor is finished.
     entry : str
-        How the tool plunges: "rapid" and "straight" down, "helix" and "swing" (to and fro along the middle line).
+        How the tool plunges: "straight" down, "helix" and "swing" (to and fro along the middle line).
     slope : float
         Mm down in a mm of the way of a helix or swing.
     pitch : float
@@ -180,9 +180,7 @@ def _lead_down(
     outline: Outline, milling: Milling, middle: Point, room: float, top: float, level: float
 ) -> Iterator[Stroke]:
     """From ``top`` above the middle of the pocket down to a level, back to the middle."""
-    if milling.entry == "rapid":
-        yield Stroke(middle, level, "rapid")
-    elif milling.entry == "straight":
+    if milling.entry == "straight":
         yield Stroke(middle, level, "plunge")
     elif milling.entry == "helix":
         radius = min(milling.helix, room)

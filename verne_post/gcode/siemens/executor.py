@@ -15,6 +15,8 @@ from verne_post.gcode.siemens.cursor import Cursor, code_part
 from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.drilling import Drilling
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.milling import SiemensMilling
+from verne_post.gcode.siemens.milling_values import PARAMETERS as MILLING
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.patterns import PARAMETERS as PATTERNS
 from verne_post.gcode.siemens.patterns import places_of_pattern
@@ -51,6 +53,7 @@ class Executor:
         self.variables = Variables(SystemVariables(self.interpreter))
         self.words = WordReader(self.variables, lambda name: False)
         self.drilling = Drilling(self.interpreter, self.variables)
+        self.milling = SiemensMilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)
         self.modal: Call | None = None
         #: A line that was not executed has named axes.
@@ -159,7 +162,7 @@ class Executor:
     @staticmethod
     def is_cycle(name: str) -> bool:
         """True for cycles of the control that are executed."""
-        return name in DRILLING or name in PATTERNS or name in _OTHERS
+        return name in DRILLING or name in MILLING or name in PATTERNS or name in _OTHERS
 
     def run_cycle(self, call: Call, line: int) -> None:
         """Execute a cycle of the control."""
@@ -172,6 +175,8 @@ class Executor:
             set_blank(self.interpreter, call, self.variables, line)
         elif call.name in PATTERNS:
             self._run_pattern(call, line)
+        elif call.name in MILLING:
+            self.milling.run(call, line)
         else:
             self.drilling.run(call, line)
 
