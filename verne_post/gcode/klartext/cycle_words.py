@@ -48,6 +48,8 @@ PATTERNS: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
     220: ((216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301), {365: 0.0}),
     221: ((225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301), {}),
 }
+#: Cycles that tune the drives for a tolerance or the weight of the part, which setpoints here do not know.
+WITHOUT_EFFECT: Final = (332, 392)
 _SL: Final = "contours of SL cycles; write cycles 251 to 257, or the contour with RL or RR, or let the CAM system write the moves"
 REFUSED_CYCLES: Final = {
     1: "pecking of older controls; write cycle 200", 2: "tapping of older controls; write cycle 206",

@@ -11,6 +11,7 @@ from verne_post.gcode.klartext.cycle_words import (
     MACHINING,
     PATTERNS,
     REFUSED_CYCLES,
+    WITHOUT_EFFECT,
     complete,
     read_head,
     read_parameters,
@@ -89,6 +90,10 @@ class KlartextPatterns:
         if self.settings.execute_setting(statement, head):
             return
         table = MACHINING.get(number) or PATTERNS.get(number)
+        if number in WITHOUT_EFFECT:
+            for name, value in read_parameters(statement, head, self.q, self.contour.call_feed).items():
+                self.q.set(f"Q{name}", value)
+            return
         if table is None:
             raise statement.error(
                 "VP002", f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them", 0
