@@ -10,6 +10,7 @@ import pytest
 from tests.gcode.conftest import make_tool
 from tests.gcode.pocket_judge import circle, curved_slot, judge, rectangle
 from verne_post.gcode.siemens.milling_values import PARAMETERS
+from verne_post.model.moves import MoveKind
 
 TOOL = 8.0
 HEAD = "T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n"
@@ -294,3 +295,73 @@ def _other(cycle, name):
     if name == "WID" and cycle.startswith("SLOT"):
         return 13
     return OTHER.get(name, COMMON.get(name, 0) + 1)
+
+
+# --- corners of contours ------------------------------------------------------------------------------------
+
+START = "T1 D1 M6\nG0 X0 Y0 Z5 F300 S1000 M3\n"
+
+
+def place_and_feed(view, text, **options):
+    """Kind, X, Y, Z and feed rate of each move after the first."""
+    moves, findings = view(f"{START}{text}\nM30", dialect="siemens", tools={1: make_tool(1, 10.0, 4.0)}, **options)
+    assert findings == ()
+    rows = zip(moves.kind, moves.end, moves.feed, strict=True)
+    return [
+        (
+            "RLA"[(MoveKind.RAPID, MoveKind.FEED, MoveKind.ARC).index(kind)],
+            *np.round(end[:3], 6) + 0.0,
+            np.nan_to_num(feed),
+        )
+        for kind, end, feed in rows
+    ][1:]
+
+
+def test_corners_worked_out_by_hand(view):
+    """Right angles: a rounding loses its radius on both lines, CHR what it says, CHF its length over the root of 2."""
+    root = round(2 / math.sqrt(2), 6)
+    assert place_and_feed(view, "G1 X20 RND=4\nY20 CHR=3 FRC=50\nX0 CHF=2\nY0\nG0 Z20") == [
+        ("L", 16, 0, 5, 300), ("A", 20, 4, 5, 300), ("L", 20, 17, 5, 300), ("L", 17, 20, 5, 50), ("L", root, 20, 5, 300), ("L", 0, 20 - root, 5, 300), ("L", 0, 0, 5, 300),
+        ("R", 0, 0, 20, 0),
+    ]  # fmt: skip
+    # RNDM holds until RNDM=0; F of the next block is that of the next line
+    assert place_and_feed(view, "G1 X20 RNDM=2\nY20 F200\nRNDM=0\nX0\nY0") == [
+        ("L", 18, 0, 5, 300), ("A", 20, 2, 5, 300), ("L", 20, 18, 5, 200), ("A", 18, 20, 5, 200), ("L", 0, 20, 5, 200), ("L", 0, 0, 5, 200),
+    ]  # fmt: skip
+    # line and arc, tangential: nothing to round; what is not followed by a contour keeps its corner
+    assert [row[:4] for row in place_and_feed(view, "G1 X20 RND=2\nG3 Y20 CR=10\nG1 X0 RND=3\nZ9\nX5 RND=1\nG0 X9")] == [
+        ("L", 20, 0, 5), ("A", 20, 20, 5), ("L", 0, 20, 5), ("L", 0, 20, 9), ("L", 5, 20, 9), ("R", 9, 20, 9),
+    ]  # fmt: skip
+
+
+def test_corners_are_those_of_lines_and_arcs_written_out(view):
+    """Under G41 and G91, in inches, mirrored, and after a subprogram: as G1, G2 and G3 with the same places."""
+    for corners, written in (
+        (
+            "G41 G1 X20 Y5\nX40 RND=4\nY40 CHR=2\nX10\nG40 X0 Y60",
+            "G41 G1 X20 Y5\nX36\nG3 X40 Y9 CR=4\nG1 Y38\nX38 Y40\nX10\nG40 X0 Y60",
+        ),
+        ("G91 G1 X20 RND=4\nY20\nX5", "G91 G1 X16\nG3 X4 Y4 CR=4\nG1 Y16\nX5"),
+        ("G70 G1 X1 RND=0.1\nY1", "G70 G1 X0.9\nG3 X1 Y0.1 CR=0.1\nG1 Y1"),
+        ("MIRROR X0\nG1 X20 RND=4\nY20", "MIRROR X0\nG1 X16\nG3 X20 Y4 CR=4\nG1 Y20"),
+    ):
+        one, two = place_and_feed(view, corners), place_and_feed(view, written)
+        assert [row[0] for row in one] == [row[0] for row in two]
+        assert np.abs(np.array([row[1:] for row in one]) - np.array([row[1:] for row in two])).max() < 2e-6
+
+
+@pytest.mark.parametrize(("text", "code", "line"), [
+    ("G1 X20 RND=3\nY20 M8", "VP017", 4), ("G1 X20 RND=3\nM8\nY20", "VP017", 4), ("G1 X20 RND=3\nG91 Y20", "VP017", 4), ("G1 X20 RND=30\nY20", "VP008", 4), ("G1 X20 CHR=3\nG2 X40 Y20 CR=20", "VP008", 4),
+    ("G1 X20 RND=-1\nY20", "VP007", 3), ("G1 X20 RND=1 CHR=1\nY20", "VP003", 3), ("G0 X20 RND=1\nY20", "VP017", 3), ("G9 G1 X20 RND=1\nY20", "VP017", 3), ("G1 X20 FRC=9\nY20", "VP006", 3),
+    ("G1 X20 RNDM=-1\nY20", "VP007", 3), ("G18 G1 X20 RND=1\nZ20", "VP002", 3),
+])  # fmt: skip
+def test_corners_that_cannot_be(view, text, code, line):
+    found = view(f"{START}{text}\nM30", dialect="siemens")[1]
+    assert [(item.code, item.line) for item in found][:1] == [(code, line)]
+
+
+def test_lines_after_rndm_are_not_executed_in_a_stretch(view):
+    lines = "\n".join(f"X{21 + k} Y{k % 2}" for k in range(60))
+    moves, findings = view(f"{START}G1 X20 RNDM=0.1\n{lines}\nRNDM=0\nX0\nM30", dialect="siemens")
+    assert findings == ()
+    assert (moves.kind == MoveKind.ARC).sum() == 60

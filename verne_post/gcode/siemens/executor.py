@@ -67,6 +67,12 @@ class Executor:
         return self.interpreter.ended
 
     @property
+    def can_restart(self) -> bool:
+        """True where nothing of earlier blocks is still to come: a modal cycle, a spline, the corner of a contour."""
+        to = self.interpreter
+        return self.modal is None and to.splines.draft is None and to.motion.corners.is_idle
+
+    @property
     def modes(self) -> Modes:
         """What holds from block to block."""
         return self.interpreter.modes
@@ -139,6 +145,7 @@ class Executor:
 
     def finish(self) -> None:
         """At the end of the program: what waits for its end."""
+        self.interpreter.motion.corners.finish()
         self.interpreter.splines.end_spline()
 
     def restore(self, modes: Modes) -> None:
@@ -166,6 +173,7 @@ class Executor:
 
     def run_cycle(self, call: Call, line: int) -> None:
         """Execute a cycle of the control."""
+        self.interpreter.motion.corners.finish()
         self.interpreter.motion.note_numbers()
         if call.name == "CYCLE800":
             self.swivel.run(call, line)

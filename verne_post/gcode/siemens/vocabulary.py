@@ -66,7 +66,7 @@ REFUSED: Final[Mapping[str, str]] = {
                     "soft approach and retraction; write the moves"),
     **dict.fromkeys(("G451", "G461", "G462", "DISC", "KONT", "KONTC", "OFFN", "CUT2DF", "CUT2DD", "CUT3DC", "CUT3DF", "CUT3DFS", "CUT3DFF", "CUT3DCC", "CUT3DCCD", "CUTCONON", "CUTCONOF"),
                     "this kind of cutter compensation; G41 and G42 work in a plane, round outside corners with an arc"),
-    **dict.fromkeys(("CHF", "CHR", "RND", "RNDM", "FRC", "FRCM", "ANG"), "chamfers, roundings and angles of contour programming; let the CAM system write lines and arcs"),
+    **dict.fromkeys(("FRCM", "ANG"), "modal feed rates of corners, and angles of contour programming; write FRC=, and the end point"),
     **dict.fromkeys(("POS", "POSA", "POSP", "FA", "OVRA", "MOV", "WAITP", "FOCON", "FOC", "FXS", "FXST", "FXSW", "PTP", "PTPG0", "PTPWOC", "STAT", "TU"), "positioning axes and point-to-point motion"),
     **dict.fromkeys(("TOROT", "TOROTX", "TOROTY", "TOROTZ", "TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "PAROT", "TCARR", "TCOFRX", "TCOFRY", "TCOFRZ"),
                     "frames of tool carriers; write CYCLE800 or ROT"),
@@ -107,6 +107,7 @@ STATEMENTS: Final = (
 ADDRESSES: Final = (
     "X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J", "K", "I1", "J1", "K1", "CR", "AR", "AP", "RP", "TURN", "RPL", "PL", "PW", "SD", "A3", "B3", "C3", "F", "S", "T", "D",
     "CUTMOD", "H", "M", "G", "L", "P", "N", "ADIS", "CTOL", "OTOL", "SPOS", "S1", "M1", "T1", "FP", "X1", "Y1", "Z1", "A1", "C1",
+    "RND", "RNDM", "CHF", "CHR", "FRC",
 )  # fmt: skip
 #: Names that stand for numbers of CYCLE832.
 CONSTANTS: Final[Mapping[str, float]] = {
