@@ -99,7 +99,7 @@ def judge(moves, radius, shape, top, bottom, *, blank=None, allowance=0.0, floor
         if part[:, 2].min() < top - NOISE:
             if blank is not None and part[-1, 2] < part[0, 2]:  # down beside it
                 assert blank(part[:1, :2])[0] >= radius - NOISE
-            for place in part[::CUTTING] if len(part) > 2 * CUTTING else part:
+            for place in (*part[:-1:CUTTING], part[-1]):
                 under = tree.query_ball_point(place[:2], radius - (CUSP if is_rapid else 0.0))
                 if is_rapid:
                     assert height[under].max(initial=-np.inf) <= place[2] + NOISE, place

@@ -15,7 +15,7 @@ from verne_post.gcode.machining.pockets import (
     Entry,
     Face,
     Milling,
-    NoRoomError,
+    MillingError,
     list_levels,
     mill_face,
     mill_pocket,
@@ -59,8 +59,8 @@ class KlartextMilling:
         start, clear = (self.state.position[0], self.state.position[1]), self._find_height(q[203] + q[200])
         second = max(self._find_height(q[203] + q[204]), clear)
         try:
-            pockets = [list(strokes) for strokes in CYCLES[number](self, q)]
-        except NoRoomError as error:
+            pockets = [list(strokes) for strokes in CYCLES[number](self, q)] if q.get(201) != 0 else []
+        except MillingError as error:
             raise ProgramError("VP007", f"cycle {number}: {error}") from None
         self._count_strokes(number, sum(map(len, pockets)))
         feeds = {"plunge": q[253] if number in FACES else q[206], "mill": q[207], "finish": q.get(385, q[207])}
@@ -179,7 +179,7 @@ class KlartextMilling:
         """A slot has room to and fro alone, and is roughed up to two diameters of the tool wide."""
         plan = self._plan({**q, 366: 2.0 if q[366] else 0.0})
         if plan.levels and q[219] * self.frames.unit > 4.0 * plan.radius + ZERO_LENGTH_MM:
-            raise NoRoomError(
+            raise MillingError(
                 f"Q219={q[219]:g}: a slot is roughed up to two diameters of the tool wide; write cycle 251"
             )
         return plan
@@ -305,7 +305,7 @@ class KlartextMilling:
 
 def _check_corner(shape: Rectangle) -> Rectangle:
     if shape.corner > shape.inradius + ZERO_LENGTH_MM:
-        raise NoRoomError(f"the corner radius {shape.corner:g} mm is more than half a side")
+        raise MillingError(f"the corner radius {shape.corner:g} mm is more than half a side")
     return shape
 
 

@@ -17,6 +17,9 @@ from verne_post.gcode.machining.strokes import Pace, Stroke
 
 #: Strokes that the cycles of one block may have: more is a wrong infeed.
 MAX_STROKES: Final = 30_000
+#: Most that paths in a pocket are apart, in radii of the tool. In a corner of a right angle a place is up to s / (1 + 1 / sqrt(2))
+#: / sqrt(2) from two sharp paths that are s apart; this is less than the radius up to 1.707.
+_CORNER_STEP: Final = 1.7
 #: Widest way to and fro while the tool plunges, in diameters of the tool.
 _SWING_DIAMETERS: Final = 2.0
 
@@ -78,8 +81,8 @@ class Milling(Struct, frozen=True):
         return min(height + self.near, self.clear)
 
 
-class NoRoomError(ValueError):
-    """The tool is wider than what it has to mill, in words."""
+class MillingError(ValueError):
+    """What is to be milled cannot be, in words: most often the tool is too wide."""
 
 
 def spread_levels(top: float, bottom: float, most: float) -> list[float]:
@@ -97,7 +100,7 @@ def list_levels(top: float, bottom: float, most: float) -> list[float]:
 def _count_levels(depth: float, most: float) -> int:
     count = math.ceil(depth / most - ROUNDING_SHARE) if most > 0 else 1
     if count > MAX_STROKES:
-        raise NoRoomError(f"{count} infeeds are more than the {MAX_STROKES} strokes that a cycle may have")
+        raise MillingError(f"{count} infeeds are more than the {MAX_STROKES} strokes that a cycle may have")
     return max(count, 1)
 
 
@@ -120,7 +123,7 @@ def mill_pocket(outline: Outline, milling: Milling) -> Iterator[Stroke]:
 
     Raises
     ------
-    NoRoomError
+    MillingError
         The tool does not fit.
     """
     rough = _spread_inwards(outline, milling, milling.radius + milling.side) if milling.levels else []
@@ -154,23 +157,30 @@ def mill_pocket(outline: Outline, milling: Milling) -> Iterator[Stroke]:
 def _spread_inwards(outline: Outline, milling: Milling, wall: float) -> list[Path]:
     """Paths of the tool's centre from the middle of a pocket to ``wall`` mm before its outline, the first along the middle line."""
     if outline.inradius - wall < -ZERO_LENGTH_MM:
-        raise NoRoomError(
+        raise MillingError(
             f"it is {2 * outline.inradius:g} mm wide inside, and the tool of {2 * milling.radius:g} mm"
             + (f" with an allowance of {wall - milling.radius:g} mm a side" if wall > milling.radius else "")
             + " has no room in it"
         )
     inmost = max(outline.inradius, wall)
-    _check_count((inmost - wall) / milling.step)
-    paths = [outline.lead_beside(inward) for inward in spread_offsets(inmost, wall, milling.step)]
+    step = min(milling.step, _CORNER_STEP * milling.radius)
+    _check_count((inmost - wall) / step)
+    paths = [outline.lead_beside(inward) for inward in spread_offsets(inmost, wall, step)]
     return paths if milling.sense > 0 else [path.turn_round() for path in paths]
 
 
 def _check_count(count: float) -> None:
     if count > MAX_STROKES:
-        raise NoRoomError(f"{count:.0f} paths are more than the {MAX_STROKES} strokes that a cycle may have")
+        raise MillingError(f"{count:.0f} paths are more than the {MAX_STROKES} strokes that a cycle may have")
+
+
+def _refuse_nothing(milling: Milling) -> None:
+    if not (milling.levels or milling.walls or milling.floor):
+        raise MillingError("nothing is left to mill: the allowance of the floor is the whole depth")
 
 
 def _refuse_many(rough: list[Path], milling: Milling, fine: list[Path]) -> None:
+    _refuse_nothing(milling)
     legs = sum(len(path.legs) + 1 for path in rough) * len(milling.levels)
     last = len(fine[-1].legs) + 4 if fine else 0
     _check_count(legs + last * len(milling.walls) + (sum(len(path.legs) + 1 for path in fine) if milling.floor else 0))
@@ -185,7 +195,7 @@ def _lead_down(
     elif milling.entry == "helix":
         radius = min(milling.helix, room)
         if radius <= ZERO_LENGTH_MM:
-            raise NoRoomError("the tool has no room to plunge on a helix; let it plunge straight, or to and fro")
+            raise MillingError("the tool has no room to plunge on a helix; let it plunge straight, or to and fro")
         yield from _lead_on_helix(middle, radius, milling, top, level)
         yield Stroke(middle, level, "mill")
     else:
@@ -208,7 +218,7 @@ def _lead_to_and_fro(whole: Path, milling: Milling, middle: Point, top: float, l
     """To and fro along the middle line, down to a level, then back to the middle."""
     way = _shorten(whole, 2 * _SWING_DIAMETERS * milling.radius)
     if way.length <= ZERO_LENGTH_MM:
-        raise NoRoomError("the tool has no room to plunge to and fro; let it plunge straight")
+        raise MillingError("the tool has no room to plunge to and fro; let it plunge straight")
     count = max(math.ceil((top - level) / (milling.slope * way.length) - ROUNDING_SHARE), 1)
     _check_count(count)
     yield from _go_along(whole, way, middle, top, "rapid")
@@ -333,9 +343,11 @@ def mill_stud(outline: Outline, milling: Milling, reach: float, blank: float) ->
     radius = milling.radius
     last = radius + milling.side
     first = max(last + max(reach - milling.side, 0.0) - milling.step, last)
-    _check_count((first - last) / milling.step)
-    rough = [outline.lead_beside(-away) for away in spread_offsets(first, last, milling.step)] if milling.levels else []
-    fine = [outline.lead_beside(-away) for away in spread_offsets(max(first, radius), radius, milling.step)]
+    _check_count((first - radius) / milling.step)
+    rough, fine = (
+        [outline.lead_beside(-away) for away in spread_offsets(first, wall, milling.step)] if levels else []
+        for wall, levels in ((last, milling.levels), (radius, (*milling.walls, milling.floor)))
+    )
     if milling.sense < 0:
         rough, fine = [path.turn_round() for path in rough], [path.turn_round() for path in fine]
     _refuse_many(rough, milling, fine)
@@ -380,6 +392,7 @@ def mill_face(face: Face, milling: Milling) -> Iterator[Stroke]:
     """
     count = max(math.ceil(face.width / milling.step - ROUNDING_SHARE), 1)
     _check_count((count * 3 + 3) * max(len(milling.levels), 1))
+    _refuse_nothing(milling)
     rows = [face.width * (row + 1) / count - milling.radius for row in range(count)]
     ends = (-face.overrun, face.length + face.overrun)
     passes: list[tuple[float, Pace]] = [(level, "mill") for level in milling.levels]

@@ -11,7 +11,7 @@ from verne_post.gcode.machining.pockets import (
     MAX_STROKES,
     Face,
     Milling,
-    NoRoomError,
+    MillingError,
     mill_face,
     mill_pocket,
     mill_stud,
@@ -53,7 +53,7 @@ class SiemensMilling:
             work = _Work(MillingValues(to, given, at))
             try:
                 strokes = [list(one) for one in work.list_strokes()]
-            except NoRoomError as error:
+            except MillingError as error:
                 raise ProgramError("VP007", f"{call.name}: {error}", call.column) from None
             given.refuse_rest(_HARMLESS if call.name in (*_STUDS, *_FACES) else (*_HARMLESS, "AP1", "AP2"))
             if sum(map(len, strokes)) > MAX_STROKES:
