@@ -43,7 +43,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("CPRECON", "CPRECOF", "STOLF", "ADISPOS"), "corners are blended as G64, ADIS, CTOL and OTOL say"),
     **dict.fromkeys(("CUT2D", "NORM", "G450", "KONTT", "G460", "SPOF", "NORM0"), "this is how it is done here"),
     **dict.fromkeys(("ORISON", "ORISOF"), "smoothing of the tool axis: as corners are blended"),
-    **dict.fromkeys(("TOFRAMEOF", "TOROTOF", "PAROTOF", "TCOABS", "PTPOF", "CP", "G290"), "this is how it starts here"),
+    **dict.fromkeys(("TOFRAMEOF", "TOROTOF", "PAROTOF", "TCOABS", "PTPOF", "CP", "G290", "DIAMOF"), "this is how it starts here"),
     **dict.fromkeys(("DISPLON", "DISPLOF", "SBLON", "SBLOF", "ACTBLOCNO"), "display and single block"),
     **dict.fromkeys(("SPCON", "SPCOF", "GETD", "GET", "RELEASE", "NEWCONF"),
                     "position control of spindles, axes and channels of the control"),
@@ -57,7 +57,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
 REFUSED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("ASPLINE", "CSPLINE", "BAUTO", "BNAT", "BTAN", "EAUTO", "ENAT", "ETAN"), "splines through points, which each control lays out in its own way"),
     **dict.fromkeys(("POLY", "PO", "POLYPATH", "INVCW", "INVCCW"), "polynomials and involutes"),
-    **dict.fromkeys(("DIAMON", "DIAM90", "DIAMOF", "DIAMCYCOF", "DIAMCHAN", "LIMS", "G96", "G961", "G962", "G97", "G971", "G972", "G973", "SCC"), "lathe words"),
+    **dict.fromkeys(("DIAMON", "DIAM90", "DIAMCYCOF", "DIAMCHAN", "LIMS", "G96", "G961", "G962", "G97", "G971", "G972", "G973", "SCC"), "lathe words"),
     **dict.fromkeys(("G33", "G34", "G35", "G331", "G332", "G63", "G335", "G336"), "spindle-synchronised motion: setpoints cannot wait for the spindle"),
     **dict.fromkeys(("G25", "G26"), "limits of the working area and of the spindle, which a program sets"),
     **dict.fromkeys(("G58", "G59"), "programmable offsets of single axes; write TRANS or ATRANS"),
