@@ -72,7 +72,7 @@ def sample_path(moves):
 def judge(moves, radius, shape, top, bottom, *, blank=None, allowance=0.0, floor_allowance=0.0):
     """Refuse (AssertionError) a pocket, or a stud in its ``blank``, that is not milled as its shape says.
 
-    ``allowance`` and ``floor_allowance`` are what was to be left.
+    ``allowance`` and ``floor_allowance`` are what was to be left; without a shape the whole blank goes.
     """
     path = list(sample_path(moves))
     places, sign = np.concatenate([part for _rapid, part in path]), 1.0 if blank is None else -1.0
@@ -81,9 +81,10 @@ def judge(moves, radius, shape, top, bottom, *, blank=None, allowance=0.0, floor
     deep = cutting[np.abs(cutting[:, 2] - bottom) < NOISE, :2]
     # depth and wall are exact, and nothing beyond them is touched
     assert abs(cutting[:, 2].min() - bottom) < NOISE
-    wall = sign * shape(cutting[:, :2]).min() if sign < 0 else shape(cutting[:, :2]).max()
-    assert wall <= -radius - allowance + NOISE
-    assert (sign * shape(deep)).max() >= -radius - allowance - NOISE
+    if shape is not None:
+        wall = sign * shape(cutting[:, :2]).min() if sign < 0 else shape(cutting[:, :2]).max()
+        assert wall <= -radius - allowance + NOISE
+        assert (sign * shape(deep)).max() >= -radius - allowance - NOISE
     # every place of the floor is reached
     x, y = (
         np.arange(low - radius, high + radius, GRID)
@@ -91,7 +92,7 @@ def judge(moves, radius, shape, top, bottom, *, blank=None, allowance=0.0, floor
     )
     points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     stock = np.ones(len(points), dtype=bool) if blank is None else blank(points) < 0
-    wanted = points[stock & (sign * shape(points) < -allowance - 0.02)]
+    wanted = points[stock if shape is None else stock & (sign * shape(points) < -allowance - 0.02)]
     assert cKDTree(deep).query(wanted)[0].max() <= radius + 0.5 * SAMPLE**2
     # rapid traverse meets no material
     tree, height = cKDTree(points), np.where(stock, top, -np.inf)

@@ -104,7 +104,7 @@ def test_values_at_random():
 
 
 def make_pocket(seed):
-    """A Klartext cycle with sound values, and the shape that it mills."""
+    """A Klartext cycle with sound values, the shape that it mills, and the blank of a stud."""
     rng = random.Random(seed)
     pick = rng.choice
     x, y = rng.uniform(-30, 30), rng.uniform(-30, 30)
@@ -113,7 +113,7 @@ def make_pocket(seed):
         215: 0 if side or floor else 1, 368: side, 369: floor, 207: 500, 351: pick([1, -1]), 201: -6, 202: pick([6, 2.5]), 206: 100, 338: pick([0, 2]), 200: 2, 203: 0, 204: 50,
         370: rng.uniform(0.6, 1.99), 366: pick([0, 1, 2]), 385: 400,
     }  # fmt: skip
-    number = pick([251, 252, 253, 254])
+    number, blank = pick([251, 252, 253, 254, 256, 257]), None
     if number == 251:
         q |= {218: rng.uniform(14, 60), 219: rng.uniform(14, 60), 224: rng.uniform(-180, 180), 367: 0}
         q[220] = rng.uniform(0, 0.5 * min(q[218], q[219]))
@@ -121,6 +121,20 @@ def make_pocket(seed):
     elif number == 252:
         q |= {223: rng.uniform(14, 60), 366: pick([0, 1])}
         shape = circle(0.5 * q[223], (x, y))
+    elif number == 256:
+        q |= {218: rng.uniform(5, 40), 219: rng.uniform(5, 40), 224: rng.uniform(-180, 180), 367: 0, 437: 0}
+        q |= {
+            424: q[218] + rng.uniform(0, 40),
+            425: q[219] + rng.uniform(0, 40),
+            220: rng.uniform(0, 0.5 * min(q[218], q[219])),
+        }
+        shape, blank = (
+            rectangle(q[a], q[b], corner, q[224], (x, y)) for a, b, corner in ((218, 219, q[220]), (424, 425, 0))
+        )
+    elif number == 257:
+        q |= {223: rng.uniform(5, 40), 376: rng.uniform(0, 360)}
+        q[222] = q[223] + rng.uniform(0, 40)
+        shape, blank = circle(0.5 * q[223], (x, y)), circle(0.5 * q[222], (x, y))
     else:
         q[219] = rng.uniform(TOOL + 2 * side, 15.9)
         if number == 253:
@@ -138,19 +152,19 @@ def make_pocket(seed):
             }
             shape = curved_slot(0.5 * q[375], q[376], q[248], q[219], (x, y))
     needs = {name: q[name] for name in (*MACHINING[number][0], *MACHINING[number][1]) if name in q}
-    return number, needs, (x, y), shape
+    return number, needs, (x, y), shape, blank
 
 
 def try_pocket(seed):
     """Mill a pocket with sound values; the judge looks at it."""
-    number, q, (x, y), shape = make_pocket(seed)
+    number, q, (x, y), shape, blank = make_pocket(seed)
     words = " ".join(f"Q{name}={value:.9f}" for name, value in q.items())
     text = f"BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X{x:.9f} Y{y:.9f} Z+40 R0 FMAX M3\nCYCL DEF {number} C {words}\nCYCL CALL\nEND PGM C MM\n"
     moves, findings = interpreter_view(
         text.encode(), Options(dialect="heidenhain", tools={1: make_tool(1, 10.0, TOOL)})
     )
     assert findings == (), (seed, text)
-    judge(moves, 0.5 * TOOL, shape, 0.0, -6.0)
+    judge(moves, 0.5 * TOOL, shape, 0.0, -6.0, blank=blank)
 
 
 @pytest.mark.parametrize("first", range(0, 40, 10))

@@ -95,6 +95,16 @@ def test_studs_stand_and_their_blanks_are_gone(mill, name):
     judge(moves, 0.5 * TOOL, shape, 0.0, -6.0, blank=blank)
 
 
+@pytest.mark.parametrize("q", [{}, {389: 2, 350: 2, 218: -40}, {219: -24, 370: 1.9, 369: 0.2, 215: 0}])
+@pytest.mark.parametrize("number", [232, 233])
+def test_faces_are_milled_whole_from_beside_them(mill, number, q):
+    q = {name: value for name, value in q.items() if number == 233 or name not in (350, 215)}
+    moves, findings = mill(number, {**q, 225: 10, 226: 20})
+    assert findings == ()
+    sides = q.get(218, 40), q.get(219, 24)
+    judge(moves, 0.5 * TOOL, None, 0.0, -6.0, blank=rectangle(40, 24, 0, 0, (10 + 0.5 * sides[0], 20 + 0.5 * sides[1])))
+
+
 def shown(moves, first=0):
     """Letter, place and feed of each move from a row on: R rapid, L line, A arc."""
     return [

@@ -95,6 +95,40 @@ def test_spigots_stand_and_their_blanks_are_gone(mill, name, values, shape, blan
     judge(moves, 0.5 * TOOL, shape, 0.0, -6.0, blank=blank)
 
 
+@pytest.mark.parametrize(("name", "values", "blank"), [
+    ("CYCLE61", {}, rectangle(40, 24, 0, 0, (30, 32))), ("CYCLE61", {"VARI": 21, "LENG": -40, "MIDA": 0}, rectangle(40, 24, 0, 0, (-10, 32))),
+    ("CYCLE61", {"VARI": 12, "WID": -24, "FALD": 0.2}, rectangle(40, 24, 0, 0, (30, 8))),
+    ("CYCLE71", {"VARI": 41, "STA": 90, "FDP1": 5}, rectangle(24, 40, 0, 0, (-2, 40))), ("CYCLE71", {"VARI": 31, "STA": 90, "LENG": -40, "MIDA": 7}, rectangle(24, 40, 0, 0, (-2, 0))),
+])  # fmt: skip
+def test_faces_are_milled_whole_from_beside_them(mill, name, values, blank):
+    moves, findings = mill(name, **values)
+    assert findings == ()
+    judge(moves, 0.5 * TOOL, None, 0.0, -6.0, blank=blank)
+
+
+def test_pockets_of_mcall_are_at_each_place(view):
+    """As single calls there; a pattern of too many strokes is refused before it runs for hours."""
+    tools = {1: make_tool(1, 10.0, TOOL)}
+    one, two = (
+        view(f"{HEAD}{text}\nM30", dialect="siemens", tools=tools)
+        for text in (
+            f"MCALL {write('POCKET4', PA=0, PO='')}\nG0 X50\nHOLES1(0,0,0,100,50,2)\nMCALL\nX0",
+            "G0 X50\n"
+            + "\n".join(f"G0 X{x} Y{y}\n{write('POCKET4', PA=x, PO=y)}" for x, y in ((50, 20), (100, 0), (150, 0)))
+            + "\nX0",
+        )
+    )
+    assert (one[1], two[1]) == ((), ())
+    moving = [table.end[1:][np.abs(np.diff(table.end, axis=0)).max(axis=1) > 0] for table in (one[0], two[0])]
+    assert np.abs(moving[0] - moving[1]).max() < 1e-9
+    many = f"{HEAD}MCALL {write('POCKET4', PA=0, PO=0, MID=0.01)}\nHOLES1(0,0,0,100,50,9000)\nM30"
+    assert [(item.code, "strokes" in item.message) for item in view(many, dialect="siemens", tools=tools)[1]] == [
+        ("VP007", True)
+    ]
+    found = view(f"{HEAD}MCALL {write('POCKET4', PA=5)}\nX50\nM30", dialect="siemens", tools=tools)[1]
+    assert [(item.code, item.line) for item in found] == [("VP002", 4)]
+
+
 def test_levels_are_even_and_faces_worked_out_by_hand(mill):
     """5 mm in infeeds of at most 2 are three of 5/3; 20 wide, paths of at most 6: four of 5; SDIS and the radius beyond the edges."""
     moves, findings = mill("CYCLE61", DP=-5, MID=2, MIDA=6, LENG=-30, WID=20, VARI=41)
@@ -195,10 +229,12 @@ def test_mistakes_are_refused_before_the_first_move(mill, name, values, code, pa
 def test_what_a_pocket_needs_before(view):
     tools = {1: make_tool(1, 10.0, TOOL)}
     for head, code in (
-        ("G0 X10 Y20 Z40 S1000 M3 F300\n", "VP012"), (f"{HEAD}G93\n", "VP017"), (f"{HEAD}SCALE X2\n", "VP017"), (f"{HEAD}MCALL ", "VP002"),
+        ("G0 X10 Y20 Z40 S1000 M3 F300\n", "VP012"), (f"{HEAD}G93\n", "VP017"), (f"{HEAD}SCALE X2\n", "VP017"),
     ):  # fmt: skip
         found = view(f"{head}{write('POCKET4')}\nM30", dialect="siemens", tools=tools)[1]
         assert [item.code for item in found][:1] == [code], head
+    found = view(f"{HEAD}MCALL {write('SLOT1')}\nM30", dialect="siemens", tools=tools)[1]
+    assert [item.code for item in found] == ["VP002"]
     found = view(f"{HEAD.replace('F300', '')}{write('POCKET4', FFP1=0, FFD=0)}\nM30", dialect="siemens", tools=tools)[1]
     assert [item.code for item in found] == ["VP009"]
 

@@ -28,6 +28,8 @@ from verne_post.model.moves import MoveKind
 
 #: Values that change nothing here: what is milled already (all is milled as if it were solid), the way between slots, the editor's.
 _HARMLESS: Final = ("AD", "FFCP", "_UMODE", "FS", "ZFS")
+#: Cycles that MCALL may call: at each place, which is their reference point.
+MODAL_MILLING: Final = ("POCKET3", "POCKET4", "CYCLE76", "CYCLE77")
 _STUDS: Final = ("CYCLE76", "CYCLE77")
 _FACES: Final = ("CYCLE61", "CYCLE71")
 #: Thousands of _GMODE: where PA and PO are, in halves of the sides from the middle.
@@ -39,9 +41,14 @@ class SiemensMilling:
 
     def __init__(self, interpreter: SiemensInterpreter, variables: Variables) -> None:
         self.to, self.variables = interpreter, variables
+        self._left = MAX_STROKES
 
-    def run(self, call: Call, line: int) -> None:
-        """Execute one cycle.
+    def begin_block(self) -> None:
+        """A block begins, whose cycles may have so many strokes together."""
+        self._left = MAX_STROKES
+
+    def run(self, call: Call, line: int, *, is_modal: bool = False) -> None:
+        """Execute one cycle; a modal one where the tool stands.
 
         Raises
         ------
@@ -50,22 +57,24 @@ class SiemensMilling:
         """
         given, at, to = read_cycle(call, PARAMETERS[call.name], self.variables), At(line), self.to
         with to.core.keep_feed(), to.state.exact_path():
-            work = _Work(MillingValues(to, given, at))
+            work = _Work(MillingValues(to, given, at), is_modal=is_modal)
             try:
                 strokes = [list(one) for one in work.list_strokes()]
             except MillingError as error:
                 raise ProgramError("VP007", f"{call.name}: {error}", call.column) from None
             given.refuse_rest(_HARMLESS if call.name in (*_STUDS, *_FACES) else (*_HARMLESS, "AP1", "AP2"))
-            if sum(map(len, strokes)) > MAX_STROKES:
-                raise ProgramError("VP007", f"{call.name}: more than {MAX_STROKES} strokes", call.column)
+            self._left -= sum(map(len, strokes))
+            if self._left < 0:
+                raise ProgramError("VP007", f"{call.name}: more than {MAX_STROKES} strokes in this block", call.column)
             work.execute(strokes)
 
 
 class _Work:
     """What one call mills, and its moves."""
 
-    def __init__(self, values: MillingValues) -> None:
+    def __init__(self, values: MillingValues, *, is_modal: bool) -> None:
         self.values, self.given, self.at, self.to = values, values.given, values.at, values.to
+        self.is_modal = is_modal
 
     # --- cycles -------------------------------------------------------------------------------------------
 
@@ -89,6 +98,13 @@ class _Work:
         refuse("_GMODE", rest, (0, 100, 1000, 1100), "all is machined, from the point that its thousands name")
         refuse("_GMODE", corner, known, "the thousands name the middle (1) or a corner (2 to 5)")
         center = self.values.measure("PA"), self.values.measure("PO")
+        if self.is_modal:
+            if any(center):
+                raise given.error(
+                    "VP002", "PA and PO beside MCALL are not executed: the cycle is at each place; leave them out", "PA"
+                )
+            self.to.core.require_known(self.at, list(self.values.plane[:2]), f"MCALL {self.values.name}")
+            center = self.to.motion.programmed(self.values.plane[0]), self.to.motion.programmed(self.values.plane[1])
         shape: Outline
         if round_one:
             shape, middle, angle = Circle(self.values.measure("PRAD", positive=True)), (0.0, 0.0), 0.0
