@@ -108,6 +108,7 @@ def test_refused(outcome, example):
 def test_the_tables_name_every_function_and_cycle():
     """No number of an M function or cycle that the code knows is missing in the page."""
     from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS, REFUSED_CYCLES
+    from verne_post.gcode.klartext.cycle_words import WITHOUT_EFFECT as CYCLES_WITHOUT_EFFECT
     from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
     from verne_post.gcode.klartext.settings import SETTINGS
 
@@ -134,4 +135,5 @@ def test_the_tables_name_every_function_and_cycle():
         return found
 
     assert cycle_numbers("Executed") == {*MACHINING, *PATTERNS, *SETTINGS}
+    assert cycle_numbers("Without effect") == set(CYCLES_WITHOUT_EFFECT)
     assert cycle_numbers("Refused") == set(REFUSED_CYCLES)

@@ -39,6 +39,8 @@ def heights(view, text, **options):
     ("CYCLE83(20,0,2,-10.5,,,4,2,0,0,1,0)", "R2 F-4 F-3 F-6 F-5 F-8 F-7 F-9.25 F-8.25 F-10.5 R20"), ("CYCLE83(20,0,2,-10,,,4,0,0,0,1,0)", "R2 F-4 F-3 F-8 F-7 F-10 R20"),
     ("CYCLE83(20,0,2,-10,,,4,-0.5,0,0,1,0,,1)", "R2 F-4 F-3 F-6 F-5 F-7 F-6 F-8 F-7 F-9 F-8 F-10 R20"), ("CYCLE83(20,0,2,-10,,,4,-1,0.5,0.25,1,1,,,,2,1)", "R2 F-4 P0.5 R2 P0.25 R-3 F-8 P0.5 R2 P0.25 R-7 F-10 P2 R20"),
     ("CYCLE83(20,0,2,-10,,,4,0,0,0,1,0,,,0.3)", "R2 F-4 F-3.7 F-8 F-7.7 F-10 R20"), ("CYCLE83(20,0,2,-10)", "R2 F-10 R20"), ("CYCLE83(20,0,2,-100,,,60,0,0,0,1,1)", "R2 F-60 R2 R-58 F-100 R20"),
+    # eight digits: the sixth says that DAM is a percentage, 5 then 4.5, 4.05, 3.645, of which the last is what is left
+    ("CYCLE83(20,0,2,-16,,,5,90,0,0,90,0,,,,,,0,1,11211112)", "R2 F-5 F-4 F-9.5 F-8.5 F-13.55 F-12.55 F-16 R20"), ("CYCLE83(20,0,2,-16,,,5,1,0,0,90,0,,,,,,0,1,11111112)", "R2 F-5 F-4 F-9 F-8 F-12 F-11 F-14 F-13 F-15 F-14 F-16 R20"),
     # upside down
     ("Z-50\nCYCLE82(-20,0,2,10)", "R-50 R-2 F10 R-20"),
 ])  # fmt: skip
@@ -56,6 +58,26 @@ def test_feeds_of_cycles(view):
     assert feeds == [50, 200, 50, 100, 100, 100, 100, 750, 750, 100]
     spindle = [event.data["direction"] for event in moves.events if event.kind == "spindle"]
     assert spindle == ["clockwise", "counterclockwise", "clockwise"]
+
+
+def test_percentages_of_deep_holes(view):
+    moves, errors = view(f"{HEAD}CYCLE83(20,0,2,-9.5,,,5,90,0,0,90,0,,,,,,0,1,11211112)\nG1 Z10", dialect="siemens")
+    assert errors == ()
+    assert [float(feed) for feed, kind in zip(moves.feed, moves.kind, strict=True) if kind == MoveKind.FEED] == [
+        90,
+        100,
+        100,
+        100,
+    ]
+    for values, part in (
+        ("101,0,0,90,0,,,,,,0,1,11211112", "DAM"),
+        ("-1,0,0,90,0,,,,,,0,1,11111112", "DAM"),
+        ("1,0,0,101,0", "FRF"),
+        ("1,0,0,1,0,,,,,,0,1,31111112", "_AMODE"),
+    ):
+        found = view(f"{HEAD}CYCLE83(20,0,2,-10,,,5,{values})", dialect="siemens")[1]
+        assert found[0].code in ("VP002", "VP007")
+        assert part in found[0].message
 
 
 def test_mistakes_of_modal_cycles_have_no_column_of_another_line(view):
@@ -120,7 +142,7 @@ def test_cycles_in_inches(view):
 
 @pytest.mark.parametrize(("call", "code", "part"), [
     ("CYCLE82(20,0,2,-10,,1,5)", "VP002", "_GMODE"), ("CYCLE82(20,0,2,-10,,1,0,0,3)", "VP002", "_AMODE"), ("CYCLE82(20,0,2,-10,,1,0,0,0,1)", "VP002", "_VARI"), ("CYCLE82(20,0,2,-10,,\"A\")", "VP007", "DTB"),
-    ("CYCLE83(20,0,2,-10,,-3,,0,0,0,2)", "VP007", "FRF"), ("CYCLE83(20,0,2,-10,,-3,,0,0,0,1,2)", "VP002", "VARI"), ("CYCLE83(20,0,2,-10,,-3,,-2)", "VP007", "DAM"), ("CYCLE83(20,0,2,-10,,-3,,-0.001,0,0,1,0)", "VP007", "strokes"),
+    ("CYCLE83(20,0,2,-10,,-3,,0,0,0,102)", "VP007", "FRF"), ("CYCLE83(20,0,2,-10,,-3,,0,0,0,1,2)", "VP002", "VARI"), ("CYCLE83(20,0,2,-10,,-3,,-2)", "VP007", "DAM"), ("CYCLE83(20,0,2,-10,,-3,,-0.001,0,0,1,0)", "VP007", "strokes"),
     ("CYCLE83(20,0,2,-10,,-3,,0,0,0,1,0,4)", "VP007", "_AXN"), ("CYCLE86(20,0,2,-10,,1,5)", "VP007", "SDIR"), ("CYCLE840(20,0,2,-10,,0,3,3)", "VP007", "SDR"), ("M5\nCYCLE840(20,0,2,-10)", "VP017", "spindle"),
     ("CYCLE840(20,0,2,-10,,0,4,3,5)", "VP002", "ENC"), ("HOLES1(0,0,0,10,20,0)", "VP007", "NUM"), ("HOLES2(0,0,0,0,0,3)", "VP007", "RAD"), ("HOLES1(0,0,0,10,20,2,5)", "VP002", "_VARI"), ("CYCLE801(0,0,0,1,1,101,101)", "VP007", "holes"),
     ("G93\nCYCLE82(20,0,2,-10)", "VP017", "G93"), ("MCALL CYCLE82(20,0,2,-10)\nG93 X5 F5", "VP017", "G93"), ("CYCLE82(20,0,2)", "VP005", "DP"), ("CYCLE832(-1,1)", "VP007", "negative"), ("CYCLE832(0.1,1,0.5,7)", "VP005", "values"),

@@ -61,9 +61,12 @@ class HeidenhainKeys(Struct, frozen=True):
     ----------
     tools : mapping
         TOOL CALL "name" -> number of the tool table.
+    plunge_angle : float
+        ANGLE of the tools: how steeply a helix, or a way to and fro, goes down in milling cycles, degrees.
     """
 
     tools: Mapping[str, int] = field(default_factory=dict)
+    plunge_angle: float = 3.0
 
 
 class FanucKeys(Struct, frozen=True):
@@ -125,6 +128,8 @@ def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
             raise ValueError(f"{name}: expected names with numbers of tools")
         if name == "inside_arc_percent" and not (type(value) in (int, float) and 0 <= value <= 100):  # type: ignore[operator]
             raise ValueError(f"{name}: expected a number from 0 to 100")
+        if name == "plunge_angle" and not (type(value) in (int, float) and 0 < value < 90):  # type: ignore[operator]
+            raise ValueError(f"{name}: expected degrees, more than 0 and less than 90")
         if name == "modulo_axes" and not set(str(value)) <= set("AC"):
             raise ValueError(f"{name}: expected letters of rotary axes, A and C")
     return kind(**given)  # type: ignore[arg-type]

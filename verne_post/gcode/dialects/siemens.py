@@ -66,7 +66,7 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
             in_main = text is main and not flow.in_call
             if in_main and line == stop.before_line:
                 break
-            restart = may_restart(state) and executor.modal is None and executor.interpreter.splines.draft is None
+            restart = may_restart(state) and executor.can_restart
             last = execute_stretch(flow, chunk, stop, in_main=in_main)
             if last is None:
                 flow.step(chunk.raw(line - chunk.first_line))

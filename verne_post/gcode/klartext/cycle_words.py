@@ -14,6 +14,12 @@ _PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUT
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
+_MILLED: Final = (*_HOLE, 368, 207, 351, 202, 206)
+_POCKET: Final = (*_MILLED, 215, 369, 338, 366)
+_POCKET_DEFAULTS: Final = {385: 500.0, 439: 0.0}
+_STUD: Final = (*_MILLED, 370)
+#: Without Q215 they are those of controls on which a stud is roughed alone.
+_STUD_DEFAULTS: Final = {215: 1.0, 369: 0.0, 338: 0.0, 385: 500.0, 437: 0.0}
 #: Machining cycles: parameters that they need, and those with a default (parameter -> value).
 MACHINING: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
     200: ((*_HOLE, 206, 202, 210), {211: 0.0, 395: 0.0}),
@@ -27,23 +33,36 @@ MACHINING: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
     208: ((*_HOLE, 206, 334, 335), {342: 0.0, 351: 1.0, 370: 0.0}),
     209: ((*_HOLE, 239, 257, 256), {336: 0.0, 403: 1.0}),
     240: ((200, 343, 201, 344, 206, 211, 203, 204), {}),
+    241: ((*_HOLE, 206), {211: 0.0, 379: 0.0, 253: 750.0, 208: FMAX_VALUE, 426: 5.0, 427: 50.0, 428: 500.0, 429: 8.0, 430: 9.0, 202: 0.0, 212: 0.0, 205: 0.0,
+                          401: 100.0, 435: 0.0}),
+    232: ((389, 225, 226, 227, 386, 218, 219, 202, 369, 370, 207, 385, 253, 200, 357, 204), {}),
+    233: ((389, 218, 219, 227, 386, 202, 370, 207, 253, 200, 204), {
+        215: 0.0, 350: 1.0, 369: 0.0, 385: 500.0, 357: 2.0, 347: 0.0, 348: 0.0, 349: 0.0, 220: 0.0, 368: 0.0, 338: 0.0, 367: 0.0}),
+    251: ((*_POCKET, 218, 219, 220, 224, 367, 370), _POCKET_DEFAULTS),
+    252: ((*_POCKET, 223, 370), _POCKET_DEFAULTS),
+    253: ((*_POCKET, 218, 219, 374, 367), _POCKET_DEFAULTS),
+    254: ((*_POCKET, 219, 375, 216, 217, 376, 248, 378, 377), {**_POCKET_DEFAULTS, 367: 0.0}),
+    256: ((*_STUD, 218, 424, 219, 425, 220, 224, 367), _STUD_DEFAULTS),
+    257: ((*_STUD, 223, 222), {**_STUD_DEFAULTS, 376: -1.0}),
 }  # fmt: skip
 #: Patterns, which run the cycle that is defined at once.
 PATTERNS: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
     220: ((216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301), {365: 0.0}),
     221: ((225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301), {}),
 }
+#: Cycles that tune the drives for a tolerance or the weight of the part, which setpoints here do not know.
+WITHOUT_EFFECT: Final = (332, 392)
+_SL: Final = "contours of SL cycles; write cycles 251 to 257, or the contour with RL or RR, or let the CAM system write the moves"
 REFUSED_CYCLES: Final = {
     1: "pecking of older controls; write cycle 200", 2: "tapping of older controls; write cycle 206",
     3: "slot milling of older controls", 4: "pocket milling of older controls", 5: "circular pocket of older controls",
-    6: "rough-out of older controls", 12: "program call as a cycle; write CALL PGM", 14: "contour geometry of SL cycles",
-    15: "SL cycle", 16: "SL cycle", 17: "rigid tapping of older controls; write cycle 207", 18: "thread cutting",
-    **dict.fromkeys((20, 21, 22, 23, 24, 25, 270, 271, 272, 273, 274, 275, 276), "SL cycles"),
+    6: "rough-out of older controls", 12: "program call as a cycle; write CALL PGM", 14: _SL, 15: _SL, 16: _SL, 17: "rigid tapping of older controls; write cycle 207", 18: "thread cutting",
+    **dict.fromkeys((20, 21, 22, 23, 24, 25, 270, 271, 272, 273, 274, 275, 276), _SL),
     26: "axis-specific scaling: circles would become ellipses", **dict.fromkeys((27, 28, 29, 39), "cylinder surface"),
-    30: "3-D data from files", 225: "engraving", 230: "multipass milling",
-    231: "ruled surface", 232: "face milling", 233: "face milling", 239: "weighs the workpiece", 241: "single-lip deep-hole drilling",
-    251: "rectangular pocket", 252: "circular pocket", 253: "slot", 254: "circular slot", 256: "rectangular stud",
-    257: "circular stud", 258: "polygon stud", **dict.fromkeys((262, 263, 264, 265, 267), "thread milling"),
+    30: "3-D data from files",
+    225: "engraving; let the CAM system write the lines of the letters", 230: "multipass milling of older controls; write cycle 233",
+    231: "ruled surface; let the CAM system write the moves", 239: "weighs the workpiece",
+    258: "polygon stud; write its sides with RL or RR", **dict.fromkeys((262, 263, 264, 265, 267), "thread milling; let the CAM system write the helix"),
     **dict.fromkeys(range(400, 500), "touch probe"), **dict.fromkeys(range(800, 900), "turning and gear cycles"),
 }  # fmt: skip
 

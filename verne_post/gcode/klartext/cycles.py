@@ -9,6 +9,7 @@ from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.elements import Point, make_arc
 from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.milling import KlartextMilling
 from verne_post.gcode.lengths import helix_length
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import MAX_DWELL_S
@@ -32,9 +33,10 @@ class KlartextCycles:
         self.state = frames.state
         self.recorder = frames.recorder
         self.waiting = frames.waiting
+        self.milling = KlartextMilling(frames, contour)
 
-    def run_hole(self, number: int, q: _Q) -> None:
-        """One hole at the present place.
+    def run_cycle(self, number: int, q: _Q) -> None:
+        """One hole, pocket or stud at the present place.
 
         Raises
         ------
@@ -46,7 +48,10 @@ class KlartextCycles:
         self.core.frames.stand_at({2: self.find_height(q[203] + q[200])})
         self._check_hole(number, q)
         with self.core.keep_feed(), self.state.exact_path():
-            HOLES[number](self, q)
+            if number in HOLES:
+                HOLES[number](self, q)
+            else:
+                self.milling.run(number, q)
         self.contour.last_rapid = True
 
     def _check_hole(self, number: int, q: _Q) -> None:
@@ -60,7 +65,7 @@ class KlartextCycles:
         for name in (210, 211, 255):
             if not 0 <= q.get(name, 0.0) <= MAX_DWELL_S:
                 raise ProgramError("VP007", f"Q{name}={q[name]:g}: a dwell lies between 0 and a day")
-        for name in (206, 254):
+        for name in (206, 254) if number in HOLES else ():
             if not 0 < q.get(name, 1.0) < FMAX_VALUE:
                 raise ProgramError(
                     "VP009", f"Q{name}={q[name]:g}: the tool cuts at this feed rate; it is greater than 0, and not FMAX"
@@ -359,6 +364,37 @@ class KlartextCycles:
             self.core.set_feed(self.state.feed * self.core.find_arc_feed_share(lengths[0] / lengths[1]))
         self.core.arc(self.frames.block, start, end, make_arc(start, 0, center, sweep), [0, 1, 2])
 
+    def _drill_single_lip(self, q: _Q) -> None:
+        """241: into the pilot hole at the speed Q427, to the depth at Q428 with coolant, and out as it came in."""
+        if q[435]:
+            raise ProgramError("VP002", "Q435 is not executed: the dwell is at the bottom; write Q435=0")
+        if q[202] > 0 and q[202] < -q[201]:
+            raise ProgramError(
+                "VP002", "Q202 is not executed in cycle 241 where it is less than the depth; write cycle 205 for pecks"
+            )
+        turning = {3.0: False, 4.0: True, 5.0: None}.get(q[426])
+        if q[426] not in (3.0, 4.0, 5.0) or q[429] not in (7.0, 8.0, 9.0) or q[430] not in (7.0, 8.0, 9.0):
+            raise ProgramError("VP007", "cycle 241: Q426 is 3, 4 or 5, Q429 and Q430 are 7, 8 or 9")
+        if q[427] < 0 or q[428] <= 0:
+            raise ProgramError("VP007", "cycle 241: the speed Q427 is not negative, and Q428 is greater than 0")
+        auxiliary, at = self.core.auxiliary, self.frames.block
+        clear, surface = self._start_height(q)
+        auxiliary.set_speed(at, q[427], switched=True)
+        auxiliary.switch_spindle(at, on=turning is not None, backwards=bool(turning))
+        if q[379]:
+            self.go_to_height(surface - abs(q[379]) + q[200], q[253])
+        auxiliary.set_speed(at, q[428], switched=True)
+        auxiliary.switch_spindle(at, on=True)
+        auxiliary.switch_coolant(at, round(q[429]))
+        if q[201] != 0:
+            self.go_to_height(surface + q[201], q[206])
+            self._wait(q[211])
+        auxiliary.switch_coolant(at, round(q[430]))
+        auxiliary.set_speed(at, q[427], switched=True)
+        auxiliary.switch_spindle(at, on=turning is not None, backwards=bool(turning))
+        self.go_to_height(clear, q[208] or q[206])
+        self._leave(q, clear)
+
     def _center(self, q: _Q) -> None:
         """240: centring to a depth."""
         if q[343]:
@@ -379,6 +415,7 @@ HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
     200: KlartextCycles._drill, 201: KlartextCycles._ream, 202: KlartextCycles._bore, 203: KlartextCycles._drill_universal,
     204: KlartextCycles._bore_back, 205: KlartextCycles._peck_universal, 206: KlartextCycles._tap,
     207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly, 240: KlartextCycles._center,
+    241: KlartextCycles._drill_single_lip,
 }  # fmt: skip
 
 

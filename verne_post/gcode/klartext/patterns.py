@@ -11,6 +11,7 @@ from verne_post.gcode.klartext.cycle_words import (
     MACHINING,
     PATTERNS,
     REFUSED_CYCLES,
+    WITHOUT_EFFECT,
     complete,
     read_head,
     read_parameters,
@@ -19,6 +20,7 @@ from verne_post.gcode.klartext.cycles import KlartextCycles
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
+from verne_post.gcode.klartext.milling import FACES
 from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.settings import KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
@@ -88,12 +90,18 @@ class KlartextPatterns:
         if self.settings.execute_setting(statement, head):
             return
         table = MACHINING.get(number) or PATTERNS.get(number)
+        if number in WITHOUT_EFFECT:
+            for name, value in read_parameters(statement, head, self.q, self.contour.call_feed).items():
+                self.q.set(f"Q{name}", value)
+            return
         if table is None:
             raise statement.error(
                 "VP002", f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them", 0
             )
         given = read_parameters(statement, head, self.q, self.contour.call_feed)
         q = complete(statement, number, given, *table)
+        if number in FACES:
+            q |= {203: q[227]}
         for name, value in given.items():
             self.q.set(f"Q{name}", value)
         if number in MACHINING:
@@ -166,7 +174,7 @@ class KlartextPatterns:
                 raise ProgramError("VP017", f"Q{name} has been changed since CYCL DEF {self.cycle.number}; whether a call takes the new value "
                                  "depends on the control: write CYCL DEF again")  # fmt: skip
         q = self.cycle.q if not z else {**self.cycle.q, 203: self.cycle.q[203] + z}
-        self.cycles.run_hole(self.cycle.number, q)
+        self.cycles.run_cycle(self.cycle.number, q)
 
     def call_cycles(self, *, moved: bool) -> None:
         """What M99 and M89 ask for at the end of a block; M89 also after every block that has moved."""

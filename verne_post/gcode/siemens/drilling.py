@@ -109,13 +109,13 @@ class _Hole:
                 raise given.error("VP005", f"{name} is needed", name)
         self.retract, self.reference = self._length("RTP"), self._length("RFP")
         modes = given.whole("_AMODE")
-        if not 0 <= modes <= 99_999 or given.whole("_GMODE"):
+        if not 0 <= modes <= (99_999_999 if given.call.name == "CYCLE83" else 99_999) or given.whole("_GMODE"):
             raise given.error(
                 "VP002",
                 "these digits of _GMODE and _AMODE are not executed",
                 "_AMODE" if not given.whole("_GMODE") else "_GMODE",
             )
-        self.digits = [modes // 10**place % 10 for place in range(5)]
+        self.digits = [modes // 10**place % 10 for place in range(8)]
         if max(self.digits) > 2:
             raise given.error("VP002", f"_AMODE {modes}: digits are 0, 1 and 2", "_AMODE")
         self.up = self._find_up()
@@ -151,7 +151,7 @@ class _Hole:
         """A depth: absolute, or below the reference plane."""
         given = self.given
         if digit == 1:
-            return self.reference - self.up * abs(self._length(absolute))
+            return self.reference - self.up * abs(self._length(absolute if given.given(absolute) else relative))
         if self._is_absolute(absolute, relative, digit):
             if not given.given(absolute):
                 raise given.error("VP005", f"{absolute} is needed", absolute)
@@ -338,16 +338,25 @@ class _Hole:
             self._depth("FDEP", "FDPR", self.digits[4]) if given.given("FDEP") or given.given("FDPR") else self.bottom
         )
         amount, least = given.number("DAM"), self._length("_MDEP")
+        if self.digits[5] == 2:  # a percentage: each stroke is that share of the one before
+            if not 0 < amount <= 100:
+                raise given.error("VP007", f"DAM {amount:g}: a percentage is more than 0, and at most 100", "DAM")
+            amount = -0.01 * amount
+        elif self.digits[5] == 1 and amount < 0:
+            raise given.error("VP007", f"DAM {amount:g}: _AMODE says that it is a length, which is not negative", "DAM")
         dwells = [self._seconds("DTB", self.digits[1]), self._seconds("DTS", self.digits[3])]
         last_dwell = self._seconds("_DTD", self.digits[2]) if given.number("_DTD") else dwells[0]
         factor = given.number("FRF") or 1.0
+        factor = 0.01 * factor if 1.0 < factor <= 100.0 else factor  # a percentage
         out = given.whole("VARI")
         back, near = self._length("_VRT"), self._length("_DIS1")
         given.refuse_rest()
         if out not in (0, 1):
             raise given.error("VP002", f"VARI {out} is not executed; 0 breaks the chip, 1 takes it out", "VARI")
         if not 0.001 <= factor <= 1.0:
-            raise given.error("VP007", f"FRF {factor:g}: the share of the feed rate is 0.001 to 1", "FRF")
+            raise given.error(
+                "VP007", f"FRF {factor:g}: the share of the feed rate is 0.001 to 1, or 1 to 100 percent", "FRF"
+            )
         depth = (self.reference - self.bottom) * self.up
         first_stroke = (self.reference - first) * self.up
         if not 0 < first_stroke <= depth + ZERO_LENGTH_MM:

@@ -21,6 +21,8 @@ from verne_post.gcode.siemens.cursor import Cursor, code_part
 from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.drilling import Drilling
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.milling import MODAL_MILLING, SiemensMilling
+from verne_post.gcode.siemens.milling_values import PARAMETERS as MILLING
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.patterns import PARAMETERS as PATTERNS
 from verne_post.gcode.siemens.patterns import places_of_pattern
@@ -57,6 +59,7 @@ class Executor:
         self.variables = Variables(SystemVariables(self.interpreter))
         self.words = WordReader(self.variables, lambda name: False)
         self.drilling = Drilling(self.interpreter, self.variables)
+        self.milling = SiemensMilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)
         self.modal: Call | None = None
         #: A line that was not executed has named axes.
@@ -68,6 +71,12 @@ class Executor:
     def ended(self) -> bool:
         """True after M2 or M30."""
         return self.interpreter.ended
+
+    @property
+    def can_restart(self) -> bool:
+        """True where nothing of earlier blocks is still to come: a modal cycle, a spline, the corner of a contour."""
+        to = self.interpreter
+        return self.modal is None and to.splines.draft is None and to.motion.corners.is_idle
 
     @property
     def modes(self) -> Modes:
@@ -105,15 +114,19 @@ class Executor:
             raise
         if not moved or self.modal is None:
             return False
-        if not self.is_drilling(self.modal.name):
+        if not self.is_modal(self.modal.name):
             return True
-        self._drill_modal(self.modal, words.line)
+        self.milling.begin_block()
+        self._run_modal(self.modal, words.line)
         return False
 
-    def _drill_modal(self, call: Call, line: int) -> None:
+    def _run_modal(self, call: Call, line: int) -> None:
         """Execute the cycle of MCALL; its columns are those of another line."""
         try:
-            self.drilling.run(call, line)
+            if call.name in MODAL_MILLING:
+                self.milling.run(call, line, is_modal=True)
+            else:
+                self.drilling.run(call, line)
         except ProgramError as error:
             error.column = None
             raise
@@ -144,6 +157,7 @@ class Executor:
 
     def finish(self) -> None:
         """At the end of the program: what waits for its end."""
+        self.interpreter.motion.corners.finish()
         self.interpreter.splines.end_spline()
 
     def restore(self, modes: Modes) -> None:
@@ -160,18 +174,20 @@ class Executor:
     # --- cycles ---------------------------------------------------------------------------------------------
 
     @staticmethod
-    def is_drilling(name: str) -> bool:
+    def is_modal(name: str) -> bool:
         """True for the cycles that MCALL may call."""
-        return name in DRILLING
+        return name in DRILLING or name in MODAL_MILLING
 
     @staticmethod
     def is_cycle(name: str) -> bool:
         """True for cycles of the control that are executed."""
-        return name in DRILLING or name in PATTERNS or name in _OTHERS
+        return name in DRILLING or name in MILLING or name in PATTERNS or name in _OTHERS
 
     def run_cycle(self, call: Call, line: int) -> None:
         """Execute a cycle of the control."""
+        self.interpreter.motion.corners.finish()
         self.interpreter.motion.note_numbers()
+        self.milling.begin_block()
         if call.name == "CYCLE800":
             self.swivel.run(call, line)
         elif call.name == "CYCLE832":
@@ -180,6 +196,8 @@ class Executor:
             set_blank(self.interpreter, call, self.variables, line)
         elif call.name in PATTERNS:
             self._run_pattern(call, line)
+        elif call.name in MILLING:
+            self.milling.run(call, line)
         else:
             self.drilling.run(call, line)
 
@@ -187,13 +205,13 @@ class Executor:
         """Go to every place of a pattern, and execute the cycle of MCALL there."""
         to, block = self.interpreter, At(line)
         first, second, *_ = PLANES[to.state.plane]
-        if self.modal is not None and not self.is_drilling(self.modal.name):
+        if self.modal is not None and not self.is_modal(self.modal.name):
             raise ProgramError(
-                "VP002", f"{call.name} with MCALL {self.modal.name}: patterns call drilling cycles alone", call.column
+                "VP002", f"{call.name} with MCALL {self.modal.name}: patterns call cycles alone", call.column
             )
         is_placed = to.state.is_known(first) and to.state.is_known(second)
         here = (to.motion.programmed(first), to.motion.programmed(second)) if is_placed else None
         for u, v in places_of_pattern(call, self.variables, self.modes.length, here):
             to.motion.run_line(block, MoveKind.RAPID, {first: u, second: v})
             if self.modal is not None:
-                self._drill_modal(self.modal, line)
+                self._run_modal(self.modal, line)

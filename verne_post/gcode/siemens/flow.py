@@ -227,9 +227,11 @@ class Flow:
         if len(words.calls) != 1 or words.words or words.groups or words.m:
             raise cursor.error("VP001", "MCALL takes one call: MCALL CYCLE81(...)", column)
         call = freeze(words.calls[0], self.executor.variables)
-        if self.executor.is_cycle(call.name) and not self.executor.is_drilling(call.name):
+        if self.executor.is_cycle(call.name) and not self.executor.is_modal(call.name):
             raise ProgramError(
-                "VP002", f"MCALL {call.name}: only drilling cycles and subprograms are modal", call.column
+                "VP002",
+                f"MCALL {call.name}: drilling cycles, POCKET3, POCKET4, CYCLE76, CYCLE77 and subprograms are modal",
+                call.column,
             )
         self.executor.modal = call
 

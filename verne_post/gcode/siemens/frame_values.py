@@ -41,6 +41,7 @@ class FrameValues:
         """
         value, to = self._read(cursor), self.to
         to.splines.end_spline()
+        to.motion.corners.finish()
         if name == _PROGRAMMABLE:
             to.motion.note_numbers()
             to.frame_words.change_frames(replace(value, swivel=to.modes.frames.swivel), name)

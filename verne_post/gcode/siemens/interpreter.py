@@ -13,6 +13,7 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.auxiliary import SiemensAuxiliary
+from verne_post.gcode.siemens.corners import WORDS as CORNERS
 from verne_post.gcode.siemens.frame_words import SiemensFrameWords
 from verne_post.gcode.siemens.modes import ARC_FEEDS, Modes
 from verne_post.gcode.siemens.motion import SiemensMotion
@@ -62,6 +63,7 @@ class SiemensInterpreter:
         for name, _column in words.no_effect:
             self.recorder.event(words.line, "without effect", word=name)
         self.splines.end_spline(words)
+        self.motion.corners.begin_block(words, self.modes)
         self.motion.note_numbers()
         if words.is_empty:  # nothing but variables
             return False
@@ -231,6 +233,8 @@ class SiemensInterpreter:
             if suppressed is not None:
                 self._run_in_machine(words, block, suppressed)
                 return False
+        if not words.words.keys().isdisjoint(CORNERS) or not self.motion.corners.is_idle:
+            self.motion.corners.read(words, modes)
         if modes.motion == "BSPLINE":
             self.splines.add_spline_point(words, block)
             return False

@@ -20,6 +20,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.motion import refuse_lacking
 from verne_post.gcode.rs274.values import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.setup import Setup
+from verne_post.gcode.siemens.corners import SiemensCorners
 from verne_post.gcode.siemens.frames import Affine, Split, split
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.standing_table import standing_table
@@ -61,6 +62,7 @@ class SiemensMotion:
         self.keys: SiemensKeys = read_keys(SiemensKeys, setup.control.get("siemens", {}))
         state.modes = Modes()
         self.core.set_arc_feed(self.modes.arc_feed)
+        self.corners = SiemensCorners(self.core)
         self._split = Split(None)
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
@@ -167,7 +169,7 @@ class SiemensMotion:
         else:
             if beside:
                 self.core.frames.name_axes(end, axes, machine=True)
-            self.core.line(block, kind, end, axes)
+            self.corners.add_line(block, kind, end, axes)
         self.set_heading([b - a for a, b in zip(begin[:3], state.position[:3], strict=True)])
 
     def set_heading(self, way: Sequence[float]) -> None:
@@ -288,8 +290,7 @@ class SiemensMotion:
         else:
             self._check_sizes(block, {"R": radius * abs(scales[0])})
             arc = radius_arc(start, end, state.plane, clockwise, radius * abs(scales[0]), turns)
-        self.core.arc(block, start, end, arc, list(places))
-        arc = self.recorder.arcs[-1]
+        self.corners.add_arc(block, end, arc, list(places))
         self.set_heading(tangent_of(state.plane, arc.center, end, arc.sweep))
 
     def _check_sizes(self, at: At, lengths: dict[str, float]) -> None:

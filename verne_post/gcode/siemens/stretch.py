@@ -81,6 +81,7 @@ def _is_plain(to: SiemensInterpreter) -> bool:
         and modes.units in ("G71", "G710")
         and to.motion.has_no_scale
         and modes.frames.rotary == (0.0, 0.0, 0.0)
+        and to.motion.corners.is_idle
     )
 
 

@@ -43,7 +43,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("CPRECON", "CPRECOF", "STOLF", "ADISPOS"), "corners are blended as G64, ADIS, CTOL and OTOL say"),
     **dict.fromkeys(("CUT2D", "NORM", "G450", "KONTT", "G460", "SPOF", "NORM0"), "this is how it is done here"),
     **dict.fromkeys(("ORISON", "ORISOF"), "smoothing of the tool axis: as corners are blended"),
-    **dict.fromkeys(("TOFRAMEOF", "TOROTOF", "PAROTOF", "TCOABS", "PTPOF", "CP", "G290"), "this is how it starts here"),
+    **dict.fromkeys(("TOFRAMEOF", "TOROTOF", "PAROTOF", "TCOABS", "PTPOF", "CP", "G290", "DIAMOF"), "this is how it starts here"),
     **dict.fromkeys(("DISPLON", "DISPLOF", "SBLON", "SBLOF", "ACTBLOCNO"), "display and single block"),
     **dict.fromkeys(("SPCON", "SPCOF", "GETD", "GET", "RELEASE", "NEWCONF"),
                     "position control of spindles, axes and channels of the control"),
@@ -57,7 +57,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
 REFUSED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("ASPLINE", "CSPLINE", "BAUTO", "BNAT", "BTAN", "EAUTO", "ENAT", "ETAN"), "splines through points, which each control lays out in its own way"),
     **dict.fromkeys(("POLY", "PO", "POLYPATH", "INVCW", "INVCCW"), "polynomials and involutes"),
-    **dict.fromkeys(("DIAMON", "DIAM90", "DIAMOF", "DIAMCYCOF", "DIAMCHAN", "LIMS", "G96", "G961", "G962", "G97", "G971", "G972", "G973", "SCC"), "lathe words"),
+    **dict.fromkeys(("DIAMON", "DIAM90", "DIAMCYCOF", "DIAMCHAN", "LIMS", "G96", "G961", "G962", "G97", "G971", "G972", "G973", "SCC"), "lathe words"),
     **dict.fromkeys(("G33", "G34", "G35", "G331", "G332", "G63", "G335", "G336"), "spindle-synchronised motion: setpoints cannot wait for the spindle"),
     **dict.fromkeys(("G25", "G26"), "limits of the working area and of the spindle, which a program sets"),
     **dict.fromkeys(("G58", "G59"), "programmable offsets of single axes; write TRANS or ATRANS"),
@@ -66,7 +66,7 @@ REFUSED: Final[Mapping[str, str]] = {
                     "soft approach and retraction; write the moves"),
     **dict.fromkeys(("G451", "G461", "G462", "DISC", "KONT", "KONTC", "OFFN", "CUT2DF", "CUT2DD", "CUT3DC", "CUT3DF", "CUT3DFS", "CUT3DFF", "CUT3DCC", "CUT3DCCD", "CUTCONON", "CUTCONOF"),
                     "this kind of cutter compensation; G41 and G42 work in a plane, round outside corners with an arc"),
-    **dict.fromkeys(("CHF", "CHR", "RND", "RNDM", "FRC", "FRCM", "ANG"), "chamfers, roundings and angles of contour programming; let the CAM system write lines and arcs"),
+    **dict.fromkeys(("FRCM", "ANG"), "modal feed rates of corners, and angles of contour programming; write FRC=, and the end point"),
     **dict.fromkeys(("POS", "POSA", "POSP", "FA", "OVRA", "MOV", "WAITP", "FOCON", "FOC", "FXS", "FXST", "FXSW", "PTP", "PTPG0", "PTPWOC", "STAT", "TU"), "positioning axes and point-to-point motion"),
     **dict.fromkeys(("TOROT", "TOROTX", "TOROTY", "TOROTZ", "TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "PAROT", "TCARR", "TCOFRX", "TCOFRY", "TCOFRZ"),
                     "frames of tool carriers; write CYCLE800 or ROT"),
@@ -87,12 +87,17 @@ REFUSED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("SPOSA", "SVC", "GWPSON", "GWPSOF", "M70", "M41", "M42", "M43", "M44", "M45"), "gears and further spindles: there is one spindle"),
     **dict.fromkeys(("DEFINE", "REDEF", "MODAXVAL", "GOTOS", "CALLPATH", "PCALL", "EXECTAB", "EXECSTRING", "INDICATE", "READ", "WRITE", "DELETE", "ISFILE", "FILEDATE", "ICYCON", "ICYCOF", "REPOSA", "REPOSL", "REPOSQ", "REPOSH", "REPOSHA", "ASPL", "ISOCALL", "SETDNO", "GETT", "GETSELT", "NEWT", "DELT", "SETPIECE", "DELDL", "TOOLENV", "SAVE_TOOLENV", "CONTPRON", "CONTDCON", "EXECUTE", "INTERSEC", "G291", "CALL", "PROTA", "PROTS", "NPROT", "NPROTDEF", "COLLPAIR"),
                     "changes what the program is while it runs, or reads and writes files of the control"),
-    **dict.fromkeys(("POCKET1", "POCKET2", "POCKET3", "POCKET4", "SLOT1", "SLOT2", "LONGHOLE", "CONTOUR"), "milling cycles; let the CAM system write the moves"),
+    **dict.fromkeys(("CYCLE62", "CYCLE63", "CYCLE64", "CYCLE72", "CYCLE73", "CYCLE74", "CYCLE75"), "contours of cycles; write the contour with G41 or G42, a POCKET cycle, or let the CAM system write the moves"),
+    **dict.fromkeys(("CYCLE60", "CYCLE70", "CYCLE78", "CYCLE79", "CYCLE90"), "engraving, threads and polygons; let the CAM system write the moves"),
+    **dict.fromkeys(("CYCLE95", "CYCLE951", "CYCLE952", "CYCLE99"), "turning"),
+    **dict.fromkeys(("CYCLE971", "CYCLE976", "CYCLE977", "CYCLE978", "CYCLE979", "CYCLE982", "CYCLE994", "CYCLE996", "CYCLE998"), "probing: where the tool touches is only known at the machine"),
+    "CONTOUR": "milling of contours by cycles; let the CAM system write the moves",
     **dict.fromkeys(("CYCLE87", "CYCLE88"), "cycles that stop for a person in the hole"),
 }  # fmt: skip
 #: Cycles that are executed.
 CYCLES: Final = (
     "CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE85", "CYCLE86", "CYCLE89", "CYCLE840", "HOLES1", "HOLES2", "CYCLE801", "CYCLE800", "CYCLE832", "WORKPIECE",
+    "POCKET1", "POCKET2", "POCKET3", "POCKET4", "SLOT1", "SLOT2", "LONGHOLE", "CYCLE61", "CYCLE71", "CYCLE76", "CYCLE77",
 )  # fmt: skip
 #: Functions whose value is a frame.
 FRAME_FUNCTIONS: Final = ("CTRANS", "CROT", "CSCALE", "CMIRROR")
@@ -105,6 +110,7 @@ STATEMENTS: Final = (
 ADDRESSES: Final = (
     "X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J", "K", "I1", "J1", "K1", "CR", "AR", "AP", "RP", "TURN", "RPL", "PL", "PW", "SD", "A3", "B3", "C3", "F", "S", "T", "D",
     "CUTMOD", "H", "M", "G", "L", "P", "N", "ADIS", "CTOL", "OTOL", "SPOS", "S1", "M1", "T1", "FP", "X1", "Y1", "Z1", "A1", "C1",
+    "RND", "RNDM", "CHF", "CHR", "FRC",
 )  # fmt: skip
 #: Names that stand for numbers of CYCLE832.
 CONSTANTS: Final[Mapping[str, float]] = {

@@ -1,0 +1,173 @@
+"""Milling cycles with values at random: no traceback, no hang, nothing passed over, and what runs is the pocket."""
+
+import random
+import time
+
+import numpy as np
+import pytest
+
+from tests.gcode.conftest import make_tool
+from tests.gcode.pocket_judge import circle, curved_slot, judge, rectangle
+from verne_post.app.assemble import interpreter_view
+from verne_post.gcode.klartext.cycle_words import MACHINING
+from verne_post.gcode.klartext.milling import CYCLES
+from verne_post.gcode.siemens.milling_values import PARAMETERS
+from verne_post.model.options import Options
+
+#: Values of which each parameter gets one: usual, at the edge, none, and beyond everything.
+NUMBERS = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    8,
+    10,
+    12,
+    20,
+    24,
+    40,
+    60,
+    0.2,
+    0.5,
+    1.5,
+    -1,
+    -2,
+    -6,
+    -20,
+    90,
+    360,
+    500,
+    0.001,
+    1e-9,
+    99999,
+    -99999,
+    1e7,
+    11,
+    21,
+    31,
+    100,
+    1000,
+    11100,
+)
+#: More likely values, by parameter.
+LIKELY = {
+    "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "MID": 3, "FFP1": 500, "FFD": 100, "PA": 0, "PO": 0, "LENG": 40, "WID": 24, "NUM": 2, "VARI": 11, "PRAD": 20, "AFSL": 60, "RAD": 30,
+    "_GMODE": 0, "_DMODE": 0, "_AMODE": 0, "AP1": 60, "AP2": 60, "LIM": 0, "SSF": 0,
+    200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 385: 400, 386: -6, 389: 0,
+    227: 0, 253: 700, 424: 60, 425: 60, 437: 0, 439: 0, 347: 0, 348: 0, 349: 0,
+}  # fmt: skip
+TOOL = 8.0
+
+
+def make_program(seed):
+    """A program with one cycle, in one of the two languages."""
+    rng = random.Random(seed)
+
+    def value(name):
+        return LIKELY[name] if name in LIKELY and rng.random() < 0.95 else rng.choice(NUMBERS)
+
+    if rng.random() < 0.5:
+        name = rng.choice(sorted(PARAMETERS))
+        values = ",".join(
+            "" if rng.random() < 0.05 else str(value(one)) for one in PARAMETERS[name][: rng.randint(8, 40)]
+        )
+        return "siemens", f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{name}({values})\nG0 Z99\nM30\n"
+    number = rng.choice([*CYCLES, 241])
+    needs, defaults = MACHINING[number]
+    names = [*needs, *(name for name in defaults if rng.random() < 0.3)]
+    words = " ".join(f"Q{name}={value(name):.9f}" for name in names)
+    return (
+        "heidenhain",
+        f"BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X+10 Y+20 Z+40 R0 FMAX M3\nCYCL DEF {number} C {words}\nCYCL CALL\nL Z+99 FMAX\nEND PGM C MM\n",
+    )
+
+
+def try_program(seed):
+    """Execute a program; it ends in time, in findings of its lines or in moves that reach the part."""
+    dialect, text = make_program(seed)
+    begin = time.process_time()
+    moves, findings = interpreter_view(text.encode(), Options(dialect=dialect, tools={1: make_tool(1, 10.0, TOOL)}))
+    assert time.process_time() - begin < 5.0, text
+    if findings:
+        assert all(item.code.startswith("VP0") and item.line in (3, 4, 5) for item in findings), (text, findings)
+    else:
+        assert len(moves) > 2, text
+        assert np.isfinite(moves.end).all(), text
+        assert moves.end[-1][2] == 99, text
+    return not findings
+
+
+def test_values_at_random():
+    assert sum(try_program(seed) for seed in range(300)) > 30
+
+
+def make_pocket(seed):
+    """A Klartext cycle with sound values, the shape that it mills, and the blank of a stud."""
+    rng = random.Random(seed)
+    pick = rng.choice
+    x, y = rng.uniform(-30, 30), rng.uniform(-30, 30)
+    side, floor = pick([0, 0.3]), pick([0, 0.2])
+    q = {
+        215: 0 if side or floor else 1, 368: side, 369: floor, 207: 500, 351: pick([1, -1]), 201: -6, 202: pick([6, 2.5]), 206: 100, 338: pick([0, 2]), 200: 2, 203: 0, 204: 50,
+        370: rng.uniform(0.6, 1.99), 366: pick([0, 1, 2]), 385: 400,
+    }  # fmt: skip
+    number, blank = pick([251, 252, 253, 254, 256, 257]), None
+    if number == 251:
+        q |= {218: rng.uniform(14, 60), 219: rng.uniform(14, 60), 224: rng.uniform(-180, 180), 367: 0}
+        q[220] = rng.uniform(0, 0.5 * min(q[218], q[219]))
+        shape = rectangle(q[218], q[219], max(q[220], 0.5 * TOOL), q[224], (x, y))
+    elif number == 252:
+        q |= {223: rng.uniform(14, 60), 366: pick([0, 1])}
+        shape = circle(0.5 * q[223], (x, y))
+    elif number == 256:
+        q |= {218: rng.uniform(5, 40), 219: rng.uniform(5, 40), 224: rng.uniform(-180, 180), 367: 0, 437: 0}
+        q |= {
+            424: q[218] + rng.uniform(0, 40),
+            425: q[219] + rng.uniform(0, 40),
+            220: rng.uniform(0, 0.5 * min(q[218], q[219])),
+        }
+        shape, blank = (
+            rectangle(q[a], q[b], corner, q[224], (x, y)) for a, b, corner in ((218, 219, q[220]), (424, 425, 0))
+        )
+    elif number == 257:
+        q |= {223: rng.uniform(5, 40), 376: rng.uniform(0, 360)}
+        q[222] = q[223] + rng.uniform(0, 40)
+        shape, blank = circle(0.5 * q[223], (x, y)), circle(0.5 * q[222], (x, y))
+    else:
+        q[219] = rng.uniform(TOOL + 2 * side, 15.9)
+        if number == 253:
+            q |= {218: q[219] + rng.uniform(1, 40), 374: rng.uniform(-180, 180), 367: 0}
+            shape = rectangle(q[218], q[219], 0.5 * q[219], q[374], (x, y))
+        else:
+            q |= {
+                375: rng.uniform(50, 90),
+                216: x,
+                217: y,
+                376: rng.uniform(-180, 180),
+                248: rng.uniform(20, 250),
+                378: 0,
+                377: 1,
+            }
+            shape = curved_slot(0.5 * q[375], q[376], q[248], q[219], (x, y))
+    needs = {name: q[name] for name in (*MACHINING[number][0], *MACHINING[number][1]) if name in q}
+    return number, needs, (x, y), shape, blank
+
+
+def try_pocket(seed):
+    """Mill a pocket with sound values; the judge looks at it."""
+    number, q, (x, y), shape, blank = make_pocket(seed)
+    words = " ".join(f"Q{name}={value:.9f}" for name, value in q.items())
+    text = f"BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X{x:.9f} Y{y:.9f} Z+40 R0 FMAX M3\nCYCL DEF {number} C {words}\nCYCL CALL\nEND PGM C MM\n"
+    moves, findings = interpreter_view(
+        text.encode(), Options(dialect="heidenhain", tools={1: make_tool(1, 10.0, TOOL)})
+    )
+    assert findings == (), (seed, text)
+    judge(moves, 0.5 * TOOL, shape, 0.0, -6.0, blank=blank)
+
+
+@pytest.mark.parametrize("first", range(0, 40, 10))
+def test_pockets_at_random(first):
+    for seed in range(first, first + 10):
+        try_pocket(seed)

@@ -1,0 +1,284 @@
+"""Milling cycles: depth, wall, reach and rapid traverse by a judge of samples; heights and feeds worked out by hand."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.gcode.conftest import make_tool
+from tests.gcode.pocket_judge import circle, curved_slot, judge, rectangle
+from verne_post.model.control_keys import HeidenhainKeys, read_keys
+from verne_post.model.moves import MoveKind
+
+HEAD = "BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X+10 Y+20 Z+40 R0 FMAX M3\n"
+#: What the cases below share, and may replace.
+COMMON = {
+    215: 1, 368: 0, 207: 500, 351: 1, 201: -6, 202: 3, 369: 0, 206: 150, 338: 0, 200: 2, 203: 0, 204: 50, 370: 1, 366: 0, 385: 400, 218: 40, 219: 24,
+    220: 6, 224: 0, 367: 0, 223: 40, 222: 50, 374: 0, 375: 60, 216: 0, 217: 0, 376: 10, 248: 70, 378: 120, 377: 3, 424: 50, 425: 30,
+    389: 0, 225: 0, 226: 0, 227: 0, 386: -6, 253: 750, 357: 2,
+}  # fmt: skip
+TOOL = 8.0
+
+
+@pytest.fixture(scope="module")
+def mill(view):
+    """Execute one cycle at X10 Y20 with a tool of 8 mm; (moves, findings)."""
+    from verne_post.gcode.klartext.cycle_words import MACHINING
+
+    def run(number, q, head=HEAD, tail=""):
+        needs, defaults = MACHINING[number]
+        values = {name: {**COMMON, **q}[name] for name in needs} | {
+            name: value for name, value in q.items() if name in defaults
+        }
+        words = " ".join(f"Q{name}={value}" for name, value in values.items())
+        text = f"{head}CYCL DEF {number} CYCLE {words}\nCYCL CALL\n{tail}END PGM C MM\n"
+        return view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, TOOL)})
+
+    return run
+
+
+HERE = (10.0, 20.0)
+SQUARE = {215: 0, 368: 0.3, 369: 0.2}
+POCKETS = {
+    "rectangle": (251, {}, rectangle(40, 24, 6, 0, HERE)),
+    "helix, up-cut": (251, {366: 1, 351: -1}, rectangle(40, 24, 6, 0, HERE)),
+    "to and fro": (251, {366: 2}, rectangle(40, 24, 6, 0, HERE)),
+    "sharp corners": (251, {220: 0}, rectangle(40, 24, 4, 0, HERE)),
+    "tall, turned, from a corner": (251, {218: 20, 219: 44, 224: 30, 367: 1, 366: 2}, rectangle(20, 44, 6, 30, (10 + 10 * 3**0.5 / 2 - 11, 20 + 5 + 22 * 3**0.5 / 2))),
+    "square": (251, {218: 30, 219: 30, 220: 15, 366: 2}, circle(15, HERE)),
+    "with finishing": (251, {**SQUARE, 366: 1}, rectangle(40, 24, 6, 0, HERE)),
+    "finishing in steps": (251, {**SQUARE, 338: 1.5}, rectangle(40, 24, 6, 0, HERE)),
+    "wide overlap": (251, {370: 1.9, 220: 0}, rectangle(40, 24, 4, 0, HERE)),
+    "circle": (252, {366: 1}, circle(20, HERE)),
+    "circle with finishing": (252, {**SQUARE, 366: 1}, circle(20, HERE)),
+    "slot": (253, {219: 10, 366: 2}, rectangle(40, 10, 5, 0, HERE)),
+    "slot of the tool": (253, {219: 8, 374: 90, 366: 1}, rectangle(8, 40, 4, 0, HERE)),
+    "slot from its end": (253, {219: 10, 367: 1, **SQUARE}, rectangle(40, 10, 5, 0, (30, 20))),
+    "slot from an arc": (253, {219: 10, 367: 3}, rectangle(40, 10, 5, 0, (-5, 20))),
+    "curved slot": (254, {377: 1, 219: 10, 366: 2}, curved_slot(30, 10, 70, 10)),
+    "curved slot with finishing": (254, {377: 1, 219: 10, **SQUARE, 366: 2}, curved_slot(30, 10, 70, 10)),
+    "long curved slot": (254, {377: 1, 219: 12, 248: 300}, curved_slot(30, 10, 300, 12)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", POCKETS)
+def test_pockets_are_milled_whole_and_no_further(mill, name):
+    number, q, shape = POCKETS[name]
+    moves, findings = mill(number, q)
+    assert findings == ()
+    judge(moves, 0.5 * TOOL, shape, 0.0, -6.0)
+
+
+def test_roughing_leaves_its_allowances(mill):
+    moves, findings = mill(251, {**SQUARE, 215: 1, 366: 1})
+    assert findings == ()
+    judge(moves, 0.5 * TOOL, rectangle(40, 24, 6, 0, HERE), 0.0, -6.0, allowance=0.3, floor_allowance=0.2)
+
+
+STUDS = {
+    "rectangle": (256, {}, rectangle(40, 24, 6, 0, HERE), rectangle(50, 30, 0, 0, HERE)),
+    "sharp, turned, up-cut": (256, {220: 0, 224: 25, 351: -1}, rectangle(40, 24, 0, 25, HERE), rectangle(50, 30, 0, 25, HERE)),
+    "large blank": (256, {424: 80, 425: 60}, rectangle(40, 24, 6, 0, HERE), rectangle(80, 60, 0, 0, HERE)),
+    "corner": (256, {367: 3}, rectangle(40, 24, 6, 0, (-10, 8)), rectangle(50, 30, 0, 0, (-10, 8))),
+    "with finishing": (256, {**SQUARE, 424: 70}, rectangle(40, 24, 6, 0, HERE), rectangle(70, 30, 0, 0, HERE)),
+    "circle": (257, {}, circle(20, HERE), circle(25, HERE)),
+    "circle, from an angle, with finishing": (257, {376: 45, 222: 80, **SQUARE}, circle(20, HERE), circle(40, HERE)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STUDS)
+def test_studs_stand_and_their_blanks_are_gone(mill, name):
+    number, q, shape, blank = STUDS[name]
+    moves, findings = mill(number, q)
+    assert findings == ()
+    judge(moves, 0.5 * TOOL, shape, 0.0, -6.0, blank=blank)
+
+
+@pytest.mark.parametrize("q", [{}, {389: 2, 350: 2, 218: -40}, {219: -24, 370: 1.9, 369: 0.2, 215: 0}])
+@pytest.mark.parametrize("number", [232, 233])
+def test_faces_are_milled_whole_from_beside_them(mill, number, q):
+    q = {name: value for name, value in q.items() if number == 233 or name not in (350, 215)}
+    moves, findings = mill(number, {**q, 225: 10, 226: 20})
+    assert findings == ()
+    sides = q.get(218, 40), q.get(219, 24)
+    judge(moves, 0.5 * TOOL, None, 0.0, -6.0, blank=rectangle(40, 24, 0, 0, (10 + 0.5 * sides[0], 20 + 0.5 * sides[1])))
+
+
+def shown(moves, first=0):
+    """Letter, place and feed of each move from a row on: R rapid, L line, A arc."""
+    return [
+        (
+            "RLA"[(MoveKind.RAPID, MoveKind.FEED, MoveKind.ARC).index(kind)],
+            *np.round(end[:3], 4) + 0.0,
+            0 if kind == MoveKind.RAPID else feed,
+        )
+        for kind, end, feed in list(zip(moves.kind, moves.end, moves.feed, strict=True))[first:]
+    ]
+
+
+def test_a_slot_worked_out_by_hand(mill):
+    """40 x 10, tool 8: paths 0 and 1 mm beside the middle line; two infeeds of 3, finishing of 0.25 a side and 0.5 in depth."""
+    moves, findings = mill(253, {219: 10, 215: 0, 368: 0.25, 369: 0.5, 367: 2, 201: -6.5, 385: 400})
+    assert findings == ()
+    x = [25 + value for value in (-15, 15, -15.75, 15.75)]  # ends of the middle line, of the path before the allowance
+    rough = [("L", x[1], 20, 500), ("L", x[0], 20, 500), ("L", 25, 20, 500), ("L", 25, 19.25, 500), ("L", x[1], 19.25, 500), ("A", x[1], 20.75, 500),
+             ("L", x[0], 20.75, 500), ("A", x[0], 19.25, 500), ("L", 25, 19.25, 500)]  # fmt: skip
+    fine = [("L", x[1], 19, 400), ("A", x[1], 21, 400), ("L", x[0], 21, 400), ("A", x[0], 19, 400), ("L", 25, 19, 400)]
+
+    def at(z, *strokes):
+        return [(kind, a, b, z, feed) for kind, a, b, feed in strokes]
+
+    assert shown(moves, 1) == [
+        ("R", 25, 20, 40, 0), ("R", 25, 20, 2, 0), ("L", 25, 20, -3, 150), *at(-3, *rough), ("R", 25, 19.25, -1, 0), ("R", 25, 20, -1, 0), ("L", 25, 20, -6, 150),
+        *at(-6, *rough), ("R", 25, 19.25, -4, 0), ("R", 25, 20, -4, 0), ("R", 25, 20, 2, 0),
+        # along the wall, from and to quarter circles of 1 mm
+        ("R", 24, 20, 2, 0), ("L", 24, 20, -6.5, 150), ("A", 25, 19, -6.5, 400), *at(-6.5, *fine), ("A", 26, 20, -6.5, 400), ("R", 26, 20, -4.5, 0), ("R", 26, 20, 2, 0),
+        # the floor
+        ("R", 25, 20, 2, 0), ("R", 25, 20, -4, 0), ("L", 25, 20, -6.5, 150), *at(-6.5, *[(kind, a, b, 400) for kind, a, b, _feed in rough[:3]]), ("L", 25, 19, -6.5, 400),
+        *at(-6.5, *fine), ("R", 25, 19, 2, 0), ("R", 25, 20, 2, 0), ("R", 25, 20, 50, 0), ("R", 10, 20, 50, 0),
+    ]  # fmt: skip
+
+
+def test_strokes_of_a_face_are_even(mill):
+    """25 wide, overlap 8: four strokes, each taking 6.25; the tool's edge ends them at 6.25, 12.5, 18.75 and 25."""
+    moves, findings = mill(233, {218: -30, 219: 25, 370: 2 * 0.999, 202: 4, 386: -6, 389: 0})
+    assert findings == ()
+    right, left, rows = 16, -26, [22.25, 28.5, 34.75, 41]
+    way = [
+        (right, rows[0]),
+        (left, rows[0]),
+        (left, rows[1]),
+        (right, rows[1]),
+        (right, rows[2]),
+        (left, rows[2]),
+        (left, rows[3]),
+        (right, rows[3]),
+    ]
+    lines = [place for kind, *place, _feed in shown(moves, 1) if kind == "L"]
+    assert lines == [[*place, z] for z in (-3, -6) for place in way]
+
+
+def test_single_lip_drilling(mill):
+    moves, findings = mill(241, {201: -30, 379: 10, 253: 700, 427: 60, 428: 1200, 426: 4, 211: 0, 208: 900})
+    assert findings == ()
+    assert [(kind, z, feed) for kind, _x, _y, z, feed in shown(moves, 1)] == [
+        ("R", 2, 0),
+        ("L", -8, 700),
+        ("L", -30, 150),
+        ("L", 2, 900),
+        ("R", 50, 0),
+    ]
+    events = [
+        (event.kind, event.data.get("direction"), event.data.get("speed"), event.data.get("state"))
+        for event in moves.events
+    ][2:-1]
+    assert events == [
+        ("spindle", "counterclockwise", 60, None), ("spindle", "clockwise", 1200, None), ("coolant", None, None, "flood"), ("coolant", None, None, "off"),
+        ("spindle", "counterclockwise", 60, None),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("number", "q", "code", "part"), [
+    (251, {219: 7, 220: 0}, "VP007", "no room"), (251, {368: 9}, "VP007", "allowance"), (251, {220: 13}, "VP007", "corner"), (251, {215: 2}, "VP007", "Q215=2"),
+    (251, {370: 2}, "VP007", "Q370"), (251, {202: 0}, "VP007", "Q202"), (251, {202: 0.0001}, "VP007", "strokes"), (251, {207: 0}, "VP009", "Q207"),
+    (251, {207: "MAX"}, "VP009", "Q207"), (251, {206: "MAX", 366: 1}, "VP009", "arcs"), (251, {366: 3}, "VP007", "Q366"), (251, {351: 2}, "VP007", "Q351"),
+    (251, {219: 8, 220: 0, 366: 1}, "VP007", "helix"), (252, {366: 2}, "VP007", "Q366"), (252, {223: 0}, "VP007", "Q223"), (253, {219: 17}, "VP007", "two diameters"),
+    (253, {218: 9, 219: 10}, "VP007", "long"), (254, {248: 360}, "VP007", "ends of the slot"), (254, {375: 9, 219: 10}, "VP007", "on a circle"), (254, {377: 1.5}, "VP007", "Q377"),
+    (256, {424: 30}, "VP007", "blank"), (257, {222: 30}, "VP007", "blank"), (256, {220: -2}, "VP007", "Q220"), (233, {386: 1}, "VP007", "Q386"), (233, {218: 0}, "VP007", "Q218"),
+    (251, {201: 5}, "VP007", "Q201"), (241, {426: 6}, "VP007", "Q426"), (241, {435: -9}, "VP002", "Q435"), (241, {202: 5}, "VP002", "Q202"),
+])  # fmt: skip
+def test_mistakes_are_refused_before_the_first_move(mill, number, q, code, part):
+    moves, findings = mill(number, q)
+    assert [item.code for item in findings] == [code]
+    assert part in findings[0].message
+    assert len(moves) <= 1 + (number == 241)
+
+
+def test_plunge_angle(view):
+    text = f"{HEAD}CYCL DEF 252 P Q215=1 Q223=40 Q368=0 Q207=500 Q351=1 Q201=-6 Q202=3 Q369=0 Q206=150 Q338=0 Q200=2 Q203=0 Q204=9 Q370=1 Q366=1\nCYCL CALL\nEND PGM C MM"
+    counts = []
+    for keys in ({}, {"plunge_angle": 3.0}, {"plunge_angle": 1}):
+        moves, findings = view(
+            text, dialect="heidenhain", tools={1: make_tool(1, 10.0, TOOL)}, control={"heidenhain": keys}
+        )
+        assert findings == ()
+        counts.append(len(moves))
+    assert counts[0] == counts[1] < counts[2]
+    with pytest.raises(ValueError, match="degrees"):
+        read_keys(HeidenhainKeys, {"plunge_angle": 90})
+
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "heidenhain.md"
+#: Another value of a parameter, where that is not a little more than the one above; and parameters that only act beside others.
+OTHER = {
+    202: 2,
+    370: 0.8,
+    215: 1,
+    220: 0,
+    351: -1,
+    366: 2,
+    367: 2,
+    389: 2,
+    350: 2,
+    377: 2,
+    218: 44,
+    219: 20,
+    223: 36,
+    338: 1.5,
+    376: 40,
+}
+#: Parameters of these cycles that are refused with any other value.
+UNUSED = {(233, 220), (233, 338), (233, 367), (233, 368), (254, 367)}
+BESIDE = {385: SQUARE, 338: SQUARE, 369: {215: 0}, 368: {215: 0}, 215: SQUARE, 216: {367: 0}}
+
+
+def rows():
+    """Parameters of the table of the page, each with its kind."""
+    table = PAGE.read_text(encoding="utf-8").split("| parameter | kind | does |\n|---|---|---|\n")[1].split("\n\n")[0]
+    found = []
+    for line in table.splitlines():
+        names, kind, _does = (cell.strip() for cell in line.strip("|").split("|"))
+        found += [(int(name), float(value or 0), kind) for name, value in re.findall(r"Q(\d+)(?:=(\d))?", names)]
+    return found
+
+
+@pytest.mark.parametrize(("name", "value", "kind"), rows())
+def test_every_parameter_does_what_the_page_says(mill, name, value, kind):
+    from verne_post.gcode.klartext.cycle_words import MACHINING
+    from verne_post.gcode.klartext.milling import CYCLES
+
+    having = [number for number in CYCLES if name in {*MACHINING[number][0], *MACHINING[number][1]}]
+    assert having
+    for number in having:
+        before = {**BESIDE.get(name, {}), **({219: 10} if number in (253, 254) else {368: 0} if number == 233 else {})}
+        if kind == "refused":
+            found = mill(number, {**before, name: value})[1]
+            if name != 367 or number == 254:
+                assert [(item.code, f"Q{name}={value:g}" in item.message) for item in found] == [("VP002", True)]
+            continue
+        if (number, name) in UNUSED:
+            continue
+        other = (
+            1
+            if (number, name) == (252, 366)
+            else 9
+            if number in (253, 254) and name == 219
+            else OTHER.get(name, COMMON.get(name, 0) + 1)
+        )
+        one, other_moves = (mill(number, {**before, **more}) for more in ({}, {name: other}))
+        assert (one[1], other_moves[1]) == ((), ()), number
+        shown = [
+            [table.end.tolist(), np.nan_to_num(table.feed).tolist(), table.arcs.sweep.tolist()]
+            for table, _findings in (one, other_moves)
+        ]
+        assert shown[0] != shown[1], number
+
+
+def test_the_page_names_every_parameter():
+    from verne_post.gcode.klartext.cycle_words import MACHINING
+    from verne_post.gcode.klartext.milling import CYCLES
+
+    assert {name for number in CYCLES for name in (*MACHINING[number][0], *MACHINING[number][1])} == {
+        name for name, *_rest in rows()
+    }

@@ -1,0 +1,269 @@
+"""Milling cycles of Siemens programs: the strokes of pockets, slots, spigots and faces, and the moves of these."""
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import Final
+
+from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.gcode.machining.holes import MAX_HOLES
+from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Outline, Point, Rectangle, measure_reach
+from verne_post.gcode.machining.pockets import (
+    MAX_STROKES,
+    Face,
+    Milling,
+    MillingError,
+    mill_face,
+    mill_pocket,
+    mill_stud,
+    spread_levels,
+)
+from verne_post.gcode.machining.strokes import Placement, Stroke, list_stops, place_strokes, turn_about
+from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.siemens.arguments import read_cycle
+from verne_post.gcode.siemens.interpreter import SiemensInterpreter
+from verne_post.gcode.siemens.milling_values import PARAMETERS, MillingValues
+from verne_post.gcode.siemens.variables import Variables
+from verne_post.gcode.siemens.words import Call
+from verne_post.model.moves import MoveKind
+
+#: Values that change nothing here: what is milled already (all is milled as if it were solid), the way between slots, the editor's.
+_HARMLESS: Final = ("AD", "FFCP", "_UMODE", "FS", "ZFS")
+#: Cycles that MCALL may call: at each place, which is their reference point.
+MODAL_MILLING: Final = ("POCKET3", "POCKET4", "CYCLE76", "CYCLE77")
+_STUDS: Final = ("CYCLE76", "CYCLE77")
+_FACES: Final = ("CYCLE61", "CYCLE71")
+#: Thousands of _GMODE: where PA and PO are, in halves of the sides from the middle.
+_CORNERS: Final = ((0.0, 0.0), (0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
+
+
+class SiemensMilling:
+    """Executes milling cycles on an interpreter."""
+
+    def __init__(self, interpreter: SiemensInterpreter, variables: Variables) -> None:
+        self.to, self.variables = interpreter, variables
+        self._left = MAX_STROKES
+
+    def begin_block(self) -> None:
+        """A block begins, whose cycles may have so many strokes together."""
+        self._left = MAX_STROKES
+
+    def run(self, call: Call, line: int, *, is_modal: bool = False) -> None:
+        """Execute one cycle; a modal one where the tool stands.
+
+        Raises
+        ------
+        ProgramError
+            Before the first move, with the value that does not fit.
+        """
+        given, at, to = read_cycle(call, PARAMETERS[call.name], self.variables), At(line), self.to
+        with to.core.keep_feed(), to.state.exact_path():
+            work = _Work(MillingValues(to, given, at), is_modal=is_modal)
+            try:
+                strokes = [list(one) for one in work.list_strokes()]
+            except MillingError as error:
+                raise ProgramError("VP007", f"{call.name}: {error}", call.column) from None
+            given.refuse_rest(_HARMLESS if call.name in (*_STUDS, *_FACES) else (*_HARMLESS, "AP1", "AP2"))
+            self._left -= sum(map(len, strokes))
+            if self._left < 0:
+                raise ProgramError("VP007", f"{call.name}: more than {MAX_STROKES} strokes in this block", call.column)
+            work.execute(strokes)
+
+
+class _Work:
+    """What one call mills, and its moves."""
+
+    def __init__(self, values: MillingValues, *, is_modal: bool) -> None:
+        self.values, self.given, self.at, self.to = values, values.given, values.at, values.to
+        self.is_modal = is_modal
+
+    # --- cycles -------------------------------------------------------------------------------------------
+
+    def list_strokes(self) -> Iterator[Iterator[Stroke]]:
+        """Strokes of each pocket, in programmed places of the plane."""
+        if self.values.name in _FACES:
+            yield self._mill_face()
+        elif self.values.name in ("SLOT1", "SLOT2", "LONGHOLE"):
+            yield from self._mill_slots()
+        else:
+            yield self._mill_one()
+
+    def _mill_one(self) -> Iterator[Stroke]:
+        """A pocket or spigot about its reference point."""
+        given, is_stud = self.given, self.values.name in _STUDS
+        mode = given.whole("_GMODE") if "_GMODE" in given.names else 0
+        round_one = "PRAD" in given.names
+        corner = mode // 1000 % 10
+        rest = mode // 10_000 * 1000 + mode // 100 % 10 * 100 + mode % 100
+        refuse, known = self.values.refuse_digits, (0, 1) if round_one else range(len(_CORNERS))
+        refuse("_GMODE", rest, (0, 100, 1000, 1100), "all is machined, from the point that its thousands name")
+        refuse("_GMODE", corner, known, "the thousands name the middle (1) or a corner (2 to 5)")
+        center = self.values.measure("PA"), self.values.measure("PO")
+        if self.is_modal:
+            if any(center):
+                raise given.error(
+                    "VP002", "PA and PO beside MCALL are not executed: the cycle is at each place; leave them out", "PA"
+                )
+            self.to.core.require_known(self.at, list(self.values.plane[:2]), f"MCALL {self.values.name}")
+            center = self.to.motion.programmed(self.values.plane[0]), self.to.motion.programmed(self.values.plane[1])
+        shape: Outline
+        if round_one:
+            shape, middle, angle = Circle(self.values.measure("PRAD", positive=True)), (0.0, 0.0), 0.0
+        else:
+            length, width = self.values.measure("LENG", positive=True), self.values.measure("WID", positive=True)
+            shape, angle = Rectangle(length, width, self.values.measure("CRAD")), given.number("STA")
+            if shape.corner > shape.inradius + ZERO_LENGTH_MM:
+                raise given.error("VP007", f"CRAD {given.number('CRAD'):g}: it is no more than half a side", "CRAD")
+            middle = (-0.5 * length * _CORNERS[corner][0], -0.5 * width * _CORNERS[corner][1])
+        if not is_stud:
+            return self._put(mill_pocket(shape, self.values.plan()), center, angle, middle)
+        plan = self.values.plan(inside=False)
+        if isinstance(shape, Circle):
+            blank = self.values.measure("AP1", positive=True)
+            reach, beside = blank - shape.radius, blank
+        else:
+            # the tool comes from the side of the first axis, which is below where the sides are exchanged
+            whole = Rectangle(self.values.measure("AP2", positive=True), self.values.measure("AP1", positive=True), 0.0)
+            shape, middle, angle = (
+                Rectangle(shape.width, shape.length, shape.corner),
+                (middle[1], -middle[0]),
+                angle + 90.0,
+            )
+            reach, beside = measure_reach(shape, whole), 0.5 * whole.width
+            if whole.length < shape.length or whole.width < shape.width:
+                reach = -1.0
+        if reach < 0:
+            raise given.error("VP007", "the blank, AP1 and AP2, is smaller than the spigot", "AP1")
+        return self._put(mill_stud(shape, plan, reach, beside), center, angle, middle)
+
+    def _mill_slots(self) -> Iterator[Iterator[Stroke]]:
+        """Slots on a circle: along its rays, from RAD outwards, or along itself."""
+        given, plan = self.given, self.values.plan()
+        if given.whole("_GMODE"):
+            raise given.error(
+                "VP002",
+                f"_GMODE {given.whole('_GMODE')} is not executed: a slot begins at RAD; write _GMODE 0",
+                "_GMODE",
+            )
+        if "SSF" in given.names and given.number("SSF") not in (0.0, self.to.state.spindle_speed):
+            raise given.error(
+                "VP002", "SSF is not executed: the speed stays; write S and a call of its own for finishing", "SSF"
+            )
+        count, radius, first = given.whole("NUM"), self.values.measure("RAD"), given.number("STA1")
+        if not 1 <= count <= MAX_HOLES:
+            raise given.error("VP007", f"NUM {count}: there are 1 to {MAX_HOLES} slots", "NUM")
+        step, center = given.number("INDA") or 360.0 / count, (self.values.measure("PA"), self.values.measure("PO"))
+        width = self.values.measure("WID", positive=True) if "WID" in given.names else 2.0 * plan.radius
+        for number in range(count):
+            angle = first + number * step
+            if "AFSL" in given.names:
+                sweep = given.number("AFSL")
+                if (
+                    not 0 < sweep < 360
+                    or radius <= 0.5 * width
+                    or 2 * radius * math.sin(math.radians(min(360 - sweep, 180)) / 2) <= width
+                ):
+                    raise given.error("VP007", f"AFSL {sweep:g}: the ends of the slot would meet", "AFSL")
+                yield self._put(mill_pocket(CurvedSlot(radius, angle, sweep, width), plan), center, 0.0)
+                continue
+            length = self.values.measure("LENG", positive=True)
+            if length < width - ZERO_LENGTH_MM:
+                raise given.error(
+                    "VP007",
+                    f"LENG {given.number('LENG'):g}: a slot is no shorter than it is wide, {width:g} mm",
+                    "LENG",
+                )
+            slot = Rectangle(max(length, width), width, 0.5 * width)
+            yield self._put(mill_pocket(slot, plan), center, angle, (radius + 0.5 * length, 0.0))
+
+    def _mill_face(self) -> Iterator[Stroke]:
+        """CYCLE61 and CYCLE71: strokes from the corner PA, PO."""
+        given, kind = self.given, self.given.whole("VARI")
+        if "LIM" in given.names and given.whole("LIM"):
+            raise given.error(
+                "VP002", f"LIM {given.whole('LIM')} is not executed: the strokes go beyond all edges", "LIM"
+            )
+        if self.values.digits[2]:
+            raise given.error(
+                "VP002", f"_AMODE {given.whole('_AMODE')} is not executed: LENG and WID count from PA and PO", "_AMODE"
+            )
+        work = self.values.refuse_digits("VARI", kind % 10, (1, 2), "the last digit is 1 roughing, 2 finishing")
+        way = self.values.refuse_digits(
+            "VARI",
+            kind // 10,
+            (1, 2, 3, 4),
+            "the tens are 1 and 3 along the first axis, 2 and 4 along the second; 1 and 2 one way, 3 and 4 to and fro",
+        )
+        length, width, floor = self.values.measure("LENG"), self.values.measure("WID"), self.values.measure("FALD")
+        if not length or not width:
+            raise given.error("VP007", "LENG and WID, the sides of the face, are not 0", "LENG")
+        most = self.values.measure("MID")
+        levels = [self.values.bottom] if work == 2 else spread_levels(self.values.top, self.values.bottom + floor, most)
+        beyond = max(
+            [
+                self.values.clear - self.values.top,
+                *(self.values.measure(name) for name in ("FDP", "FDP1") if name in given.names),
+            ]
+        )
+        turned = turn_about(
+            (self.values.measure("PA"), self.values.measure("PO")), given.number("STA") if "STA" in given.names else 0.0
+        )
+        (a, b), (c, d) = turned.along, turned.across
+        along, across = (
+            (math.copysign(1.0, length) * a, math.copysign(1.0, length) * b),
+            (math.copysign(1.0, width) * c, math.copysign(1.0, width) * d),
+        )
+        if way in (2, 4):
+            length, width, along, across = width, length, across, along
+        radius = self.values.radius
+        self.values.feeds["plunge"] = self.values.feeds["mill"]
+        face = Face(abs(length), abs(width), radius + beyond, zigzag=way >= 3)
+        plan = Milling(radius, self.values.clear, levels, self.values.bottom, self.values.read_step())
+        return place_strokes(mill_face(face, plan), Placement(turned.origin, along, across))
+
+    def _put(
+        self, strokes: Iterable[Stroke], center: Point, angle: float, middle: Point = (0.0, 0.0)
+    ) -> Iterator[Stroke]:
+        """Strokes turned about a place by an angle, and at the end the middle of the pocket at the clearance."""
+        placement = turn_about(center, angle, middle)
+        yield from place_strokes(strokes, placement)
+        if self.values.name not in _STUDS:
+            yield Stroke(placement.origin, self.values.clear, "rapid")
+
+    # --- moves --------------------------------------------------------------------------------------------
+
+    def execute(self, pockets: list[list[Stroke]]) -> None:
+        """Make the strokes, and go to the retract plane after each pocket."""
+        motion, first = self.to.motion, pockets[0][0]
+        self.to.core.set_feed(self.values.feeds["mill"])
+        motion.check_feed("G1")
+        u, v, w = self.values.plane
+        self.to.core.frames.stand_at(
+            {
+                axis: motion.to_core(axis, value)
+                for axis, value in zip(self.values.plane, (*first.end, self.values.retract), strict=True)
+            }
+        )
+        self._follow(
+            Stroke(
+                (motion.programmed(u), motion.programmed(v)), max(motion.programmed(w), self.values.retract), "rapid"
+            )
+        )
+        for strokes in pockets:
+            for stroke in strokes:
+                self._follow(stroke)
+            self._follow(Stroke(strokes[-1].end, self.values.retract, "rapid"))
+
+    def _follow(self, stroke: Stroke) -> None:
+        motion, (u, v, w) = self.to.motion, self.values.plane
+        here = motion.programmed(u), motion.programmed(v)
+        if stroke.pace != "rapid":
+            self.to.core.set_feed(self.values.feeds[stroke.pace])
+        if stroke.center is not None:
+            places = {u: stroke.end[0], v: stroke.end[1], w: stroke.height}
+            motion.run_arc(
+                self.at, stroke.sweep < 0, places, (stroke.center[0] - here[0], stroke.center[1] - here[1]), 0.0, 0
+            )
+            return
+        kind = MoveKind.RAPID if stroke.pace == "rapid" else MoveKind.FEED
+        for point, height in list_stops(here, motion.programmed(w), stroke):
+            motion.run_line(self.at, kind, {u: point[0], v: point[1], w: height})
