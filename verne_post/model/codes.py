@@ -525,6 +525,13 @@ CODES: Final[dict[str, Code]] = _make_table(
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post machine "
         "validate` prints how long moves take.",
     ),
+    (
+        "VP506",
+        "unusable mesh",
+        "error",
+        "A mesh is no STL file, has a size that cannot be meant in its unit, or is not the surface of a body: open, flipped or inside out.",
+        "Export the body again as a closed STL, and say its unit; the message says what is wrong.",
+    ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (
         "VP901",

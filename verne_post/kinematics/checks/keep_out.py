@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles, rotate_z
-from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Bodies, Machine
@@ -24,6 +24,7 @@ from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder,
 from verne_post.model.poses import Pose
 from verne_post.model.protocols import FiveAxis, Margin
 from verne_post.model.toolpath import SegmentKind, ToolPath
+from verne_post.part.bodies import check_tool
 
 #: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
 NEAR_MM: Final = 25.0
@@ -93,13 +94,15 @@ class KeepOut:
         self.boxes, self.lengths, self.tool, self.entering = tuple(boxes), lengths, tool, entering
         self.shapes = tuple(shapes)
         self.bodies, self.five_axis, self.slack = bodies, five_axis, TOUCH_MM
-        #: For each tool and part: distance of its ends from the tip (NaN: up to the gauge line) and radius; NaN: none.
-        self.parts = np.array([_list_parts_of_shape(shape) for shape in shapes]).reshape(
-            len(shapes), len(TOOL_PARTS), 3
+        #: For each tool: cutter, shank, then all parts of the holder: distance of the ends from the tip (NaN: up to the gauge
+        #: line) and largest radius; NaN: none.
+        holders = max([sum(one.part == "holder" for one in shape) for shape in shapes], default=0)
+        self.parts = np.array([_list_parts_of_shape(shape, holders) for shape in shapes]).reshape(
+            len(shapes), 2 + holders, 3
         )
         self.thickest = float(np.nanmax(self.parts[:, :, 2], initial=0.0))
-        known = [bool(np.isfinite(self.parts[:, k, 2]).any()) for k in range(len(TOOL_PARTS))]
-        self.bodies_known = [part for part, is_known in zip(TOOL_PARTS, known, strict=True) if is_known]
+        known = np.isfinite(self.parts[:, :, 2]).any(axis=0)
+        self.bodies_known = [part for part in TOOL_PARTS if known[_select_columns(part)].any()]
         if bodies is not None and bodies.spindle_radius is not None:
             self.bodies_known.append("spindle")
         if bodies is not None and bodies.platform is not None:
@@ -132,32 +135,37 @@ class KeepOut:
         length = np.where(np.isnan(by_itself), pose.tool_length, by_itself)
         tip = nose - length[:, None] * axis
         points = {"tool": np.stack([tip, nose, self.thickest * axis], axis=1)}
-        cylinders = {
-            part: self._place_tool_part(index, pose, tip, length, axis)
-            for index, part in enumerate(TOOL_PARTS)
+        cylinders: dict[str, list[tuple[Array, Array, Array]]] = {
+            part: self._place_tool_part(part, pose, tip, length, axis)
+            for part in TOOL_PARTS
             if part in self.bodies_known
         }
         if self.bodies is not None and self.bodies.spindle_radius is not None:
             top = nose + (self.five_axis.nose_offset + self.bodies.spindle_top) * axis
             points["spindle"] = np.stack([nose, top], axis=1)
-            cylinders["spindle"] = nose, top, np.zeros(len(nose))
+            cylinders["spindle"] = [(nose, top, np.zeros(len(nose)))]
         if self.bodies is not None and self.bodies.platform is not None:
             ends = [
                 self.five_axis.on_table(pose.platform.position + pose.platform.turn(end), pose.q)
                 for end in self.bodies.platform
             ]
             points["platform"] = np.stack(ends, axis=1)
-            cylinders["platform"] = ends[0], ends[1], np.zeros(len(axis))
-        columns = [self._measure_distance(body, box, cylinders[body], pose) for body, box in self.pairs]
+            cylinders["platform"] = [(ends[0], ends[1], np.zeros(len(axis)))]
+        columns = [
+            np.min([self._measure_distance(body, box, one, pose) for one in cylinders[body]], axis=0)
+            for body, box in self.pairs
+        ]
         return np.stack(columns, axis=1), points
 
     def _place_tool_part(
-        self, index: int, pose: Pose, tip: Array, length: Array, axis: Array
-    ) -> tuple[Array, Array, Array]:
-        """Both ends and radius of a part of the tool; NaN where the tool in use has no such part."""
-        low, high, radius = self.parts[self.tool[pose.segment], index].T
-        high = np.where(np.isnan(high), length, high)
-        return tip + low[:, None] * axis, tip + high[:, None] * axis, radius
+        self, part: str, pose: Pose, tip: Array, length: Array, axis: Array
+    ) -> list[tuple[Array, Array, Array]]:
+        """Both ends and radius of the cylinders of a part of the tool; NaN where the tool in use has no such part."""
+        cylinders = []
+        for low, high, radius in self.parts[self.tool[pose.segment]][:, _select_columns(part)].transpose(1, 2, 0):
+            end = np.where(np.isnan(high), length, high)
+            cylinders.append((tip + low[:, None] * axis, tip + end[:, None] * axis, radius))
+        return cylinders
 
     def _measure_distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
         """Signed distances (n,); exact near the distance that the box requires."""
@@ -182,16 +190,23 @@ class KeepOut:
         return distance
 
 
-def _list_parts_of_shape(shape: ToolShape) -> Array:
-    """Distances of both ends from the tip, and the radius, of every part; NaN as in :class:`KeepOut`."""
-    parts = np.full((len(TOOL_PARTS), 3), np.nan)
+def _select_columns(part: str) -> slice:
+    """Which cylinders of :attr:`KeepOut.parts` are those of a part."""
+    first = TOOL_PARTS.index(part)
+    return slice(first, None if part == "holder" else first + 1)
+
+
+def _list_parts_of_shape(shape: ToolShape, holders: int) -> Array:
+    """Distances of both ends from the tip, and the largest radius, of every part; NaN as in :class:`KeepOut`."""
+    parts = np.full((2 + holders, 3), np.nan)
     if not shape:
         parts[0] = 0.0, np.nan, 0.0
-    at = 0.0
+    at, holder = 0.0, 2
     for one in shape:
         # the last part goes up to the gauge line, whatever its length: something is there
         end = np.nan if one.length is None or one is shape[-1] else at + one.length
-        parts[TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.diameter
+        parts[holder if one.part == "holder" else TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.widest
+        holder += one.part == "holder"
         at = end
     return parts
 
@@ -238,7 +253,13 @@ def build_keep_out(
     lengths = np.array([_find_length(int(one), options) for one in numbers])
     for one, shape, by_itself in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
         in_force = float(path.tool_length[number == one].max()) - options.lift
-        _fits(int(one), shape, in_force if np.isnan(by_itself) else by_itself)
+        table = (options.tools or {}).get(int(one))
+        check_tool(
+            f"tool {one}",
+            shape,
+            in_force if np.isnan(by_itself) else by_itself,
+            0.0 if table is None else table.diameter,
+        )
     return KeepOut(
         standing, shapes, lengths, index, _find_entering_rapids(path, index), machine.bodies, machine.five_axis
     )
@@ -289,14 +310,6 @@ def _find_length(number: int, options: Options) -> float:
         return options.tool_length
     tool = (options.tools or {}).get(number)
     return np.nan if tool is None else tool.offset[2]
-
-
-def _fits(number: int, shape: ToolShape, length: float) -> None:
-    """Refuse a tool whose parts are longer than it is."""
-    parts = sum(one.length or 0.0 for one in shape)
-    if parts > length + LIMIT_SLACK_MM:
-        text = f"tool {number}: its parts in --tool-shapes are {parts:g} mm long, and its length is {length:g}"
-        raise InputError(finding("VP018", text))
 
 
 def _find_entering_rapids(path: ToolPath, tool: Ints) -> Mask:
