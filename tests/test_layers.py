@@ -18,6 +18,7 @@ CHECKOUT = Path(__file__).resolve().parents[1]  # the installed package has no d
 LAYERS = [
     {"base"},
     {"model"},
+    {"part"},
     {"gcode", "toolpath", "kinematics", "trajectory", "verification"},
     {"config", "output"},
     {"calibration"},

@@ -19,12 +19,12 @@ depends derive describe differ differentiate displace disturb divide draw drill 
 estimate evaluate exchange execute exists expand expect explain extend fair fetch fill find finish fit fits fix
 flatten flip flips flush follow follows forget fork format freeze get give go group guard halve happens has hold holds identify
 ignore improve index initialise insert interpolate interpret intersect invoke is iterate join judge jump keep know label
-lay lead leave lies lift linearise list load locate lock lose lower make map mark match may measure meet meets merge
+lay lead leave lies lift linearise list load locate lock look lose lower make map mark match may measure meet meets merge
 mill minimise mirror move multiply name need nest normalise normalize note number open order orient pack pad paint
 parse pass peek perturb picture place plan polish predict prepare preset print probe project propose put quote raise
 rate reach reaches read ream rebuild recognise record reduce refine reflect refresh reload refuse release remove repair
 repeat replace replay report require reset resolve restart restore retime retract return rotate round run sample save
-say scale search select send sends separate serve set settle shape share shift shorten show simulate sketch skip slice
+say scale scan search select send sends separate serve set settle shape share shift shorten show simulate sketch skip slice
 smooth solve sort span split spread stack stand stands start starts stay step stop store straighten strip study
 suggest sum summarise suspend sweep switch take tap test thin tick tidy touch trace transform trim try turn update validate
 verify view wait wake warn watch whiten work wrap write
@@ -32,8 +32,8 @@ verify view wait wake warn watch whiten work wrap write
 VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.
 NAMED_OTHERWISE = {"property", "cached_property", "setter", "command", "group"}
-#: Hooks that a library calls by these names.
-HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "main"}
+#: Hooks that a library calls by these names, and a function that bears the name of its command.
+HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "main", "machined"}
 
 
 def decorator_name(decorator: ast.expr) -> str:

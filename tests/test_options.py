@@ -152,6 +152,11 @@ def shapes(value: Any) -> Any:
                 return REFUSED
             if part.length is None and at < len(parts) - 1:
                 return REFUSED
+        names = [part.part for part in parts]
+        if names != sorted(names, key=["cutter", "shank", "holder"].index) or names.count("cutter") + names.count(
+            "shank"
+        ) > len({*names} - {"holder"}):
+            return REFUSED
     return {key: tuple(parts) for key, parts in value.items()}
 
 

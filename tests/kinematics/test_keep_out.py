@@ -296,7 +296,7 @@ def test_a_tool_without_a_length_in_force_is_still_there() -> None:
         tools=tools,
         wcs=options.wcs,
         keep_out=(box,),
-        tool_shapes={1: (Cylinder("cutter", 8.0, 20.0), Cylinder("holder", 30.0))},
+        tool_shapes={1: (Cylinder("cutter", 10.0, 20.0), Cylinder("holder", 30.0))},
     )
     assert {item.code for item in check_program(assemble(source.encode(), MACHINE, shaped))[1]} == {"VP215"}
 
@@ -382,8 +382,18 @@ def test_each_tool_has_its_own_shape() -> None:
 
     # by the diameters of the tool table: 3 mm pass the rail at 10 mm, 15 mm do not
     assert found() == [("VP215", 9)]
-    thin = {2: (Cylinder("cutter", 6.0, 40.0), Cylinder("holder", 60.0))}
-    assert found(tool_shapes=thin) == []
+    thin = {
+        2: (
+            Cylinder("cutter", 30.0, profile=((3.0, 0.0), (3.0, 40.0), (15.0, 50.0)), length=50.0),
+            Cylinder("holder", 60.0),
+        )
+    }
+    assert found(tool_shapes=thin) == [("VP215", 9)]  # a form counts as the cylinder around it
+    holder = {2: (Cylinder("cutter", 30.0, 5.0), Cylinder("holder", 6.0, 50.0), Cylinder("holder", 60.0))}
+    beside = Box("rail", (-50.0, 10.0, 36.0), (50.0, 20.0, 80.0))
+    assert found(tool_shapes=holder) == []  # the cutter passes below it, the thin part of the holder beside it
+    beside = Box("rail", (-50.0, 10.0, 36.0), (50.0, 20.0, 86.0))
+    assert found(tool_shapes=holder) == [("VP215", 9)]
 
 
 def test_boxes_in_a_work_system_move_with_the_part() -> None:

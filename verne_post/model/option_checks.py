@@ -24,6 +24,7 @@ from verne_post.model.part_setup import (
     Tool,
     ToolShape,
     WorkOffset,
+    describe_mistake,
 )
 
 #: The largest number of a parameter; the one that holds the active work system.
@@ -196,10 +197,21 @@ def check_shapes(value: object) -> dict[int, ToolShape]:
             sizes = (one.diameter,) if one.length is None else (one.diameter, one.length)
             if min(check_numbers(sizes, (1, 2), f"sizes of the {one.part} of tool {key}", MAX_TOOL)) <= 0:
                 raise ValueError(f"tool {key}: sizes of the {one.part} must be above 0")
+            shape = (one.corner_radius, one.taper, one.point_angle, one.tip_diameter, one.neck_diameter)
+            check_numbers(shape, (5,), f"the shape of the {one.part} of tool {key}", MAX_TOOL)
+            for point in _list_items(one.profile, "points of a profile"):
+                check_numbers(point, (2,), f"radius and height of the {one.part} of tool {key}", MAX_TOOL)
+            if mistake := describe_mistake(one):
+                raise ValueError(f"tool {key}, {one.part}: {mistake}")
             if one.length is None and at < len(parts) - 1:
                 raise ValueError(
                     f"tool {key}: {one.part} needs a length: only the last part goes up to the gauge line by itself"
                 )
+        places = [TOOL_PARTS.index(one.part) for one in parts]
+        if places != sorted(places) or any(places.count(place) > 1 for place in (0, 1)):
+            raise ValueError(
+                f"tool {key}: expected one cutter, one shank, then parts of the holder, from the tip upwards"
+            )
         found[key] = parts
     return found
 

@@ -1,7 +1,9 @@
 """What stands on the machine for one part: tools, work offsets, fixtures and stock. Plain data, cheap to import."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 Vector9 = tuple[float, float, float, float, float, float, float, float, float]
@@ -94,11 +96,93 @@ class Box:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A part of a tool: one of ``TOOL_PARTS``; its length, None up to the gauge line. mm."""
+    """A part of a tool: one of ``TOOL_PARTS``; a cylinder, unless the optional values make it another body of revolution.
+
+    Attributes
+    ----------
+    part : str
+    diameter : float
+        mm; of a tapered cutter that of its nose, of a form that of its widest place.
+    length : float or None
+        mm; None: up to the gauge line.
+    corner_radius : float
+        mm; half the diameter makes a ball.
+    taper : float
+        Degrees a side, from the corner upwards: above 0 wider, below narrower.
+    point_angle : float
+        Degrees, both sides together: the point of a drill or chamfer cutter; 0: none.
+    tip_diameter : float
+        mm, where such a point is cut off.
+    neck_diameter : float
+        mm, of the neck above a ball (lollipop cutter); 0: none.
+    profile : tuple of (float, float)
+        Radius and height above the part's lower end, mm, upwards: a form.
+    """
 
     part: str
     diameter: float
     length: float | None = None
+    corner_radius: float = 0.0
+    taper: float = 0.0
+    point_angle: float = 0.0
+    tip_diameter: float = 0.0
+    neck_diameter: float = 0.0
+    profile: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def top_diameter(self) -> float:
+        """Where a taper ends, mm: it is tangent to the corner. Without one the diameter."""
+        if not self.taper or self.length is None:
+            return self.diameter
+        slope, corner = math.radians(self.taper), self.corner_radius
+        rise = self.length - corner * (1.0 - math.sin(slope))
+        return self.diameter - 2.0 * (corner * (1.0 - math.cos(slope)) - rise * math.tan(slope))
+
+    @property
+    def widest(self) -> float:
+        """The largest diameter, mm."""
+        return max(self.diameter, self.top_diameter)
+
+
+def describe_mistake(part: Cylinder) -> str:
+    """What is impossible in the shape of a part of a tool; empty where nothing is."""
+    half, length = 0.5 * part.diameter, math.inf if part.length is None else part.length
+    if part.profile:
+        return _describe_wrong_profile(part)
+    if (part.taper or part.corner_radius) and (part.point_angle or (part.neck_diameter and part.taper)):
+        return "a point_angle goes with neither taper nor corner_radius, a neck_diameter not with taper"
+    if not 0 <= part.corner_radius <= min(half, length):
+        return f"corner_radius {part.corner_radius:g} must be from 0 to half the diameter, {half:g}, and no more than the length"
+    if part.taper and part.length is None:
+        return "a taper needs a length"
+    if not -80 <= part.taper <= 80 or part.top_diameter < 0:
+        return f"taper {part.taper:g} must be from -80 to 80 degrees a side, and leave the part a diameter"
+    if part.point_angle and not 10 <= part.point_angle < 180:
+        return f"point_angle {part.point_angle:g} must be from 10 to below 180 degrees"
+    if part.tip_diameter and not (part.point_angle and 0 < part.tip_diameter < part.diameter):
+        return "a tip_diameter goes with a point_angle, and is smaller than the diameter"
+    if part.point_angle:
+        point = (half - 0.5 * part.tip_diameter) / math.tan(math.radians(0.5 * part.point_angle))
+        if point > length:
+            return f"its point is {point:g} mm long, longer than the part"
+    if part.neck_diameter and not (part.corner_radius == half and 0 < part.neck_diameter < part.diameter):
+        return "a neck_diameter goes with a ball (corner_radius half the diameter), and is smaller than it"
+    if part.neck_diameter and length < part.diameter:
+        return "a ball with a neck must be at least as long as its diameter"
+    return ""
+
+
+def _describe_wrong_profile(part: Cylinder) -> str:
+    if part.corner_radius or part.taper or part.point_angle or part.tip_diameter or part.neck_diameter:
+        return "a profile stands alone: it says everything about the shape"
+    radius, height = zip(*part.profile, strict=True)
+    if min(radius) < 0 or max(radius) <= 0:
+        return "the radii of a profile must be 0 or more, and one above 0"
+    if height[0] != 0 or any(high < low for low, high in pairwise(height)) or height[-1] <= 0:
+        return "the heights of a profile must begin at 0 and rise, or stay where the radius steps"
+    if max(radius) > 0.5 * part.diameter or part.length not in (None, height[-1]):
+        return "diameter and length must be those of the profile"
+    return ""
 
 
 #: Parts of a tool from the tip upwards.

@@ -90,7 +90,7 @@ def _describe_tools(study: Study) -> tuple[dict[str, list[list[float | None]]], 
         begin, parts = 0.0, []
         for part in options.tool_shapes.get(number, ()):
             end = None if part.length is None else begin + part.length
-            parts.append([begin, end, 0.5 * part.diameter])
+            parts.append([begin, end, 0.5 * part.widest])
             begin = begin if end is None else end
         if not parts and listed is not None and listed.diameter > 0:
             parts = [[0.0, None, 0.5 * listed.diameter]]

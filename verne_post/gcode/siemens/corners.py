@@ -114,6 +114,18 @@ class SiemensCorners:
             else None
         )
 
+    def pass_turn(self) -> None:
+        """The table turns beside the contour, where there is no corner to round.
+
+        Raises
+        ------
+        ProgramError
+            VP017: the block has one.
+        """
+        corner, self._corner = self._corner, None
+        if corner is not None and corner.name != "RNDM":
+            raise ProgramError("VP017", f"{corner.name}= beside a turn of the table without TRAORI; write TRAORI")
+
     # --- lines and arcs -----------------------------------------------------------------------------------
 
     def add_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int]) -> None:

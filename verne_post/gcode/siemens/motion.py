@@ -164,6 +164,7 @@ class SiemensMotion:
         rotary = self.setup.rotary
         beside = not self.follows_part and bool(set(rotary) & set(places))  # the axes of the machine go there
         if beside and self.setup.machine and any(end[axis] != state.position[axis] for axis in rotary):
+            self.corners.pass_turn()
             target = self.setup.coordinates.to_machine(np.array(end), state.frame)
             move_machine_axes(self.core, block, kind, target, axes, by_tip=True)
         else:

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles, rotate_z
-from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Bodies, Machine
@@ -24,6 +24,7 @@ from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder,
 from verne_post.model.poses import Pose
 from verne_post.model.protocols import FiveAxis, Margin
 from verne_post.model.toolpath import SegmentKind, ToolPath
+from verne_post.part.bodies import check_tool
 
 #: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
 NEAR_MM: Final = 25.0
@@ -93,13 +94,15 @@ class KeepOut:
         self.boxes, self.lengths, self.tool, self.entering = tuple(boxes), lengths, tool, entering
         self.shapes = tuple(shapes)
         self.bodies, self.five_axis, self.slack = bodies, five_axis, TOUCH_MM
-        #: For each tool and part: distance of its ends from the tip (NaN: up to the gauge line) and radius; NaN: none.
-        self.parts = np.array([_list_parts_of_shape(shape) for shape in shapes]).reshape(
-            len(shapes), len(TOOL_PARTS), 3
+        #: For each tool: cutter, shank, then all parts of the holder: distance of the ends from the tip (NaN: up to the gauge
+        #: line) and largest radius; NaN: none.
+        holders = max([sum(one.part == "holder" for one in shape) for shape in shapes], default=0)
+        self.parts = np.array([_list_parts_of_shape(shape, holders) for shape in shapes]).reshape(
+            len(shapes), 2 + holders, 3
         )
         self.thickest = float(np.nanmax(self.parts[:, :, 2], initial=0.0))
-        known = [bool(np.isfinite(self.parts[:, k, 2]).any()) for k in range(len(TOOL_PARTS))]
-        self.bodies_known = [part for part, is_known in zip(TOOL_PARTS, known, strict=True) if is_known]
+        known = np.isfinite(self.parts[:, :, 2]).any(axis=0)
+        self.bodies_known = [part for part in TOOL_PARTS if known[_select_columns(part)].any()]
         if bodies is not None and bodies.spindle_radius is not None:
             self.bodies_known.append("spindle")
         if bodies is not None and bodies.platform is not None:
@@ -132,32 +135,37 @@ class KeepOut:
         length = np.where(np.isnan(by_itself), pose.tool_length, by_itself)
         tip = nose - length[:, None] * axis
         points = {"tool": np.stack([tip, nose, self.thickest * axis], axis=1)}
-        cylinders = {
-            part: self._place_tool_part(index, pose, tip, length, axis)
-            for index, part in enumerate(TOOL_PARTS)
+        cylinders: dict[str, list[tuple[Array, Array, Array]]] = {
+            part: self._place_tool_part(part, pose, tip, length, axis)
+            for part in TOOL_PARTS
             if part in self.bodies_known
         }
         if self.bodies is not None and self.bodies.spindle_radius is not None:
             top = nose + (self.five_axis.nose_offset + self.bodies.spindle_top) * axis
             points["spindle"] = np.stack([nose, top], axis=1)
-            cylinders["spindle"] = nose, top, np.zeros(len(nose))
+            cylinders["spindle"] = [(nose, top, np.zeros(len(nose)))]
         if self.bodies is not None and self.bodies.platform is not None:
             ends = [
                 self.five_axis.on_table(pose.platform.position + pose.platform.turn(end), pose.q)
                 for end in self.bodies.platform
             ]
             points["platform"] = np.stack(ends, axis=1)
-            cylinders["platform"] = ends[0], ends[1], np.zeros(len(axis))
-        columns = [self._measure_distance(body, box, cylinders[body], pose) for body, box in self.pairs]
+            cylinders["platform"] = [(ends[0], ends[1], np.zeros(len(axis)))]
+        columns = [
+            np.min([self._measure_distance(body, box, one, pose) for one in cylinders[body]], axis=0)
+            for body, box in self.pairs
+        ]
         return np.stack(columns, axis=1), points
 
     def _place_tool_part(
-        self, index: int, pose: Pose, tip: Array, length: Array, axis: Array
-    ) -> tuple[Array, Array, Array]:
-        """Both ends and radius of a part of the tool; NaN where the tool in use has no such part."""
-        low, high, radius = self.parts[self.tool[pose.segment], index].T
-        high = np.where(np.isnan(high), length, high)
-        return tip + low[:, None] * axis, tip + high[:, None] * axis, radius
+        self, part: str, pose: Pose, tip: Array, length: Array, axis: Array
+    ) -> list[tuple[Array, Array, Array]]:
+        """Both ends and radius of the cylinders of a part of the tool; NaN where the tool in use has no such part."""
+        cylinders = []
+        for low, high, radius in self.parts[self.tool[pose.segment]][:, _select_columns(part)].transpose(1, 2, 0):
+            end = np.where(np.isnan(high), length, high)
+            cylinders.append((tip + low[:, None] * axis, tip + end[:, None] * axis, radius))
+        return cylinders
 
     def _measure_distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
         """Signed distances (n,); exact near the distance that the box requires."""
@@ -182,16 +190,23 @@ class KeepOut:
         return distance
 
 
-def _list_parts_of_shape(shape: ToolShape) -> Array:
-    """Distances of both ends from the tip, and the radius, of every part; NaN as in :class:`KeepOut`."""
-    parts = np.full((len(TOOL_PARTS), 3), np.nan)
+def _select_columns(part: str) -> slice:
+    """Which cylinders of :attr:`KeepOut.parts` are those of a part."""
+    first = TOOL_PARTS.index(part)
+    return slice(first, None if part == "holder" else first + 1)
+
+
+def _list_parts_of_shape(shape: ToolShape, holders: int) -> Array:
+    """Distances of both ends from the tip, and the largest radius, of every part; NaN as in :class:`KeepOut`."""
+    parts = np.full((2 + holders, 3), np.nan)
     if not shape:
         parts[0] = 0.0, np.nan, 0.0
-    at = 0.0
+    at, holder = 0.0, 2
     for one in shape:
         # the last part goes up to the gauge line, whatever its length: something is there
         end = np.nan if one.length is None or one is shape[-1] else at + one.length
-        parts[TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.diameter
+        parts[holder if one.part == "holder" else TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.widest
+        holder += one.part == "holder"
         at = end
     return parts
 
@@ -232,23 +247,23 @@ def build_keep_out(
     for box, stock in boxes:
         middle = 0.5 * (np.array(box.low) + np.array(box.high))
         if box.system is not None:
-            _require_given(box, moves, options, frames)
-            frame = frames[box.system]
-            middle, direction = (
-                machine.coordinates.to_table(np.concatenate([middle, np.zeros(6)]), frame)[0],
-                machine.coordinates.displacement(np.array([1.0, 0.0, 0.0]), frame),
-            )
+            middle, turn = place_in_system(machine, box.name, box.system, middle, moves, options, frames)
         else:
-            middle, direction = part_frame @ middle, part_frame[:, 0]
-        turn = float(np.arctan2(direction[1], direction[0]))
+            middle, turn = part_frame @ middle, float(np.arctan2(part_frame[1, 0], part_frame[0, 0]))
         standing.append(place_box(box, middle, turn, stock=stock))
     number = tool_of_moves(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)
     shapes = [_shape_of(int(one), options) for one in numbers]
-    lengths = np.array([_find_length(int(one), options) for one in numbers])
+    lengths = np.array([find_length_by_itself(int(one), options) for one in numbers])
     for one, shape, by_itself in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
         in_force = float(path.tool_length[number == one].max()) - options.lift
-        _fits(int(one), shape, in_force if np.isnan(by_itself) else by_itself)
+        table = (options.tools or {}).get(int(one))
+        check_tool(
+            f"tool {one}",
+            shape,
+            in_force if np.isnan(by_itself) else by_itself,
+            0.0 if table is None else table.diameter,
+        )
     return KeepOut(
         standing, shapes, lengths, index, _find_entering_rapids(path, index), machine.bodies, machine.five_axis
     )
@@ -259,22 +274,27 @@ def _describe_when(body: str, box: Placed) -> str:
     return " in a rapid traverse" if box.stock and body == "cutter" else ""
 
 
-def _require_given(box: Box, moves: Moves, options: Options, frames: Mapping[int, Frame]) -> None:
-    """Refuse a box in a work system whose place nobody has given, or that the program moves."""
-    assert box.system is not None
-    name = SYSTEM_NAMES[box.system]
-    if box.system not in options.wcs:
-        text = f"{box.name} is given in {name}, and {name} is not: give it with --wcs or --measured-offset, or the box on the table"
+def place_in_system(
+    machine: Machine, name: str, system: int, point: Array, moves: Moves, options: Options, frames: Mapping[int, Frame]
+) -> tuple[Array, float]:
+    """Where a point (3,) of a work system is in the table frame, mm, and how far the system is turned there, rad.
+
+    Raises
+    ------
+    InputError
+        VP018 where nobody has given the place of the system, or the program moves it.
+    """
+    if system not in options.wcs:
+        text = f"{name} is given in {SYSTEM_NAMES[system]}, and {SYSTEM_NAMES[system]} is not: give it with --wcs or --measured-offset, or {name} on the table"
         raise InputError(finding("VP018", text))
-    given = frames[box.system]
-    for frame in moves.frames:
-        if frame.system == box.system and (frame.origin, frame.turn, frame.part_turn) != (
-            given.origin,
-            given.turn,
-            given.part_turn,
-        ):
-            text = f"{box.name} is given in {name}, which the program moves (G10); give the box on the table"
-            raise InputError(finding("VP018", text))
+    given = frames[system]
+    place = (given.origin, given.turn, given.part_turn)
+    if any(one.system == system and (one.origin, one.turn, one.part_turn) != place for one in moves.frames):
+        text = f"{name} is given in {SYSTEM_NAMES[system]}, which the program moves (G10); give {name} on the table"
+        raise InputError(finding("VP018", text))
+    direction = machine.coordinates.displacement(np.array([1.0, 0.0, 0.0]), given)
+    on_table = machine.coordinates.to_table(np.concatenate([point, np.zeros(6)]), given)[0]
+    return on_table, float(np.arctan2(direction[1], direction[0]))
 
 
 def tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
@@ -293,20 +313,12 @@ def _shape_of(number: int, options: Options) -> ToolShape:
     return (Cylinder("cutter", tool.diameter),) if tool is not None and tool.diameter > 0 else ()
 
 
-def _find_length(number: int, options: Options) -> float:
+def find_length_by_itself(number: int, options: Options) -> float:
     """Gauge line to tip of a tool by itself, also while G49 is in force; NaN where only the program gives it."""
     if options.tool_length is not None:
         return options.tool_length
     tool = (options.tools or {}).get(number)
     return np.nan if tool is None else tool.offset[2]
-
-
-def _fits(number: int, shape: ToolShape, length: float) -> None:
-    """Refuse a tool whose parts are longer than it is."""
-    parts = sum(one.length or 0.0 for one in shape)
-    if parts > length + LIMIT_SLACK_MM:
-        text = f"tool {number}: its parts in --tool-shapes are {parts:g} mm long, and its length is {length:g}"
-        raise InputError(finding("VP018", text))
 
 
 def _find_entering_rapids(path: ToolPath, tool: Ints) -> Mask:

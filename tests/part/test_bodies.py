@@ -1,0 +1,163 @@
+"""Bodies of tools: their distances are right, convex and never change faster than the point moves."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from verne_post.config.tool_shapes import read_tool_shapes
+from verne_post.model.findings import InputError
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Cylinder
+from verne_post.part.bodies import build_pieces, check_tool, measure_phi
+
+LENGTH = 50.0
+#: Name -> shape, and radius of the tool at a height, by hand.
+SHAPES = {
+    "flat": ((Cylinder("cutter", 10, 30),), {0.001: 5, 30: 5}),
+    "ball": ((Cylinder("cutter", 8, 30, corner_radius=4),), {0.5: np.sqrt(16 - 3.5**2), 4: 4, 49: 4}),
+    "bull": ((Cylinder("cutter", 10, 30, corner_radius=1.5),), {0.5: 3.5 + np.sqrt(1.5**2 - 1), 2: 5}),
+    "tapered": (
+        (Cylinder("cutter", 6, 30, corner_radius=3, taper=5),),
+        {1: np.sqrt(5), 15: 3 * np.cos(np.radians(5)) + (12 + 3 * np.sin(np.radians(5))) * np.tan(np.radians(5))},
+    ),
+    "dovetail": ((Cylinder("cutter", 20, 8, taper=-45), Cylinder("shank", 4, 30)), {4: 6, 9: 2, 40: 2}),
+    "drill": ((Cylinder("cutter", 8, 30, point_angle=90),), {1: 1, 3: 3, 5: 4}),
+    "chamfer": ((Cylinder("cutter", 10, 30, point_angle=90, tip_diameter=2),), {1: 2, 3: 4, 10: 5}),
+    "lollipop": (
+        (Cylinder("cutter", 8, 30, corner_radius=4, neck_diameter=4),),
+        {0.5: np.sqrt(16 - 3.5**2), 7: np.sqrt(7), 20: 2},
+    ),
+    "form": (
+        (
+            Cylinder("cutter", 16, 30, profile=((3, 0), (5, 2), (5, 6), (2, 9), (2, 12), (8, 15), (8, 20), (4, 20), (4, 30))),
+            Cylinder("holder", 40),
+        ),
+        {1: 4, 4: 5, 8: 3, 10: 2, 13: 4, 17: 8, 25: 4, 35: 20},
+    ),
+}  # fmt: skip
+
+
+def points(n=20000):
+    return np.random.default_rng(1).uniform([-12, -12, -5], [12, 12, 55], (n, 3))
+
+
+def distance(pieces, x):
+    return measure_phi(pieces, x, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_surface_is_where_it_is_by_hand(name):
+    shape, radius_at = SHAPES[name]
+    pieces = build_pieces(shape, LENGTH)
+    for height, radius in radius_at.items():
+        on, inside, outside = (distance(pieces, np.array([radius + step, 0.0, height])) for step in (0.0, -1e-3, 1e-3))
+        assert abs(on) < 1e-9
+        assert inside < 0 < outside
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_distances_are_convex_and_change_no_faster_than_the_point(name):
+    pieces, x = build_pieces(SHAPES[name][0], LENGTH), points()
+    pick = np.random.default_rng(2)
+    y = x + pick.normal(size=x.shape)
+    # 1e-12: rounding of distances of some ten mm
+    assert (np.abs(distance(pieces, y) - distance(pieces, x)) <= np.linalg.norm(y - x, axis=1) + 1e-12).all()
+    share = pick.random(len(x))
+    for piece in pieces:
+        middle = distance([piece], share[:, None] * x + (1 - share[:, None]) * y)
+        assert (middle <= share * distance([piece], x) + (1 - share) * distance([piece], y) + 1e-12).all()
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_derivatives_are_those_of_the_distance(name):
+    x, step = points(), 1e-6
+    r, h = np.hypot(x[:, 0], x[:, 1]), x[:, 2]
+    for piece in build_pieces(SHAPES[name][0], LENGTH):
+        _phi, by_r, by_h = piece.evaluate(r, h)
+        slope_r = (piece.evaluate(r + step, h)[0] - piece.evaluate(r - step, h)[0]) / (2 * step)
+        slope_h = (piece.evaluate(r, h + step)[0] - piece.evaluate(r, h - step)[0]) / (2 * step)
+        wrong = (np.abs(slope_r - by_r) > 1e-4) | (np.abs(slope_h - by_h) > 1e-4)
+        assert wrong.mean() < 1e-3  # kinks between the two places of the difference
+
+
+@pytest.mark.parametrize("name", ["flat", "ball", "bull"])
+def test_a_plain_cylinder_is_the_rounded_polygon(name):
+    (piece,) = build_pieces(SHAPES[name][0], LENGTH)
+    x = points()
+    r, h = np.hypot(x[:, 0], x[:, 1]), x[:, 2]
+    below = h <= piece.high  # above, beside the rim, the polygon's is a lower bound
+    other = replace(piece, plain=False).evaluate(r, h)[0]
+    np.testing.assert_allclose(other[below], piece.evaluate(r, h)[0][below], atol=1e-12)
+    assert (other <= piece.evaluate(r, h)[0] + 1e-12).all()
+
+
+def test_pieces_of_a_profile_reach_into_each_other():
+    """A point in the middle of the tool is deep inside, also where two pieces meet."""
+    pieces = build_pieces(SHAPES["form"][0], LENGTH)
+    for height in (9, 12, 20):
+        assert distance(pieces, np.array([0.0, 0.0, height])) < -0.9
+
+
+FILE = """
+[tool.4]
+cutter = { diameter = 8.0, length = 20.0, corner_radius = 4.0 }
+shank = { profile = [[4.0, 0.0], [4.0, 10.0], [6.0, 25.0]] }
+holder = [{ diameter = 28.0, length = 30.0 }, { diameter = 50.0 }]
+"""
+
+
+def test_shapes_come_from_the_file_and_through_the_options():
+    shape = read_tool_shapes(FILE.encode(), "shapes.toml")[4]
+    assert shape == (
+        Cylinder("cutter", 8, 20, corner_radius=4), Cylinder("shank", 12, 25, profile=((4, 0), (4, 10), (6, 25))),
+        Cylinder("holder", 28, 30), Cylinder("holder", 50),
+    )  # fmt: skip
+    assert Options(tool_shapes={4: shape}).tool_shapes == {4: shape}
+    pieces = build_pieces(shape, 100)
+    # between two parts a double cone joins them
+    assert [(one.part, one.low, one.high) for one in pieces] == [
+        ("cutter", 0, 20), ("shank", 10, 32.5), ("shank", 20, 45), ("shank", 20, 45), ("holder", 32.5, 60), ("holder", 45, 75),
+        ("holder", 60, 87.5), ("holder", 75, 100),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "diameter = 8, length = 20, corner_radius = 5",
+            "tool.1.cutter: corner_radius 5 must be from 0 to half the diameter, 4",
+        ),
+        ("diameter = 8, length = 3, corner_radius = 4", "no more than the length"),
+        ("diameter = 8, taper = 5", "a taper needs a length"),
+        (
+            "diameter = 8, length = 20, taper = -20",
+            "taper -20 must be from -80 to 80 degrees a side, and leave the part a diameter",
+        ),
+        ("diameter = 8, length = 20, point_angle = 118, corner_radius = 1", "goes with neither"),
+        ("diameter = 8, length = 2, point_angle = 90", "its point is 4 mm long"),
+        ("diameter = 8, length = 20, tip_diameter = 2", "goes with a point_angle"),
+        ("diameter = 8, length = 20, neck_diameter = 2", "goes with a ball"),
+        ("length = 20", "expected a diameter, or a profile"),
+        ("profile = [[1, 0], [2, 3], [2, 2]]", "the heights of a profile must begin at 0 and rise"),
+        ("profile = [[1, 0], [2, 3]], taper = 3", "a profile stands alone"),
+        ("profile = [[0, 0], [0, 3]]", "one above 0"),
+    ],
+)
+def test_impossible_shapes_are_named(text, says):
+    with pytest.raises(InputError) as caught:
+        read_tool_shapes(f"[tool.1]\ncutter = {{ {text} }}\n".encode(), "shapes.toml")
+    assert says in str(caught.value)
+    assert caught.value.findings[0].code == "VP504"
+
+
+def test_a_shape_is_checked_against_the_tool_table():
+    shape = (Cylinder("cutter", 8, 20, corner_radius=4), Cylinder("holder", 40, 30))
+    check_tool("tool 3", shape, 50, 8.1)
+    check_tool("tool 3", shape, 50, 0)
+    with pytest.raises(InputError, match="its parts in --tool-shapes are 50 mm long, and its length is 49"):
+        check_tool("tool 3", shape, 49, 0)
+    with pytest.raises(
+        InputError, match="its cutter in --tool-shapes is 8 mm thick, and its diameter in the tool table is 10"
+    ):
+        check_tool("tool 3", shape, 50, 10)

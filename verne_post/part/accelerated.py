@@ -1,0 +1,428 @@
+"""What ``sweep`` does, compiled by numba and point by point. Imported only where numba is installed."""
+
+# mypy: allow-untyped-defs, allow-untyped-calls
+
+import math
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+from numba import njit
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.part.bodies import Piece
+from verne_post.part.motion import BOW_SHARE, FAN, SEARCHED_MM, Level, Motion
+
+#: Stretches that are bent by more than this, mm, are divided at once.
+_SMALL_BEND: Final = 0.2
+
+
+def _compile(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compiled once a machine, where there is a place to keep it."""
+    try:
+        return njit(cache=True, fastmath=False)(function)
+    except RuntimeError:  # no folder for the cache
+        return njit(function)
+
+
+@_compile
+def _evaluate(body, edges, r, h):
+    """The distance and its derivatives by r and h, as ``Piece.evaluate``."""
+    plain, rounding, low, high, radius = body
+    if plain > 0:
+        beside, below, above = r - radius, low - h, h - high
+        a, b = beside + rounding, below + rounding
+        if beside > 0 and above > 0 and b <= 0:
+            reach = math.sqrt(beside * beside + above * above)
+            return reach, beside / reach, above / reach
+        if a > 0 and b > 0:
+            reach = math.sqrt(a * a + b * b)
+            phi, by_r, by_h = reach - rounding, a / reach, -b / reach
+        elif beside >= below:
+            phi, by_r, by_h = beside, 1.0, 0.0
+        else:
+            phi, by_r, by_h = below, 0.0, -1.0
+    else:
+        above = h - high
+        nearest, farthest, to_r, to_h, by_r, by_h = math.inf, -math.inf, 0.0, 0.0, 0.0, 0.0
+        for k in range(len(edges)):
+            off_r, off_h = r - edges[k, 0], h - edges[k, 1]
+            signed = off_r * edges[k, 4] + off_h * edges[k, 5]
+            share = min(max(off_r * edges[k, 2] + off_h * edges[k, 3], 0.0), 1.0) * edges[k, 6]
+            off_r, off_h = off_r - share * edges[k, 2], off_h - share * edges[k, 3]
+            square = off_r * off_r + off_h * off_h
+            if square < nearest:
+                nearest, to_r, to_h = square, off_r, off_h
+            if signed > farthest:
+                farthest, by_r, by_h = signed, edges[k, 4], edges[k, 5]
+        if farthest > 0 and nearest > 0:
+            reach = math.sqrt(nearest)
+            phi, by_r, by_h = reach - rounding, to_r / reach, to_h / reach
+        else:
+            phi = min(farthest, 0.0) - rounding
+    if above > phi:
+        return above, 0.0, 1.0
+    return phi, by_r, by_h
+
+
+@_compile
+def _look_from(body, edges, x, y, z, tip, axis, i):
+    """The point from the pose of a row: offset (3), r, h, phi, derivatives."""
+    dx, dy, dz = x - tip[i, 0], y - tip[i, 1], z - tip[i, 2]
+    h = dx * axis[i, 0] + dy * axis[i, 1] + dz * axis[i, 2]
+    r = math.sqrt(max(dx * dx + dy * dy + dz * dz - h * h, 0.0))
+    phi, by_r, by_h = _evaluate(body, edges, r, h)
+    return dx, dy, dz, r, h, phi, by_r, by_h
+
+
+@_compile
+def _find_slope(dx, dy, dz, r, h, by_r, by_h, ux, uy, uz, mx, my, mz, tx, ty, tz):
+    """Derivative of phi by the share of a span: move (m), change of the axis (t)."""
+    dh = dx * tx + dy * ty + dz * tz - h * (ux * tx + uy * ty + uz * tz) - (mx * ux + my * uy + mz * uz)
+    dr = (-(dx * mx + dy * my + dz * mz) - h * dh) / r if r > 0 else 0.0
+    return by_r * dr + by_h * dh
+
+
+@_compile
+def _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best):
+    """The least distance between rows i and i + 1, where both tangents fall inwards; ``best`` where it is no better."""
+    mx, my, mz = tip[i + 1, 0] - tip[i, 0], tip[i + 1, 1] - tip[i, 1], tip[i + 1, 2] - tip[i, 2]
+    tx, ty, tz = axis[i + 1, 0] - axis[i, 0], axis[i + 1, 1] - axis[i, 1], axis[i + 1, 2] - axis[i, 2]
+    low, high = 0.0, 1.0
+    for step in range(60):
+        crossing = min(max((f0 - f1 + g1 * (high - low)) / (g1 - g0), 0.0), high - low)
+        lower = f0 + g0 * crossing
+        if lower - bow >= best or min(f0, f1) - lower <= SEARCHED_MM:
+            break
+        s = low + crossing if step % 3 < 2 else 0.5 * (low + high)
+        ux, uy, uz = axis[i, 0] + s * tx, axis[i, 1] + s * ty, axis[i, 2] + s * tz
+        long = math.sqrt(ux * ux + uy * uy + uz * uz)
+        ux, uy, uz = ux / long, uy / long, uz / long
+        along = ux * tx + uy * ty + uz * tz
+        vx, vy, vz = (tx - ux * along) / long, (ty - uy * along) / long, (tz - uz * along) / long
+        dx, dy, dz = x - tip[i, 0] - s * mx, y - tip[i, 1] - s * my, z - tip[i, 2] - s * mz
+        h = dx * ux + dy * uy + dz * uz
+        r = math.sqrt(max(dx * dx + dy * dy + dz * dz - h * h, 0.0))
+        phi, by_r, by_h = _evaluate(body, edges, r, h)
+        if phi < best:
+            best = phi
+        slope = _find_slope(dx, dy, dz, r, h, by_r, by_h, ux, uy, uz, mx, my, mz, vx, vy, vz)
+        if slope < 0:
+            low, f0, g0 = s, phi, slope
+        else:
+            high, f1, g1 = s, phi, slope
+        if not (g0 < 0 and g1 > 0):
+            break
+    return best
+
+
+@_compile
+def _look_at_leaf(body, edges, bow, x, y, z, tip, axis, linked, first, last, best, at):
+    """The rows from ``first`` to ``last`` and the spans between them: least distance and its row."""
+    dx, dy, dz, r, h, f0, by_r, by_h = _look_from(body, edges, x, y, z, tip, axis, first)
+    if f0 < best:
+        best, at = f0, first
+    for i in range(first, last):
+        ex, ey, ez, r1, h1, f1, by_r1, by_h1 = _look_from(body, edges, x, y, z, tip, axis, i + 1)
+        if f1 < best:
+            best, at = f1, i + 1
+        if linked[i]:
+            mx, my, mz = tip[i + 1, 0] - tip[i, 0], tip[i + 1, 1] - tip[i, 1], tip[i + 1, 2] - tip[i, 2]
+            tx, ty, tz = axis[i + 1, 0] - axis[i, 0], axis[i + 1, 1] - axis[i, 1], axis[i + 1, 2] - axis[i, 2]
+            away = math.sqrt(mx * mx + my * my + mz * mz)
+            away += math.sqrt((tx * tx + ty * ty + tz * tz) * (dx * dx + dy * dy + dz * dz))
+            if 0.5 * (f0 + f1 - away) < best:
+                g0 = _find_slope(
+                    dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz
+                )
+                g1 = _find_slope(ex, ey, ez, r1, h1, by_r1, by_h1, axis[i + 1, 0], axis[i + 1, 1], axis[i + 1, 2], mx, my, mz, tx, ty, tz)  # fmt: skip
+                if g0 < 0 and g1 > 0:
+                    found = _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best)
+                    if found < best:
+                        best, at = found, i
+        dx, dy, dz, r, h, f0, by_r, by_h = ex, ey, ez, r1, h1, f1, by_r1, by_h1
+    return best, at
+
+
+@_compile
+def _bound_bow(tip, axis, i, j, far):
+    """How far a point at a distance may be off its straight relative path between two rows."""
+    move, turn = 0.0, 0.0
+    for k in range(3):
+        move += (tip[j, k] - tip[i, k]) ** 2
+        turn += (axis[j, k] - axis[i, k]) ** 2
+    return BOW_SHARE * (2.0 * math.sqrt(move * turn) + turn * far)
+
+
+@_compile
+def _bound_stretch(body, edges, x, y, z, tip, axis, i, j, tip_bend, chord_bend):
+    """Lower bound of the distance between rows i and j, by tangents to their straight motion and how it is bent."""
+    dx, dy, dz, r, h, f0, by_r, by_h = _look_from(body, edges, x, y, z, tip, axis, i)
+    mx, my, mz = tip[j, 0] - tip[i, 0], tip[j, 1] - tip[i, 1], tip[j, 2] - tip[i, 2]
+    tx, ty, tz = axis[j, 0] - axis[i, 0], axis[j, 1] - axis[i, 1], axis[j, 2] - axis[i, 2]
+    ex, ey, ez, r1, h1, f1, by_r1, by_h1 = _look_from(body, edges, x, y, z, tip, axis, j)
+    far = math.sqrt(max(dx * dx + dy * dy + dz * dz, ex * ex + ey * ey + ez * ez))
+    bent = tip_bend + chord_bend * (far + tip_bend) + _bound_bow(tip, axis, i, j, far)
+    g0 = _find_slope(dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz)
+    if g0 >= 0:
+        return f0 - bent
+    g1 = _find_slope(ex, ey, ez, r1, h1, by_r1, by_h1, axis[j, 0], axis[j, 1], axis[j, 2], mx, my, mz, tx, ty, tz)
+    if g1 <= 0:
+        return f1 - bent
+    return f0 + g0 * (f0 - f1 + g1) / (g1 - g0) - bent
+
+
+@_compile
+def _scan(
+    body, edges, bow, point, tip, axis, linked, offset, middle, reach, chord, last, tip_bend, chord_bend, distance, row
+):
+    """Points in turn; each begins with the leaf in which the one before ended."""
+    levels, n, fan = len(offset) - 1, len(tip), 8
+    stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
+    before = -1
+    for p in range(len(point)):
+        x, y, z = point[p, 0], point[p, 1], point[p, 2]
+        best, at = distance[p], row[p]
+        mine = False
+        if before >= 0:
+            first = before // fan * fan
+            found, where = _look_at_leaf(
+                body, edges, bow, x, y, z, tip, axis, linked, first, min(first + fan, n - 1), best, at
+            )
+            if found < best:
+                best, at, mine = found, where, True
+        depth = 0
+        for node in range(offset[levels] - 1, offset[levels - 1] - 1, -1):
+            stack[depth] = node
+            depth += 1
+        while depth:
+            depth -= 1
+            node = stack[depth]
+            i = middle[node]
+            dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, i)
+            if phi < best:
+                best, at, mine = phi, i, True
+            if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) >= best:
+                continue
+            level = levels - 1
+            while node < offset[level]:
+                level -= 1
+            if tip_bend[node] < _SMALL_BEND:
+                lower = _bound_stretch(body, edges, x, y, z, tip, axis, (node - offset[level]) * fan ** (level + 1), last[node], tip_bend[node], chord_bend[node])  # fmt: skip
+                if lower - bow >= best:
+                    continue
+            child = (node - offset[level]) * fan
+            if level == 0:
+                found, where = _look_at_leaf(
+                    body, edges, bow, x, y, z, tip, axis, linked, child, min(child + fan, n - 1), best, at
+                )
+                if found < best:
+                    best, at, mine = found, where, True
+            else:
+                for one in range(
+                    min(offset[level - 1] + child + fan, offset[level]) - 1, offset[level - 1] + child - 1, -1
+                ):
+                    stack[depth] = one
+                    depth += 1
+        distance[p] = best
+        if mine:
+            row[p] = before = at
+
+
+@_compile
+def _view(x, y, z, n, tx, ty, tz, ux, uy, uz, mx, my, mz, vx, vy, vz):
+    """Radius and height of a point, their derivatives by the share of a span, and along the normal n of its facet."""
+    dx, dy, dz = x - tx, y - ty, z - tz
+    h = dx * ux + dy * uy + dz * uz
+    r = math.sqrt(max(dx * dx + dy * dy + dz * dz - h * h, 0.0))
+    dh = dx * vx + dy * vy + dz * vz - (mx * ux + my * uy + mz * uz)
+    along = n[0] * ux + n[1] * uy + n[2] * uz
+    if r > 0:
+        dr = (-(dx * mx + dy * my + dz * mz) - h * dh) / r
+        return r, h, dr, dh, (dx * n[0] + dy * n[1] + dz * n[2] - h * along) / r, along
+    return r, h, 0.0, dh, 0.0, along
+
+
+@_compile
+def _view_between(x, y, z, n, tip, axis, i, j, s):
+    """The point from a pose at share s of the straight motion from row i to row j."""
+    mx, my, mz = tip[j, 0] - tip[i, 0], tip[j, 1] - tip[i, 1], tip[j, 2] - tip[i, 2]
+    tx, ty, tz = axis[j, 0] - axis[i, 0], axis[j, 1] - axis[i, 1], axis[j, 2] - axis[i, 2]
+    ux, uy, uz = axis[i, 0] + s * tx, axis[i, 1] + s * ty, axis[i, 2] + s * tz
+    long = math.sqrt(ux * ux + uy * uy + uz * uz)
+    ux, uy, uz = ux / long, uy / long, uz / long
+    along = ux * tx + uy * ty + uz * tz
+    vx, vy, vz = (tx - ux * along) / long, (ty - uy * along) / long, (tz - uz * along) / long
+    return _view(x, y, z, n, tip[i, 0] + s * mx, tip[i, 1] + s * my, tip[i, 2] + s * mz, ux, uy, uz, mx, my, mz, vx, vy, vz)  # fmt: skip
+
+
+@_compile
+def _bound_one(f0, f1, a0, b0, a1, b1, at0, at1, width, delta):
+    """Lower bound of one convex function over a facet and an interval, from tangents at both ends."""
+    q0 = math.sqrt(max((a0 * a0 if at0[0] > 0 else 0.0) + b0 * b0 - (a0 * at0[4] + b0 * at0[5]) ** 2, 0.0))
+    g0 = a0 * at0[2] + b0 * at0[3]
+    if g0 >= 0 or width == 0:
+        return f0 - delta * q0
+    q1 = math.sqrt(max((a1 * a1 if at1[0] > 0 else 0.0) + b1 * b1 - (a1 * at1[4] + b1 * at1[5]) ** 2, 0.0))
+    g1 = a1 * at1[2] + b1 * at1[3]
+    if g1 <= 0:
+        return f1 - delta * q1
+    return f0 + g0 * (f0 - f1 + g1 * width) / (g1 - g0) - delta * max(q0, q1)
+
+
+@_compile
+def _is_above(body, edges, at0, at1, width, delta, limit):
+    """Whether phi is above a limit over a facet and an interval: by its own tangents, or by a plane that supports the piece."""
+    f0, a0, b0 = _evaluate(body, edges, at0[0], at0[1])
+    f1, a1, b1 = _evaluate(body, edges, at1[0], at1[1])
+    if _bound_one(f0, f1, a0, b0, a1, b1, at0, at1, width, delta) > limit:
+        return True
+    for k in range(len(edges)):
+        a, b = edges[k, 4], edges[k, 5]
+        s0 = (at0[0] - edges[k, 0]) * a + (at0[1] - edges[k, 1]) * b - body[1]
+        s1 = (at1[0] - edges[k, 0]) * a + (at1[1] - edges[k, 1]) * b - body[1]
+        if _bound_one(s0, s1, a, b, a, b, at0, at1, width, delta) > limit:
+            return True
+    return False
+
+
+@_compile
+def _is_span_clear(body, edges, x, y, z, n, tip, axis, i, delta, limit):
+    """Whether phi stays above a limit between rows i and i + 1; halves that do not say so are halved again."""
+    depth = 0
+    place = 0  # of the interval among 2**depth ones
+    while True:
+        width = 0.5**depth
+        at0 = _view_between(x, y, z, n, tip, axis, i, i + 1, width * place)
+        at1 = _view_between(x, y, z, n, tip, axis, i, i + 1, width * (place + 1))
+        if _is_above(body, edges, at0, at1, width, delta, limit):
+            while place % 2 == 1:  # go on with the next interval
+                place //= 2
+                depth -= 1
+            if depth == 0:
+                return True
+            place += 1
+            continue
+        if (
+            depth == 10
+            or not _is_above(body, edges, at0, at0, 0.0, delta, limit)
+            or not _is_above(body, edges, at1, at1, 0.0, delta, limit)
+        ):
+            return False
+        depth += 1
+        place *= 2
+
+
+@_compile
+def _check(
+    body,
+    edges,
+    point,
+    normal,
+    delta,
+    limit,
+    tip,
+    axis,
+    linked,
+    offset,
+    middle,
+    reach,
+    chord,
+    last,
+    tip_bend,
+    chord_bend,
+    clear,
+):
+    """Whether phi stays above a limit on facets within delta of points, for all time."""
+    levels, n, fan = len(offset) - 1, len(tip), 8
+    stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
+    for p in range(len(point)):
+        if not clear[p]:
+            continue
+        x, y, z = point[p, 0], point[p, 1], point[p, 2]
+        depth = 0
+        for node in range(offset[levels - 1], offset[levels]):
+            stack[depth] = node
+            depth += 1
+        while depth and clear[p]:
+            depth -= 1
+            node = stack[depth]
+            dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, middle[node])
+            if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) - delta[p] > limit:
+                continue
+            level = levels - 1
+            while node < offset[level]:
+                level -= 1
+            i, j = (node - offset[level]) * fan ** (level + 1), last[node]
+            if tip_bend[node] < delta[p]:
+                at0 = _view_between(x, y, z, normal[p], tip, axis, i, j, 0.0)
+                at1 = _view_between(x, y, z, normal[p], tip, axis, i, j, 1.0)
+                far = math.sqrt(max(at0[0] ** 2 + at0[1] ** 2, at1[0] ** 2 + at1[1] ** 2)) + delta[p]
+                bent = tip_bend[node] + chord_bend[node] * (far + tip_bend[node]) + _bound_bow(tip, axis, i, j, far)
+                if _is_above(body, edges, at0, at1, 1.0, delta[p], limit + bent):
+                    continue
+            child = (node - offset[level]) * fan
+            if level > 0:
+                for one in range(offset[level - 1] + child, min(offset[level - 1] + child + fan, offset[level])):
+                    stack[depth] = one
+                    depth += 1
+                continue
+            for i in range(child, min(child + fan, n)):
+                dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, i)
+                away = 0.0
+                if linked[i]:
+                    for k in range(3):
+                        away += (tip[i + 1, k] - tip[i, k]) ** 2
+                    turn = 0.0
+                    for k in range(3):
+                        turn += (axis[i + 1, k] - axis[i, k]) ** 2
+                    away = math.sqrt(away) + math.sqrt(turn * (dx * dx + dy * dy + dz * dz))
+                if phi - away - delta[p] > limit:
+                    continue
+                if linked[i]:
+                    good = _is_span_clear(body, edges, x, y, z, normal[p], tip, axis, i, delta[p], limit)
+                else:
+                    at = _view(
+                        x,
+                        y,
+                        z,
+                        normal[p],
+                        tip[i, 0],
+                        tip[i, 1],
+                        tip[i, 2],
+                        axis[i, 0],
+                        axis[i, 1],
+                        axis[i, 2],
+                        0.0,
+                        0.0,
+                        0.0,
+                        0.0,
+                        0.0,
+                        0.0,
+                    )
+                    good = _is_above(body, edges, at, at, 0.0, delta[p], limit)
+                if not good:
+                    clear[p] = False
+                    break
+
+
+def _pack(motion: Motion) -> tuple[Any, ...]:
+    """The tree of a motion, its levels one after the other."""
+    offset = np.cumsum([0, *(len(level.middle) for level in motion.levels)])
+    columns = (np.concatenate([getattr(level, name) for level in motion.levels]) for name in Level.__struct_fields__)
+    return (motion.tip, motion.axis, motion.linked, offset, *columns)
+
+
+def scan(motion: Motion, piece: Piece, point: Array, distance: Array, row: Ints) -> None:
+    """Improve the least distances (n,) of points (n, 3) from one piece, and the rows (n,) where they are."""
+    assert FAN == 8  # the kernel counts on it
+    body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)
+    _scan(body, piece.list_edges(), motion.bow, point, *_pack(motion), distance, row)
+
+
+def check_above(
+    motion: Motion, piece: Piece, point: Array, normal: Array, delta: Array, limit: float, clear: Mask
+) -> None:
+    """Leave ``clear`` (n,) where phi of one piece is certain to stay above a limit on facets within delta (n,) of points."""
+    body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)
+    _check(body, piece.list_edges(), point, normal, delta, limit, *_pack(motion), clear)

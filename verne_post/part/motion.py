@@ -1,0 +1,117 @@
+"""Tools as they move: poses of consecutive rows, and a tree over time that says how far the poses of a stretch differ."""
+
+from typing import Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.part.bodies import Piece
+
+#: Children of a node of the tree.
+FAN: Final = 8
+#: The minimum between two rows is known to this, mm; below what a row can be rounded to by 1e4.
+SEARCHED_MM: Final = 1e-9
+#: What tangents at the ends of a curved path may be above the distance along it, over the largest second derivative: an eighth
+#: for the path itself, and a half for each end, whose direction is not that of the chord.
+BOW_SHARE: Final = 0.625
+
+
+class Level(Struct, frozen=True, eq=False):
+    """Nodes of equal length: node k covers the spans that begin in ``FAN`` to the power of its level rows from k on.
+
+    Attributes
+    ----------
+    middle : ndarray of int, shape (n,)
+        A row of the node.
+    tip, chord : ndarray, shape (n,)
+        Largest distance of its tips (mm) and of its axes (chord of unit vectors) from those of that row.
+    last : ndarray of int, shape (n,)
+        Its last row: the first of the next node.
+    tip_bend, chord_bend : ndarray, shape (n,)
+        The same distances from the straight motion between its first and last row; infinite where another tool comes between.
+    """
+
+    middle: Ints
+    tip: Array
+    chord: Array
+    last: Ints
+    tip_bend: Array
+    chord_bend: Array
+
+
+class Motion(Struct, frozen=True, eq=False):
+    """One tool at the rows of its motion, in the order of time.
+
+    Attributes
+    ----------
+    name : str
+        Of the tool, in messages.
+    pieces : tuple of Piece
+    tip, axis : ndarray, shape (n, 3)
+        mm and unit vectors, in the frame of the mesh.
+    line : ndarray of int, shape (n,)
+        Source lines.
+    linked : ndarray of bool, shape (n,)
+        The tool moves straight on to the next row; not where another tool comes between, nor after the last row.
+    levels : tuple of Level
+        From nodes of ``FAN`` spans to a few that cover all.
+    bow : float
+        How far the distance between two rows may be below what tangents at the rows say, mm: the relative path bows.
+    """
+
+    name: str
+    pieces: tuple[Piece, ...]
+    tip: Array
+    axis: Array
+    line: Ints
+    linked: Mask
+    levels: tuple[Level, ...]
+    bow: float
+
+
+def build_motion(name: str, pieces: tuple[Piece, ...], tip: Array, axis: Array, line: Ints, linked: Mask) -> Motion:
+    """A motion with its tree; rows at which the tool stands still are one."""
+    same = (np.diff(tip, axis=0) == 0).all(axis=1) & (np.diff(axis, axis=0) == 0).all(axis=1) & linked[:-1]
+    keep = np.append(~same, True)  # the last row of a standstill, whose line the next motion has
+    tip, axis = (np.ascontiguousarray(one[keep], dtype=np.float64) for one in (tip, axis))
+    line, linked = line[keep], linked[keep].copy()
+    linked[-1] = False
+    levels, size = [], FAN
+    while True:
+        levels.append(_build_level(tip, axis, linked, size))
+        if size * FAN >= len(tip):
+            break
+        size *= FAN
+    long = max(piece.high for piece in pieces)
+    return Motion(name, pieces, tip, axis, line, linked, tuple(levels), _bound_bow(tip, axis, linked, long))
+
+
+def _build_level(tip: Array, axis: Array, linked: Mask, size: int) -> Level:
+    """The nodes of ``size`` spans: each has the rows from its first to the first of the next one."""
+    n = len(tip)
+    first = np.arange(0, n, size)
+    middle, last = np.minimum(first + size // 2, n - 1), np.minimum(first + size, n - 1)
+    own = np.repeat(np.arange(len(first)), np.diff(np.append(first, n)))
+    share = (np.arange(n) - first[own]) / np.maximum(last - first, 1)[own]
+    whole = np.logical_and.reduceat(linked | (np.arange(n) == n - 1), first)
+    reach, bend = [], []
+    for place in (tip, axis):
+        within = np.maximum.reduceat(np.linalg.norm(place - place[middle[own]], axis=1), first)
+        reach.append(np.maximum(within, np.linalg.norm(place[last] - place[middle], axis=1)))
+        straight = place[first][own] + share[:, None] * (place[last] - place[first])[own]
+        if place is axis:
+            straight /= np.linalg.norm(straight, axis=1)[:, None]
+        bent = np.maximum.reduceat(np.linalg.norm(place - straight, axis=1), first)
+        bend.append(np.where(whole, bent, np.inf))
+    return Level(middle, reach[0], reach[1], last, bend[0], bend[1])
+
+
+def _bound_bow(tip: Array, axis: Array, linked: Mask, long: float) -> float:
+    """What the relative path of a point of the tool between two rows may bow, at most."""
+    if not linked.any():
+        return 0.0
+    at = np.flatnonzero(linked)
+    move = np.linalg.norm(tip[at + 1] - tip[at], axis=1)
+    turn = np.linalg.norm(axis[at + 1] - axis[at], axis=1)
+    return BOW_SHARE * float((2.0 * move * turn + turn * turn * long).max())
