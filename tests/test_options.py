@@ -206,6 +206,7 @@ def controls(value: Any) -> Any:
             "cutcom": ("", "centre"),
             "insert": ("", "message"),
             "times": ("", "begun", "whole"),
+            "lengths": ("", "tools"),
         },
     }
     good = all(

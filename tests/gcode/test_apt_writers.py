@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from verne_post import convert
 from verne_post.app.assemble import read_draft
 from verne_post.gcode.apt.translator import STATEMENTS
 from verne_post.gcode.apt.words import REFUSED, REMARKS, WITHOUT_EFFECT
@@ -81,6 +82,7 @@ EXECUTED = {
 WITH_CONDITIONS = {
     "GOHOME": "GOHOME/1,2,3", "TRNTYP": "TRNTYP/LOCAL,0,0,0", "CSYS": "CSYS/1,0,0,5,0,1,0,0,0,0,1,0", "ORIGIN": "ORIGIN/1,0,0",
     "TRANS": "TRANS/COORD,1,0,0", "SELECT": "SELECT/HEAD,1", "INSERT": "INSERT G0 X5", "MODE": "MODE/TURN", "SET": "SET/MODE,INCR",
+    "$$*CATIA0": "$$*CATIA0\n$$ A\n$$ 1 0 0 0\n$$ 0 1 0 0\n$$ 0 0 1 0\n$$ 0 0 1 0\n$$*CATIA0\n$$ B\n$$ 1 0 0 0\n$$ 0 1 0 0\n$$ 0 0 1 60.",
     "$$-> CSYS": "$$-> CSYS / 1,0,0,0,0,1,0,0,0,0,1,0\n$$-> CSYS / 1,0,0,0,0,1,0,0,0,0,1,7",
 }  # fmt: skip
 
@@ -202,7 +204,18 @@ def test_a_path_for_another_tool_needs_it(view):
 def test_a_described_tool_must_be_loaded(view):
     assert refusals(view, "FEDRAT/9\nTOOLNO/1,MILL,10,,\nGOTO/1,0,0") == [("VP017", 3)]
     assert refusals(view, "FEDRAT/9\nTOOLNO/1,MILL,10,,\nLOADTL/1\nGOTO/1,0,0") == []
-    assert refusals(view, "LOADTL/1,2") == [("VP002", 1)]  # which number is the register of the length is not known
+
+
+def test_registers_of_lengths(view):
+    """Which of two numbers is the register is not known; with ADJUST it is, and the set-up may say that tools have their own."""
+    assert refusals(view, "LOADTL/1,2") == [("VP002", 1)]
+    for text, keys, length in (
+        ("LOADTL/1,ADJUST,2", {}, 25.0),
+        ("LOADTL/1,2", {"lengths": "tools"}, 10.0),
+        ("LOADTL/1,ADJUST,2", {"lengths": "tools"}, 10.0),
+    ):
+        moves = view(f"{text}\nFEDRAT/9\nGOTO/1,0,0\nFINI", dialect="aptcl", control={"aptcl": keys})[0]
+        assert moves.frames[moves.frame[-1]].tool[2] == length
 
 
 # --- systems of points ---------------------------------------------------------------------------------------------
@@ -270,6 +283,24 @@ def test_an_arc_about_a_tilted_axis_is_that_of_cip(view, sweep):
     assert moves.end[-1, :3] == pytest.approx(twin.end[-1, :3], abs=1e-6)
 
 
+def test_setpoints_of_a_tilted_arc_are_those_of_cip(machine):
+    """Under a tool axis that is not the arc's: every row of both files, as far as they are rounded."""
+    center, u, v = [3.0, -2.0, 35.0], [0.8, 0.0, -0.6], [0.0, 1.0, 0.0]
+    start, middle, end = (place_on(center, u, v, angle) for angle in (20, 100, 260))
+    comma, words = "{:.9f},{:.9f},{:.9f}".format, "X{:.9f} Y{:.9f} Z{:.9f}".format
+    apt = f"PARTNO A\nLOADTL/1\nSPINDL/900,CLW\nRAPID\nGOTO/{comma(*start)},.1,0,.994987437\nFEDRAT/900\nCIRCLE/3,-2,35,.6,0,.8,10\nGOTO/{comma(*end)}\nFINI\n"
+    over = "I1=AC({:.9f}) J1=AC({:.9f}) K1=AC({:.9f})".format(*middle)
+    siemens = f"TRAORI\nG54 G90 G94 G71\nT1 D1 M6\nS900 M3\nORIVECT\nG0 {words(*start)} A3=.1 B3=0 C3=.994987437\nG1 F900\nCIP {words(*end)} {over}\nM30\n"
+    options = Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 40.0)})
+    values = []
+    for text in (apt, siemens):
+        result = convert(text.encode(), machine, options)
+        assert result.ok, result.findings
+        values.append(result.setpoints.values)
+    assert values[0].shape == values[1].shape
+    assert np.abs(values[0] - values[1]).max() < 1e-6
+
+
 def test_a_cylinder_of_tlon_is_the_circle_about_its_axis(view):
     center, u, v = [0.0, 0.0, 0.0], [0.8, 0.0, -0.6], [0.0, 1.0, 0.0]
     start, end = place_on(center, u, v, 0), place_on(center, u, v, 90)
@@ -287,7 +318,7 @@ def test_a_cylinder_of_tlon_is_the_circle_about_its_axis(view):
     ("CIRCLE/5,0,9,0,.6,.8,7\nGOTO/10,0,9", "VP008", 4), ("CIRCLE/5,0,9,0,.6,.8,5\nGOTO/11,0,9", "VP008", 4), ("CIRCLE/5,0,9,0,.6,.9,5\nGOTO/10,0,9", "VP008", 3),
     ("TLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", "VP005", 3), ("INDIRV/1,0,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", "VP008", 4),
     ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(PLANE/1,0,0,5)", "VP005", 4), ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,6,9)", "VP008", 4),
-    ("INDIRV/0,0,0", "VP005", 3), ("CIRCLE/5,0,9,0,0,1,5,TIMES,2\nGOTO/5,5,9", "VP002", 3), ("CIRCLE/5,0,9,0,.6,.8,5,TIMES,1.5\nGOTO/10,0,9", "VP007", 3),
+    ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),PAST,(LINE/5,0,9,5,5,9)", "VP005", 4), ("INDIRV/0,0,0", "VP005", 3), ("CIRCLE/5,0,9,0,0,1,5,TIMES,2\nGOTO/5,5,9", "VP002", 3), ("CIRCLE/5,0,9,0,.6,.8,5,TIMES,1.5\nGOTO/10,0,9", "VP007", 3),
 ])  # fmt: skip
 def test_arcs_that_are_refused(view, text, code, line):
     assert (code, line) in refusals(view, HEAD + text)

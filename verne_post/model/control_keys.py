@@ -10,7 +10,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
     "decimal_point": ("", "calculator", "conventional"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
-    "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"),
+    "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
 }  # fmt: skip
 
 
@@ -100,6 +100,9 @@ class AptKeys(Struct, frozen=True):
     times : str
         What TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; "whole", those before the
         arc. Empty: n greater than 1 is refused.
+    lengths : str
+        "tools": the length is that of the tool, whichever register LOADTL names. Empty: that of the register, where a word says
+        which number it is.
     tools : mapping
         Names of TOOL PATH -> number of the tool table, where no LOAD/TOOL stands.
     """
@@ -109,6 +112,7 @@ class AptKeys(Struct, frozen=True):
     cutcom: Literal["", "centre"] = ""
     insert: Literal["", "message"] = ""
     times: Literal["", "begun", "whole"] = ""
+    lengths: Literal["", "tools"] = ""
     tools: Mapping[str, int] = field(default_factory=dict)
 
 

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ARC_CHORD_MM, ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, VECTOR_LENGTH
-from verne_post.gcode.apt.statements import Statement, is_number, read_numbers
+from verne_post.gcode.apt.statements import Statement, read_numbers
 from verne_post.gcode.arcs import allowed_mismatch
 from verne_post.gcode.machining.spatial_arc import SpatialArc
 from verne_post.gcode.program_error import ProgramError
@@ -19,8 +19,19 @@ from verne_post.gcode.rs274.motion import MAX_TURNS
 _CIRCLE_AXIS: Final = 1e-6
 #: Centre and axis; some CAM systems leave the radius out, others append the tolerance and sizes of the tool.
 _CIRCLE_NUMBERS: Final = (6, 7, 11)
-_GROUP: Final = r"\(\s*{}\s*/([^()]*)\)"
-_FORMS: Final = {name: re.compile(_GROUP.format(name), re.IGNORECASE) for name in ("CIRCLE", "CYLNDR", "LINE", "POINT")}
+#: Numbers between brackets, and the two forms of TLON,GOFWD: those of a circle about Z, and of a cylinder about any axis.
+_NUMBERS: Final = r"\(\s*{}\s*/([^()]*)\)"
+_POINT, _VECTOR = _NUMBERS.format("POINT"), _NUMBERS.format("VECTOR")
+_FORMS: Final = tuple(
+    re.compile(r"\s*".join([*parts, "$"]), re.IGNORECASE)
+    for parts in (
+        ("", _NUMBERS.format("CIRCLE"), ",", "ON", r"(?:,\s*[12]\s*,\s*INTOF\s*)?", ",", _NUMBERS.format("LINE")),
+        (
+            "", _NUMBERS.format("CYLNDR"), ",", "ON", ",", r"\(", "PLANE", "/", "PERPTO", ",", r"\(", "PLANE", "/", _POINT, ",", "PERPTO", ",",
+            _VECTOR, r"\)", ",", _POINT, ",", _POINT, r"\)",
+        ),
+    )
+)  # fmt: skip
 
 
 class Circle(Struct, frozen=True):
@@ -105,28 +116,29 @@ def read_tool_on(s: Statement, start: Array, tangent: Array | None) -> tuple[Cir
     ProgramError
         For other forms, and where no INDIRV says how the arc turns.
     """
-    groups = {name: [_read_group(s, text) for text in form.findall(s.text)] for name, form in _FORMS.items()}
-    circles, cylinders, lines, points = groups.values()
-    if [len(values) for values in circles] == [4] and [len(values) for values in lines] == [6]:
-        (circle,), (line,) = circles, lines
-        center, normal, radius, end = circle[:3], np.array([0.0, 0.0, 1.0]), circle[3], line[3:]
-    elif [len(values) for values in cylinders] == [7] and points and len(points[-1]) == 3:
-        (cylinder,), end = cylinders, points[-1]
-        center, normal, radius = cylinder[:3], _read_unit("CYLNDR", cylinder[3:6]), cylinder[6]
+    shape, end = next((_read_ends(s, form) for form in _FORMS if form.match(s.text)), ([], []))
+    if len(shape) == 4 and len(end) == 6:
+        normal, end = np.array([0.0, 0.0, 1.0]), end[3:]
+    elif len(shape) == 7 and len(end) == 3:
+        normal = _read_unit("CYLNDR", shape[3:6])
     else:
         raise ProgramError("VP005", "TLON is executed as TLON,GOFWD/(CIRCLE/x,y,z,r),ON,(LINE/x,y,z,x,y,z), whose line ends where the arc does, and "
                          "with CYLNDR and POINT; let the CAM system write such arcs, CIRCLE and GOTO, or points")  # fmt: skip
+    center, radius = np.array(shape[:3]), shape[-1]
     if tangent is None:
         raise ProgramError("VP005", "TLON without INDIRV before it, which says which way the arc turns")
-    side = float(np.cross(normal, start - np.array(center)) @ tangent)
+    side = float(np.cross(normal, start - center) @ tangent)
     if abs(side) <= VECTOR_LENGTH * radius:
         raise ProgramError("VP008", "INDIRV is no tangent of the arc of TLON where the tool stands")
-    return Circle(np.array(center), normal if side > 0 else -normal, radius), end
+    return Circle(center, normal if side > 0 else -normal, radius), end
 
 
-def _read_group(s: Statement, text: str) -> list[float]:
-    words = [word.strip() for word in text.split(",")]
-    return read_numbers(s, words) if all(map(is_number, words)) else []
+def _read_ends(s: Statement, form: re.Pattern[str]) -> tuple[list[float], list[float]]:
+    """Numbers of the first and of the last bracket of a form."""
+    found = form.match(s.text)
+    groups = found.groups() if found else ("", "")
+    first, last = (read_numbers(s, [word.strip() for word in text.split(",")]) for text in (groups[0], groups[-1]))
+    return first, last
 
 
 def find_allowed(radius: float, *, inch: bool) -> float:

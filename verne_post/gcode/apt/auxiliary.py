@@ -83,9 +83,10 @@ def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     if not words or not is_number(words[0]):
         raise ProgramError("VP005", f"{s.major} needs the number of the tool")
     tool, *same = read_numbers(s, words[: next((i for i, word in enumerate(words) if not is_number(word)), None)])
-    if any(number != tool for number in same):
+    own = to.keys.lengths == "tools"
+    if not own and any(number != tool for number in same):
         raise ProgramError("VP002", f"{s.major} with more numbers than that of the tool: which of them is the register of its length is not known; write "
-                         f"{s.major}/{words[0]},ADJUST,h")  # fmt: skip
+                         f"{s.major}/{words[0]},ADJUST,h, or give lengths = \"tools\" under [aptcl] of the settings file, where the length is always that of the tool")  # fmt: skip
     offset, rest = tool, words[1 + len(same) :]
     while rest:
         name = rest.pop(0)
@@ -93,7 +94,7 @@ def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
         if (name not in _OFFSETS and name not in _TOOL_FACTS) or (takes and not (rest and is_number(rest[0]))):
             raise ProgramError("VP002", f"{s.major}: {name} is not a word that is known here; expected ADJUST or OSETNO and a number", s.column_of(name))  # fmt: skip
         number = read_numbers(s, [rest.pop(0)])[0] if takes else 0.0
-        if name in _OFFSETS:
+        if name in _OFFSETS and not own:
             offset = number
         else:
             to.show_once(s, f"{name} of {s.major}")

@@ -100,6 +100,12 @@ def read_cycle(s: Statement) -> Cycle:
             words.pop(0)
             automatic = True
             continue
+        if is_number(name):
+            raise ProgramError(
+                "VP005",
+                f"CYCLE: {name} without a word before it; what each number is depends on tables of the CAM system: let it write words (DEPTH, CLEAR, STEP)",
+                column,
+            )
         if not words or not is_number(words[0]):
             raise ProgramError("VP005", f"CYCLE: {name} needs a number after it", column)
         value = read_numbers(s, [words.pop(0)])[0]

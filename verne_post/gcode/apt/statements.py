@@ -36,6 +36,9 @@ _FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
 _SYSTEM_REMARK: Final = "$$->"
 _SYSTEM: Final = re.compile(r"\s*\$\$->\s*CSYS\s*/(.*)")
 SYSTEM_OF_MODEL: Final = "$$-> CSYS"
+#: The same of CATIA: after a remark with this name, and one with that of the system, three with a row of its matrix each.
+SYSTEM_OF_CATIA: Final = "$$*CATIA0"
+_ROW: Final = re.compile(r"\s*\$\$((?:\s+[-+]?[0-9.]+){4})\s*$")
 _ONLY_NUMBERS: Final = re.compile(r"[-+.,0-9EeDd\s]*(?:\$.*)?$")
 #: The names of points and circles that some writers put into the last columns of a card.
 _CARD_NAME: Final = re.compile(r"[A-Z]{2,3} +[0-9]+ *$")
@@ -129,6 +132,7 @@ def read_word(statement: Statement, expected: Sequence[str]) -> str:
 def read_statements(source: Text) -> Iterator[Statement | Points | ProgramError]:
     """Statements in order; a line goes on in the next after a ``$``, and ``$$`` begins a remark."""
     begin, pending, number, remark = 0, "", 0, ""
+    rows: list[str] | None = None
     for part in _split_text(source):
         if isinstance(part, bytes) or pending:
             lines = part if isinstance(part, bytes) else part.text
@@ -146,6 +150,11 @@ def read_statements(source: Text) -> Iterator[Statement | Points | ProgramError]
                     remark = ""
                 continue
             remark = ""
+            if rows is not None or line.startswith("$$*"):
+                rows = _collect_rows(line, rows)
+                if rows is not None and len(rows) == 12:
+                    yield Statement(number, SYSTEM_OF_CATIA, tuple(rows), " ".join(rows))
+                    rows = None
             free = not pending and line.lstrip().upper().startswith(_FREE_TEXT)
             begin = begin if pending else number
             if not free:
@@ -166,6 +175,16 @@ def _read_system(remark: str, line: int) -> Iterator[Statement]:
     if found is not None:
         words = tuple(word.strip(" $\t") for word in found[1].split(","))
         yield Statement(line, SYSTEM_OF_MODEL, words, found[1].strip())
+
+
+def _collect_rows(line: str, rows: list[str] | None) -> list[str] | None:
+    """Numbers of the matrix of CATIA so far; None outside of one."""
+    if line.startswith(SYSTEM_OF_CATIA[:-1]):
+        return []
+    row = _ROW.match(line) if rows is not None else None
+    if rows is None or row is None:
+        return rows if rows == [] and line.startswith("$$") else None
+    return rows + row[1].split()
 
 
 def _cut_card_name(line: str) -> str:

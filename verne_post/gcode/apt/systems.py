@@ -102,12 +102,12 @@ def check_shift(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def check_system_of_model(to: AptModes, s: Statement) -> Iterator[Block]:
-    """A remark of Creo: where the system of the points lies in the model. Another one than before would move them."""
+    """Remarks of Creo and CATIA: where the system of the points lies in the model. Another one than before would move them."""
     numbers = read_numbers(s, s.words)
     if len(numbers) != IDENTITY.size:
-        raise ProgramError("VP005", f"$$-> CSYS takes the 12 numbers of a matrix; here are {len(numbers)}")
+        raise ProgramError("VP005", f"{s.major} takes the 12 numbers of a matrix; here are {len(numbers)}")
     to.system_of_model = to.system_of_model or numbers
     if max(map(abs, np.subtract(numbers, to.system_of_model))) > _PRINTED:
-        raise ProgramError("VP017", "$$-> CSYS has another system than the one before, and how its points lie to those is not known; let Creo write all of them in the system "
-                         "of the machine, or one file for each")  # fmt: skip
+        raise ProgramError("VP017", f"{s.major} has another system than the one before, and how its points lie to those is not known; let the CAM system write all of them in one "
+                         "system, or one file for each")  # fmt: skip
     return iter(())

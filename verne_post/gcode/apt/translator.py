@@ -5,7 +5,7 @@ from typing import Final
 
 from verne_post.gcode.apt import auxiliary, motion, systems
 from verne_post.gcode.apt.modes import AptModes
-from verne_post.gcode.apt.statements import SYSTEM_OF_MODEL, Statement
+from verne_post.gcode.apt.statements import SYSTEM_OF_CATIA, SYSTEM_OF_MODEL, Statement
 from verne_post.gcode.apt.words import REFUSED, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
@@ -41,7 +41,7 @@ STATEMENTS: Final[dict[str, _Method]] = {
     "CYCLE": motion.set_cycle, "MULTAX": motion.set_multax, "TLAXIS": motion.set_axis, "TRACUT": systems.transform,
     "MSYS": systems.set_system, "TRNTYP": systems.set_world, "CSYS": systems.check_system, "ORIGIN": systems.check_shift,
     "TRANS": systems.check_shift, "ROTABL": motion.turn_table, "TOOL PATH": systems.begin_path, "END-OF-PATH": systems.end_path,
-    SYSTEM_OF_MODEL: systems.check_system_of_model, "FEDRAT": auxiliary.set_feed, "UNITS": auxiliary.set_units, "UNIT": auxiliary.set_units, "LOADTL": auxiliary.load_tool,
+    SYSTEM_OF_MODEL: systems.check_system_of_model, SYSTEM_OF_CATIA: systems.check_system_of_model, "FEDRAT": auxiliary.set_feed, "UNITS": auxiliary.set_units, "UNIT": auxiliary.set_units, "LOADTL": auxiliary.load_tool,
     "LOAD": auxiliary.load_tool, "TOOLNO": auxiliary.describe_tool, "SELECT": auxiliary.select_tool, "SPINDL": auxiliary.set_spindle,
     "COOLNT": auxiliary.set_coolant, "DELAY": auxiliary.wait, "DWELL": auxiliary.wait, "STOP": auxiliary.stop, "OPSTOP": auxiliary.stop,
     "FINI": auxiliary.stop, "END": auxiliary.stop, "PPRINT": auxiliary.show_message, "AUXFUN": auxiliary.call_function,
