@@ -24,10 +24,55 @@ CORPUS = sorted((Path(__file__).parents[1] / "corpus" / "apt").glob("bracket.[an
 BEFORE = "UNITS/MM\nLOADTL/2\nSPINDL/60,RPM,CCLW\nCOOLNT/ON\nFEDRAT/90\nGOTO/0,0,9"
 AFTER = "GOTO/7,1,9\nRAPID\nGOTO/8,1,9\nGODLTA/1\nFEDRAT/70\nGOTO/7,5,9\nSPINDL/ON\nDELAY/1\nEND"
 #: Words that stand in no statement by themselves, and bytes that stand nowhere.
-WORDS = """
-QQQ 7 -3 1E3 , ,, / $ $$ ( ) ON OFF MM INCH IPM MMPR RPM CLW CCLW AUTO RTRCTO RAPTO DEPTH STEP CLEAR TOOL ADJUST NOMORE TIMES XYPLAN
-LEFT INTOF PAST GOTO GOTO/1,2,3 CYCLE/OFF RAPID END-OF-PATH MSYS TRACUT 0.0 1.0 \xff % : =
-""".split()
+WORDS = [
+    "QQQ",
+    "7",
+    "-3",
+    "1E3",
+    ",",
+    ",,",
+    "/",
+    "$",
+    "$$",
+    "(",
+    ")",
+    "ON",
+    "OFF",
+    "MM",
+    "INCH",
+    "IPM",
+    "MMPR",
+    "RPM",
+    "CLW",
+    "CCLW",
+    "AUTO",
+    "RTRCTO",
+    "RAPTO",
+    "DEPTH",
+    "STEP",
+    "CLEAR",
+    "TOOL",
+    "ADJUST",
+    "NOMORE",
+    "TIMES",
+    "XYPLAN",
+    "LEFT",
+    "INTOF",
+    "PAST",
+    "GOTO",
+    "GOTO/1,2,3",
+    "CYCLE/OFF",
+    "RAPID",
+    "END-OF-PATH",
+    "MSYS",
+    "TRACUT",
+    "0.0",
+    "1.0",
+    "ÿ",
+    "%",
+    ":",
+    "=",
+]
 TEXTS = [text for text, _left in EXECUTED.values()] + [*WITH_CONDITIONS.values()]
 TEXTS += [f"{word}/1,2" for word in (*REMARKS, *WITHOUT_EFFECT, *REFUSED)]
 SETUPS = [
