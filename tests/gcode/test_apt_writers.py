@@ -305,7 +305,8 @@ def test_a_cylinder_of_tlon_is_the_circle_about_its_axis(view):
     center, u, v = [0.0, 0.0, 0.0], [0.8, 0.0, -0.6], [0.0, 1.0, 0.0]
     start, end = place_on(center, u, v, 0), place_on(center, u, v, 90)
     text = "FEDRAT/90\nGOTO/{},{},{}\n".format(*start)
-    cylinder = "TLON,GOFWD/(CYLNDR/0,0,0,.6,0,.8,10),ON,$\n(PLANE/PERPTO,(PLANE/(POINT/0,0,0),PERPTO,(VECTOR/.6,0,.8)),(POINT/0,0,0),(POINT/{:.6f},{:.6f},{:.6f}))"
+    cylinder = "TLON,GOFWD/(CYLNDR/0,0,0,.6,0,.8,10),ON,$\n(PLANE/PERPTO,(PLANE/(POINT/0,0,0),PERPTO,(VECTOR/.6,0,.8)),"
+    cylinder += "(POINT/0,0,0),(POINT/{:.6f},{:.6f},{:.6f}))"
     for way, sweep in (("", 90.0), ("-", 270.0)):
         moves, findings = view(
             f"{text}PSIS/(PLANE/1)\nINDIRV/0,{way}1,0\n{cylinder.format(*end)}\nFINI", dialect="aptcl"

@@ -88,8 +88,13 @@ def _read_turns(s: Statement, times: str) -> int:
     if number != round(number) or not 1 <= number <= MAX_TURNS:
         raise ProgramError("VP007", f"CIRCLE: TIMES takes a whole number from 1 to {MAX_TURNS}", s.column_of("TIMES"))
     if number > 1 and not times:
-        raise ProgramError("VP002", f"CIRCLE with TIMES,{number:g}: whether the turn that the arc itself begins counts among them is not known, and the helix would be another; "
-                         'give times = "begun" or "whole" under [aptcl] of the settings file', s.column_of("TIMES"))  # fmt: skip
+        raise ProgramError(
+            "VP002",
+            f"CIRCLE with TIMES,{number:g}: whether the turn that the arc itself begins counts among them is not "
+            'known, and the helix would be another; give times = "begun" or "whole" under [aptcl] of the settings '
+            "file",
+            s.column_of("TIMES"),
+        )
     return round(number) - (0 if times == "whole" else 1)
 
 
@@ -122,8 +127,11 @@ def read_tool_on(s: Statement, start: Array, tangent: Array | None) -> tuple[Cir
     elif len(shape) == 7 and len(end) == 3:
         normal = _read_unit("CYLNDR", shape[3:6])
     else:
-        raise ProgramError("VP005", "TLON is executed as TLON,GOFWD/(CIRCLE/x,y,z,r),ON,(LINE/x,y,z,x,y,z), whose line ends where the arc does, and "
-                         "with CYLNDR and POINT; let the CAM system write such arcs, CIRCLE and GOTO, or points")  # fmt: skip
+        raise ProgramError(
+            "VP005",
+            "TLON is executed as TLON,GOFWD/(CIRCLE/x,y,z,r),ON,(LINE/x,y,z,x,y,z), whose line ends where the arc "
+            "does, and with CYLNDR and POINT; let the CAM system write such arcs, CIRCLE and GOTO, or points",
+        )
     center, radius = np.array(shape[:3]), shape[-1]
     if tangent is None:
         raise ProgramError("VP005", "TLON without INDIRV before it, which says which way the arc turns")

@@ -41,13 +41,20 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
         raise ProgramError("VP005", f"FEDRAT takes one number and one of {', '.join(FEED_UNITS)}")
     inch = to.state.modes.inch
     if not units and to.feed_unit not in (None, (94, None), (94, inch)):
-        raise ProgramError("VP005", "FEDRAT without a unit, and the one before has another than the program's: CAM systems differ in "
-                         f"which holds; write one of {', '.join(FEED_UNITS)}")  # fmt: skip
+        raise ProgramError(
+            "VP005",
+            "FEDRAT without a unit, and the one before has another than the program's: CAM systems differ in which "
+            f"holds; write one of {', '.join(FEED_UNITS)}",
+        )
     to.feed_unit = FEED_UNITS[units[0]] if units else None
     mode, inches = to.feed_unit or (94, None)
     if inches and not to.knows_unit:
-        raise ProgramError("VP005", f"FEDRAT in {units[0]}, and nothing says whether points are in inches too; write UNITS/INCHES or UNITS/MM before, or give units "
-                         '= "inch" or "mm" under [aptcl] of the settings file', s.column_of(units[0]))  # fmt: skip
+        raise ProgramError(
+            "VP005",
+            f"FEDRAT in {units[0]}, and nothing says whether points are in inches too; write UNITS/INCHES or "
+            'UNITS/MM before, or give units = "inch" or "mm" under [aptcl] of the settings file',
+            s.column_of(units[0]),
+        )
     inches = inch if inches is None else inches  # the feed stays when the unit changes
     to.rapid, to.feed = False, (read_numbers(s, numbers)[0], mode, inches)
     yield from give_feed(to, s, *to.feed)
@@ -85,14 +92,22 @@ def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     tool, *same = read_numbers(s, words[: next((i for i, word in enumerate(words) if not is_number(word)), None)])
     own = to.keys.lengths == "tools"
     if not own and any(number != tool for number in same):
-        raise ProgramError("VP002", f"{s.major} with more numbers than that of the tool: which of them is the register of its length is not known; write "
-                         f"{s.major}/{words[0]},ADJUST,h, or give lengths = \"tools\" under [aptcl] of the settings file, where the length is always that of the tool")  # fmt: skip
+        raise ProgramError(
+            "VP002",
+            f"{s.major} with more numbers than that of the tool: which of them is the register of its length is not "
+            f'known; write {s.major}/{words[0]},ADJUST,h, or give lengths = "tools" under [aptcl] of the settings '
+            "file, where the length is always that of the tool",
+        )
     offset, rest = tool, words[1 + len(same) :]
     while rest:
         name = rest.pop(0)
         takes = _TOOL_FACTS.get(name, name in _OFFSETS)
         if (name not in _OFFSETS and name not in _TOOL_FACTS) or (takes and not (rest and is_number(rest[0]))):
-            raise ProgramError("VP002", f"{s.major}: {name} is not a word that is known here; expected ADJUST or OSETNO and a number", s.column_of(name))  # fmt: skip
+            raise ProgramError(
+                "VP002",
+                f"{s.major}: {name} is not a word that is known here; expected ADJUST or OSETNO and a number",
+                s.column_of(name),
+            )
         number = read_numbers(s, [rest.pop(0)])[0] if takes else 0.0
         if name in _OFFSETS and not own:
             offset = number
@@ -208,8 +223,12 @@ def call_function(_to: AptModes, s: Statement) -> Iterator[Block]:
 def insert_text(to: AptModes, s: Statement) -> Iterator[Block]:
     """INSERT: refused, or shown, as the set-up says."""
     if to.keys.insert != "message":
-        raise ProgramError("VP002", "INSERT puts text into the program of a control; it is not executed. Where the texts are remarks, as CAMWorks writes them, give "
-                         'insert = "message" under [aptcl] of the settings file', 1)  # fmt: skip
+        raise ProgramError(
+            "VP002",
+            "INSERT puts text into the program of a control; it is not executed. Where the texts are remarks, as "
+            'CAMWorks writes them, give insert = "message" under [aptcl] of the settings file',
+            1,
+        )
     yield from show_message(to, s)
 
 
@@ -221,8 +240,12 @@ def set_compensation(to: AptModes, s: Statement) -> Iterator[Block]:
     elif to.keys.cutcom == "centre" and words[:1] in (["LEFT"], ["RIGHT"], ["ON"]):
         to.show_once(s)
     else:
-        raise ProgramError("VP002", "CUTCOM is not executed: let the CAM system write the path of the tool's tip without it. Where points are those of the tool's "
-                         'centre already, and CUTCOM only lets a control correct wear, give cutcom = "centre" under [aptcl] of the settings file')  # fmt: skip
+        raise ProgramError(
+            "VP002",
+            "CUTCOM is not executed: let the CAM system write the path of the tool's tip without it. Where points "
+            "are those of the tool's centre already, and CUTCOM only lets a control correct wear, give cutcom = "
+            '"centre" under [aptcl] of the settings file',
+        )
 
 
 def set_mode(to: AptModes, s: Statement) -> Iterator[Block]:

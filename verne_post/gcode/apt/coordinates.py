@@ -98,5 +98,8 @@ def check_no_shift(s: Statement) -> None:
     if [word.upper() for word in s.words] not in (["OFF"], ["NOMORE"]) and (
         not all(map(is_number, s.words)) or any(read_numbers(s, s.words))
     ):
-        raise ProgramError("VP002", f"{s.major} shifts what a post-processor writes, and each does it in its own way: give the place of the part as "
-                         "its work offset (--wcs), or write TRACUT with a matrix")  # fmt: skip
+        raise ProgramError(
+            "VP002",
+            f"{s.major} shifts what a post-processor writes, and each does it in its own way: give the place of the "
+            "part as its work offset (--wcs), or write TRACUT with a matrix",
+        )

@@ -103,7 +103,8 @@ def read_cycle(s: Statement) -> Cycle:
         if is_number(name):
             raise ProgramError(
                 "VP005",
-                f"CYCLE: {name} without a word before it; what each number is depends on tables of the CAM system: let it write words (DEPTH, CLEAR, STEP)",
+                f"CYCLE: {name} without a word before it; what each number is depends on tables of the CAM system: "
+                "let it write words (DEPTH, CLEAR, STEP)",
                 column,
             )
         if not words or not is_number(words[0]):

@@ -65,8 +65,11 @@ def _find_retract(to: AptModes, cycle: Cycle, base: Array, axis: Array) -> float
         return max(cycle.retract, cycle.clear)
     if to.level is None:
         if not _stands_along(to, axis):
-            raise ProgramError("VP005", "CYCLE with RTRCTO,AUTO goes back to where the tool stood before, and that is not along the axis of the hole; write "
-                             "RTRCTO and a height")  # fmt: skip
+            raise ProgramError(
+                "VP005",
+                "CYCLE with RTRCTO,AUTO goes back to where the tool stood before, and that is not along the axis of "
+                "the hole; write RTRCTO and a height",
+            )
         to.level = float(to.place @ axis), axis
     level, before = to.level
     if float(before @ axis) <= (1 - DRILL_TILT) * float(np.linalg.norm(axis)):

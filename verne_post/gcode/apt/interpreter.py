@@ -39,8 +39,11 @@ class _Motion(MotionCodes):
         if lacking in ("spindle", "constant spindle speed"):
             raise ProgramError("VP009", "FEDRAT per revolution needs a turning spindle; write SPINDL/n,RPM,CLW before")
         if lacking == "tool length":
-            raise ProgramError("VP012", "no tool length has been given before the first move at feed rate; write LOADTL/n and give --tool-table FILE, "
-                               "or give --tool-length MM")  # fmt: skip
+            raise ProgramError(
+                "VP012",
+                "no tool length has been given before the first move at feed rate; write LOADTL/n and give "
+                "--tool-table FILE, or give --tool-length MM",
+            )
 
 
 class AptInterpreter(Rs274):

@@ -84,7 +84,11 @@ def go_home(to: AptModes, s: Statement) -> Iterator[Block]:
         return
     read_word(s, ())
     if to.setup.home is None:
-        raise ProgramError("VP015", "GOHOME needs the home position of the machine: add [home] g28 to the machine file, or write RAPID and GOTO in its place")  # fmt: skip
+        raise ProgramError(
+            "VP015",
+            "GOHOME needs the home position of the machine: add [home] g28 to the machine file, or write RAPID and "
+            "GOTO in its place",
+        )
     yield make_block(s, ("G", 91.0), ("G", 28.0), Z=0.0)
     yield make_block(s, ("G", 90.0))
 
@@ -97,8 +101,11 @@ def _require_place(to: AptModes, what: str) -> None:
 def _take_axis(to: AptModes, s: Statement, axis: list[float]) -> None:
     if not axis:
         if to.axis_is_old and differ(to.axis, (0.0, 0.0, 1.0), VECTOR_LENGTH):
-            raise ProgramError("VP005", f"{s.major} without a tool axis after TOOL PATH or MSYS, and the axis before was not 0, 0, 1: which one holds is not known; "
-                             "write x, y, z, i, j, k")  # fmt: skip
+            raise ProgramError(
+                "VP005",
+                f"{s.major} without a tool axis after TOOL PATH or MSYS, and the axis before was not 0, 0, 1: which "
+                "one holds is not known; write x, y, z, i, j, k",
+            )
         return
     if not to.multax and differ(axis, to.axis, VECTOR_LENGTH):
         raise ProgramError("VP017", f"{s.major} with a tool axis, and MULTAX is off; write MULTAX/ON before")
@@ -120,8 +127,12 @@ def _prepare_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     elif tool.mounted is None:
         tool.load()  # the one that is in the spindle at the start
     else:
-        raise ProgramError("VP012", f"TOOL PATH is for tool {tool.named}, the path before was for {tool.mounted}, and no LOAD/TOOL stands between; write it, or give "
-                         "the names numbers under [aptcl.tools] of the settings file", about=tool.named)  # fmt: skip
+        raise ProgramError(
+            "VP012",
+            f"TOOL PATH is for tool {tool.named}, the path before was for {tool.mounted}, and no LOAD/TOOL stands "
+            "between; write it, or give the names numbers under [aptcl.tools] of the settings file",
+            about=tool.named,
+        )
 
 
 def _check_table(to: AptModes, s: Statement) -> None:
@@ -147,8 +158,11 @@ def _approach(to: AptModes, s: Statement, point: list[float]) -> Iterator[Block]
     """To a point of the part: straight, on the arc of CIRCLE, or a hole."""
     if to.cycle is not None:
         if to.rapid:
-            raise ProgramError("VP017", "RAPID before a GOTO of a CYCLE: CAM systems differ in whether that place is a hole; write CYCLE/OFF before "
-                             "a move without a hole, and no RAPID before a hole")  # fmt: skip
+            raise ProgramError(
+                "VP017",
+                "RAPID before a GOTO of a CYCLE: CAM systems differ in whether that place is a hole; write "
+                "CYCLE/OFF before a move without a hole, and no RAPID before a hole",
+            )
         with to.state.exact_path():
             yield from drill(to, s, to.cycle, point)
         return
@@ -171,8 +185,12 @@ def _check_listed(to: AptModes, s: Statement, point: list[float]) -> None:
     circle, start = last
     allowed = find_allowed(to.unit * circle.find_distance(start), inch=to.state.modes.inch) / to.unit
     if circle.has(np.array(point), start, allowed):
-        raise ProgramError("VP008", f"{s.major}: the point lies on the circle of the arc before; whether it is one more point of that arc or the end of a straight move is "
-                         "not known; let Creo write one point for each arc (NUMBER_OF_ARC_PTS), or points alone (CIRC_INTERPOLATION)")  # fmt: skip
+        raise ProgramError(
+            "VP008",
+            f"{s.major}: the point lies on the circle of the arc before; whether it is one more point of that arc or "
+            "the end of a straight move is not known; let Creo write one point for each arc (NUMBER_OF_ARC_PTS), or "
+            "points alone (CIRC_INTERPOLATION)",
+        )
 
 
 # --- arcs ------------------------------------------------------------------------------------------

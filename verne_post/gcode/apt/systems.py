@@ -65,8 +65,12 @@ def set_system(to: AptModes, s: Statement) -> Iterator[Block]:
         to.first_system = system
     moved = find_relation(system, to.first_system)
     if moved is not IDENTITY and to.keys.msys != "one clamping":
-        raise ProgramError("VP017", "MSYS moves the system of the points, and whether the part is clamped anew is not known; write one file for each clamping. Where "
-                         'all is one clamping, and the work offset is that of the first MSYS, give msys = "one clamping" under [aptcl] of the settings file')  # fmt: skip
+        raise ProgramError(
+            "VP017",
+            "MSYS moves the system of the points, and whether the part is clamped anew is not known; write one file "
+            "for each clamping. Where all is one clamping, and the work offset is that of the first MSYS, give msys "
+            '= "one clamping" under [aptcl] of the settings file',
+        )
     if moved is not to.system:
         to.system, to.axis_is_old = moved, True
         to.matrix = join_matrices(moved, to.tracut)
@@ -89,7 +93,11 @@ def check_system(to: AptModes, s: Statement) -> Iterator[Block]:
     """CSYS: how an operation lies in the system of the points, which is no change of them; else it must do nothing."""
     matrix = join_matrices(read_matrix(s), IDENTITY)
     if not to.in_world and matrix is not IDENTITY:
-        raise ProgramError("VP017", "CSYS turns or shifts a system, and no TRNTYP/WORLD says that points are in the one of the part; write TRACUT with the matrix where they are not")  # fmt: skip
+        raise ProgramError(
+            "VP017",
+            "CSYS turns or shifts a system, and no TRNTYP/WORLD says that points are in the one of the part; write "
+            "TRACUT with the matrix where they are not",
+        )
     to.show_once(s)
     return iter(())
 
@@ -108,6 +116,9 @@ def check_system_of_model(to: AptModes, s: Statement) -> Iterator[Block]:
         raise ProgramError("VP005", f"{s.major} takes the 12 numbers of a matrix; here are {len(numbers)}")
     to.system_of_model = to.system_of_model or numbers
     if max(map(abs, np.subtract(numbers, to.system_of_model))) > _PRINTED:
-        raise ProgramError("VP017", f"{s.major} has another system than the one before, and how its points lie to those is not known; let the CAM system write all of them in one "
-                         "system, or one file for each")  # fmt: skip
+        raise ProgramError(
+            "VP017",
+            f"{s.major} has another system than the one before, and how its points lie to those is not known; let "
+            "the CAM system write all of them in one system, or one file for each",
+        )
     return iter(())
