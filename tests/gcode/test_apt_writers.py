@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.gcode.conftest import make_tool
 from verne_post import convert
 from verne_post.app.assemble import read_draft
 from verne_post.gcode.apt.translator import STATEMENTS
@@ -45,6 +46,18 @@ def test_one_part_of_four_writers_is_that_of_its_twin(view, name):
     np.testing.assert_allclose(moves.arcs.sweep, twin.arcs.sweep, atol=1e-12)
     used = [sorted(event.kind for event in each.events if event.kind in USED) for each in (moves, twin)]
     assert used[0] == used[1]
+
+
+def test_setpoints_of_four_writers_are_those_of_their_twin(machine):
+    """On the machine too, whatever a writer leaves to be computed."""
+    given = {"tools": {1: make_tool(1, 80.0)}, "wcs": {"G54": (0.0, 0.0, 40.0)}, "cycle": 0.01, "smoothing": "off"}
+    values = []
+    for name, keys in {"bracket.ngc": {}, **WRITERS}.items():
+        options = Options(source_name=name, control={"aptcl": keys} if keys else {}, **given)
+        result = convert((CORPUS / name).read_bytes(), machine, options)
+        assert result.ok, result.findings
+        values.append(result.setpoints.values)
+    assert max(np.abs(each - values[0]).max() for each in values[1:]) < 1e-6
 
 
 def test_words_without_effect_are_told_once(view):
