@@ -205,6 +205,14 @@ def controls(value: Any) -> Any:
     allowed: dict[str, dict[str, tuple[Any, ...]]] = {
         "siemens": {"rotation": ("rpy", "euler"), "orientation_by_group": (True, False)},
         "fanuc": {"decimal_point": ("", "calculator", "conventional")},
+        "aptcl": {
+            "units": ("", "mm", "inch"),
+            "msys": ("", "one clamping"),
+            "cutcom": ("", "centre"),
+            "insert": ("", "message"),
+            "times": ("", "begun", "whole"),
+            "lengths": ("", "tools"),
+        },
     }
     good = all(
         type(dialect) is str and dialect in allowed and isinstance(keys, dict)
@@ -398,7 +406,7 @@ class Cases:
                 key = pick.choice(["rotation", "rotation", "orientation_by_group", "Rotation", self.key()])
                 given = {key: pick.choice(["rpy", "euler", "xyz", True, self.one()])}
                 return {
-                    pick.choice(["siemens", "siemens", "siemens", "aptcl", self.key()]): pick.choice(
+                    pick.choice(["siemens", "siemens", "siemens", "rs274", self.key()]): pick.choice(
                         [given, given, {}, self.one()]
                     )
                 }

@@ -170,5 +170,7 @@ def _programs() -> list[bytes]:
     rows = (reference / "rs274_semantics.jsonl").read_text("utf-8").splitlines()[1:]
     rows += (reference / "rs274_generated.jsonl").read_text("utf-8").splitlines()
     files = [*(ROOT / "gcode_samples").iterdir(), *(ROOT / "tests" / "rejected").iterdir()]
-    texts = [file.read_bytes()[:3000] for file in sorted(files) if file.suffix in (".nc", ".cls", ".h", ".mpf")]
+    files += (ROOT / "tests" / "corpus").rglob("*.*")
+    endings = (".nc", ".cls", ".h", ".mpf", ".ncl", ".apt", ".aptsource")
+    texts = [file.read_bytes()[:3000] for file in sorted(files) if file.suffix in endings]
     return texts + [json.loads(row)["program"].encode() for row in rows]

@@ -46,6 +46,7 @@ class SettingsFile(Table, frozen=True, kw_only=True):
     siemens: dict[str, Any] = field(default_factory=dict)
     fanuc: dict[str, Any] = field(default_factory=dict)
     heidenhain: dict[str, Any] = field(default_factory=dict)
+    aptcl: dict[str, Any] = field(default_factory=dict)
     keep_out: dict[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
     check: CheckFile = field(default_factory=CheckFile)

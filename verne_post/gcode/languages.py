@@ -39,9 +39,10 @@ _LANGUAGES: Final = (
     _Language("Heidenhain Klartext", rb"^[ \t]*+\d*+[ \t]*+(?:BEGIN|END)[ \t]+PGM\b.*$|^[ \t]*+(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|TOOL[ \t]+CALL|CYCL[ \t]+(?:DEF|CALL))\b.*$"
               rb"|^[ \t]*+\d+[ \t]+(?:L|LP|CC|C|CR|CT|LN|RND|CHF|LBL|FN|PLANE|CALL|FUNCTION|STOP|APPR|DEP)[ \t]+[-+A-Z0-9].*$", "heidenhain"),
     _Language("Heidenhain DIN/ISO", rb"\A[ \t\r\n]*%[^\n]*\bG7[01][ \t]*+\*.*$"),
-    _Language("Siemens", rb"^[ \t]*+;\$PATH=.*$|^%_N_.*$|^[ \t]*+(?:N\d+[ \t]*+)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*+\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?(?:TRANS|ROT)[ \t]+(?=[XYZ])|ORI[A-Z]{2,}"
+    _Language("Siemens", rb"^[ \t]*+;\$PATH=.*$|^%_N_.*$|^[ \t]*+(?:N\d+[ \t]*+)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*+\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?(?:TRANS|ROT)[ \t]+(?=[XYZ])|ORI(?!GIN\b)[A-Z]{2,}"
               rb"|STOPRE|EXTERN|PROC|WORKPIECE|FFWON|COMPCAD|SOFT|DIAMOF)\b).*$|^[^\n;(#\[\]]*\b[XYZABC]\d?=.*$", "siemens"),
-    _Language("APT", rb"^[ \t]*+(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI)\b[^=\n]*$", "aptcl"),
+    _Language("APT", rb"^[ \t]*+(?:\$\$(?:[ *>-].*)?|(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI|RAPID|UNITS?|TLAXIS|CIRCLE|TOOL[ \t]+PATH|TLDATA|MSYS)"
+              rb"\b[^=\n]*)\r?$", "aptcl"),
     _Language("a custom macro of a Fanuc control", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+\d|G6[56]\b).*$", "fanuc",
               "its statements are not executed: post the program without macros"),
     _Language("Okuma OSP", rb"^[ \t]*+(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*+=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT|MODIN|MODOUT)\b.*$"),

@@ -10,7 +10,8 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
     "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"),
-    "bore_shift": ("", "+X", "-X", "+Y", "-Y"),
+    "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
+    "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
 }  # fmt: skip
 
 
@@ -93,13 +94,47 @@ class FanucKeys(Struct, frozen=True):
     bore_shift: Literal["", "+X", "-X", "+Y", "-Y"] = ""
 
 
+class AptKeys(Struct, frozen=True):
+    """Keys of [aptcl], with their defaults: what cutter location text does not say itself.
+
+    Attributes
+    ----------
+    units : str
+        Of points before any UNITS: "mm" or "inch". Empty: mm, and a FEDRAT in inches is refused.
+    msys : str
+        "one clamping": every MSYS is in the clamping of the first, whose system is that of the work offset. Empty: another MSYS is
+        refused.
+    cutcom : str
+        "centre": points are those of the tool's centre, and CUTCOM has no effect. Empty: CUTCOM is refused.
+    insert : str
+        "message": texts of INSERT are remarks. Empty: INSERT is refused.
+    times : str
+        What TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; "whole", those before the
+        arc. Empty: n greater than 1 is refused.
+    lengths : str
+        "tools": the length is that of the tool, whichever register LOADTL names. Empty: that of the register, where a word says
+        which number it is.
+    tools : mapping
+        Names of TOOL PATH -> number of the tool table, where no LOAD/TOOL stands.
+    """
+
+    units: Literal["", "mm", "inch"] = ""
+    msys: Literal["", "one clamping"] = ""
+    cutcom: Literal["", "centre"] = ""
+    insert: Literal["", "message"] = ""
+    times: Literal["", "begun", "whole"] = ""
+    lengths: Literal["", "tools"] = ""
+    tools: Mapping[str, int] = field(default_factory=dict)
+
+
 #: By the dialect that has them.
-KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys] | type[FanucKeys]]] = {
+KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys] | type[FanucKeys] | type[AptKeys]]] = {
     "siemens": SiemensKeys,
     "heidenhain": HeidenhainKeys,
     "fanuc": FanucKeys,
+    "aptcl": AptKeys,
 }
-_Keys = TypeVar("_Keys", bound=SiemensKeys | HeidenhainKeys | FanucKeys)
+_Keys = TypeVar("_Keys", bound=SiemensKeys | HeidenhainKeys | FanucKeys | AptKeys)
 
 
 def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:

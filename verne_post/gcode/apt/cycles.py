@@ -17,49 +17,96 @@ FEED_UNITS: Final = {
 
 #: Words of a hole -> what they say.
 _MEANINGS: Final = {
-    "DEPTH": "DEPTH", "FEDTO": "DEPTH", "CLEAR": "CLEAR", "RAPTO": "CLEAR", "STEP": "STEP", "INCR": "STEP", "DWELL": "DWELL",
-    "RETURN": "RETURN", "RTRCTO": "RETURN",
+    "DEPTH": "DEPTH", "FEDTO": "DEPTH", "CLEAR": "CLEAR", "RAPTO": "CLEAR", "STEP": "STEP", "INCR": "STEP", "SUBPECK": "STEP",
+    "1STPECK": "FIRST", "DWELL": "DWELL", "RETURN": "RETURN", "RTRCTO": "RETURN",
 }  # fmt: skip
+_KINDS: Final = ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM")
+#: Kinds that go down in steps, and how some writers name them.
+_STEPPED: Final = ("DEEP", "BRKCHP")
+_OTHER_NAMES: Final = {"DEEP2": "DEEP"}
+#: Where each writer says whether holes are left at the height of RTRCTO or of RAPTO: the tool always goes to the higher one.
+_LEVELS: Final = ("INIT", "CLEAR")
 
 
 class Cycle(Struct, frozen=True):
-    """CYCLE: heights along the tool axis from the surface, in the unit of the statements."""
+    """CYCLE: heights along the tool axis from the surface, in the unit of the statements.
+
+    Attributes
+    ----------
+    kind : str
+    depth, clear : float
+        Of the bottom, and where the feed begins.
+    retract : float or None
+        To where the tool goes after the hole; None: as high as it stood before the first one (RTRCTO,AUTO).
+    first, step : float or None
+        Of the steps down.
+    dwell : float or None
+        s.
+    feed : tuple or None
+        Value, feed mode, and whether in inches.
+    """
 
     kind: str
     depth: float
     clear: float
-    retract: float
+    retract: float | None
+    first: float | None
     step: float | None
     dwell: float | None
     feed: tuple[float, int, bool | None] | None
 
 
-def read_cycle(s: Statement) -> Cycle | None:
-    """The cycle of a statement; None for OFF and NOMORE.
+def is_end_of_cycle(s: Statement) -> bool:
+    """True for CYCLE/OFF and NOMORE, and for the words with which some writers begin holes.
+
+    Raises
+    ------
+    ProgramError
+        Where other words stand beside.
+    """
+    kind = s.words[0].upper() if s.words else ""
+    if kind not in ("OFF", "NOMORE", *_LEVELS):
+        return False
+    read_word(s, (kind,))
+    return True
+
+
+def read_cycle(s: Statement) -> Cycle:
+    """The cycle of a statement.
 
     Raises
     ------
     ProgramError
         For a kind or a word that is not known, or a number that is missing.
     """
-    kind = s.words[0].upper() if s.words else ""
-    if kind in ("OFF", "NOMORE"):
-        read_word(s, (kind,))
-        return None
-    if kind not in ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM"):
+    words = list(s.words)
+    kind = words.pop(0).upper() if words else ""
+    kind = _OTHER_NAMES.get(kind, kind)
+    if kind == "DRILL" and words and words[0].upper() in _KINDS:  # CYCLE/DRILL,DEEP
+        kind = words.pop(0).upper()
+    if kind not in _KINDS:
+        why = "taps need a spindle that follows; mill the thread, or leave the operation out; " if kind == "TAP" else ""
         raise ProgramError(
-            "VP002",
-            f"CYCLE/{kind} is not executed; expected DRILL, FACE, CSINK, DEEP, BRKCHP, BORE, REAM or OFF",
-            s.column_of(kind),
+            "VP002", f"CYCLE/{kind} is not executed; {why}expected {', '.join(_KINDS)} or OFF", s.column_of(kind)
         )
-    values: dict[str, float] = {}
-    feed, cleared = None, 0.0
-    words = list(s.words[1:])
     if words and is_number(words[0]):  # CYCLE/DRILL,depth,...
         words.insert(0, "DEPTH")
+    values: dict[str, float] = {}
+    feed, automatic, cleared = None, False, 0.0
     while words:
         name = words.pop(0).upper()
         column = s.column_of(name)
+        if name == "RTRCTO" and words and words[0].upper() == "AUTO":
+            words.pop(0)
+            automatic = True
+            continue
+        if is_number(name):
+            raise ProgramError(
+                "VP005",
+                f"CYCLE: {name} without a word before it; what each number is depends on tables of the CAM system: "
+                "let it write words (DEPTH, CLEAR, STEP)",
+                column,
+            )
         if not words or not is_number(words[0]):
             raise ProgramError("VP005", f"CYCLE: {name} needs a number after it", column)
         value = read_numbers(s, [words.pop(0)])[0]
@@ -77,19 +124,28 @@ def read_cycle(s: Statement) -> Cycle | None:
             "VP007",
             f"CYCLE: CLEAR {cleared:g}: the tool would go below the point in rapid traverse; a clearance is not negative",
         )
+    depth, clear, step = _check_depths(kind, values)
+    retract = None if automatic else values.get("RETURN", clear)
+    if retract is not None and retract < clear:
+        raise ProgramError("VP007", f"CYCLE: RETURN {retract:g} lies below CLEAR {clear:g}")
+    if kind in ("FACE", "CSINK") and "DWELL" not in values:
+        values["DWELL"] = 0.0
+    return Cycle(kind, depth, clear, retract, values.get("FIRST", step), step, values.get("DWELL"), feed)
+
+
+def _check_depths(kind: str, values: dict[str, float]) -> tuple[float, float, float | None]:
+    """Depth, clearance, and the step of a kind that has one."""
     for name in ("DEPTH", "CLEAR"):
         if name not in values:
             raise ProgramError("VP005", f"CYCLE/{kind} needs {name}")
-    if "STEP" in values and kind not in ("DEEP", "BRKCHP"):
-        raise ProgramError("VP002", f"CYCLE/{kind} drills in one plunge, without STEP; write DEEP or BRKCHP")
-    if values.get("RETURN", values["CLEAR"]) < values["CLEAR"]:
-        raise ProgramError("VP007", f"CYCLE: RETURN {values['RETURN']:g} lies below CLEAR {values['CLEAR']:g}")
-    if kind in ("DEEP", "BRKCHP") and not values.get("STEP", 0.0) > 0:
+    depth, clear = abs(values["DEPTH"]), values["CLEAR"]
+    steps = [values[name] for name in ("FIRST", "STEP") if name in values]
+    if kind not in _STEPPED:
+        if steps:
+            raise ProgramError("VP002", f"CYCLE/{kind} drills in one plunge, without STEP; write DEEP or BRKCHP")
+        return depth, clear, None
+    if "STEP" not in values or min(steps) <= 0:
         raise ProgramError("VP005", f"CYCLE/{kind} needs STEP, greater than 0")
-    if kind in ("FACE", "CSINK") and "DWELL" not in values:
-        values["DWELL"] = 0.0
-    depth = abs(values["DEPTH"])
-    if values.get("STEP") and (depth + values["CLEAR"]) / values["STEP"] > MAX_PECKS:
-        raise ProgramError("VP007", f"CYCLE: STEP {values['STEP']:g} makes more than {MAX_PECKS} pecks")
-    clear = values["CLEAR"]
-    return Cycle(kind, depth, clear, values.get("RETURN", clear), values.get("STEP"), values.get("DWELL"), feed)
+    if (depth + clear) / min(steps) > MAX_PECKS:
+        raise ProgramError("VP007", f"CYCLE: STEP {min(steps):g} makes more than {MAX_PECKS} pecks")
+    return depth, clear, values["STEP"]

@@ -1,23 +1,32 @@
 """A whole text of CLDATA: its statements one after the other, stretches of GOTO at once."""
 
+from typing import Final
+
 from verne_post.base.long_text import Text
+from verne_post.gcode.apt.interpreter import AptInterpreter
+from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Points, Statement, read_statements
 from verne_post.gcode.apt.stretch import execute_points
 from verne_post.gcode.apt.subprograms import expand_calls
-from verne_post.gcode.apt.translator import Translator
+from verne_post.gcode.apt.translator import make_blocks
 from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
-from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.recovery import Recovery
 from verne_post.gcode.setup import Setup
+from verne_post.model.control_keys import AptKeys, read_keys
+
+#: Remarks that only Creo writes, and bytes of a text among which they begin.
+_SYSTEM_REMARK: Final = b"$$->"
+_HEAD: Final = 1 << 16
 
 
 def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     """Execute a text up to FINI; errors are reported in the execution."""
     execution = Execution(state, Recorder())
-    run = _Run(execution, Rs274(setup, state, execution.recorder), stop)
+    lists_arcs = _SYSTEM_REMARK in source[:_HEAD]
+    run = _Run(execution, AptInterpreter(setup, state, execution.recorder), stop, lists_arcs=lists_arcs)
     for item, called in expand_calls(read_statements(source)):
         if isinstance(item, Points):
             ended = run.execute_points(item, called=called)
@@ -25,6 +34,8 @@ def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions)
             ended = run.execute(item, called=called)
         if ended:
             return execution
+    if run.ended_path:
+        return execution
     last_line = max(source.count(b"\n") + (not source.endswith(b"\n")), 1)
     execution.report_at_line("VP010", "the text ends without FINI", last_line)
     return execution
@@ -33,11 +44,17 @@ def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions)
 class _Run:
     """Executes statements; each method tells whether the execution ends there."""
 
-    def __init__(self, execution: Execution, interpreter: Rs274, stop: StopConditions) -> None:
+    def __init__(
+        self, execution: Execution, interpreter: AptInterpreter, stop: StopConditions, *, lists_arcs: bool
+    ) -> None:
         self.execution, self.interpreter, self.stop = execution, interpreter, stop
-        self.translator = Translator(interpreter.state, interpreter.setup.coordinates)
+        setup, state = interpreter.setup, interpreter.state
+        keys = read_keys(AptKeys, setup.control.get("aptcl", {}))
+        self.modes = AptModes(setup, state, execution.recorder, keys, lists_arcs, knows_unit=bool(keys.units))
         self.recovery = None if stop.first_error else Recovery(interpreter)
         self.line = 0
+        #: The last statement was END-OF-PATH, with which the texts of some writers end.
+        self.ended_path = False
 
     def execute(self, item: Statement | ProgramError, *, called: bool) -> bool:
         """One statement; ``called``: of a subprogram."""
@@ -50,7 +67,8 @@ class _Run:
         try:
             if isinstance(item, ProgramError):
                 raise item
-            for block in self.translator.blocks(item):
+            self.ended_path = item.major == "END-OF-PATH"
+            for block in make_blocks(self.modes, item):
                 if self.recovery is None:
                     self.interpreter.execute(block)
                 elif not self.execution.report_all(self.recovery.execute(block), line):
@@ -68,7 +86,7 @@ class _Run:
                 return True
             row += 1
             last = self.stop.cut(points.line + row, points.line + len(points), in_main=not called) - points.line
-            done = execute_points(points, row, last, self.translator, self.interpreter)
+            done = execute_points(points, row, last, self.modes, self.interpreter)
             if done > row:
                 self.line = points.line + done - 1
                 self._trace(points.line + row, points.line + done, called=called)
@@ -77,5 +95,5 @@ class _Run:
 
     def _trace(self, first: int, last: int, *, called: bool) -> None:
         if self.stop.trace is not None and not called:
-            restart = may_restart(self.interpreter.state) and self.translator.cycle is None
+            restart = may_restart(self.interpreter.state) and self.modes.cycle is None
             self.stop.trace.add(first, last, may_restart=restart)

@@ -12,6 +12,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
+from verne_post.gcode.apt.words import MAY_HAVE_GAPS
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.plain import MIN_LINES
 from verne_post.gcode.program_error import ProgramError
@@ -24,9 +25,24 @@ _POINTS: Final = re.compile(
     rb"(?:^[ \t]*+GOTO[ \t]*+/%b(?:,%b){2}(?:(?:,%b){3})?\r?\n){%d,}+" % (*((_IN_POINTS,) * 3), MIN_LINES), re.MULTILINE
 )
 _NOT_OF_NUMBERS: Final = b"GOT/ \t\r"
-_MAJOR: Final = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(?:/|$)")
+#: Major words of two parts are kept as the first of them, or with one blank: TLON,GOFWD/ is TLON.
+_MAJOR: Final = re.compile(
+    r"\s*(?:(TLON)\s*,\s*GOFWD|(TOOL)\s+(PATH)|(END-OF-PATH)|([A-Za-z][A-Za-z0-9_]*))\s*(?:/|$)", re.IGNORECASE
+)
 #: Words of six letters, whose text goes from the seventh to the end of the line, also when it begins with a digit.
 _FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
+#: A remark for the CAM system itself, which goes on in the next line after a $; that line has nothing but numbers. One of them
+#: says in which system the points are.
+_SYSTEM_REMARK: Final = "$$->"
+_SYSTEM: Final = re.compile(r"\s*\$\$->\s*CSYS\s*/(.*)")
+SYSTEM_OF_MODEL: Final = "$$-> CSYS"
+#: The same of CATIA: after a remark with this name, and one with that of the system, three with a row of its matrix each.
+SYSTEM_OF_CATIA: Final = "$$*CATIA0"
+_ROW: Final = re.compile(r"\s*\$\$((?:\s+[-+]?[0-9.]+){4})\s*$")
+_ONLY_NUMBERS: Final = re.compile(r"[-+.,0-9EeDd\s]*(?:\$.*)?$")
+#: The names of points and circles that some writers put into the last columns of a card.
+_CARD_NAME: Final = re.compile(r"[A-Z]{2,3} +[0-9]+ *$")
+_CARD_COLUMNS: Final = 72
 
 
 class Statement(Struct, frozen=True):
@@ -114,31 +130,65 @@ def read_word(statement: Statement, expected: Sequence[str]) -> str:
 
 
 def read_statements(source: Text) -> Iterator[Statement | Points | ProgramError]:
-    """Statements in order; ``$`` at the end of a line goes on in the next, ``$$`` begins a remark."""
-    begin, pending, number = 0, "", 0
+    """Statements in order; a line goes on in the next after a ``$``, and ``$$`` begins a remark."""
+    begin, pending, number, remark = 0, "", 0, ""
+    rows: list[str] | None = None
     for part in _split_text(source):
         if isinstance(part, bytes) or pending:
             lines = part if isinstance(part, bytes) else part.text
         else:
             yield part
-            number += len(part)
+            number, remark = number + len(part), ""
             continue
         for raw in lines.removesuffix(b"\n").split(b"\n"):
             number += 1
             line = decode_line(raw).rstrip("\r")
-            free = not pending and line.lstrip().upper().startswith(_FREE_TEXT)
-            if not free:
-                line = line.partition("$$")[0]
-            line = line.rstrip()
-            begin = begin if pending else number
-            if line.endswith("$") and not free:
-                pending += line[:-1].rstrip() + " "
+            if not pending and (line.lstrip().startswith(_SYSTEM_REMARK) or (remark and _ONLY_NUMBERS.match(line))):
+                remark += line.rstrip()
+                if not remark.endswith("$"):
+                    yield from _read_system(remark, number)
+                    remark = ""
                 continue
-            text, pending = pending + line, ""
+            remark = ""
+            if rows is not None or line.startswith("$$*"):
+                rows = _collect_rows(line, rows)
+                if rows is not None and len(rows) == 12:
+                    yield Statement(number, SYSTEM_OF_CATIA, tuple(rows), " ".join(rows))
+                    rows = None
+            free = not pending and line.lstrip().upper().startswith(_FREE_TEXT)
+            begin = begin if pending else number
+            if not free:
+                line, goes_on, _name = _cut_card_name(line.partition("$$")[0]).partition("$")
+                if goes_on:
+                    pending += line.rstrip() + " "
+                    continue
+            text, pending = pending + line.rstrip(), ""
             if text.strip():
                 yield _read_statement(text, begin, columns=begin == number)
     if pending.strip():
         yield ProgramError("VP001", "the statement goes on ($), and the text ends", line=begin)
+
+
+def _read_system(remark: str, line: int) -> Iterator[Statement]:
+    """The statement for a remark that says in which system the points are; none for other remarks."""
+    found = _SYSTEM.match(remark)
+    if found is not None:
+        words = tuple(word.strip(" $\t") for word in found[1].split(","))
+        yield Statement(line, SYSTEM_OF_MODEL, words, found[1].strip())
+
+
+def _collect_rows(line: str, rows: list[str] | None) -> list[str] | None:
+    """Numbers of the matrix of CATIA so far; None outside of one."""
+    if line.startswith(SYSTEM_OF_CATIA[:-1]):
+        return []
+    row = _ROW.match(line) if rows is not None else None
+    if rows is None or row is None:
+        return rows if rows == [] and line.startswith("$$") else None
+    return rows + row[1].split()
+
+
+def _cut_card_name(line: str) -> str:
+    return line[:_CARD_COLUMNS] if _CARD_NAME.match(line, _CARD_COLUMNS) else line
 
 
 def _split_text(source: Text) -> Iterator[bytes | Points]:
@@ -169,12 +219,13 @@ def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement 
     if major_word is None:
         shown = f"{text.strip()[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50"
         return ProgramError("VP001", shown, begins + 1 if columns else None, line=line)
-    major, rest = major_word.group(1).upper(), text[major_word.end() :]
+    major = " ".join(filter(None, major_word.groups())).upper()
+    rest = text[major_word.end() :]
     parts = rest.split(",") if rest.strip() else []
     ends = accumulate((len(part) + 1 for part in parts), initial=major_word.end())
     starts = [begins, *(end + len(part) - len(part.lstrip()) for end, part in zip(ends, parts, strict=False))]
     words = tuple(part.strip() for part in parts)
     statement = Statement(line, major, words, rest.strip(), tuple(at + 1 for at in starts) if columns else ())
-    if "" in words:
+    if "" in words and major not in MAY_HAVE_GAPS:
         return ProgramError("VP001", f"{major}: nothing between two commas", statement.column_of(""), line=line)
     return statement

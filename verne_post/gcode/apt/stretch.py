@@ -8,8 +8,8 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode import plain
 from verne_post.gcode.apt.coordinates import IDENTITY
+from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Points
-from verne_post.gcode.apt.translator import Translator
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.lengths import length_of
 from verne_post.gcode.rs274.interpreter import Rs274
@@ -18,17 +18,17 @@ from verne_post.gcode.words import WordTable
 _LETTERS: Final = np.frombuffer(b"XYZIJK", dtype=np.uint8)
 
 
-def execute_points(points: Points, row: int, last: int, translator: Translator, interpreter: Rs274) -> int:
+def execute_points(points: Points, row: int, last: int, modes: AptModes, interpreter: Rs274) -> int:
     """Execute lines ``row`` to ``last`` (excluded) at once, as far as that can be done; returns the first line not done."""
     state = interpreter.state
-    if last - row < plain.MIN_LINES or not _is_plain(translator, interpreter):
+    if last - row < plain.MIN_LINES or not _is_plain(modes, interpreter):
         return row
     places, axes, which = points.values
-    vectors = np.vstack([axes, translator.axis])[which[row:last]]  # before the first axis stands that from before
+    vectors = np.vstack([axes, modes.axis])[which[row:last]]  # before the first axis stands that from before
     sizes = length_of(vectors)
     bad = (np.abs(sizes - 1.0) > VECTOR_LENGTH) | ~(np.abs(places[row:last]).max(axis=1) <= MAX_NUMBER)
-    if not translator.multax:
-        bad |= (np.abs(np.diff(vectors, axis=0, prepend=[translator.axis])) > VECTOR_LENGTH).any(axis=1)
+    if not modes.multax:
+        bad |= (np.abs(np.diff(vectors, axis=0, prepend=[modes.axis])) > VECTOR_LENGTH).any(axis=1)
     n = int(np.argmax(bad)) if bad.any() else last - row  # the general way names the error
     if n < plain.MIN_LINES:
         return row
@@ -50,14 +50,15 @@ def execute_points(points: Points, row: int, last: int, translator: Translator, 
     done = plain.execute(lines, 0, n, interpreter.core, view, None, point)
     if done:
         interpreter.go_on_after_plain_lines(view)
-        translator.axis = tuple(vectors[done - 1].tolist())
+        modes.axis = tuple(vectors[done - 1].tolist())
     return row + done
 
 
-def _is_plain(translator: Translator, interpreter: Rs274) -> bool:
+def _is_plain(modes: AptModes, interpreter: Rs274) -> bool:
     """True where GOTO is nothing but a straight move at feed rate, with its tool axis."""
     state = interpreter.state
     return (
-        not translator.rapid and translator.circle is None and translator.cycle is None and translator.matrix is IDENTITY
+        not modes.rapid and modes.circle is None and modes.cycle is None and modes.matrix is IDENTITY
+        and modes.last_arc is None
         and interpreter.modes.vectors and interpreter.modes.motion == 10 and False not in state.known
     )  # fmt: skip

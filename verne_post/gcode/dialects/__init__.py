@@ -3,6 +3,7 @@
 The table is made from the files; the file's name is the value of ``--dialect``.
 """
 
+import re
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Final
@@ -13,6 +14,8 @@ from verne_post.gcode.dialect import Dialect
 
 #: Stands for the dialect that the first lines show.
 _AUTO: Final = "auto"
+#: After the ending of a file: some CAM systems count versions, as in part.ncl.3.
+_VERSION: Final = re.compile(r"\.\d+$")
 #: The dialect of a text that none recognises, in a file whose ending says nothing.
 _DEFAULT: Final = "rs274"
 
@@ -29,5 +32,6 @@ def choose_dialect(name: str, source: Text, source_name: str) -> Dialect:
     if name != _AUTO:
         return DIALECTS[name]
     by_text = (dialect for dialect in DIALECTS.values() if dialect.recognise(source))
-    by_ending = (dialect for dialect in DIALECTS.values() if source_name.lower().endswith(dialect.endings))
+    name_alone = _VERSION.sub("", source_name.lower())
+    by_ending = (dialect for dialect in DIALECTS.values() if name_alone.endswith(dialect.endings))
     return next(by_text, next(by_ending, DIALECTS[_DEFAULT]))

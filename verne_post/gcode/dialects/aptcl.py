@@ -1,7 +1,7 @@
 """APT cutter location text (CLDATA as CAM systems write it): GOTO with tool axis, RAPID, FEDRAT, CIRCLE, CYCLE.
 
 Each statement becomes blocks of the interpreter: the same modes, checks and moves as in any other program.
-docs/gcode.md lists the statements.
+docs/apt.md lists the statements.
 """
 
 import re
@@ -13,9 +13,10 @@ from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.setup import Setup
+from verne_post.model.control_keys import AptKeys, read_keys
 
 _HEADER: Final = re.compile(
-    rb"\s*(?:\$\$[^\n]*\n\s*)*(?:PARTNO|MACHIN\s*/|UNITS\s*/|MULTAX|FROM\s*/|LOADTL\s*/|TOOL PATH/|PPRINT)",
+    rb"\s*(?:\$\$[^\n]*\n\s*)*(?:PARTNO|MACHIN\s*/|UNITS?\s*/|MULTAX|FROM\s*/|LOADTL\s*/|TOOL[ \t]+PATH\s*/|TLDATA\s*/|MSYS\s*/|PPRINT)",
     re.IGNORECASE,
 )
 
@@ -26,9 +27,10 @@ def _recognise(source: Text) -> bool:
 
 
 def _initial_state(setup: Setup) -> State:
-    """Tool vectors, absolute, mm."""
+    """Tool vectors, absolute, mm, or as the set-up says."""
     state = initial_state(setup, tool_axis=(0.0, 0.0, 1.0))
     state.modes.vectors = True
+    state.modes.inch = read_keys(AptKeys, setup.control.get("aptcl", {})).units == "inch"
     return state
 
 
@@ -45,4 +47,6 @@ def _names_axis(_source: Text, letter: str, _setup: Setup) -> bool:
     return letter in "XYZAC"
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, _initial_state, _execute, _names_axis, (".cls", ".apt"))
+DIALECT: Final[Dialect] = Dialect(
+    _recognise, _initial_state, _execute, _names_axis, (".cls", ".clsf", ".apt", ".aptsource", ".ncl", ".cl")
+)

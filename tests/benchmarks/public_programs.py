@@ -1,0 +1,133 @@
+"""Read public programs again from local copies, and compare with the table of docs/reliability.md.
+
+    python -m tests.benchmarks.public_programs FOLDER [--rows]
+
+FOLDER has a copy of each repository as ``owner+name``; programs that are not there are left out. ``--rows`` prints the rows of
+the table as they would be now, also for files that no row names yet, given as further arguments: FOLDER/owner+name/path.
+"""
+
+import argparse
+import re
+import sys
+import tempfile
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import verne_post
+from verne_post.app.assemble import interpreter_view
+from verne_post.model.findings import Finding
+from verne_post.model.moves import ZERO9
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "reliability.md"
+HEADER = "| dialect | repository | path | set-up | read | run | first refusal | right |"
+#: Every tool is this long (mm), and the part stands high above the table.
+LENGTH, OFFSET = 80.0, {"G54": (0.0, 0.0, 900.0)}
+#: No travel ends: how large a part is, and on which side it is cut, is not what is tried.
+TRAVEL = {"xyz_mm": "[[-9000.0, 9000.0], [-9000.0, 9000.0], [-9000.0, 9000.0]]", "a_deg": "[-200.0, 200.0]"}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One program: where it is, its set-up as TOML, and what came of it."""
+
+    dialect: str
+    repository: str
+    path: str
+    setup: str
+    read: str
+    run: str
+    refusal: str
+    right: str
+
+    def shown(self) -> str:
+        """The row of the table."""
+        setup = f"`{self.setup}`" if self.setup else ""
+        cells = (self.dialect, self.repository, f"`{self.path}`", setup, self.read, self.run, self.refusal, self.right)
+        return f"| {' | '.join(cells)} |".replace("|  |", "| |").replace("|  |", "| |")
+
+
+def table_rows() -> list[Row]:
+    """Rows of the table of the page."""
+    lines = PAGE.read_text(encoding="utf-8").split("\n")
+    first = lines.index(HEADER) + 2
+    rows = []
+    for line in lines[first:]:
+        if not line.startswith("|"):
+            break
+        cells = [cell.strip().strip("`") for cell in line.strip("|").split("|")]
+        rows.append(Row(*cells))
+    return rows
+
+
+def judge(row: Row, raw: bytes, machine: verne_post.Machine) -> Row:
+    """The row as it is now."""
+    given: dict[str, Any] = tomllib.loads(row.setup.replace("; ", "\n"))
+    tools = {number: Tool(number, number, (0.0, 0.0, LENGTH, *ZERO9[3:]), 6.0) for number in range(100)}
+    common = {"tools": tools, "source_name": Path(row.path).name, **given}
+    errors = [item for item in interpreter_view(raw, Options(**common))[1] if item.severity == "error"]
+    read = not errors
+    if read:
+        options = Options(wcs=OFFSET, split_at_stops=True, **common)
+        errors = [item for item in verne_post.check(raw, machine, options).findings if item.severity == "error"]
+    verdict = ["yes" if good else "no" for good in (read, not errors)]
+    return Row(row.dialect, row.repository, row.path, row.setup, *verdict, shown(errors), row.right)
+
+
+def shown(errors: list[Finding]) -> str:
+    """Code and line of the first error."""
+    first = min(errors, key=lambda item: item.line or 0, default=None)
+    return "" if first is None else f"{first.code}, line {first.line}"
+
+
+def wide_machine() -> verne_post.Machine:
+    """The serial machine with room for every part."""
+    text = (ROOT / "machine_configs" / "serial.toml").read_text(encoding="utf-8")
+    for key, value in TRAVEL.items():
+        text = re.sub(rf"^{key} = .*$", f"{key} = {value}", text, flags=re.MULTILINE)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "wide.toml"
+        path.write_text(text, encoding="utf-8")
+        return verne_post.load_machine(path)
+
+
+def main() -> int:
+    """Compare, or print rows; 1 where a verdict differs from the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("files", nargs="*", type=Path)
+    parser.add_argument("--rows", action="store_true")
+    parser.add_argument("--dialect", default="")
+    parser.add_argument("--setup", default="")
+    arguments = parser.parse_intermixed_args()
+    rows, machine, differ = table_rows(), wide_machine(), 0
+    known = {(row.repository, row.path) for row in rows}
+    for file in arguments.files:
+        owner, *path = file.relative_to(arguments.folder).parts
+        if (owner.replace("+", "/"), "/".join(path)) not in known:
+            rows.append(
+                Row(arguments.dialect, owner.replace("+", "/"), "/".join(path), arguments.setup, "", "", "", "")
+            )
+    for row in rows:
+        file = arguments.folder / row.repository.replace("/", "+") / row.path
+        if not file.is_file():
+            continue
+        print(f"{row.repository}: {row.path}", file=sys.stderr)
+        now = judge(row, file.read_bytes(), machine)
+        if arguments.rows:
+            print(now.shown())
+        elif now != row:
+            differ += 1
+            print(
+                f"{row.repository}: {row.path}: was {row.read}, {row.run}, {row.refusal or 'no refusal'}; is {now.read}, {now.run}, {now.refusal or 'no refusal'}"
+            )
+    print(f"{len(rows)} programs, {differ} differ", file=sys.stderr)
+    return 1 if differ else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,70 @@
+"""The interpreter of blocks, with arcs about any axis, and with remedies in words of cutter location text."""
+
+import numpy as np
+
+from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.apt.arcs import Circle, lay_arc
+from verne_post.gcode.block import Block
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.motion import MotionCodes
+from verne_post.gcode.setup import Setup
+from verne_post.model.moves import MoveKind
+
+
+class ArcBlock(Block):
+    """A block that goes to X Y Z along a circle about any axis; its motion code is for what goes on after an error."""
+
+    circle: Circle | None = None
+
+
+def make_arc_block(block: Block, circle: Circle) -> ArcBlock:
+    """The block with its words, along a circle."""
+    arc = ArcBlock(block.line, circle=circle)
+    arc.codes, arc.words, arc.columns = block.codes, block.words, block.columns
+    return arc
+
+
+class _Motion(MotionCodes):
+    """Motion that says what it lacks as FEDRAT, SPINDL and LOADTL."""
+
+    def check_feed(self, _block: Block, _motion: int) -> None:
+        lacking = self.core.find_lacking()
+        if lacking == "feed rate":
+            raise ProgramError(
+                "VP009", "the move is at feed rate, and no FEDRAT stands before it; write FEDRAT/v,MMPM, or RAPID"
+            )
+        if lacking in ("spindle", "constant spindle speed"):
+            raise ProgramError("VP009", "FEDRAT per revolution needs a turning spindle; write SPINDL/n,RPM,CLW before")
+        if lacking == "tool length":
+            raise ProgramError(
+                "VP012",
+                "no tool length has been given before the first move at feed rate; write LOADTL/n and give "
+                "--tool-table FILE, or give --tool-length MM",
+            )
+
+
+class AptInterpreter(Rs274):
+    """Executes the blocks for which statements stand."""
+
+    def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
+        super().__init__(setup, state, recorder)
+        self.motion = _Motion(self.core, self.values, self.traits)
+
+    def execute(self, block: Block) -> None:
+        """Execute one block."""
+        if isinstance(block, ArcBlock) and block.circle is not None:
+            self._move_along(block, block.circle)
+        else:
+            super().execute(block)
+
+    def _move_along(self, block: Block, circle: Circle) -> None:
+        self.motion.check_feed(block, 10)
+        unit = MM_PER_INCH if self.modes.inch else 1.0
+        start = self.core.start_of_motion(MoveKind.ARC, absolute=True, machine=False, axes=[0, 1, 2])
+        end = [*(self.values.axis_value(block, axis) for axis in range(3)), *start[3:]]
+        arc = lay_arc(circle, np.array(start[:3]), np.array(end[:3]), unit)
+        self.modes.motion = 10
+        self.core.spatial_arc(block, start, end, arc, [0, 1, 2])

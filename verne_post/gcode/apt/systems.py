@@ -1,0 +1,124 @@
+"""Statements that begin a path, and those that move or describe the system in which its points are."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from verne_post.gcode.apt.auxiliary import show_message
+from verne_post.gcode.apt.coordinates import (
+    IDENTITY,
+    check_no_shift,
+    find_relation,
+    join_matrices,
+    read_machine_system,
+    read_matrix,
+)
+from verne_post.gcode.apt.modes import AptModes
+from verne_post.gcode.apt.statements import Statement, read_numbers
+from verne_post.gcode.block import Block
+from verne_post.gcode.program_error import ProgramError
+
+#: Numbers of one system differ by no more than this as they are printed.
+_PRINTED: Final = 1e-6
+
+
+def begin_path(to: AptModes, s: Statement) -> Iterator[Block]:
+    """TOOL PATH/name,TOOL,name: an operation and its tool."""
+    end_path(to, s)
+    words = s.words
+    if len(words) == 3 and words[1].upper() == "TOOL":
+        to.tool.named = words[2]
+    elif len(words) != 1:
+        raise ProgramError("VP005", "TOOL PATH takes the name of an operation, TOOL, and the name of the tool")
+    to.in_path = to.axis_is_old = True
+    return show_message(to, Statement(s.line, s.major, (), f"TOOL PATH {s.text}"))
+
+
+def end_path(to: AptModes, s: Statement) -> Iterator[Block]:
+    """END-OF-PATH."""
+    if to.circle is not None or to.cycle is not None:
+        raise ProgramError("VP017", f"{s.major} under CYCLE or after CIRCLE, whose GOTO or OFF is missing")
+    to.rapid = to.in_path = False
+    return iter(())
+
+
+def transform(to: AptModes, s: Statement) -> Iterator[Block]:
+    """TRACUT: a matrix for the points that follow."""
+    if to.circle is not None:
+        raise ProgramError("VP017", "TRACUT after CIRCLE, whose arc is not made yet")
+    to.tracut = read_matrix(s)
+    to.matrix = join_matrices(to.system, to.tracut)
+    return iter(())
+
+
+def set_system(to: AptModes, s: Statement) -> Iterator[Block]:
+    """MSYS: the system in which points are; the work offset is that of the first."""
+    if to.circle is not None or to.cycle is not None:
+        raise ProgramError("VP017", "MSYS under CYCLE or after CIRCLE")
+    system = read_machine_system(s)
+    if to.first_system is None:
+        if to.state.placed:
+            raise ProgramError(
+                "VP017", "the first MSYS after points: in which system those are is not known; write it before"
+            )
+        to.first_system = system
+    moved = find_relation(system, to.first_system)
+    if moved is not IDENTITY and to.keys.msys != "one clamping":
+        raise ProgramError(
+            "VP017",
+            "MSYS moves the system of the points, and whether the part is clamped anew is not known; write one file "
+            "for each clamping. Where all is one clamping, and the work offset is that of the first MSYS, give msys "
+            '= "one clamping" under [aptcl] of the settings file',
+        )
+    if moved is not to.system:
+        to.system, to.axis_is_old = moved, True
+        to.matrix = join_matrices(moved, to.tracut)
+    return iter(())
+
+
+def set_world(to: AptModes, s: Statement) -> Iterator[Block]:
+    """TRNTYP/WORLD,0,0,0: all points are in one system."""
+    words = [word.upper() for word in s.words]
+    if words[:1] != ["WORLD"] or any(read_numbers(s, words[1:])):
+        raise ProgramError(
+            "VP002", "TRNTYP is read as TRNTYP/WORLD,0,0,0; let the CAM system write all points in one system"
+        )
+    to.in_world = True
+    to.show_once(s)
+    return iter(())
+
+
+def check_system(to: AptModes, s: Statement) -> Iterator[Block]:
+    """CSYS: how an operation lies in the system of the points, which is no change of them; else it must do nothing."""
+    matrix = join_matrices(read_matrix(s), IDENTITY)
+    if not to.in_world and matrix is not IDENTITY:
+        raise ProgramError(
+            "VP017",
+            "CSYS turns or shifts a system, and no TRNTYP/WORLD says that points are in the one of the part; write "
+            "TRACUT with the matrix where they are not",
+        )
+    to.show_once(s)
+    return iter(())
+
+
+def check_shift(to: AptModes, s: Statement) -> Iterator[Block]:
+    """ORIGIN, TRANS: only those that shift nothing."""
+    check_no_shift(s)
+    to.show_once(s)
+    return iter(())
+
+
+def check_system_of_model(to: AptModes, s: Statement) -> Iterator[Block]:
+    """Remarks of Creo and CATIA: where the system of the points lies in the model. Another one than before would move them."""
+    numbers = read_numbers(s, s.words)
+    if len(numbers) != IDENTITY.size:
+        raise ProgramError("VP005", f"{s.major} takes the 12 numbers of a matrix; here are {len(numbers)}")
+    to.system_of_model = to.system_of_model or numbers
+    if max(map(abs, np.subtract(numbers, to.system_of_model))) > _PRINTED:
+        raise ProgramError(
+            "VP017",
+            f"{s.major} has another system than the one before, and how its points lie to those is not known; let "
+            "the CAM system write all of them in one system, or one file for each",
+        )
+    return iter(())
