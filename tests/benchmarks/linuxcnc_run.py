@@ -142,3 +142,34 @@ def read_samples(path: Path) -> Array:
         raise RuntimeError(f"{path}: samples were lost")
     width = len(lines[0].split())
     return np.array([[float(word) for word in row] for row in map(str.split, lines) if len(row) == width])
+
+
+def stream(folder: Path, rows: Array) -> Array:
+    """Play rows (n, k) of setpoints through halstreamer, a row a servo period, and return what the motors were told."""
+    n, count = rows.shape
+    (folder / "rows.txt").write_text(
+        "".join(f"{' '.join(f'{one:.9f}' for one in row)}\n" for row in rows), encoding="utf-8"
+    )
+    script = [
+        "loadrt threads name1=servo period1=1000000",
+        f"loadrt streamer depth={n + 10} cfg={'f' * count}",
+        f"loadrt sampler depth={n + 10000} cfg={'f' * count}b",
+        "addf streamer.0 servo",
+        "addf sampler.0 servo",
+        *(f"net motor{k} streamer.0.pin.{k} => sampler.0.pin.{k}" for k in range(count)),
+        f"net empty streamer.0.empty => sampler.0.pin.{count}",
+        "loadusr -w halstreamer rows.txt",  # the whole file fits
+        "setp streamer.0.enable 1",
+        "loadusr halsampler samples.txt",
+        "start",
+        f"loadusr -w sleep {n / 1000 + 2:.1f}",
+    ]
+    (folder / "play.hal").write_text("\n".join(script) + "\n", encoding="utf-8")
+    (folder / "modules").mkdir()
+    for module in MODULES.glob("*.so"):
+        shutil.copy(module, folder / "modules")
+    run_isolated(folder, "halrun -f play.hal", n / 1000 + 60)
+    sampled = read_samples(folder / "samples.txt")
+    played = np.flatnonzero(sampled[:, -1] == 0)
+    # a period in which the last row is taken finds the queue empty only one period later
+    return sampled[played, :-1]

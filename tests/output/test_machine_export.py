@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final, NamedTuple
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from verne_post.config.load import machine_from_toml
 from verne_post.model.machine import Machine
 from verne_post.output.machine_format import CannotExport
 from verne_post.output.machine_formats.linuxcnc_kins import write_component
+from verne_post.output.machine_formats.mtconnect import write_device
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 HARNESS: Final = Path(__file__).with_name("kins_harness.c")
@@ -241,6 +243,75 @@ def test_the_command_writes_one_folder_and_none_into_another(run: Callable[..., 
     assert again.code == 2
     assert "not empty" in again.err
     assert not (folder / "verne_kins.c").exists()
+
+
+# --- MTConnect --------------------------------------------------------------------------------------------------
+
+DEVICES: Final = {"d": "urn:mtconnect.org:MTConnectDevices:2.0"}
+
+
+@pytest.fixture
+def device(machine: Machine) -> ElementTree.Element:
+    return ElementTree.fromstring(write_device(machine)["device.xml"])
+
+
+def test_device_names_every_joint_with_its_limits(machine: Machine, device: ElementTree.Element):
+    axes = device.findall(".//d:Axes/d:Components/*", DEVICES)
+    assert [one.get("id") for one in axes] == [column.joint for column in machine.columns]
+    for k, (one, column) in enumerate(zip(axes, machine.columns, strict=True)):
+        linear, scale = column.unit == "mm", abs(column.factor)
+        assert one.tag.endswith("}Linear" if linear else "}Rotary")
+        stated = {
+            spec.get("type"): {end.tag.rpartition("}")[2]: float(end.text) for end in spec}
+            for spec in one.findall(".//d:Specification", DEVICES)
+        }
+        prefix = "" if linear else "ANGULAR_"
+        assert stated[f"{prefix}VELOCITY"]["Maximum"] == pytest.approx(scale * machine.limits.velocity[k])
+        assert stated[f"{prefix}ACCELERATION"]["Maximum"] == pytest.approx(scale * machine.limits.acceleration[k])
+        ends = np.sort([machine.limits.lower[k] * column.factor, machine.limits.upper[k] * column.factor])
+        if np.isfinite(ends).all():
+            assert stated["POSITION" if linear else "ANGLE"] == pytest.approx({"Minimum": ends[0], "Maximum": ends[1]})
+        else:
+            assert one.find(".//d:Motion", DEVICES).get("type") == "CONTINUOUS"
+        assert f"{scale * machine.limits.jerk[k]:g}" in one.find("d:Description", DEVICES).text
+
+
+def test_device_moves_as_the_machine_does(machine: Machine, device: ElementTree.Element):
+    """A and C: a point fixed to the table turns about the stated axes, in the stated sense, as the coordinates of G53 say."""
+    motions = {one.get("id"): one for one in device.findall(".//d:Motion", DEVICES)}
+    table: Any = machine.coordinates
+    tip, turned = np.array([40.0, -30.0, 70.0]), np.array([41.0, 7.0])  # file sense, degrees
+
+    def place(a: float, c: float) -> NDArray[np.float64]:
+        angles = np.radians([a * np.sign(machine.columns[3].factor), c * np.sign(machine.columns[4].factor)])
+        return table.gauge_point(tip, angles, 0.0) - table.rotary_offset - table.machine_zero
+
+    for name, (a, c) in (("a", (turned[0], 0.0)), ("c", (0.0, turned[1]))):
+        origin, axis = (
+            np.array(motions[f"{name}-motion"].find(f"d:{tag}", DEVICES).text.split(), float)
+            for tag in ("Origin", "Axis")
+        )
+        begin, angle = place(0.0, 0.0) - origin, np.radians(a + c)
+        rotated = (
+            begin * np.cos(angle) + np.cross(axis, begin) * np.sin(angle) + axis * (axis @ begin) * (1 - np.cos(angle))
+        )
+        assert origin + rotated == pytest.approx(place(a, c), abs=1e-9)
+    assert motions["c-motion"].get("parentIdRef") == "a-motion"
+    for k, column in enumerate(machine.columns[:3]):
+        axis = [float(word) for word in motions[f"{column.joint}-motion"].find("d:Axis", DEVICES).text.split()]
+        # a serial axis is one of the machine's, a slider goes down
+        assert axis == ([float(k == i) for i in range(3)] if machine.kind == "serial" else [0.0, 0.0, -1.0])
+
+
+@pytest.mark.parametrize(
+    ("kind", "lengths"), [("verne", [850, 850, 950, 950]), ("linear_delta", [900] * 3), ("serial", [])]
+)
+def test_device_has_the_rods_as_components(kind: str, lengths: list[float]):
+    device = ElementTree.fromstring(write_device(verne_post.load_machine(kind))["device.xml"])
+    links = device.findall(".//d:Structures/d:Components/d:Link", DEVICES)
+    assert [float(one.find(".//d:Nominal", DEVICES).text) for one in links] == pytest.approx(lengths)
+    identities = [one.get("id") for one in device.iter() if one.get("id")]
+    assert len(identities) == len(set(identities))
 
 
 # --- LinuxCNC itself ------------------------------------------------------------------------------------------

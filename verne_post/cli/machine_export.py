@@ -19,7 +19,7 @@ from verne_post.output.machine_formats import MACHINE_FORMATS
     "format_name",
     type=click.Choice([name.replace("_", "-") for name in MACHINE_FORMATS]),
     required=True,
-    help="linuxcnc-kins: kinematics component in C and a simulation for LinuxCNC.",
+    help="linuxcnc-kins: kinematics component in C and a simulation for LinuxCNC; mtconnect: a device for machine monitoring.",
 )
 @click.option(
     "-o",
@@ -49,5 +49,7 @@ def export(name: str, format_name: str, output: Path) -> int:
     output.mkdir(exist_ok=True)
     for file_name, text in made.items():
         files.write(output / file_name, "-o", [text])
-    echo(f"{output}: {machine.name} ({machine.kind}), {len(made)} files; next, there: {chosen.how(machine)}")
+    echo(
+        f"{output}: {machine.name} ({machine.kind}), {len(made)} {'file' if len(made) == 1 else 'files'}; next, there: {chosen.how(machine)}"
+    )
     return 0
