@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import verne_post
-from tests.benchmarks.linuxcnc_run import run_program, why_not
+from tests.benchmarks.linuxcnc_run import run_program, stream, why_not
 from verne_post.config.load import machine_from_toml
 from verne_post.model.machine import Machine
 from verne_post.output.machine_format import CannotExport
@@ -356,3 +356,14 @@ def test_linuxcnc_refuses_a_program_beyond_travel(tmp_path: Path):
     run = run_program(machine, tmp_path, "G21 G90\nG10 L2 P1 Z-550\nG0 Z60\nG0 X2000\nM2\n", 60)
     assert not run.done
     assert any("kinematicsInverse" in text or "limit" in text for text in run.said)
+
+
+@pytest.mark.skipif(why_not() is not None, reason=f"LinuxCNC: {why_not()}")
+def test_setpoints_are_played_back_by_halstreamer_as_they_are(tmp_path: Path):
+    source = b"G21 G90 G94\nG0 X0 Y0 Z60 A0 C0\nG1 X5 Y3 A2 C4 F3000\nM2\n"
+    result = verne_post.convert(source, "verne", verne_post.Options(tool_length=50.0))
+    assert result.setpoints is not None
+    rows = np.asarray(result.setpoints.values)
+    played = stream(tmp_path, rows)
+    assert len(played) == len(rows) > 100
+    assert np.abs(played - rows).max() < 5.1e-7  # samples have six decimals
