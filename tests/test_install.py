@@ -75,6 +75,7 @@ def test_a_wheel_has_the_whole_package_and_nothing_else(wheel):
         "verne_post/py.typed", "verne_post/report/page.html", "verne_post/report/style.css",
         "verne_post/report/solids.js", "verne_post/report/scene.js", "verne_post/report/charts.js", "verne_post/report/app.js",
     }  # fmt: skip
+    source |= {p.relative_to(ROOT).as_posix() for p in (ROOT / "verne_post/output/machine_formats/kins").iterdir()}
     with zipfile.ZipFile(wheel) as archive:  # not the unpacked files: importing them adds caches
         inside = set(archive.namelist())
     assert source <= inside

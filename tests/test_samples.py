@@ -438,3 +438,14 @@ def test_samples_cover_both_outcomes_and_a_slider_bound() -> None:
     assert len(GOOD) >= 3
     assert REFUSED
     assert any("worst ratios are those of rho" in header(sample) for sample in GOOD)
+
+
+@named(GOOD)
+def test_the_least_time_without_jerk_is_that_of_toppra(sample: Path, run: Callable[..., Any], tmp_path: Path) -> None:
+    """Where planning starts: two solvers of one problem, one of them not ours. toppra's programs are solved to 1e-6 of their scale."""
+    pytest.importorskip("toppra")
+    meta = tmp_path / "meta.json"
+    done = run(sample, "--solver", "both", "-o", tmp_path / "rows.csv", "--meta", meta)
+    assert done.code == 0, done.err
+    said = json.loads(meta.read_text(encoding="utf-8"))
+    assert said["second_order_bound_toppra_s"] == pytest.approx(said["second_order_bound_s"], rel=1e-5)

@@ -9,6 +9,7 @@ import click
 from verne_post.cli.common import load, name_machine, refuse, sigma_option
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
+from verne_post.cli.machine_export import export
 from verne_post.cli.numbers import NUMBER, Whole, numbers_of
 from verne_post.cli.options import FILE, FOLDER, MACHINE, build_options, machine_option, options_of
 from verne_post.cli.pictures import expect_picture
@@ -24,10 +25,10 @@ if TYPE_CHECKING:
 
 @click.group("machine")
 def command() -> None:
-    """List, show, draw and validate machine files, check axes, identify lengths, and calibrate the machine as built."""
+    """List, show, draw and validate machine files, check axes, identify lengths, calibrate the machine as built, export."""
 
 
-for _one in (calibrate, perturb, tolerances):
+for _one in (calibrate, export, perturb, tolerances):
     command.add_command(_one)
 
 

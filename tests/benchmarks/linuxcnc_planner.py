@@ -1,0 +1,225 @@
+"""The same programs by LinuxCNC's planner and by ours: time, joint limits, path; and what makes LinuxCNC slow on five-axis paths.
+
+Run: python tests/benchmarks/linuxcnc_planner.py [--only NAME] [--write]     with --write the tables go into docs/performance.md
+Needs what linuxcnc_run.py says. LinuxCNC runs in simulation, in real time, with the exported kinematics under tool-centre-point
+control; the joints are sampled each servo period of 1 ms as commanded. Both stand at the first pose before, and time ends when
+the last joint stands. Velocity, acceleration, jerk are differences of rows over the limits of the machine file.
+Samples have six decimals: that alone shows up to 0.4 of the jerk limit of A. The path is measured against ours without rounded corners.
+"""
+
+import argparse
+import tempfile
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+from blending import wave
+from contouring import Part, blade, program, sample, table, zigzag
+from linuxcnc_run import Array, run_program, stream, version, why_not
+from page import write_section
+from scipy.spatial import cKDTree
+
+import verne_post
+from verne_post import Options, convert
+from verne_post.model.machine import Machine
+from verne_post.model.part_setup import WorkOffset
+
+#: A joint that moves by less in a period stands, mm and degrees: two units of the last place of samples.
+STANDS: Final = 2e-6
+#: The dwell that separates the way to the first pose from the program, in periods.
+DWELL: Final = 400
+#: What a radian of tool axis counts where a row's place on the path is looked for, mm.
+AXIS_MM: Final = 10.0
+
+
+class Measured(NamedTuple):
+    """One way of running a program."""
+
+    seconds: float
+    over: Array  # velocity, acceleration, jerk: the worst joint over its limit
+    tip: float  # mm off the programmed path
+    axis: float  # degrees
+
+    def cells(self) -> list[str]:
+        """For a table."""
+        return [f"{self.seconds:.3f}", *(f"{one:.2f}" for one in self.over), f"{self.tip:.3f}, {self.axis:.3f}"]
+
+
+def parts() -> Iterator[tuple[str, Part]]:
+    """Machines and programs."""
+    plain = Options(tool_length=50.0)
+    for corner in (90, 30, 10, 2):
+        yield "serial", Part(f"zigzag 1 mm, {corner} deg, F3000", zigzag(corner), plain)
+    for step in (0.1, 0.5):
+        source = wave(np.arange(0, 96 + 1e-9, step), 6000).replace(b"G18 ", b"")
+        yield "serial", Part(f"wave of {step:g} mm, F6000", source, plain)
+    square = [f"G1 X{x} Y{y} F6000" for x, y in ((40, 0), (40, 40), (0, 40), (0, 0))]
+    yield (
+        "serial",
+        Part("square of 40 mm, F6000", program(["G21 G90 G94 G64 P0.01", "G0 X0 Y0 Z60 A0 C0", *square]), plain),
+    )
+    swing = program(["G21 G90 G94 G64 P0.01", "G0 X150 Y100 Z60 A0 C0", "G0 A60 C170"])
+    five = [
+        Part("blade_5axis.nc", sample("blade_5axis.nc"), Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))})),
+        Part("blade, 2000 moves of 0.25 mm, F3000", blade(2000, step=0.25), Options(tool_length=80.0)),
+        Part("blade, 600 moves of 1 mm, F6000", blade(600, step=1.0, feed=6000), Options(tool_length=80.0)),
+        Part("a far swing, rapid", swing, plain),
+    ]  # fmt: skip
+    for kind in ("serial", "verne"):
+        for part in five:
+            yield kind, part
+
+
+def convert_rows(machine: Machine, part: Part, **changed: object) -> Array:
+    """Our rows (n, 5), units of the machine file."""
+    result = convert(part.source, machine, part.options.changed(**changed))
+    assert result.setpoints is not None, result.findings
+    return np.asarray(result.setpoints.values)
+
+
+def prepare(machine: Machine, part: Part, first: Array) -> str:
+    """The program for LinuxCNC: work offset and tool as our options say, and a way to the first pose before it."""
+    factors = np.array([column.factor for column in machine.columns])
+    length = part.options.tool_length or 0.0
+    tip, angles, _ok = machine.five_axis.nominal(first / factors, length)
+    place = tip - machine.coordinates.machine_zero + [0.0, 0.0, length]
+    a, c = angles * factors[3:]
+    offset = part.options.wcs[1].origin_mm if part.options.wcs else (0.0, 0.0, 0.0)
+    x, y, z = np.array(offset) - machine.coordinates.machine_zero
+    words = f"X{place[0]:.6f} Y{place[1]:.6f} Z{place[2]:.6f} A{a:.6f} C{c:.6f}"
+    head = [
+        "G21 G90 G94", f"G10 L2 P1 X{x:.6f} Y{y:.6f} Z{z:.6f} A0 C0", f"G43.1 Z{length:g}", f"G53 G0 {words}", "G4 P0.6",
+    ]  # fmt: skip
+    return "\n".join([*head, part.source.decode()])
+
+
+def cut_program(joints: Array, first: Array) -> Array:
+    """Rows from the standstill at the first pose to the last standstill."""
+    moves = (np.abs(np.diff(joints, axis=0)) > STANDS).any(axis=1)
+    at_first = (np.abs(joints - first) < 1e-4).all(axis=1)
+    still = np.concatenate([[0], np.cumsum(~moves)]) - np.maximum.accumulate(
+        np.concatenate([[0], np.where(moves, np.cumsum(~moves), 0)])
+    )
+    begin = np.flatnonzero(at_first & (still >= DWELL))[0]
+    later = np.flatnonzero(moves[begin:])
+    return joints[begin + later[0] : begin + later[-1] + 2]
+
+
+def measure(machine: Machine, part: Part, joints: Array, path: tuple[Array, Array]) -> Measured:
+    """What rows (n, 5) do."""
+    factors = np.array([column.factor for column in machine.columns])
+    rows = np.concatenate([joints[:1]] * 3 + [joints] + [joints[-1:]] * 3) / factors
+    limits = (machine.limits.velocity, machine.limits.acceleration, machine.limits.jerk)
+    over = np.array(
+        [
+            (np.abs(np.diff(rows, order + 1, axis=0)).max(axis=0) / machine.cycle ** (order + 1) / limit).max()
+            for order, limit in enumerate(limits)
+        ]
+    )
+    tip, axis = find_tools(machine, part, joints)
+    # where tip and axis together are nearest: a turn about a standing tip is a path too
+    near, there = (np.column_stack([one[0], AXIS_MM * one[1]]) for one in (path, (tip, axis)))
+    _far, nearest = cKDTree(near).query(there)
+    offs, leans = np.full(len(tip), np.inf), np.full(len(tip), np.inf)
+    for side in (-1, 0):
+        a = np.clip(nearest + side, 0, len(path[0]) - 2)
+        along = near[a + 1] - near[a]
+        share = ((there - near[a]) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-18)
+        miss = near[a] + np.clip(share, 0.0, 1.0)[:, None] * along - there
+        off, lean = np.linalg.norm(miss[:, :3], axis=1), np.degrees(np.linalg.norm(miss[:, 3:], axis=1) / AXIS_MM)
+        closer = off < offs
+        leans, offs = np.where(closer, lean, leans), np.where(closer, off, offs)
+    return Measured((len(joints) - 1) * machine.cycle, over, float(offs.max()), float(leans.max()))
+
+
+def find_tools(machine: Machine, part: Part, joints: Array) -> tuple[Array, Array]:
+    """Tips and tool axes of rows."""
+    factors = np.array([column.factor for column in machine.columns])
+    tip, axis, _ok = machine.forward(joints / factors, part.options.tool_length or 0.0)
+    return tip, axis
+
+
+def run_linuxcnc(machine: Machine, part: Part, first: Array, ini: dict[str, str] | None = None) -> Array:
+    """Rows of LinuxCNC's planner."""
+    with tempfile.TemporaryDirectory() as name:
+        run = run_program(machine, Path(name), prepare(machine, part, first), 600.0, ini)
+    if not run.done:
+        raise SystemExit(f"{part.name}: {run.said}")
+    return cut_program(run.joints, first)
+
+
+def compare(only: str | None) -> str:
+    """Both planners side by side."""
+    rows = []
+    for kind, part in parts():
+        if only is not None and only not in f"{kind} {part.name}":
+            continue
+        machine = verne_post.load_machine(kind)
+        ours = convert_rows(machine, part)
+        path = find_tools(machine, part, convert_rows(machine, part, smoothing="off"))
+        theirs = run_linuxcnc(machine, part, ours[0])
+        for title, joints in (("ours", ours), ("LinuxCNC", theirs)):
+            rows.append([f"{kind}: {part.name}", title, *measure(machine, part, joints, path).cells()])
+            print(rows[-1], flush=True)
+    head = ["program", "planner", "s", "velocity", "acceleration", "jerk", "off the path: mm, deg"]
+    return table(head, rows).rstrip()
+
+
+def find_cause() -> str:
+    """Time of the blade by LinuxCNC as one thing after the other is changed."""
+    machine, options = verne_post.load_machine("serial"), Options(tool_length=80.0)
+    source = blade(2000, step=0.25)
+    straight = b"\n".join(line.split(b" A")[0] if line.startswith(b"G1") else line for line in source.split(b"\n"))
+    accelerations = {f"MAX_ACCELERATION = {old}\n": f"MAX_ACCELERATION = {4 * old}\n" for old in (4000, 500, 1000)}
+    cases = (
+        ("as it is", source, None),
+        ("without A and C words", straight, None),
+        ("every acceleration times 4", source, accelerations),
+        ("twice the feed rate", source.replace(b"F3000", b"F6000"), None),
+        ("half as many moves of 0.5 mm", blade(1000, step=0.5), None),
+        ("G64 P1 in place of G64 P0.01", source.replace(b"P0.01", b"P1"), None),
+    )
+    rows = []
+    for title, text, ini in cases:
+        part = Part("blade", text, options)
+        first = convert_rows(machine, part)[0]
+        rows.append([title, f"{(len(run_linuxcnc(machine, part, first, ini)) - 1) * machine.cycle:.2f}"])
+        print(rows[-1], flush=True)
+    return table(["blade, 2000 moves of 0.25 mm, F3000, on `serial`", "s by LinuxCNC"], rows).rstrip()
+
+
+def play_back() -> str:
+    """Our rows through halstreamer, sampled again."""
+    said = []
+    for kind, part in parts():
+        if "2000" in part.name or "zigzag 1 mm, 30" in part.name:
+            rows = convert_rows(verne_post.load_machine(kind), part)
+            with tempfile.TemporaryDirectory() as name:
+                played = stream(Path(name), rows)
+            same = len(played) == len(rows) and np.abs(played - rows).max() <= 5.1e-7
+            said.append(f"{kind}, {part.name}: {len(rows)} rows, {'equal' if same else 'DIFFERENT'}")
+    return "; ".join(said)
+
+
+def main() -> None:
+    """Measure and print, or write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", help="programs whose name contains this")
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    if why_not() is not None:
+        raise SystemExit(f"LinuxCNC: {why_not()}")
+    streamed = play_back()
+    print(streamed, flush=True)
+    text = compare(given.only)
+    cause = find_cause() if given.only is None else ""
+    text = f"LinuxCNC {version()}, verne-post {verne_post.__version__}, {datetime.now(UTC):%Y-%m-%d}.\n\n{text}\n\n{cause}\n\nStreamed: {streamed}."
+    if given.write:
+        write_section("linuxcnc planner", text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

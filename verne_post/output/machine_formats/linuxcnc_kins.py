@@ -1,0 +1,191 @@
+"""For LinuxCNC 2.9: the machine as a kinematics component in C, and a simulation of it (INI, HAL, tool table).
+
+The C stands in ``kins/`` as it is compiled; only ``machine.h`` is written here, the numbers of the machine file under their
+own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls.
+"""
+
+from collections.abc import Iterator, Mapping
+from importlib.resources import files
+from string import Template
+from typing import Any, Final
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
+
+from verne_post.base.arrays import Array
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.kinematics.five_axis import HybridMachine
+from verne_post.model.machine import Machine
+from verne_post.output.machine_format import CannotExport, MachineFormat
+
+_TEXTS: Final = files("verne_post.output.machine_formats") / "kins"
+_AXES: Final = "XYZAC"
+#: The world of a simulation is this many radii of the table wide: a frame for the screen, the joints bound the motion.
+_WORLD_RADII: Final = 2.0
+#: Following error at which the simulation faults, mm and degrees: nothing follows there, so any would do.
+_FERROR: Final = 1.0
+
+
+def write_component(machine: Machine) -> dict[str, str]:
+    """Texts of the component and of its simulation.
+
+    Raises
+    ------
+    CannotExport
+        The kind has no C, or the parts are as built.
+    """
+    whole, name = machine.five_axis, name_component(machine)
+    if not isinstance(whole, HybridMachine):
+        raise CannotExport(
+            "[as_built]: the component knows ideal parts only; export the file without [as_built], and stream setpoints"
+        )
+    carrier = _TEXTS / f"{machine.kind}.h"
+    if not carrier.is_file():
+        raise CannotExport(f"kind = {machine.kind!r}: there is no C for this kind of machine")
+    values = {
+        "name": _show_name(machine),
+        "component": name,
+        "axes": "\n\n".join(_describe_axes(machine, whole)),
+        "joints": "\n\n".join(_describe_joints(machine, whole)),
+        "velocity": repr(float(machine.limits.velocity[:3].min())),
+        "acceleration": repr(float(machine.limits.acceleration[:3].min())),
+        "tip": repr(machine.accuracy.tip),
+        "period": round(1e9 * machine.cycle),
+        "loops": "\n".join(f"net motor{k} joint.{k}.motor-pos-cmd => joint.{k}.motor-pos-fb" for k in range(5)),
+        "sha256": machine.sha256,
+    }
+    made = {f"machine.{end}": _fill(f"machine.{end}", values) for end in ("ini", "hal")}
+    made["README.txt"] = _fill("README.txt", values)
+    made["tool.tbl"] = "T1 P1 Z0 ; length of tool 1, mm\n"
+    return made | {
+        f"{name}.c": _read("kins.c"),
+        "machine.h": _write_numbers(machine, whole),
+        "model.h": _read("model.h"),
+        "carrier.h": _read(f"{machine.kind}.h"),
+    }
+
+
+def name_component(machine: Machine) -> str:
+    """Name of the component: one for a kind, because a control has one machine."""
+    return f"{machine.kind}_kins"
+
+
+def _show_name(machine: Machine) -> str:
+    """Name of the machine in one line that ends no comment."""
+    return " ".join(machine.name.replace("*/", "* /").split())
+
+
+def _read(name: str) -> str:
+    return (_TEXTS / name).read_text(encoding="utf-8")
+
+
+def _fill(name: str, values: Mapping[str, object]) -> str:
+    return Template(_read(f"{name}.in")).substitute(values)
+
+
+def _write_numbers(machine: Machine, whole: HybridMachine) -> str:
+    """C definitions of everything that the equations need, by the names of the machine file."""
+    a, c = (column.factor for column in machine.columns[3:])
+    assert isinstance(whole.module, Struct)  # as every module that has C
+    numbers: dict[str, Any] = {
+        **asdict(whole.module),
+        "pivot": whole.table.pivot,
+        "rotary_offset": whole.table.rotary_offset,
+        "machine_zero": whole.table.machine_zero,
+        "nose_offset": whole.nose_offset,
+        "serial_singularity_mm": machine.limits.serial_singularity,
+        "a_factor": a,
+        "c_factor": c,
+    }
+    lines = [
+        f"/* The numbers of machine {_show_name(machine)}, sha256 {machine.sha256}; mm.",
+        " * a_factor, c_factor: degrees of the machine file, in its sense, for one radian that the workpiece turns. */",
+        "#ifndef MACHINE_H",
+        "#define MACHINE_H",
+        "",
+        "#include <math.h>",
+        "",
+        f'#define KINS_NAME "{name_component(machine)}"',
+        "",
+    ]
+    for name, value in numbers.items():
+        values = ", ".join(repr(float(one)) for one in np.ravel(value))
+        array = f"[{np.size(value)}]" if np.ndim(value) else ""
+        lines.append(f"static const double {name}{array} = {f'{{{values}}}' if array else values};")
+    return "\n".join([*lines, "", "#endif", ""])
+
+
+def _describe_axes(machine: Machine, whole: HybridMachine) -> Iterator[str]:
+    """Sections of the five axes of the world; X, Y and Z of it are as fast as the slowest actuator of the spindle."""
+    limits, (low, high) = machine.limits, _find_travel(machine)
+    wide = _WORLD_RADII * machine.table_radius
+    for k, letter in enumerate(_AXES):
+        group = slice(0, 3) if k < 3 else slice(k, k + 1)
+        scale = abs(machine.columns[k].factor)
+        lines = [
+            f"[AXIS_{letter}]",
+            *_bound(min(low[k], -wide) if k < 3 else low[k], max(high[k], wide) if k < 3 else high[k]),
+        ]
+        lines.append(f"MAX_VELOCITY = {scale * limits.velocity[group].min():.12g}")
+        lines.append(f"MAX_ACCELERATION = {scale * limits.acceleration[group].min():.12g}")
+        yield "\n".join(lines)
+
+
+def _describe_joints(machine: Machine, whole: HybridMachine) -> Iterator[str]:
+    """Sections of the five joints: limits of the machine file, home at G28."""
+    limits, (low, high), home = machine.limits, _find_travel(machine), _find_home(machine, whole)
+    for k, column in enumerate(machine.columns):
+        scale = abs(column.factor)
+        yield "\n".join(
+            [
+                f"# {column.joint}; its jerk limit, {scale * limits.jerk[k]:.12g}, is not known to LinuxCNC 2.9",
+                f"[JOINT_{k}]",
+                f"TYPE = {'LINEAR' if k < 3 else 'ANGULAR'}",
+                *_bound(low[k], high[k]),
+                f"MAX_VELOCITY = {scale * limits.velocity[k]:.12g}",
+                f"MAX_ACCELERATION = {scale * limits.acceleration[k]:.12g}",
+                f"FERROR = {_FERROR}",
+                f"MIN_FERROR = {_FERROR}",
+                f"HOME = {home[k]:.12g}",
+                f"HOME_OFFSET = {home[k]:.12g}",
+                "HOME_SEARCH_VEL = 0",
+                "HOME_LATCH_VEL = 0",
+                "HOME_SEQUENCE = 0",
+            ]
+        )
+
+
+def _bound(low: float, high: float) -> list[str]:
+    """Travel of an axis or joint; an unlimited one has none."""
+    ends = (("MIN_LIMIT", low), ("MAX_LIMIT", high))
+    return [f"{key} = {value:.12g}" for key, value in ends if np.isfinite(value)]
+
+
+def _find_travel(machine: Machine) -> Array:
+    """Travel (2, 5) in units and sense of the machine file."""
+    factors = np.array([column.factor for column in machine.columns])
+    return np.sort(np.stack([machine.limits.lower, machine.limits.upper]) * factors, axis=0)
+
+
+def _find_home(machine: Machine, whole: HybridMachine) -> Array:
+    """Joints (5,) at G28, or else in the middle of travel, in units and sense of the machine file."""
+    factors = np.array([column.factor for column in machine.columns])
+    if machine.home is None:
+        travel = _find_travel(machine)
+        joints = np.where(np.isfinite(travel).all(axis=0), travel.mean(axis=0), 0.0)
+        if not whole.nominal(joints / factors, 0.0)[2]:
+            raise CannotExport("[home] is missing, and the platform cannot stand in the middle of travel; give [home]")
+        return joints
+    table, place = whole.table, np.array(machine.home.g28)
+    angles = RAD_PER_DEG * place[3:] * [table.a_sign, table.c_sign]
+    tip = table.tip_of_gauge(place[:3] + table.rotary_offset + table.machine_zero, angles, 0.0)
+    joints = whole.joints(tip, angles, 0.0)
+    if not np.isfinite(joints).all():
+        raise CannotExport("[home] g28 is out of reach; verne-post machine validate says more")
+    return np.asarray(joints * factors)
+
+
+FORMAT: Final = MachineFormat(
+    write_component, lambda machine: f"sudo halcompile --install {name_component(machine)}.c; linuxcnc machine.ini"
+)
