@@ -30,8 +30,8 @@ def make_arc_block(block: Block, circle: Circle) -> ArcBlock:
 class _Motion(MotionCodes):
     """Motion that says what it lacks as FEDRAT, SPINDL and LOADTL."""
 
-    def check_feed(self, _block: Block, _motion: int) -> None:
-        lacking = self.core.find_lacking()
+    def check_feed(self, block: Block, motion: int, *, turns_itself: bool = False) -> None:
+        lacking = self.core.find_lacking(turns_itself=turns_itself)
         if lacking == "feed rate":
             raise ProgramError(
                 "VP009", "the move is at feed rate, and no FEDRAT stands before it; write FEDRAT/v,MMPM, or RAPID"
