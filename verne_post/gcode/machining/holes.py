@@ -4,5 +4,5 @@ from typing import Final
 
 #: Holes of one block.
 MAX_HOLES: Final = 10_000
-#: Pecks in the holes of one block of RS274/NGC, and in one hole elsewhere.
+#: Pecks in all holes of one block.
 MAX_PECKS: Final = 30_000
