@@ -3,6 +3,7 @@
 import random
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -271,3 +272,21 @@ def test_a_restart_begins_beside_a_sharp_corner_too(tmp_path: Path, run: Callabl
     own = next(number for number, row in enumerate(rows) if row.endswith(",4\n"))
     out.write_text("".join(rows[: own + 1] + rows[own + 400 :]))
     assert run("verify", out, "--against", program, *words).code != 0
+
+
+def test_a_line_inside_a_cycle_of_m89_is_refused(machine: verne_post.Machine) -> None:
+    """Each positioning block drills there, with depths and feeds of blocks before."""
+    program = (
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S900 F900\nL X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3\n"
+        "CYCL DEF 200 DRILL Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=20 Q204=2 Q211=0\nL X+10 Y+10 FMAX M89\nL X+20 FMAX\nL X+30 FMAX\n"
+        "L X+40 FMAX M99\nL Z+60 R0 FMAX\nEND PGM A MM\n"
+    )
+    options = Options(tool_length=60.0, wcs={"G54": (0.0, 0.0, 40.0)}, dialect="heidenhain", approach="home")
+    for line, refused in ((5, False), (6, True), (7, True), (8, True), (9, False)):
+        try:
+            assemble(program.encode(), machine, replace(options, from_line=line))
+        except InputError as error:
+            assert refused, error.findings[0].message
+            assert error.findings[0].code == "VP029"
+        else:
+            assert not refused, line

@@ -307,3 +307,24 @@ def test_a_length_from_a_local_parameter(view):
     moves, findings = view(text, dialect="heidenhain")
     assert findings == ()
     assert moves.frames[int(moves.frame[-1])].tool[2] == 80
+
+
+DRILL = "CYCL DEF 200 DRILL Q200=2 Q201=-10 Q206=150 Q202=0.001 Q210=0 Q203=0 Q204=2 Q211=0"
+
+
+@pytest.mark.parametrize(
+    ("block", "part"),
+    [
+        (f"{DRILL}\nPATTERN DEF ROW1 (X+0 Y+0 D+1 NUM4 ROT+0 Z+0)\nCYCL CALL PAT FMAX", "more than 30000 pecks in the holes of one block"),
+        (f"{DRILL}\nCYCL DEF 220 POLAR PATTERN Q216=+0 Q217=+0 Q244=60 Q245=+0 Q246=+360 Q247=+0 Q241=4 Q200=2 Q203=+0 Q204=20 Q301=1 Q365=0",
+         "more than 30000 pecks in the holes of one block"),
+        (f"{DRILL}\nPATTERN DEF PAT1 (X+0 Y+0 DX+1 DY+1 NUMX10000 NUMY10000 ROT+0 Z+0)", "from 1 to 10000"),
+    ],
+)  # fmt: skip
+def test_holes_and_pecks_of_one_block_are_bounded_before_the_first(view, block, part):
+    """10,000 pecks in a hole are allowed; in four of one block they are not, and none of them is drilled."""
+    text = "\n".join([*HEAD, block, "END PGM C"])
+    moves, findings = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})
+    assert [item.code for item in findings] == ["VP007"]
+    assert part in findings[0].message
+    assert moves is None or len(moves) < 10

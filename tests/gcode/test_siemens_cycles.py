@@ -152,3 +152,12 @@ def test_what_a_cycle_refuses(view, call, code, part):
     found = view(f"{HEAD}{call}\nM30", dialect="siemens")[1]
     assert [item.code for item in found] == [code], found
     assert part in found[0].message
+
+
+def test_strokes_in_all_holes_of_a_pattern_are_bounded(view):
+    """10,000 strokes in a hole are allowed; in four of one block they are not, and none of them is drilled."""
+    text = "G71 G90 G17\nT1 D1\nG0 X0 Y0 Z20\nF100 S500 M3\nMCALL CYCLE83(5,0,2,-10,,-0.001,,,,,,1,,,0.001)\n{}\nMCALL\nM30\n"
+    moves, findings = view(text.format("HOLES1(0,0,0,5,5,4)"), dialect="siemens")
+    assert [item.code for item in findings] == ["VP007"]
+    assert "more than 30000 strokes in the holes of one block" in findings[0].message
+    assert moves is None or len(moves) < 10

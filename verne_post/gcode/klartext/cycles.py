@@ -1,7 +1,8 @@
 """Machining cycles of Klartext, 200 to 209 and 240: the moves of one hole. Heights along Z of the input system."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
@@ -34,6 +35,16 @@ class KlartextCycles:
         self.recorder = frames.recorder
         self.waiting = frames.waiting
         self.milling = KlartextMilling(frames, contour)
+        self.holes = 1
+
+    @contextmanager
+    def expect_holes(self, count: int) -> Iterator[None]:
+        """So many holes belong to one block: their pecks count together."""
+        self.holes = count
+        try:
+            yield
+        finally:
+            self.holes = 1
 
     def run_cycle(self, number: int, q: _Q) -> None:
         """One hole, pocket or stud at the present place.
@@ -125,8 +136,8 @@ class KlartextCycles:
     def _check_pecks(self, depth: float, step: float) -> None:
         if step <= 0:
             raise ProgramError("VP007", f"Q202={step:g}: a plunging depth is greater than 0")
-        if depth / step > MAX_PECKS:
-            raise ProgramError("VP007", f"more than {MAX_PECKS} pecks in one hole")
+        if self.holes * depth / step > MAX_PECKS:
+            raise ProgramError("VP007", f"more than {MAX_PECKS} pecks in the holes of one block")
 
     # --- cycles ------------------------------------------------------------------------------------------------
 

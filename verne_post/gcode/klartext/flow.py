@@ -143,7 +143,13 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
         in_main = text is main and not flow.in_call
         if in_main and line == stop.before_line:
             break
-        restart = may_restart(state) and interpreter.waiting.pending is None and interpreter.waiting.approach is None
+        waiting = interpreter.waiting
+        restart = (
+            may_restart(state)
+            and waiting.pending is None
+            and waiting.approach is None
+            and not interpreter.patterns.modal
+        )
         try:
             if not _execute_stretch(flow, chunk, stop):
                 _execute_statement(flow)

@@ -125,6 +125,7 @@ class KlartextPatterns:
                 )
             places += self._item_places(statement, match.group(1), match.group(3))
             at = match.end()
+            _count(statement, float(len(places)))
         if not places:
             raise statement.error("VP005", "PATTERN DEF without places")
         self.places = places
@@ -154,6 +155,7 @@ class KlartextPatterns:
             return [(*_turn(x, y, k * values["D"], 0.0, values.get("ROT", 0.0)), z) for k in range(counts[0])]
         if kind == "PAT":
             rows, columns = counts[1], counts[0]
+            _count(statement, float(rows * columns))
             return [
                 (*_turn(x, y, k * values["DX"], row * values["DY"], values.get("ROT", 0.0)), z)
                 for row in range(rows) for k in (range(columns) if row % 2 == 0 else reversed(range(columns)))
@@ -211,8 +213,9 @@ class KlartextPatterns:
             raise statement.error("VP017", "CYCL CALL PAT, and no PATTERN DEF before it; point tables are not read")
         rapid = words.rapid or not self.state.feed
         height = self.state.position[2] if self.state.is_known(2) else -math.inf
-        for place in self.places:
-            self._run_at(place, rapid=rapid, least=height)
+        with self.cycles.expect_holes(len(self.places)):
+            for place in self.places:
+                self._run_at(place, rapid=rapid, least=height)
 
     def _run_at(self, place: Place, *, rapid: bool, least: float = -math.inf) -> None:
         """First up to the clearance of this place and to ``least`` (Z of the frame), then sideways, then the cycle."""
@@ -250,8 +253,9 @@ class KlartextPatterns:
         second = q[204] if q[301] else 0.0
         self.cycle = DefinedCycle(kept.number, {**kept.q, 200: q[200], 203: q[203], 204: second})
         try:
-            for k, place in enumerate(places):
-                self._run_at(place, rapid=True, least=-math.inf if k else self.cycles.find_height(q[203] + q[204]))
+            with self.cycles.expect_holes(len(places)):
+                for k, place in enumerate(places):
+                    self._run_at(place, rapid=True, least=-math.inf if k else self.cycles.find_height(q[203] + q[204]))
             if not q[301] and q[204] > q[200]:
                 self.cycles.go_to_height(q[203] + q[204], 0.0)
         finally:

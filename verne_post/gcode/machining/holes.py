@@ -11,7 +11,7 @@ from verne_post.model.moves import FeedMode
 
 #: Holes of one block: more is a wrong number, and would run for hours.
 MAX_HOLES: Final = 10_000
-#: Pecks in the holes of one block of RS274/NGC, and in one hole elsewhere.
+#: Pecks in all holes of one block.
 MAX_PECKS: Final = 30_000
 
 

@@ -45,8 +45,8 @@ class Drilling:
     def __init__(self, interpreter: SiemensInterpreter, variables: Variables) -> None:
         self.interpreter, self.variables = interpreter, variables
 
-    def run(self, call: Call, line: int) -> None:
-        """Execute one cycle where the tool stands.
+    def run(self, call: Call, line: int, holes: int = 1) -> None:
+        """Execute one cycle where the tool stands, one of so many of a block.
 
         Raises
         ------
@@ -54,7 +54,7 @@ class Drilling:
             With the argument that does not fit.
         """
         given = read_cycle(call, PARAMETERS[call.name], self.variables)
-        hole = _Hole(self.interpreter, given, At(line))
+        hole = _Hole(self.interpreter, given, At(line), holes)
         with self.interpreter.state.exact_path():
             hole.drill()
 
@@ -62,8 +62,8 @@ class Drilling:
 class _Hole:
     """One hole: its heights (mm, programmed), and the moves."""
 
-    def __init__(self, interpreter: SiemensInterpreter, given: Arguments, block: At) -> None:
-        self.to, self.given, self.block = interpreter, given, block
+    def __init__(self, interpreter: SiemensInterpreter, given: Arguments, block: At, holes: int) -> None:
+        self.to, self.given, self.block, self.holes = interpreter, given, block, holes
         self.unit = interpreter.modes.length
         axis = given.whole("_AXN") if "_AXN" in given.names else 0
         plane = given.whole("_DMODE") % 10
@@ -367,7 +367,8 @@ class _Hole:
             near = _NEAR_MM if depth <= _NEAR_DEPTH_MM else min(_NEAR_SHARE * depth, _NEAR_MOST_MM)
         self._go(self.clear, rapid=True)
         feed = self.to.state.feed
-        depths = list(_strokes(depth, first_stroke, amount * self.unit if amount > 0 else amount, abs(least), given))
+        amount *= self.unit if amount > 0 else 1.0
+        depths = list(_strokes(depth, first_stroke, amount, abs(least), given, MAX_PECKS // self.holes))
         for number, below in enumerate(depths):
             height = self.reference - self.up * below
             with self.to.core.keep_feed():
@@ -389,8 +390,8 @@ class _Hole:
         return min(a, b) if self.up > 0 else max(a, b)
 
 
-def _strokes(depth: float, first: float, amount: float, least: float, given: Arguments) -> Iterator[float]:
-    """Depths of CYCLE83 below the reference plane.
+def _strokes(depth: float, first: float, amount: float, least: float, given: Arguments, most: int) -> Iterator[float]:
+    """Depths of CYCLE83 below the reference plane, so many at most.
 
     Each stroke is smaller by ``amount`` (or is its share where it is negative), as long as that is more than ``amount``
     (``least`` where that is given); then strokes of this size follow, and the last two share what is left.
@@ -402,8 +403,8 @@ def _strokes(depth: float, first: float, amount: float, least: float, given: Arg
     smallest = least or (amount if amount > 0 else 0.0)
     while depth - below > ZERO_LENGTH_MM:
         count += 1
-        if count > MAX_PECKS:
-            raise given.error("VP007", f"more than {MAX_PECKS} strokes in one hole", "DAM")
+        if count > most:
+            raise given.error("VP007", f"more than {MAX_PECKS} strokes in the holes of one block", "DAM")
         smaller = stroke - amount if amount >= 0 else -amount * stroke
         stroke = max(smaller, smallest) if smallest else smaller
         if stroke <= ZERO_LENGTH_MM:

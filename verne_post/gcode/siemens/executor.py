@@ -120,13 +120,13 @@ class Executor:
         self._run_modal(self.modal, words.line)
         return False
 
-    def _run_modal(self, call: Call, line: int) -> None:
+    def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
         """Execute the cycle of MCALL; its columns are those of another line."""
         try:
             if call.name in MODAL_MILLING:
                 self.milling.run(call, line, is_modal=True)
             else:
-                self.drilling.run(call, line)
+                self.drilling.run(call, line, holes)
         except ProgramError as error:
             error.column = None
             raise
@@ -211,7 +211,8 @@ class Executor:
             )
         is_placed = to.state.is_known(first) and to.state.is_known(second)
         here = (to.motion.programmed(first), to.motion.programmed(second)) if is_placed else None
-        for u, v in places_of_pattern(call, self.variables, self.modes.length, here):
+        places = list(places_of_pattern(call, self.variables, self.modes.length, here))
+        for u, v in places:
             to.motion.run_line(block, MoveKind.RAPID, {first: u, second: v})
             if self.modal is not None:
-                self._run_modal(self.modal, line)
+                self._run_modal(self.modal, line, len(places))

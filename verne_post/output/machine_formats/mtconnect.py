@@ -12,7 +12,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.model.machine import Machine
-from verne_post.model.protocols import Drawable
+from verne_post.model.protocols import Drawable, ParallelModule
 from verne_post.output.machine_format import CannotExport, MachineFormat
 
 VERSION: Final = "2.0"
@@ -138,7 +138,7 @@ def _find_motions(machine: Machine) -> list[tuple[Array, Array | None, str | Non
             direction = rods.along
         else:
             place, moved = (
-                machine.module.forward(_find_middle(machine) + one)[0] for one in (np.zeros(3), np.eye(3)[k])
+                _find_module(machine).forward(_find_middle(machine) + one)[0] for one in (np.zeros(3), np.eye(3)[k])
             )
             direction = moved - place
         found.append((direction * _MIRROR, None, None))
@@ -160,7 +160,7 @@ def _find_rods(machine: Machine) -> list[_Rod]:
     """The rods: with the platform held, each moves at one end with its slider."""
     module, middle = machine.module, _find_middle(machine)
     assert isinstance(module, Drawable)
-    position, alpha, _ok = machine.module.forward(middle)
+    position, alpha, _ok = _find_module(machine).forward(middle)
     rho = np.concatenate([middle[None], middle + np.eye(3)])
     drawn = np.asarray(module.sketch(np.tile(position, (4, 1)), np.tile(alpha, 4), rho))
     moved = drawn[1:, :, 0] - drawn[0, :, 0]  # slider by rod by component
@@ -169,10 +169,16 @@ def _find_rods(machine: Machine) -> list[_Rod]:
     return [_Rod(float(lengths[k]), slider, moved[slider, k]) for k, slider in enumerate(sliders)]
 
 
+def _find_module(machine: Machine) -> ParallelModule:
+    if machine.module is None:
+        raise CannotExport("kind = 'chain': joints one after the other are not described for MTConnect")
+    return machine.module
+
+
 def _find_middle(machine: Machine) -> Array:
     """The sliders in the middle of their travel."""
     middle = 0.5 * (machine.limits.lower[:3] + machine.limits.upper[:3])
-    if not machine.module.forward(middle)[2]:
+    if not _find_module(machine).forward(middle)[2]:
         raise CannotExport("the platform cannot stand in the middle of travel, where its parts are described")
     return np.asarray(middle)
 
