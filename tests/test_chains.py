@@ -173,12 +173,48 @@ def test_tilted_planes_under_tcp(machine: str, language: str, run: Runner, tmp_p
     assert axis[nearest] == pytest.approx(normal, abs=1e-3)
 
 
+WITHOUT_TCP = {
+    "heidenhain": "BEGIN PGM P MM\nTOOL DEF 1 L+90\nTOOL DEF 2 L+120\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+90 R0 FMAX\nL {0}+0 {1}+0 R0 FMAX\n"
+    "L {0}{tilt} {1}+{turn} R0 FMAX\nL X+12 Y-7 Z+65 R0 F900\nL X+20\nTOOL CALL 2 Z S900\nL X+3 Y+4 Z+80 R0 FMAX\nM30\nEND PGM P MM\n",
+    "siemens": "G17 G90 G71 G94\nT1 M6\nD1\nG0 X0 Y0 Z90\nG0 {0}=0 {1}=0\nG0 {0}={tilt} {1}={turn}\nG1 X12 Y-7 Z65 F900\nX20\n"
+    "T2 M6\nD1\nG0 X3 Y4 Z80\nM30\n",
+}
+
+
+@pytest.mark.parametrize("language", WITHOUT_TCP)
+@pytest.mark.parametrize("machine", PLACES)
+def test_linear_joints_without_tcp(machine: str, language: str, run: Runner, tmp_path: Path) -> None:
+    """Without tool-centre-point control X Y Z are the linear joints, however tables and heads stand, the length along Z."""
+    letters = {"bc_trunnion": "BC", "b_head_c_table": "BC", "ab_table": "AB"}.get(machine, "AC")
+    (tmp_path / "tools.tbl").write_text("T1 P1 Z90 D6\nT2 P2 Z120 D6\n", encoding="utf-8")
+    options = ["--machine", machine, "--tool-table", tmp_path / "tools.tbl", "--wcs", f"G54={PLACES[machine]}"]
+    options += ["--dialect", language, "--smoothing", "off", "--split-at-stops"]
+    ends = []
+    for tilt, turn in (("+0", "0"), ("+20" if machine != "ac_trunnion" else "-20", "15")):
+        folder = tmp_path / turn
+        folder.mkdir()
+        source = folder / "part.txt"
+        source.write_text(WITHOUT_TCP[language].format(*letters, tilt=tilt, turn=turn), encoding="utf-8")
+        answer = run("convert", source, *options, "-o", folder / "axes.csv")
+        assert answer.code == 0, answer.err
+        rows = np.concatenate(
+            [np.loadtxt(file, delimiter=",", skiprows=1) for file in sorted(folder.glob("axes*.csv"))]
+        )
+        ends.append({int(line): rows[np.flatnonzero(rows[:, -1] == line)[-1], 1:4] for line in np.unique(rows[:, -1])})
+    if language == "heidenhain":  # the linear joints stand while table and head turn
+        assert np.ptp(rows[rows[:, -1] == 7, 1:4], axis=0).max() < 1e-4
+    straight, turned = ends
+    both = set(straight) & set(turned)
+    assert len(both) > 3
+    for line in both:
+        assert turned[line] == pytest.approx(straight[line], abs=1e-4)
+
+
 @pytest.mark.parametrize(
     ("machine", "options", "program", "said"),
     [
-        ("b_head_c_table", ["--dialect", "heidenhain"],
-         "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 R0 FMAX\nL B+0 C+0 FMAX\nL B+10 FMAX\nM30\nEND PGM P MM\n", "VP017 error: B without tool-centre"),
-        ("ca_fork_head", ["--dialect", "siemens"], "G90 G71 G94\nG0 X0 Y0 Z60 A0 C0\nG0 A10\nG1 X5 F500\nM30\n", "while the head stands at A10"),
+        ("ca_fork_head", ["--dialect", "heidenhain"],
+         "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 A+0 C+0 FMAX\nPLANE AXIAL A+10 MOVE DIST0 FMAX\nM30\nEND PGM P MM\n", "PLANE AXIAL is not executed"),
         ("b_head_c_table", ["--dialect", "siemens"],
          'G90 G71 G94\nTRAORI\nG0 X0 Y0 Z60 B0 C0\nCYCLE800(1,"",10,192,0,0,0,30,0,0,0,0,0,-1)\nM30\n', "CYCLE800 by rotary axes directly"),
         ("ab_table", ["--wcs", "G54=0,0,0,30"], "G0 X0 Y0 Z60 A0 B0\nM2\n", "a part turned by 30 degrees on the table is not executed"),

@@ -6,23 +6,9 @@ at 0. While the table stands, they are coordinates of the part in another positi
 
 import numpy as np
 
-from verne_post.base.tolerances import UPRIGHT_DEG
 from verne_post.gcode.offsets import vector9
-from verne_post.gcode.program_error import ProgramError
-from verne_post.model.moves import AXES, ZERO9, Feature, Frame
+from verne_post.model.moves import ZERO9, Feature, Frame
 from verne_post.model.protocols import Coordinates
-
-
-def refuse_turned_head(coordinates: Coordinates, program: list[float], frame: Frame, what: str) -> None:
-    """Refuse (VP017) what needs the tool to stand as with all joints at 0, while a joint turns it at a program point (9)."""
-    if not coordinates.head:
-        return
-    machine = coordinates.to_machine(np.array(program), frame)
-    turned = [axis for axis in coordinates.head if abs(machine[axis]) > UPRIGHT_DEG]
-    if turned:
-        stands = " ".join(f"{AXES[axis]}{machine[axis]:.6g}" for axis in turned)
-        raise ProgramError("VP017", f"{what} while the head stands at {stands}: this is not executed on a machine whose tool turns; "
-                         "switch tool-centre-point control on before (TRAORI, M128), or turn it to 0")  # fmt: skip
 
 
 def standing_table(coordinates: Coordinates, frame: Frame, program: list[float]) -> Feature | None:
@@ -41,7 +27,6 @@ def standing_table(coordinates: Coordinates, frame: Frame, program: list[float])
     Feature or None
         In program coordinates without a plane; None where the table is not turned.
     """
-    refuse_turned_head(coordinates, program, frame, "motion without tool-centre-point control")
     bare = Frame(frame.system, frame.origin, frame.turn, frame.part_turn, frame.g92, frame.tool)
     points = np.zeros((4, 9))
     points[1:, :3] = np.eye(3)

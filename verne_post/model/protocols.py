@@ -13,6 +13,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Frame
 from verne_post.model.poses import JointPoses, Platform, Pose
+from verne_post.model.toolpath import TurnSegments
 
 
 class Margin(Struct, frozen=True):
@@ -409,16 +410,8 @@ class TableCoordinates(Coordinates, Protocol):
     def turns_with_part(self) -> bool:
         """Whether a part that stands turned about z is the same as another angle of the joint that carries it."""
 
-    @property
-    def rotary_centre(self) -> Array:
-        """A point of the rotary axis (3,), table frame, mm."""
-
-    @property
-    def rotary_offset(self) -> Array:
-        """From the pivot to the rotary centre (3,), tilt frame at A = 0 (z up), mm."""
-
-    def gauge_point(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
-        """Tip (..., 3) on the table, nominal angles (..., 2) -> gauge-line point (..., 3) of the nominal machine, from the pivot, upright."""
+    def carry_tips(self, start: Array, end: Array, tool_length: Array) -> TurnSegments:
+        """Moves from pose to pose (n, 5) along which the axes of the machine go linearly, with tool lengths (n,)."""
 
     def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
         """Program (..., 9) -> tip in the table frame (..., 3), nominal angles (..., 2) rad, workpiece sense."""

@@ -72,10 +72,10 @@ class GreatCircles(Struct, frozen=True):
 
 
 class TurnSegments(Struct, frozen=True):
-    """Geometry of segments along which the table turns otherwise than the tool, table frame.
+    """Geometry of segments along which the axes of the machine go linearly, not the tip, table frame.
 
-    ``tip(u) = shift + Rz(-C) (Rx(-A) place - offset)``, where ``place`` (seen from the pivot, upright frame), A and C go linearly
-    from u = 0 to 1. These A and C are those of the program; the table may stand on another branch.
+    ``tip(u) = shift + u drift + Rz(-C) (Rx(-A) place - offset + u slide)``, where ``place`` (seen from the tilt axis, upright
+    frame), A and C go linearly from u = 0 to 1. These A and C are those of the program; the table may stand on another branch.
 
     Attributes
     ----------
@@ -83,8 +83,8 @@ class TurnSegments(Struct, frozen=True):
         ``place`` at both ends, mm.
     angles, last_angles : ndarray, shape (m, 2)
         A and C at both ends, rad.
-    offset, shift : ndarray, shape (m, 3)
-        mm.
+    offset, shift, slide, drift : ndarray, shape (m, 3)
+        mm. A table that tilts and turns needs no ``slide`` and ``drift``.
     """
 
     first: Array
@@ -93,6 +93,8 @@ class TurnSegments(Struct, frozen=True):
     last_angles: Array
     offset: Array
     shift: Array
+    slide: Array
+    drift: Array
 
 
 class SplineSegments(Struct, frozen=True):

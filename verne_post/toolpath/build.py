@@ -31,6 +31,7 @@ _ARCS: Final = {
 }  # fmt: skip
 _TURNS: Final = {
     "first": (float, 3), "last": (float, 3), "angles": (float, 2), "last_angles": (float, 2), "offset": (float, 3), "shift": (float, 3),
+    "slide": (float, 3), "drift": (float, 3),
 }  # fmt: skip
 _CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,)}
 

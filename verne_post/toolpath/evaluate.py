@@ -101,7 +101,8 @@ def turn_tip(turns: TurnSegments, row: Ints, u: Array) -> Array:
     """Tip (n, 3) at parameter u (n,) of the turns in ``row`` (n,)."""
     place = turns.first[row] + u[:, None] * (turns.last - turns.first)[row]
     angles = turns.angles[row] + u[:, None] * (turns.last_angles - turns.angles)[row]
-    return np.asarray(turns.shift[row] + rotate_z(rotate_x(place, -angles[:, 0]) - turns.offset[row], -angles[:, 1]))
+    inner = rotate_x(place, -angles[:, 0]) - turns.offset[row] + u[:, None] * turns.slide[row]
+    return np.asarray(turns.shift[row] + u[:, None] * turns.drift[row] + rotate_z(inner, -angles[:, 1]))
 
 
 def turn_derivatives(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
@@ -113,9 +114,10 @@ def turn_derivatives(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, A
     still = np.zeros_like(place)
     # each list holds a vector and its first three derivatives by u
     tilted = _derive_turned([place, step, still, still], rotate_x, 0, -angles[:, 0], -rate[:, 0])
-    tilted[0] = tilted[0] - turns.offset[row]
+    tilted[0] = tilted[0] - turns.offset[row] + u[:, None] * turns.slide[row]
+    tilted[1] = tilted[1] + turns.slide[row]
     _tip, first, second, third = _derive_turned(tilted, rotate_z, 2, -angles[:, 1], -rate[:, 1])
-    return first, second, third
+    return first + turns.drift[row], second, third
 
 
 def _derive_turned(

@@ -238,19 +238,16 @@ def _place_turns(placed: PlacedMoves, carried: Rows, coordinates: TableCoordinat
     In a TURN that is the tip on the nominal machine. In a SWING a point of the tool axis stands still on the part.
     """
     start, end = placed.start[carried], placed.end[carried]
-    first, last = (coordinates.gauge_point(pose[:, :3], pose[:, 3:], 0.0) for pose in (start, end))
-    offset, shift = (
-        np.tile(coordinates.rotary_offset, (len(carried), 1)),
-        np.tile(coordinates.rotary_centre, (len(carried), 1)),
-    )
+    turns = coordinates.carry_tips(start, end, placed.tool_length[carried])
     swings = np.flatnonzero(placed.moves.kind[placed.row[carried]] == MoveKind.SWING)
     if len(swings):
-        shift[swings] = _place_centers(placed.moves, placed.row[carried[swings]], coordinates)
+        centre = _place_centers(placed.moves, placed.row[carried[swings]], coordinates)
         axis = axis_of_angles(start[swings, 3], start[swings, 4])
-        distance = np.sum((start[swings, :3] - shift[swings]) * axis, axis=1)
-        first[swings] = last[swings] = distance[:, None] * [0.0, 0.0, 1.0]
-        offset[swings] = 0.0
-    return TurnSegments(first, last, start[:, 3:], end[:, 3:], offset, shift)
+        distance = np.sum((start[swings, :3] - centre) * axis, axis=1)
+        turns.shift[swings] = centre
+        turns.first[swings] = turns.last[swings] = distance[:, None] * [0.0, 0.0, 1.0]
+        turns.offset[swings] = turns.slide[swings] = turns.drift[swings] = 0.0
+    return turns
 
 
 def _measure_turns(turns: TurnSegments) -> Array:

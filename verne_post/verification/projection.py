@@ -163,7 +163,7 @@ def _turn_u(path: ToolPath, segment: Ints, measured: Measured) -> Array:
 def _turn_point(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, Array]:
     """Points (n, 3) of turns and their derivatives by u, in components.
 
-    The table carries a place in the machine: the place turns back by A about x, comes to the rotary centre, and turns back by C.
+    A place in the machine turns back by A about x, comes to the rotary centre, and turns back by C; what is linear goes along.
     """
     delta = turns.last[row] - turns.first[row]
     (x, y, z), (dx, dy, dz) = (turns.first[row] + u[:, None] * delta).T, delta.T
@@ -171,12 +171,18 @@ def _turn_point(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, Array]
     a, c = turns.angles[row, 0] + u * rate_a, turns.angles[row, 1] + u * rate_c
     sin_a, cos_a, sin_c, cos_c = np.sin(a), np.cos(a), np.sin(c), np.cos(c)
     tilted_y, tilted_z = cos_a * y + sin_a * z, cos_a * z - sin_a * y
-    px, py, pz = np.stack([x, tilted_y, tilted_z]) - turns.offset[row].T
-    vx, vy, vz = dx, cos_a * dy + sin_a * dz + rate_a * tilted_z, cos_a * dz - sin_a * dy - rate_a * tilted_y
-    point = turns.shift[row] + np.stack([cos_c * px + sin_c * py, cos_c * py - sin_c * px, pz], axis=1)
+    slide, drift = turns.slide[row], turns.drift[row]
+    px, py, pz = np.stack([x, tilted_y, tilted_z]) + (u[:, None] * slide - turns.offset[row]).T
+    vx, vy, vz = (
+        np.stack([dx, cos_a * dy + sin_a * dz + rate_a * tilted_z, cos_a * dz - sin_a * dy - rate_a * tilted_y])
+        + slide.T
+    )
+    point = (
+        turns.shift[row] + u[:, None] * drift + np.stack([cos_c * px + sin_c * py, cos_c * py - sin_c * px, pz], axis=1)
+    )
     slope_x = cos_c * vx + sin_c * vy + rate_c * (cos_c * py - sin_c * px)
     slope_y = cos_c * vy - sin_c * vx - rate_c * (cos_c * px + sin_c * py)
-    return point, np.stack([slope_x, slope_y, vz], axis=1)
+    return point, np.stack([slope_x, slope_y, vz], axis=1) + drift
 
 
 #: Places and weights of Gauss's rule over 0 to 1.

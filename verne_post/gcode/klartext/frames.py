@@ -20,8 +20,7 @@ from verne_post.gcode.machining.turning import find_machine_place, move_machine_
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.standing_table import refuse_turned_head
-from verne_post.model.moves import AXES, MoveKind
+from verne_post.model.moves import MoveKind
 
 
 class KlartextFrames:
@@ -104,7 +103,6 @@ class KlartextFrames:
         if not self.setup.machine:
             return Map()
         base = replace(self.state.frame, feature=None)
-        refuse_turned_head(self.setup.coordinates, program, base, "motion without tool-centre-point control")
         upright, turned = np.zeros((4, 9)), np.zeros((1, 9))
         upright[1:, :3] = np.eye(3)
         turned[0, 3:6] = program[3:6]
@@ -144,13 +142,6 @@ class KlartextFrames:
         where they stand still. ``axes`` are those that the program names.
         """
         state, coordinates = self.state, self.setup.coordinates
-        if heads := [
-            AXES[axis] for axis in coordinates.head if axis in targets and targets[axis] != state.position[axis]
-        ]:
-            raise ProgramError(
-                "VP017", f"{' and '.join(heads)} without tool-centre-point control: the tool swings with the head, which is not executed; write M128 "
-                "or FUNCTION TCPM first, or PLANE with MOVE",
-            )  # fmt: skip
         ends = list(state.position)
         for axis, value in targets.items():
             ends[axis] = value

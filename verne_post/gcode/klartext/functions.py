@@ -124,6 +124,10 @@ class KlartextFunctions:
             self.core.frames.set_frame(
                 replace(state.frame, tool=vector9((*state.frame.tool[:2], length, *state.frame.tool[3:])))
             )
+        if (
+            self.setup.coordinates.head
+        ):  # without M128 a length along Z of the machine is another place of a turned tool
+            self.frames.refresh_frame()
         self._show_tool()
 
     def _show_tool(self) -> None:

@@ -185,6 +185,11 @@ class KlartextPlanes:
 
     def _axial(self, statement: Statement, words: PlaneWords) -> tuple[Array, tuple[float, float]]:
         """PLANE AXIAL: the plane of rotary axes at given positions."""
+        if self.setup.coordinates.head:
+            raise statement.error(
+                "VP017",
+                "PLANE AXIAL is not executed on a machine whose tool turns; give the plane by angles, points or vectors",
+            )
         program, rotary = list(self.state.position), self.setup.rotary
         given = False
         for axis, letter in ((3, "A"), (4, "B"), (5, "C")):
@@ -254,7 +259,7 @@ class KlartextPlanes:
     def _upright_angles(self, held: list[float], base: object, table: Array | None) -> tuple[float, float]:
         """The tool is vertical, C free: at 0, or with TABLE ROT so that X of the plane lies along X of the machine."""
         tilt, turn = self.setup.rotary
-        if table is None:
+        if table is None or turn in self.setup.coordinates.head:
             return held[tilt], 0.0
         place = list(held)
         angle = math.degrees(math.atan2(table[1, 0], table[0, 0]))

@@ -119,8 +119,7 @@ class KlartextRecovery:
         if target.turns and not to.modes.tcp:  # X, Y, Z of the machine keep their numbers
             self.uncertain |= to.maps.tilt is not None
             place(state, [*start[:3], *target.end[3:]])
-            with suppress(ProgramError):  # a head that stands turned
-                to.frames.refresh_frame()
+            to.frames.refresh_frame()
         place(state, list(target.end))
 
     def _take_pole(self, statement: Statement) -> None:

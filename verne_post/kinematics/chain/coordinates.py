@@ -12,6 +12,7 @@ from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.chain.machine import ChainMachine
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.moves import AXES, Frame
+from verne_post.model.toolpath import TurnSegments
 
 
 class ChainCoordinates(Struct, frozen=True, eq=False):
@@ -68,11 +69,6 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
     # --- the nominal machine -------------------------------------------------------------------------------
 
     @property
-    def rotary_centre(self) -> Array:
-        """A point of the axis of the turning joint (3,), polar frame."""
-        return self.machine.turn.through
-
-    @property
     def rotary_offset(self) -> Array:
         """From the axis of the tilting joint to that of the turning one (3,), where both are on the part's side; else 0."""
         both = not (self.machine.tilt.on_tool or self.machine.turn.on_tool)
@@ -84,12 +80,21 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         joint = self.machine.turn if self.machine.tilt.on_tool else self.machine.tilt
         return joint.through * [1.0, -1.0, -1.0]
 
-    def gauge_point(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
-        """Place that a joint pair on the part's side carries a tip to, seen from the tilt axis; ``tool_length`` above it."""
-        rotary = angles - [self.machine.pair.home_tilt, 0.0]
-        along = np.asarray(tool_length, dtype=float)[..., None] * self.machine.axis
-        place = self.machine.turn_part(tip, rotary) - self.machine.tilt.through + along
-        return rotate_x(place, self.machine.pair.home_tilt)  # as if A were 0 at home
+    def carry_tips(self, start: Array, end: Array, tool_length: Array) -> TurnSegments:
+        """Moves from pose to pose (n, 5) along which all joints go linearly, with tool lengths (n,)."""
+        machine, home = self.machine, self.machine.pair.home_tilt
+        tilt, turn = machine.tilt.through, machine.turn.through
+        at_home = machine.place_tip(tool_length)
+        first, last = (machine.platform_gauge(pose[:, :3], pose[:, 3:], tool_length) for pose in (start, end))
+        still = np.zeros_like(first)
+        # the tip is the sum of what tilts and turns, of what only turns, and of what goes straight
+        tilts, turns, straight = [at_home - tilt] * 2, [still + tilt - turn] * 2, [still + turn] * 2
+        carried = tilts if not machine.tilt.on_tool else turns if not machine.turn.on_tool else straight
+        carried[:] = [carried[0] + first, carried[1] + last]
+        return TurnSegments(
+            rotate_x(tilts[0], home), rotate_x(tilts[1], home), start[:, 3:], end[:, 3:], -turns[0], straight[0],
+            turns[1] - turns[0], straight[1] - straight[0],
+        )  # fmt: skip
 
     # --- program and part -------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.moves import AXES, Frame
+from verne_post.model.toolpath import TurnSegments
 
 #: A tilts the tool, C turns it about its pole.
 _AXES: Final = (AXES.index("A"), AXES.index("C"))
@@ -74,11 +75,6 @@ class TiltingTable(Struct, frozen=True, eq=False):
         return True
 
     @property
-    def rotary_centre(self) -> Array:
-        """A point of the rotary axis (3,): the origin of the table frame."""
-        return np.zeros(3)
-
-    @property
     def _words(self) -> RotaryWords:
         return RotaryWords(_AXES, self.a_sign, self.c_sign)
 
@@ -109,6 +105,12 @@ class TiltingTable(Struct, frozen=True, eq=False):
         turned = np.array(gauge, dtype=float)
         turned[..., 2] -= tool_length
         return rotate_z(rotate_x(turned, -angles[..., 0]) - self.rotary_offset, -angles[..., 1])
+
+    def carry_tips(self, start: Array, end: Array, tool_length: Array) -> TurnSegments:
+        """Moves from pose to pose (n, 5) along which the gauge-line point and the angles go linearly."""
+        first, last = (self.gauge_point(pose[:, :3], pose[:, 3:], 0.0) for pose in (start, end))
+        still = np.zeros((3, *first.shape))
+        return TurnSegments(first, last, start[:, 3:], end[:, 3:], np.tile(self.rotary_offset, (len(first), 1)), *still)
 
     # --- program, table and machine coordinates ------------------------------------------------
 
