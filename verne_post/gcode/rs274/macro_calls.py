@@ -16,7 +16,7 @@ from verne_post.model.control_keys import FanucKeys
 
 #: P and L of a call, and the local variables of the macro.
 Arguments = tuple[dict[str, float], dict[int, float]]
-_CALL: Final = re.compile(r"(?<![A-Z])G0*6[56](?![0-9.])", re.IGNORECASE)
+_CALL: Final = re.compile(r"(?<![A-Z])G[ \t]*0*6[ \t]*[56](?![0-9.])", re.IGNORECASE)
 #: What an alarm and a stop of a program are set by; and settings of the control that are without effect here: clocks, single
 #: block, overrides, mirror images of the operator.
 _ALARM: Final = 3000
@@ -26,7 +26,7 @@ _WITHOUT_EFFECT: Final = (3001, 3002, 3003, 3004, 3011, 3012)
 
 def read_macro_call(text: str, values: Values, keys: FanucKeys) -> tuple[str, Arguments | None]:
     """A line up to its G65 or G66, and the arguments that follow; None for any other line."""
-    if _CALL.search(text) is None:
+    if "6" not in text or _CALL.search(text) is None:
         return text, None
     characters, places, _comment = strip_comments(text)
     match = _CALL.search(characters)
