@@ -7,6 +7,7 @@ from verne_post.gcode.block import Block, strip_comments
 from verne_post.gcode.expressions import ValueReader, Values
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, SCALE_OFF
 from verne_post.gcode.rs274.fanuc_points import lines_without_point
 from verne_post.gcode.rs274.interpreter import Call
 from verne_post.gcode.rs274.macro_text import read_arguments
@@ -17,6 +18,8 @@ from verne_post.model.control_keys import FanucKeys
 #: P and L of a call, and the local variables of the macro.
 Arguments = tuple[dict[str, float], dict[int, float]]
 _CALL: Final = re.compile(r"(?<![A-Z])G[ \t]*0*6[ \t]*[56](?![0-9.])", re.IGNORECASE)
+#: Codes whose axis words move nothing.
+_STANDING: Final = (100, 520, 920, SCALE_OFF, MIRROR_OFF, *OF_FRAMES)
 #: What an alarm and a stop of a program are set by; and settings of the control that are without effect here: clocks, single
 #: block, overrides, mirror images of the operator.
 _ALARM: Final = 3000
@@ -46,7 +49,7 @@ def find_macro_call(block: Block, codes: set[int], modes: Modes, axes: str) -> C
     if not codes & {650, 660}:
         if 670 in codes:
             modes.macro = None
-        moves = modes.motion is not None and set(axes) & set(block.words)
+        moves = modes.motion is not None and set(axes) & set(block.words) and not codes & set(_STANDING)
         return modes.macro if moves else None
     calls, arguments = block.arguments or ({}, {})
     if "P" not in calls:
