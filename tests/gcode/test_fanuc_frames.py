@@ -212,7 +212,7 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G68.2 P4 I1", "VP002", "P4"), ("G68.2 P2 Q1 X0 / G1 X1", "VP005", "Q2, Q3"), ("G68.2 P2 Q4", "VP007", "Q4"), ("G68.2 P3 Q1 I1 / G68.2 P3 Q2 I1", "VP007", "right angles"),
     ("G68.2 P2 Q1 X0 / G68.2 P2 Q2 X1 / G68.2 P2 Q3 X2", "VP007", "line"), ("G68.2 P1 Q122 I1", "VP007", "Q122"), ("G68.2 P0 Q1 I1", "VP006", "Q"), ("G68.3 R0", "VP017", "vertical"),
     ("G68.3 X1", "VP005", "X, Y and Z"), ("G53.6 H1", "VP017", "G68.2"), ("G68.2 I0 / G53.6 H1 R5", "VP002", "R"), ("G68.4 X0", "VP002", "G68.4"),
-    ("G1 X9 ,R2 / M8", "VP017", "line or an arc"), ("G1 X9 ,R2 / G0 Y9", "VP017", "line or an arc"), ("G0 X9 ,R2", "VP017", "feed move"), ("G1 X1 ,R2 / Y9", "VP008", ",R"),
+    ("G68 X0 Y0 R9 / #1=#5001", "VP025", "#5001"), ("G51.1 X0 / #1=#5042", "VP025", "#5042"), ("G1 X9 ,R2 / M8", "VP017", "line or an arc"), ("G1 X9 ,R2 / G0 Y9", "VP017", "line or an arc"), ("G0 X9 ,R2", "VP017", "feed move"), ("G1 X1 ,R2 / Y9", "VP008", ",R"),
     ("G1 X9 ,C2 / G2 X5 Y5 R9", "VP008", ",C"), ("G1 X9 ,R0 / Y9", "VP007", "greater than 0"), ("G1 X9 ,R2", "VP017", "line or an arc"), ("G1 X9 Z1 ,R2 / Y9", "VP008", "plane"),
     ("G76 Z-3 R2 Q0.2", "VP005", "bore_shift"), ("G76 Z-3 R2", "VP005", "Q greater"), ("G87 Z-3 R2 Q1", "VP002", "G87"), ("G81 Z-3 R2 / G80 / G82 Z-3 P1", "VP005", "R"),
     ("G10 L11 P9 R1", "VP012", "tool 9"), ("G10 L12 P1", "VP005", "R"), ("G10 L14 P1 R1", "VP002", "L14"), ("G91 G30 P3 Z0", "VP015", "P3"), ("G12 I5. F9", "VP002", "G12"),

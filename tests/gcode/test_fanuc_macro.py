@@ -87,6 +87,7 @@ def test_statements(run, lines, ends):
     ("#1=7 / M98 P9000 / G0 X#1", "G0 X#1 / #1=8", [7, 8]),
     # G66: after every block that moves, with variables that are kept from call to call
     ("G66 P9000 A1 / G0 X10 / G4 P1 / X20 / G67 / X30", "#1=#1+1 / G0 X#1", [10, 2, 2, 20, 3, 30]),
+    ("G66 P9000 A1 / G52 X0 / G92 Y0 / G0 X10 / G67", "#1=#1+1 / G0 X#1", [10, 2]),
     ("G90 G65 P9000 A[1+2] (WORDS) B4", "G0 X#1 / X#2", [3, 4]),
 ])  # fmt: skip
 def test_calls(run, call, body, ends):

@@ -137,3 +137,17 @@ def test_what_tapping_needs(view, dialect, text, code, part):
     findings = view(program(dialect, text), dialect=dialect, tapping="feed")[1]
     assert [item.code for item in findings] == [code]
     assert part in findings[0].message
+
+
+def test_the_same_thread_is_the_same_motion_in_every_language(view):
+    """M8 coarse, 400 turns a minute, from 2 mm over the surface to 10 mm below it, then to 20 mm; RS274/NGC written out."""
+    programs = {
+        "rs274": "G21 G90 G0 X0 Y0 Z50\nF500\nG0 Z2\nG1 Z-10\nZ2\nG0 Z20\nM2",
+        "fanuc": program("fanuc", "S400\nG0 Z20\nG84 Z-10 R2 F500"),
+        "siemens": program("siemens", "CYCLE84(20,0,2,-10,,,5,8,,0,400)"),
+        "heidenhain": program("heidenhain", "TOOL CALL S400\n" + TAP_207.format(pitch="+1.25")),
+    }
+    found = {name: shown(view(text, dialect=name, tapping="feed")[0]) for name, text in programs.items()}
+    assert found["rs274"] == "2 -10:500 2:500 20"
+    assert found["fanuc"] == "20 2 -10:500 2:500 20"  # one retract more: G98 goes back to where the cycle began
+    assert found["siemens"] == found["heidenhain"] == found["rs274"]

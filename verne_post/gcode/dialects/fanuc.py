@@ -54,7 +54,7 @@ from verne_post.gcode.rs274.fanuc_words import FanucWords
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.macro_calls import find_local_call, find_macro_call, read_macro_call, set_control_variable
 from verne_post.gcode.rs274.macro_text import read_statement
-from verne_post.gcode.rs274.modes import AxisMaps
+from verne_post.gcode.rs274.modes import NO_MAPS
 from verne_post.gcode.rs274.nurbs import NURBS, NurbsCodes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import whole
@@ -68,9 +68,8 @@ _MACRO: Final = re.compile(
     r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
 )
 #: What the words of a block do not say: calls, and whether factors have a decimal point.
-_READ: Final = re.compile(rb"(?<![A-Z])G0*(?:6[56]|51)(?![0-9.])", re.IGNORECASE)
+_READ: Final = re.compile(rb"G[ \t]*0*(?:6[ \t]*[56]|5[ \t]*1)(?![0-9.])")
 _FACTOR: Final = re.compile(r"(?<![A-Z])[PIJK][ \t]*[-+]?[ \t]*(?:[0-9 \t]*\.|[#\[])", re.IGNORECASE)
-_NO_MAPS: Final = AxisMaps()
 #: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
 _LEFT_OVER: Final = re.compile(r"[^()]*\)")
 
@@ -119,8 +118,9 @@ class FanucInterpreter(Rs274):
     def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
         """Calls of macros; and words without a decimal point, where they count increments."""
         conventional = setup.control.get("fanuc", {}).get("decimal_point") == "conventional"
-        calls = find_lines(text, [match.start() for match in _READ.finditer(text)])
-        return np.union1d(calls, lines_without_point(text)) if conventional else calls
+        calls = [match.start() for match in _READ.finditer(text.upper())]
+        left = find_lines(text, calls) if calls else super().leave_to_reader(text, setup)
+        return np.union1d(left, lines_without_point(text)) if conventional else left
 
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """As RS274/NGC; says what it does where R is above the tool."""
@@ -221,7 +221,7 @@ class FanucInterpreter(Rs274):
         return (
             self.corners.waiting is None
             and modes.macro is None
-            and modes.maps == _NO_MAPS
+            and modes.maps is NO_MAPS
             and not modes.after_turn
             and not modes.follows_table
             and self.planes.given is None
@@ -240,14 +240,14 @@ class FanucInterpreter(Rs274):
         if block.comment is None and not block.settings and self._is_plain() and self.execute_plain_motion(block):
             return
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
-        if not codes & {PLANE} and (block.codes or block.words):
+        if self.planes.given is not None and PLANE not in codes and (block.codes or block.words):
             self.planes.check_complete()
         if self.modes.follows_table:
             self.planes.refuse_turning(block)
         if self.modes.after_turn:
             self.planes.check_first_motion(block, codes)
         control = self.state.control
-        flipped = self.maps.convert(block, codes) if self.modes.maps != _NO_MAPS else None
+        flipped = None if self.modes.maps is NO_MAPS else self.maps.convert(block, codes)
         self.words.convert_length(block, codes)
         self.words.convert_times(block, codes)
         self.words.convert_repeats(block, codes)
@@ -307,12 +307,12 @@ class FanucInterpreter(Rs274):
 
     def _set_mirror(self, block: Block, code: int) -> None:
         """G51.1; G50.1, which names axes whether they are mirrored or not."""
-        if code == MIRROR or self.modes.maps.mirrors != _NO_MAPS.mirrors:
+        if code == MIRROR or self.modes.maps.mirrors != NO_MAPS.mirrors:
             self.maps.set_mirror(block, code)
 
     def _system_number(self, block: Block, code: int) -> int:
         self.planes.refuse_under_plane("a change of work offset")
-        if self.modes.maps != _NO_MAPS:
+        if self.modes.maps is not NO_MAPS:
             raise ProgramError(
                 "VP017", "a change of work offset under G51, G51.1 or G16; write G50, G50.1 or G15 first"
             )
@@ -347,7 +347,7 @@ class FanucInterpreter(Rs274):
         return usable if self.state.compensation is not None else usable | {"D"}
 
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
-        of_frames = OF_FRAMES if self.modes.maps.mirrors == _NO_MAPS.mirrors else (*OF_FRAMES, MIRROR_OFF)
+        of_frames = OF_FRAMES if self.modes.maps.mirrors == NO_MAPS.mirrors else (*OF_FRAMES, MIRROR_OFF)
         if frame_codes := [code for code in g.values() if code in of_frames]:  # take the axis words, all alone
             name = g_name(frame_codes[0])
             if len(frame_codes) > 1 or g.keys() & {"motion", "non-modal", "machine coordinates", "plane axis"}:

@@ -63,12 +63,14 @@ class CornerQueue:
 
     def prepare(self, block: Block, modes: Modes) -> None:
         """Take the corner that ends a block; refuse (VP017) anything but a line or an arc after one."""
+        self.corner = None
+        if self.waiting is None and block.corner is None:
+            return
         codes, moves = [code[:2] for code in block.codes], bool(set(block.words) & set("XYZIJK"))
         if self.waiting is not None and (codes or block.words):
             alone = not block.settings and not set(block.words) - set("XYZIJKRF")
             if not (moves and alone and set(codes) <= {*_MOTIONS, *_DISTANCES}):
                 self._refuse_waiting()
-        self.corner = None
         if block.corner is not None:
             letter, size = block.corner
             if not moves or not (set(codes) & set(_MOTIONS) or modes.motion in (10, 20, 30)):

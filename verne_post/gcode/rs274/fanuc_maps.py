@@ -1,7 +1,7 @@
 """Scaling (G51), mirror images (G51.1) and polar coordinates (G16) of Fanuc: words of a block become those of the work system."""
 
 import math
-from typing import Final
+from typing import Any, Final
 
 from msgspec.structs import replace
 
@@ -12,7 +12,7 @@ from verne_post.gcode.codes import CYCLES, TAKES_AXES, g_name
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.fanuc_codes import MIRROR, MIRROR_OFF, OF_FRAMES, SCALE_OFF
-from verne_post.gcode.rs274.modes import AxisMaps, Modes
+from verne_post.gcode.rs274.modes import NO_MAPS, AxisMaps, Modes
 from verne_post.gcode.rs274.values import WordValues
 
 #: Factors of scaling, as controls bound them.
@@ -32,21 +32,27 @@ class FanucMaps:
         self.core, self.values, self.state = core, values, core.state
         self.modes: Modes = core.state.modes
 
+    def _set(self, maps: AxisMaps, **changes: Any) -> None:
+        """Change what holds; :data:`NO_MAPS` itself where nothing does."""
+        changed = replace(maps, **changes)
+        ended = replace(changed, centers=NO_MAPS.centers) == NO_MAPS
+        self.modes.maps = NO_MAPS if ended else changed
+
     # --- what holds --------------------------------------------------------------------------------
 
     def set_polar(self, on: bool) -> None:
         """G16, G15."""
         maps = self.modes.maps
-        if on and (maps.factors, maps.mirrors) != (AxisMaps().factors, AxisMaps().mirrors):
+        if on and (maps.factors, maps.mirrors) != (NO_MAPS.factors, NO_MAPS.mirrors):
             raise ProgramError("VP017", "G16 under G51 or G51.1; write G50 and G50.1 first")
-        self.modes.maps = replace(maps, polar=on)
+        self._set(maps, polar=on)
 
     def set_scale(self, block: Block, code: int, text_has_point: bool) -> None:
         """G51 X Y Z P: all axes by one factor about a point; I J K: each axis by its own. G50 ends it."""
         words, maps, state = block.words, self.modes.maps, self.state
         self.core.refuse_compensation(g_name(code))
         if code == SCALE_OFF:
-            self.modes.maps = replace(maps, factors=(1.0,) * 3)
+            self._set(maps, factors=(1.0,) * 3)
             return
         if self.modes.turns or maps.polar or maps.factors != (1.0,) * 3:
             raise ProgramError(
@@ -76,7 +82,7 @@ class FanucMaps:
             self.values.axis_value(block, axis) if letter in words else state.position[axis]
             for axis, letter in enumerate(_LINEAR)
         )
-        self.modes.maps = replace(maps, factors=factors, centers=centers)
+        self._set(maps, factors=factors, centers=centers)
 
     def set_mirror(self, block: Block, code: int) -> None:
         """G51.1 X Y Z: mirror images about places of axes; G50.1 ends those of the axes that it names."""
@@ -92,7 +98,7 @@ class FanucMaps:
         mirrors = list(maps.mirrors)
         for axis in given:
             mirrors[axis] = self.values.axis_value(block, axis) if code == MIRROR else None
-        self.modes.maps = replace(maps, mirrors=tuple(mirrors))
+        self._set(maps, mirrors=tuple(mirrors))
 
     # --- blocks ------------------------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.turning import turn_table
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, PLANE_OFF, ROTATION
-from verne_post.gcode.rs274.modes import AxisMaps, Modes
+from verne_post.gcode.rs274.modes import NO_MAPS, Modes
 from verne_post.gcode.rs274.values import WordValues, whole
 from verne_post.gcode.standing_table import standing_table
 from verne_post.gcode.table_positions import choose_position, find_positions
@@ -259,7 +259,7 @@ class FanucPlanes:
                 modes.follows_table = False
             return
         self.refuse_under_plane("G254")
-        if modes.maps != AxisMaps():
+        if modes.maps is not NO_MAPS:
             raise ProgramError("VP017", "G254 under G51, G51.1 or G16; end that before")
         self.core.require_known(block, [*self.setup.rotary], "G254")
         if state.tool_axis is not None:

@@ -7,6 +7,7 @@ from verne_post.gcode.block import Block, strip_comments
 from verne_post.gcode.expressions import ValueReader, Values
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, SCALE_OFF
 from verne_post.gcode.rs274.fanuc_points import lines_without_point
 from verne_post.gcode.rs274.interpreter import Call
 from verne_post.gcode.rs274.macro_text import read_arguments
@@ -16,7 +17,9 @@ from verne_post.model.control_keys import FanucKeys
 
 #: P and L of a call, and the local variables of the macro.
 Arguments = tuple[dict[str, float], dict[int, float]]
-_CALL: Final = re.compile(r"(?<![A-Z])G0*6[56](?![0-9.])", re.IGNORECASE)
+_CALL: Final = re.compile(r"(?<![A-Z])G[ \t]*0*6[ \t]*[56](?![0-9.])", re.IGNORECASE)
+#: Codes whose axis words move nothing.
+_STANDING: Final = (100, 520, 920, SCALE_OFF, MIRROR_OFF, *OF_FRAMES)
 #: What an alarm and a stop of a program are set by; and settings of the control that are without effect here: clocks, single
 #: block, overrides, mirror images of the operator.
 _ALARM: Final = 3000
@@ -26,7 +29,7 @@ _WITHOUT_EFFECT: Final = (3001, 3002, 3003, 3004, 3011, 3012)
 
 def read_macro_call(text: str, values: Values, keys: FanucKeys) -> tuple[str, Arguments | None]:
     """A line up to its G65 or G66, and the arguments that follow; None for any other line."""
-    if _CALL.search(text) is None:
+    if "6" not in text or _CALL.search(text) is None:
         return text, None
     characters, places, _comment = strip_comments(text)
     match = _CALL.search(characters)
@@ -46,7 +49,7 @@ def find_macro_call(block: Block, codes: set[int], modes: Modes, axes: str) -> C
     if not codes & {650, 660}:
         if 670 in codes:
             modes.macro = None
-        moves = modes.motion is not None and set(axes) & set(block.words)
+        moves = modes.motion is not None and set(axes) & set(block.words) and not codes & set(_STANDING)
         return modes.macro if moves else None
     calls, arguments = block.arguments or ({}, {})
     if "P" not in calls:

@@ -8,7 +8,7 @@ from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.machining.state import ParameterStore, State
 from verne_post.gcode.missing_setup import check_measured
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.modes import Modes
+from verne_post.gcode.rs274.modes import NO_MAPS, Modes
 from verne_post.gcode.setup import Setup
 from verne_post.model.moves import FeedMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
@@ -89,6 +89,12 @@ def read_variable(parameters: Shown, key: int) -> float:
 def _read_position(parameters: Shown, key: int) -> float | None:
     """Positions in the unit of the program."""
     if key in _ENDS:
+        modes = parameters.modes
+        if modes.turns or modes.maps is not NO_MAPS:
+            raise ProgramError(
+                "VP025",
+                f"#{key} under G68, G51, G51.1 or G16: controls differ in the system in which they count; read it before",
+            )
         return parameters.find_position(_ENDS[key])
     return parameters.find_machine_position(key - _MACHINE.start) if key in _MACHINE else None
 

@@ -93,6 +93,10 @@ class AxisMaps(Struct, frozen=True):
         return self.find_map(u)[0] * self.find_map(v)[0] < 0
 
 
+#: Words are places of the work system.
+NO_MAPS: Final = AxisMaps()
+
+
 class Modes(Struct):
     """What holds in RS274/NGC. mm, degrees."""
 
@@ -116,7 +120,7 @@ class Modes(Struct):
     #: G254 of Haas holds.
     follows_table: bool = False
     #: Fanuc's G51, G51.1, G16.
-    maps: AxisMaps = AxisMaps()
+    maps: AxisMaps = NO_MAPS
     #: Fanuc's G68: how often it has turned coordinates; which axes must be named next, all together, and after which code.
     turns: int = 0
     turned_axes: tuple[int, ...] = ()
