@@ -33,15 +33,15 @@ read by the commands alone: pass what they say as options.
 
 A bad *program* or set-up never raises: it makes a result whose findings say why. A bad *call* raises `UsageError`, which names
 the argument and what would be right. A machine file that cannot be used raises `InputError`, which carries findings. What
-`convert`, `verify`, `explain` and `fit` return is printed as the commands print it: `print(result.summary)`.
+`convert`, `verify`, `machined`, `explain` and `fit` return is printed as the commands print it: `print(result.summary)`.
 
 A strict type checker knows every name below. `dir(verne_post)` lists the same names. `verne_post.gcode.read_moves` is the
 interpreter alone. This page is made from the docstrings by `docs/make_api.py`.
 """
-FUNCTIONS = ("load_machine", "convert", "check", "explain", "verify", "fit", "work_offsets")
+FUNCTIONS = ("load_machine", "convert", "check", "explain", "verify", "machined", "fit", "work_offsets")
 CLASSES = (
     "Options", "WorkOffset", "Tool", "Cylinder", "Box", "Result", "Setpoints", "Finding", "Explanation", "Verification",
-    "Summary", "Verdict", "Machine", "UsageError", "InputError",
+    "Machined", "Summary", "Verdict", "Machine", "UsageError", "InputError",
 )  # fmt: skip
 
 

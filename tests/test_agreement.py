@@ -22,7 +22,9 @@ from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 
 #: Codes of geometry that no program here causes; with the reason.
-WITHOUT_A_CASE: Final[dict[str, str]] = {}
+WITHOUT_A_CASE: Final[dict[str, str]] = dict.fromkeys(
+    ("VP218", "VP219", "VP220"), "of machined alone (tests/cli/test_machined.py)"
+)
 
 
 def bodied(rods: str = "", bodies: str = "") -> tuple[tuple[str, str], ...]:

@@ -32,8 +32,8 @@ verify view wait wake warn watch whiten widen work wrap write
 VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.
 NAMED_OTHERWISE = {"property", "cached_property", "setter", "command", "group"}
-#: Hooks that a library calls by these names.
-HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "main"}
+#: Hooks that a library calls by these names, and a function that bears the name of its command.
+HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "main", "machined"}
 
 
 def decorator_name(decorator: ast.expr) -> str:

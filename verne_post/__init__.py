@@ -8,7 +8,7 @@ import typing as _typing
 
 if _typing.TYPE_CHECKING:
     from verne_post import gcode
-    from verne_post.api import check, convert, explain, fit, verify
+    from verne_post.api import check, convert, explain, fit, machined, verify
     from verne_post.app.explain import Explanation
     from verne_post.app.result import Result, Setpoints
     from verne_post.config import load_machine
@@ -20,6 +20,7 @@ if _typing.TYPE_CHECKING:
     from verne_post.model.summary import Summary
     from verne_post.model.verdict import Verdict
     from verne_post.model.verification import Verification
+    from verne_post.part.verdict import Machined
 
 __version__ = "0.1.0"
 
@@ -31,6 +32,7 @@ _HOME = {
     "Finding": "verne_post.model.findings",
     "InputError": "verne_post.model.findings",
     "Machine": "verne_post.model.machine",
+    "Machined": "verne_post.part.verdict",
     "Options": "verne_post.model.options",
     "Result": "verne_post.app.result",
     "Setpoints": "verne_post.app.result",
@@ -45,6 +47,7 @@ _HOME = {
     "explain": "verne_post.api",
     "fit": "verne_post.api",
     "load_machine": "verne_post.config",
+    "machined": "verne_post.api",
     "verify": "verne_post.api",
     "work_offsets": "verne_post.model.option_checks",
 }
@@ -56,6 +59,7 @@ __all__ = [
     "Finding",
     "InputError",
     "Machine",
+    "Machined",
     "Options",
     "Result",
     "Setpoints",
@@ -72,6 +76,7 @@ __all__ = [
     "fit",
     "gcode",
     "load_machine",
+    "machined",
     "verify",
     "work_offsets",
 ]

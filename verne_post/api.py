@@ -5,18 +5,21 @@ becomes findings of the result, as on the command line; a call that means nothin
 """
 
 import io
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
 from msgspec.structs import replace
 
-from verne_post.app.assemble import assemble
+from verne_post.app.assemble import Program, assemble
 from verne_post.app.check import check_source
 from verne_post.app.convert import convert_source
 from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
+from verne_post.app.machined import judge_part
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.row_format import drives_of
 from verne_post.app.verify import verify_setpoints
@@ -25,17 +28,22 @@ from verne_post.base.text_marks import without_mark
 from verne_post.config import load_machine
 from verne_post.config.setup_values import Setup, with_setup
 from verne_post.config.subprograms import subprograms_of
-from verne_post.model.findings import InputError, UsageError
+from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.option_checks import check_ranges
 from verne_post.model.options import Options
-from verne_post.model.part_setup import COORDINATES
+from verne_post.model.part_setup import COORDINATES, SYSTEM_NUMBERS
+from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.verdict import ExitStatus, status_of
 from verne_post.model.verification import Verification
 from verne_post.output.findings import text_line
 from verne_post.output.fit import text as fit_text
+from verne_post.output.machined import describe_comparisons
 from verne_post.output.setpoints import read_csv
 from verne_post.output.summary import verdict_line
+from verne_post.part.compare import Wanted
+from verne_post.part.stl import UNITS, read_stl
+from verne_post.part.verdict import Datum, Machined
 from verne_post.toolpath.work_offset import Aim, Proposal
 
 #: A program: its bytes, its text, or where its file is.
@@ -152,21 +160,74 @@ def verify(
     InputError
         The file or the program cannot be read.
     """
-    written = setpoints.to_csv() if isinstance(setpoints, Setpoints) else setpoints
-    try:
-        stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
-    except UnicodeDecodeError as error:
-        raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
     text, chosen = _read_program(source, options, setup)
     loaded = _load_machine(machine)
     program = assemble(text, loaded, chosen)
-    drives = drives_of(loaded, chosen)
-    name = str(setpoints) if isinstance(setpoints, os.PathLike) else "setpoints"
-    verdict = verify_setpoints(program, read_csv(stream, name, loaded.columns, program.cycle, drives))
+    name, blocks = _read_setpoints(setpoints, program)
+    verdict = verify_setpoints(program, blocks)
     passes = status_of(verdict.findings) == ExitStatus.CLEAN
     lines = [text_line(chosen.source_name, item) for item in verdict.findings]
     verdict.text = "\n".join([*lines, verdict_line(name, verdict, loaded, passes=passes)])
     return verdict
+
+
+def machined(
+    setpoints: Setpoints | Source, source: Source, machine: MachineLike, options: Options | None = None, *,
+    nominal: bytes | os.PathLike[str], system: str = "G54", unit: str = "mm", gouge: float = Wanted().gouge,
+    excess: float = Wanted().excess, grid: float = Wanted().grid, search: float = Wanted().search, datum: Datum = "table",
+    setup: Setup = "beside",
+) -> Machined:  # fmt: skip
+    """Compare setpoints as written (CSV) with the nominal part: gouges, excess, and what is certain about every facet.
+
+    Parameters
+    ----------
+    setpoints : Setpoints, bytes, str or path
+        What :func:`convert` returned, or the text or file of a setpoint CSV.
+    source, machine, options, setup
+        As they were converted with; ``tool_shapes`` has the cutters.
+    nominal : bytes or path
+        An STL file.
+    system : str
+        The work system that it is in, or "table".
+    unit : {"mm", "cm", "m", "inch"}
+        Of the STL, which does not say it.
+    gouge, excess : float
+        mm along the normal: deeper cuts are errors (VP218), more material is a warning (VP219).
+    grid : float
+        mm; no place of the surface is farther from one that is looked at.
+    search : float
+        mm; how deep below and how high above the surface is looked.
+    datum : {"table", "fit"}
+        Which comparison counts: the part where the set-up puts it, or where it fits best.
+
+    Raises
+    ------
+    InputError
+        A file or the program cannot be read, or a tool has no shape.
+    UsageError
+    """
+    given = {"gouge": gouge, "excess": excess, "grid": grid, "search": search}
+    for name, value in given.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+            raise UsageError(name, f"{value!r}: expected mm above 0")
+    for key, word, allowed in (
+        ("system", system, ("table", *SYSTEM_NUMBERS)), ("unit", unit, UNITS), ("datum", datum, get_args(Datum)),
+    ):  # fmt: skip
+        if word not in allowed:
+            raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
+    text, chosen = _read_program(source, options, setup)
+    program = assemble(text, _load_machine(machine), chosen)
+    name, blocks = _read_setpoints(setpoints, program)
+    rows = list(blocks)
+    if not rows:
+        raise InputError(finding("VP020", "the setpoint file has no rows"))
+    factor = np.array([column.factor for column in program.machine.columns])
+    q, line = np.concatenate([one.values for one in rows]) / factor, np.concatenate([one.line for one in rows])
+    part = str(nominal) if isinstance(nominal, os.PathLike) else "the nominal part"
+    mesh = read_stl(bytes(Path(nominal).read_bytes() if isinstance(nominal, os.PathLike) else nominal), part, unit)
+    found = judge_part(program, q, line, mesh, SYSTEM_NUMBERS.get(system), Wanted(**given), datum)
+    lines = [text_line(chosen.source_name, item) for item in found.findings]
+    return replace(found, text="\n".join([*lines, describe_comparisons(name, found).rstrip()]))
 
 
 def fit(
@@ -237,6 +298,18 @@ def _read(source: Source, what: str) -> Text:
     if isinstance(source, LongText):
         return source
     raise UsageError(what, f"expected bytes, text or a path, got {type(source).__name__}")
+
+
+def _read_setpoints(setpoints: Setpoints | Source, program: Program) -> tuple[str, Iterator[SetpointBlock]]:
+    """The name and the rows of a setpoint file."""
+    written = setpoints.to_csv() if isinstance(setpoints, Setpoints) else setpoints
+    try:
+        stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
+    name = str(setpoints) if isinstance(setpoints, os.PathLike) else "setpoints"
+    drives = drives_of(program.machine, program.options)
+    return name, read_csv(stream, name, program.machine.columns, program.cycle, drives)
 
 
 def _load_machine(machine: MachineLike) -> Machine:

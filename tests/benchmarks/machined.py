@@ -10,7 +10,9 @@ import numpy as np
 
 from verne_post.model.part_setup import Cylinder
 from verne_post.part.bodies import build_pieces
+from verne_post.part.compare import Wanted, compare
 from verne_post.part.motion import Motion, build_motion
+from verne_post.part.stl import build_mesh
 from verne_post.part.sweep import find_nearest
 
 ROWS, SIZE, PITCH, RADIUS = 100_000, 40.0, 1.0, 4.0
@@ -57,6 +59,17 @@ def main() -> None:
         f"numpy: {len(some)} points {took:.2f} s, {1e6 * took / len(some):.1f} us a point, {took * len(point) / len(some):.0f} s for all"
     )
     print(f"difference {np.abs(other.distance - found.distance[: given.numpy]).max():.1e}")
+    corner = np.array([[0.0, 0, 0], [SIZE, 0, 0], [SIZE, SIZE, 0], [0, SIZE, 0]])
+    mesh, small = (build_mesh("plane", size * corner[[[0, 1, 2], [0, 2, 3]]]) for size in (1.0, 0.1))
+    compare(small, (motion,), Wanted(grid=given.grid))
+    for part, accelerate in ((mesh, True), (small, False)):
+        start = time.process_time()
+        judged = compare(part, (motion,), Wanted(grid=given.grid), accelerate=accelerate)
+        took = time.process_time() - start
+        places = len(judged.cells.facet)
+        print(
+            f"{'numba' if accelerate else 'numpy'}: verdict on {places} places {took:.2f} s, {1e6 * took / places:.1f} us a place, states {np.bincount(judged.state, minlength=3)}"
+        )
 
 
 if __name__ == "__main__":

@@ -114,9 +114,10 @@ def test_shapes_come_from_the_file_and_through_the_options():
     )  # fmt: skip
     assert Options(tool_shapes={4: shape}).tool_shapes == {4: shape}
     pieces = build_pieces(shape, 100)
+    # between two parts a double cone joins them
     assert [(one.part, one.low, one.high) for one in pieces] == [
-        ("cutter", 0, 20), ("shank", 0, 45), ("shank", 20, 45), ("shank", 20, 45), ("holder", 20, 75), ("holder", 45, 75),
-        ("holder", 45, 100), ("holder", 75, 100),
+        ("cutter", 0, 20), ("shank", 10, 32.5), ("shank", 20, 45), ("shank", 20, 45), ("holder", 32.5, 60), ("holder", 45, 75),
+        ("holder", 60, 87.5), ("holder", 75, 100),
     ]  # fmt: skip
 
 

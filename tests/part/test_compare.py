@@ -153,7 +153,7 @@ def test_a_flat_gouge_on_a_coarse_grid_is_never_clear(accelerate):
             "tool 1", build_pieces(flat(5), LENGTH), tip[None], axis[None], np.zeros(1), np.zeros(1, bool)
         )
         found = compare(rectangle((-2, -2), (2, 2)), (motion,), Wanted(gouge=0.0499, grid=0.4), accelerate=accelerate)
-        middle, _delta = found.cells.enclose()
+        middle, _delta = found.cells.find_circles()
         missed_by_samples += not (measure_phi(motion.pieces, middle, tip, axis) < 0).any()
         assert (found.state != CLEAR).any()
         assert (found.deepest[found.state == UNDECIDED] > 0.0499).all()
@@ -231,7 +231,7 @@ def test_split_and_turned_meshes_say_the_same(accelerate):
 
 
 def pick_points(mesh: Mesh) -> np.ndarray:
-    return divide(mesh, 1.0).enclose()[0]
+    return divide(mesh, 1.0).find_circles()[0]
 
 
 def test_the_holder_counts_as_a_gouge():

@@ -8,11 +8,11 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
-from verne_post.base.numbers import is_count
 from verne_post.base.text_marks import UTF16, is_utf16, text_of
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
 from verne_post.cli.files import RunFiles, is_dash, shown_name
+from verne_post.cli.measured import add_log_options, read_measured, read_rows, require_delay
 from verne_post.cli.numbers import NUMBER
 from verne_post.cli.options import FILE, INPUT, GroupedCommand, options_of, program_options
 from verne_post.cli.progress import progress_line
@@ -45,13 +45,7 @@ if TYPE_CHECKING:
     metavar="LOG",
     help="Measured axes of a run of this file (halsampler text or CSV, one row a cycle): where the tool really was.",
 )
-@click.option(
-    "--columns",
-    default="",
-    metavar="rho1=NAME,...",
-    help="Columns of the log, by name or, without a header, by number.",
-)
-@click.option("--delay", default="auto", metavar="auto|ROWS", help="Rows by which the log lags; auto: as fits best.")
+@add_log_options
 @click.option(
     "--following", type=NUMBER, metavar="MM", help="Fail where the tip was farther than this from the commanded path."
 )
@@ -78,12 +72,11 @@ def command(
 
     if measured is None and (columns or delay != "auto" or following is not None):
         raise click.UsageError("--columns, --delay and --following are about a log: name it with --measured")
+    require_delay(delay)
     if following is not None:
         require_positive("--following", following, zero=True)
     if measured is not None and (is_dash(setpoints) or setpoints.endswith(".index.json")):
         raise click.UsageError("--measured is compared with one setpoint file; name it")
-    if not (delay == "auto" or is_count(delay)):
-        raise click.UsageError(f"--delay {delay}: expected auto, or a whole number of rows")
     name, files = shown_name(setpoints), RunFiles()
     files.expects(setpoints, "AXES.CSV")
     for path, option in ((meta, "--meta"), (measured, "--measured")):
@@ -166,28 +159,9 @@ def _follow_log(
     drives: "tuple[Drive, ...]",
 ) -> "tuple[Following, NDArray[np.int32]]":  # fmt: skip
     """Compare a log with the file that it is a run of; also returns the source lines of the file's rows."""
-    import numpy as np
+    from verne_post.verification.following import compare_log
 
-    from verne_post.model.setpoints import SetpointFormat
-    from verne_post.output.logs import read_log
-    from verne_post.output.rounding import positions_of
-    from verne_post.output.setpoints import column_names, read_csv
-    from verne_post.verification.following import compare_log, estimate_delay
-
-    machine = program.machine
-    named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)
-    if len(named) != len([part for part in columns.split(",") if part]):
-        raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")
-    text = text_of(files.read(measured, "--measured"), "replace")
-    numbers = read_log(text, str(measured), machine.columns, column_names(machine.columns, drives)[1:-1], named)
-    with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
-        blocks = list(read_csv(stream, setpoints, machine.columns, program.cycle, drives))
-    commanded, lines = np.concatenate([one.values for one in blocks]), np.concatenate([one.line for one in blocks])
-    factor = np.array([column.factor for column in machine.columns])
-    measured_joints = positions_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
-    commanded_joints = commanded / factor
-    delayed = estimate_delay(commanded_joints, measured_joints) if delay == "auto" else int(delay)
-    if len(measured_joints) - delayed < 2:
-        raise click.UsageError(f"{measured}: {len(measured_joints)} rows are too few for a delay of {delayed}")
+    commanded, lines = read_rows(files, setpoints, program, drives)
+    measured_joints, delayed = read_measured(files, measured, columns, delay, commanded, program, drives)
     lengths = program.path.tool_length_at(lines)
-    return compare_log(commanded_joints, measured_joints, lengths, machine.five_axis.nominal, delayed), lines
+    return compare_log(commanded, measured_joints, lengths, program.machine.five_axis.nominal, delayed), lines

@@ -266,6 +266,10 @@ class Drawable(Protocol):
 class AxisCorrecting(Protocol):
     """A machine whose tool axis is not exactly the programmed one while C stays as programmed."""
 
+    @property
+    def nominal_machine(self) -> "FiveAxis":
+        """The machine as it was meant."""
+
     def with_correction(self, *, on: bool) -> "FiveAxis":
         """The machine whose C takes its share of the axis error, or does not."""
 

@@ -53,8 +53,8 @@ _STATUS: Final = {
     Family.CONFIGURATION: ExitStatus.UNUSABLE,
     Family.INTERNAL: ExitStatus.INTERNAL_ERROR,
 }
-#: Codes whose exit status is not that of their family: no feasible velocity profile was found.
-_STATUS_OF_CODE: Final = {"VP420": ExitStatus.NO_VERDICT}
+#: Codes whose exit status is not that of their family: no feasible velocity profile was found; facets that stay undecided.
+_STATUS_OF_CODE: Final = {"VP420": ExitStatus.NO_VERDICT, "VP220": ExitStatus.NO_VERDICT}
 
 
 class Verdict(StrEnum):

@@ -66,7 +66,7 @@ def _evaluate(body, edges, r, h):
 
 
 @_compile
-def _see(body, edges, x, y, z, tip, axis, i):
+def _look_from(body, edges, x, y, z, tip, axis, i):
     """The point from the pose of a row: offset (3), r, h, phi, derivatives."""
     dx, dy, dz = x - tip[i, 0], y - tip[i, 1], z - tip[i, 2]
     h = dx * axis[i, 0] + dy * axis[i, 1] + dz * axis[i, 2]
@@ -119,11 +119,11 @@ def _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best):
 @_compile
 def _look_at_leaf(body, edges, bow, x, y, z, tip, axis, linked, first, last, best, at):
     """The rows from ``first`` to ``last`` and the spans between them: least distance and its row."""
-    dx, dy, dz, r, h, f0, by_r, by_h = _see(body, edges, x, y, z, tip, axis, first)
+    dx, dy, dz, r, h, f0, by_r, by_h = _look_from(body, edges, x, y, z, tip, axis, first)
     if f0 < best:
         best, at = f0, first
     for i in range(first, last):
-        ex, ey, ez, r1, h1, f1, by_r1, by_h1 = _see(body, edges, x, y, z, tip, axis, i + 1)
+        ex, ey, ez, r1, h1, f1, by_r1, by_h1 = _look_from(body, edges, x, y, z, tip, axis, i + 1)
         if f1 < best:
             best, at = f1, i + 1
         if linked[i]:
@@ -145,7 +145,7 @@ def _look_at_leaf(body, edges, bow, x, y, z, tip, axis, linked, first, last, bes
 
 
 @_compile
-def _bow(tip, axis, i, j, far):
+def _bound_bow(tip, axis, i, j, far):
     """How far a point at a distance may be off its straight relative path between two rows."""
     move, turn = 0.0, 0.0
     for k in range(3):
@@ -157,12 +157,12 @@ def _bow(tip, axis, i, j, far):
 @_compile
 def _bound_stretch(body, edges, x, y, z, tip, axis, i, j, tip_bend, chord_bend):
     """Lower bound of the distance between rows i and j, by tangents to their straight motion and how it is bent."""
-    dx, dy, dz, r, h, f0, by_r, by_h = _see(body, edges, x, y, z, tip, axis, i)
+    dx, dy, dz, r, h, f0, by_r, by_h = _look_from(body, edges, x, y, z, tip, axis, i)
     mx, my, mz = tip[j, 0] - tip[i, 0], tip[j, 1] - tip[i, 1], tip[j, 2] - tip[i, 2]
     tx, ty, tz = axis[j, 0] - axis[i, 0], axis[j, 1] - axis[i, 1], axis[j, 2] - axis[i, 2]
-    ex, ey, ez, r1, h1, f1, by_r1, by_h1 = _see(body, edges, x, y, z, tip, axis, j)
+    ex, ey, ez, r1, h1, f1, by_r1, by_h1 = _look_from(body, edges, x, y, z, tip, axis, j)
     far = math.sqrt(max(dx * dx + dy * dy + dz * dz, ex * ex + ey * ey + ez * ez))
-    bent = tip_bend + chord_bend * (far + tip_bend) + _bow(tip, axis, i, j, far)
+    bent = tip_bend + chord_bend * (far + tip_bend) + _bound_bow(tip, axis, i, j, far)
     g0 = _find_slope(dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz)
     if g0 >= 0:
         return f0 - bent
@@ -199,7 +199,7 @@ def _scan(
             depth -= 1
             node = stack[depth]
             i = middle[node]
-            dx, dy, dz, _r, _h, phi, _a, _b = _see(body, edges, x, y, z, tip, axis, i)
+            dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, i)
             if phi < best:
                 best, at, mine = phi, i, True
             if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) >= best:
@@ -347,7 +347,7 @@ def _check(
         while depth and clear[p]:
             depth -= 1
             node = stack[depth]
-            dx, dy, dz, _r, _h, phi, _a, _b = _see(body, edges, x, y, z, tip, axis, middle[node])
+            dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, middle[node])
             if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) - delta[p] > limit:
                 continue
             level = levels - 1
@@ -358,7 +358,7 @@ def _check(
                 at0 = _view_between(x, y, z, normal[p], tip, axis, i, j, 0.0)
                 at1 = _view_between(x, y, z, normal[p], tip, axis, i, j, 1.0)
                 far = math.sqrt(max(at0[0] ** 2 + at0[1] ** 2, at1[0] ** 2 + at1[1] ** 2)) + delta[p]
-                bent = tip_bend[node] + chord_bend[node] * (far + tip_bend[node]) + _bow(tip, axis, i, j, far)
+                bent = tip_bend[node] + chord_bend[node] * (far + tip_bend[node]) + _bound_bow(tip, axis, i, j, far)
                 if _is_above(body, edges, at0, at1, 1.0, delta[p], limit + bent):
                     continue
             child = (node - offset[level]) * fan
@@ -368,7 +368,7 @@ def _check(
                     depth += 1
                 continue
             for i in range(child, min(child + fan, n)):
-                dx, dy, dz, _r, _h, phi, _a, _b = _see(body, edges, x, y, z, tip, axis, i)
+                dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, i)
                 away = 0.0
                 if linked[i]:
                     for k in range(3):

@@ -167,8 +167,9 @@ def build_pieces(shape: ToolShape, length: float, *, joined: bool = True) -> tup
 def _join(below: Piece, above: Piece) -> list[Piece]:
     """A double cone that lies inside two pieces of different parts: no point on their border is on the surface."""
     radius = min(_find_radius(below, below.high), _find_radius(above, above.low))
-    core = np.array([(0.0, below.low), (radius, above.low), (0.0, above.high)])
-    return [Piece(above.part, core, 0.0, below.low, above.high, radius)] if radius > 0 else []
+    low, high = 0.5 * (below.low + above.low), 0.5 * (above.low + above.high)
+    core = np.array([(0.0, low), (radius, above.low), (0.0, high)])
+    return [Piece(above.part, core, 0.0, low, high, radius)] if radius > 0 else []
 
 
 def _find_radius(piece: Piece, height: float) -> float:

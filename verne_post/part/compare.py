@@ -26,10 +26,17 @@ FOLLOWING: Final = ("shank", "holder")
 MAX_CELLS: Final = 1_000_000
 #: A cell that is still not decided below this share of the gouge that is asked for is left so.
 _LEAST_SHARE: Final = 0.05
+_HOPELESS_SHARE: Final = 0.25
 #: Depths along the normal are known to this, mm.
 TRACED_MM: Final = 1e-4
+#: Places within so many times the grid are one neighbourhood of the fit.
+_NEIGHBOURS: Final = 10.0
 #: Cells looked at between two reports of progress.
 _BLOCK: Final = 20_000
+#: Triangles whose height is a smaller share of their longest side are halved first.
+_SLIM: Final = 0.3
+#: A number of parts that is this close above a whole one is that: rounding.
+_EVEN: Final = 1e-9
 
 #: Called with the number of cells done and of all.
 Watch = Callable[[int, int], None]
@@ -43,7 +50,7 @@ class Wanted(Struct, frozen=True):
     gouge, excess : float
         Depths along the normal that count.
     grid : float
-        Middles of cells are about so far apart.
+        No place of the surface is farther than this from one that is looked at.
     search : float
         How deep below and how high above the surface is looked; less than the thinnest wall.
     """
@@ -64,12 +71,18 @@ class Cells(Struct, frozen=True, eq=False):
         """Some of the cells."""
         return Cells(self.corner[some], self.facet[some])
 
-    def cut(self) -> "Cells":
-        """The four triangles of each, by the middles of its sides."""
-        a, b, c = (self.corner[:, k] for k in range(3))
-        ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-        parts = [np.stack(three, axis=1) for three in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-        return Cells(np.stack(parts, axis=1).reshape(-1, 3, 3), np.repeat(self.facet, 4))
+    def cut(self, n: int) -> "Cells":
+        """The n * n equal triangles of each."""
+        i, j = np.nonzero(np.add.outer(np.arange(n), np.arange(n)) < n)
+        k, m = np.nonzero(np.add.outer(np.arange(n), np.arange(n)) < n - 1)
+        upright = np.stack([[i, i + 1, i], [j, j, j + 1]])
+        turned = np.stack([[k + 1, k + 1, k], [m, m + 1, m + 1]])
+        share = np.concatenate([upright, turned], axis=2) / n  # along two sides, corner, triangle
+        order = np.lexsort((share[1, 0], share[0, 0]))
+        share = share[:, :, order].transpose(2, 1, 0)
+        a, sides = self.corner[:, 0], self.corner[:, 1:] - self.corner[:, :1]
+        corner = a[:, None, None] + np.einsum("tcs,nsx->ntcx", share, sides)
+        return Cells(corner.reshape(-1, 3, 3), np.repeat(self.facet, n * n))
 
     def halve(self) -> "Cells":
         """The two triangles of each, by the middle of its longest side."""
@@ -80,7 +93,7 @@ class Cells(Struct, frozen=True, eq=False):
         parts = np.stack([np.stack([a, b, middle], axis=1), np.stack([a, middle, c], axis=1)], axis=1)
         return Cells(parts.reshape(-1, 3, 3), np.repeat(self.facet, 2))
 
-    def enclose(self) -> tuple[Array, Array]:
+    def find_circles(self) -> tuple[Array, Array]:
         """Middle (n, 3) and radius (n,) of the least circle about each."""
         side = np.stack([self.corner[:, (k + 2) % 3] - self.corner[:, (k + 1) % 3] for k in range(3)], axis=1)
         square = (side * side).sum(2)
@@ -169,7 +182,7 @@ def compare(
 
 
 def divide(mesh: Mesh, grid: float) -> Cells:
-    """Cells of facets: no place of one is farther from its middle than the half diagonal of a square of ``grid``.
+    """Cells of facets: no place of one is farther than ``grid`` from its middle.
 
     Raises
     ------
@@ -178,21 +191,24 @@ def divide(mesh: Mesh, grid: float) -> Cells:
     """
     done, left, count = [], Cells(mesh.list_corners(), np.arange(len(mesh.facets))), 0
     while len(left.facet):
-        small = left.enclose()[1] <= grid * np.sqrt(0.5)
-        done.append(left.select(small))
-        count += int(small.sum())
-        if count + 2 * int((~small).sum()) > MAX_CELLS:
-            corner = mesh.list_corners()
-            area = (
-                0.5 * np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1).sum()
-            )
-            enough = 4.0 * np.sqrt(area / MAX_CELLS)
-            text = f"{mesh.name}: a grid of {grid:g} mm has too many places; give --grid {max(enough, 2 * grid):.2g}, or an STL of what matters alone"
+        parts = np.maximum(np.ceil(left.find_circles()[1] / grid - _EVEN), 1).astype(np.int64)
+        side = np.linalg.norm(left.corner - np.roll(left.corner, 1, axis=1), axis=2).max(axis=1)
+        slim = (parts > 1) & (2.0 * measure_areas(left.corner) < _SLIM * side * side)
+        count += int((parts[~slim] ** 2).sum())
+        if count + 2 * int(slim.sum()) > MAX_CELLS:
+            enough = grid * np.sqrt(count / MAX_CELLS)
+            text = f"{mesh.name}: a grid of {grid:g} mm has too many places; give --grid {max(1.2 * enough, 1.5 * grid):.2g}, or an STL of what matters alone"
             raise InputError(finding("VP018", text))
-        left = left.select(~small).halve()
+        done += [left.select(~slim & (parts == n)).cut(n) for n in np.unique(parts[~slim]).tolist()]
+        left = left.select(slim).halve()
     corner, facet = (np.concatenate([getattr(one, name) for one in done]) for name in ("corner", "facet"))
     order = np.argsort(facet, kind="stable")  # neighbours are looked at one after the other
     return Cells(corner[order], facet[order])
+
+
+def measure_areas(corner: Array) -> Array:
+    """Areas (n,) of triangles (n, 3, 3)."""
+    return 0.5 * np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
 
 
 class _Judge:
@@ -216,7 +232,7 @@ class _Judge:
 
     def judge_cells(self, cells: Cells) -> tuple[Nearest, Array]:
         """Decide cells of the first division; returns what comes nearest to their middles, and their deviations (n,)."""
-        middle, _delta = cells.enclose()
+        middle, _delta = cells.find_circles()
         nearest = self._look(middle, self.wanted.search, CUTTING)
         normal = self.normals[cells.facet]
         deviation = np.where(nearest.row < 0, np.nan, nearest.distance)
@@ -224,7 +240,7 @@ class _Judge:
         deviation[high] = self._trace(middle[high], normal[high], nearest.distance[high], self.wanted.search, CUTTING)
         for parts in (CUTTING, FOLLOWING):
             if np.isfinite(self.limits[parts]):
-                deep, depth = self._decide(cells, parts, nearest if parts == CUTTING else None)
+                deep, depth = self._judge_parts(cells, parts, nearest if parts == CUTTING else None)
                 deviation[deep] = -np.maximum(depth, np.where(deviation[deep] < 0, -deviation[deep], 0.0))
         return nearest, deviation
 
@@ -244,12 +260,12 @@ class _Judge:
     def _look(self, point: Array, cap: Array | float, parts: tuple[str, ...]) -> Nearest:
         return find_nearest(self.motions, point, cap, parts, accelerate=self.accelerate)
 
-    def _decide(self, cells: Cells, parts: tuple[str, ...], nearest: Nearest | None) -> tuple[Ints, Array]:
+    def _judge_parts(self, cells: Cells, parts: tuple[str, ...], nearest: Nearest | None) -> tuple[Ints, Array]:
         """Decide cells for one group of parts; returns those that are gouges at their middles, and the depths there."""
         wanted, limit = self.wanted, self.limits[parts]
         first: tuple[Ints, Array] | None = None
         while True:
-            middle, delta = cells.enclose()
+            middle, delta = cells.find_circles()
             if nearest is None:  # farther is clear at once
                 nearest = self._look(middle, delta + self.bow, parts)
             left = np.flatnonzero(nearest.distance - delta - self.bow <= limit)
@@ -265,7 +281,9 @@ class _Judge:
             if first is None:
                 first = left[gouge], depth[gouge]
             open_ones = ~clear & ~gouge
-            small = open_ones & ((delta < _LEAST_SHARE * wanted.gouge) | (4 * open_ones.sum() > MAX_CELLS))
+            # where the middle itself cannot be called clear, smaller cells can only show a deeper place
+            hopeless = (nearest.distance - self.bow <= limit) & (delta < _HOPELESS_SHARE * wanted.gouge)
+            small = open_ones & (hopeless | (delta < _LEAST_SHARE * wanted.gouge) | (4 * open_ones.sum() > MAX_CELLS))
             facet = cells.facet[small]
             self.state[facet] = np.where(self.state[facet] == GOUGE, GOUGE, UNDECIDED)
             np.maximum.at(
@@ -275,7 +293,7 @@ class _Judge:
             again = open_ones & ~small & (self.state[cells.facet] != GOUGE)
             if not again.any():
                 return first
-            cells, nearest = cells.select(again).cut(), None
+            cells, nearest = cells.select(again).cut(2), None
 
     def _trace(self, point: Array, normal: Array, start: Array | float, stop: float, parts: tuple[str, ...]) -> Array:
         """How far along the normal (n,) the tools are met first, from ``start`` on; NaN where not before ``stop``."""
@@ -291,23 +309,29 @@ class _Judge:
 
 
 def fit_datum(found: Comparison) -> tuple[Array, Array]:
-    """Rigid motion of the mesh (rotation (3, 3), shift (3,)) that makes the deviations of touched cells least squares.
+    """Rigid motion of the mesh (rotation (3, 3), shift (3,)) that makes the deviations of touched places least squares.
 
-    Only what the surface determines is moved: a plane leaves its own directions alone. First order, cells beyond three
-    times the median are left out.
+    Of each neighbourhood the lowest place counts, where the tool has been: what stays between two strips says nothing about
+    where the part is. Only what the surface determines is moved: a plane leaves its own directions alone. First order;
+    places beyond three times the median are left out.
     """
-    normal = found.mesh.list_normals()[found.cells.facet]
-    middle, _delta = found.cells.enclose()
-    touched = np.isfinite(found.deviation)
-    size = np.abs(found.deviation[touched])
-    if not len(size):
+    normals = found.mesh.list_normals()[found.cells.facet]
+    middle, _delta = found.cells.find_circles()
+    cube = np.floor(middle / (_NEIGHBOURS * found.wanted.grid)).astype(np.int64)
+    order = np.lexsort((found.deviation, *np.rint(normals).T, *cube.T))  # NaN last
+    key = np.hstack([cube, np.rint(normals).astype(np.int64)])[order]
+    first = order[np.append(True, (key[1:] != key[:-1]).any(axis=1))] if len(order) else order
+    deviation = found.deviation[first]
+    near = np.isfinite(deviation)
+    if not near.any():
         return np.eye(3), np.zeros(3)
-    touched[touched] = size <= 3.0 * np.median(size) + TRACED_MM
-    centre = middle[touched].mean(axis=0)
-    arm = middle[touched] - centre
+    near &= np.abs(deviation) <= 3.0 * np.median(np.abs(deviation[near])) + TRACED_MM
+    place, normal, deviation = middle[first][near], normals[first][near], deviation[near]
+    centre = place.mean(axis=0)
+    arm = place - centre
     scale = max(float(np.abs(arm).max()), TRACED_MM)
-    rows = np.hstack([normal[touched], np.cross(arm, normal[touched]) / scale])
-    moved = np.linalg.lstsq(rows, found.deviation[touched], rcond=1e-6)[0]
+    rows = np.hstack([normal, np.cross(arm, normal) / scale])
+    moved = np.linalg.lstsq(rows, deviation, rcond=1e-6)[0]
     turn = _make_rotation(np.asarray(moved[3:] / scale))
     return turn, centre - turn @ centre + moved[:3]
 

@@ -84,7 +84,7 @@ def find_nearest(
             if kernel is None:
                 for first in range(0, len(point), _TOGETHER):
                     rows = slice(first, first + _TOGETHER)
-                    found.distance[rows], found.row[rows] = _descend(
+                    found.distance[rows], found.row[rows] = _search_tree(
                         motion, piece, point[rows], found.distance[rows], found.row[rows]
                     )
             else:
@@ -126,7 +126,7 @@ def _find_slope(seen: Seen, move: Array, turn: Array) -> Array:
     return seen.by_r * dr + seen.by_h * dh
 
 
-def _descend(motion: Motion, piece: Piece, point: Array, best: Array, row: Ints) -> tuple[Array, Ints]:
+def _search_tree(motion: Motion, piece: Piece, point: Array, best: Array, row: Ints) -> tuple[Array, Ints]:
     """Improve the least distances (n,) of points; returns them and their rows."""
     best, row = best.copy(), row.copy()
     top = motion.levels[-1]
@@ -134,7 +134,7 @@ def _descend(motion: Motion, piece: Piece, point: Array, best: Array, row: Ints)
     owner: Ints = np.repeat(np.arange(len(point)), len(top.middle))
     node: Ints = np.tile(np.arange(len(top.middle)), len(point))
     for level, below in zip(motion.levels[::-1], (*motion.levels[-2::-1], None), strict=True):
-        owner, node = _prune(motion, piece, point, level, owner, node, best, row)
+        owner, node = _drop_far(motion, piece, point, level, owner, node, best, row)
         owner, node = list_children(owner, node, len(motion.tip) if below is None else len(below.middle))
     _search_spans(motion, piece, point, owner, node, best, row)
     return best, row
@@ -181,7 +181,7 @@ def list_children(owner: Ints, node: Ints, count: int) -> tuple[Ints, Ints]:
     return np.repeat(owner, FAN)[there], child[there]
 
 
-def _prune(
+def _drop_far(
     motion: Motion, piece: Piece, point: Array, level: Level, owner: Ints, node: Ints, best: Array, row: Ints
 ) -> tuple[Ints, Ints]:
     """Pairs of points and nodes in which the tool may come nearer than it is known to."""

@@ -239,18 +239,12 @@ def build_keep_out(
     for box, stock in boxes:
         middle, turn = 0.5 * (np.array(box.low) + np.array(box.high)), 0.0
         if box.system is not None:
-            _require_given(box, moves, options, frames)
-            frame = frames[box.system]
-            middle, direction = (
-                machine.coordinates.to_table(np.concatenate([middle, np.zeros(6)]), frame)[0],
-                machine.coordinates.displacement(np.array([1.0, 0.0, 0.0]), frame),
-            )
-            turn = float(np.arctan2(direction[1], direction[0]))
+            middle, turn = place_in_system(machine, box.name, box.system, middle, moves, options, frames)
         standing.append(place_box(box, middle, turn, stock=stock))
     number = tool_of_moves(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)
     shapes = [_shape_of(int(one), options) for one in numbers]
-    lengths = np.array([_find_length(int(one), options) for one in numbers])
+    lengths = np.array([find_length_by_itself(int(one), options) for one in numbers])
     for one, shape, by_itself in zip(numbers.tolist(), shapes, lengths.tolist(), strict=True):
         in_force = float(path.tool_length[number == one].max()) - options.lift
         table = (options.tools or {}).get(int(one))
@@ -273,22 +267,27 @@ def _describe_when(body: str, box: Placed) -> str:
     return " in a rapid traverse" if box.stock and body == "cutter" else ""
 
 
-def _require_given(box: Box, moves: Moves, options: Options, frames: Mapping[int, Frame]) -> None:
-    """Refuse a box in a work system whose place nobody has given, or that the program moves."""
-    assert box.system is not None
-    name = SYSTEM_NAMES[box.system]
-    if box.system not in options.wcs:
-        text = f"{box.name} is given in {name}, and {name} is not: give it with --wcs or --measured-offset, or the box on the table"
+def place_in_system(
+    machine: Machine, name: str, system: int, point: Array, moves: Moves, options: Options, frames: Mapping[int, Frame]
+) -> tuple[Array, float]:
+    """Where a point (3,) of a work system is in the table frame, mm, and how far the system is turned there, rad.
+
+    Raises
+    ------
+    InputError
+        VP018 where nobody has given the place of the system, or the program moves it.
+    """
+    if system not in options.wcs:
+        text = f"{name} is given in {SYSTEM_NAMES[system]}, and {SYSTEM_NAMES[system]} is not: give it with --wcs or --measured-offset, or {name} on the table"
         raise InputError(finding("VP018", text))
-    given = frames[box.system]
-    for frame in moves.frames:
-        if frame.system == box.system and (frame.origin, frame.turn, frame.part_turn) != (
-            given.origin,
-            given.turn,
-            given.part_turn,
-        ):
-            text = f"{box.name} is given in {name}, which the program moves (G10); give the box on the table"
-            raise InputError(finding("VP018", text))
+    given = frames[system]
+    place = (given.origin, given.turn, given.part_turn)
+    if any(one.system == system and (one.origin, one.turn, one.part_turn) != place for one in moves.frames):
+        text = f"{name} is given in {SYSTEM_NAMES[system]}, which the program moves (G10); give {name} on the table"
+        raise InputError(finding("VP018", text))
+    direction = machine.coordinates.displacement(np.array([1.0, 0.0, 0.0]), given)
+    on_table = machine.coordinates.to_table(np.concatenate([point, np.zeros(6)]), given)[0]
+    return on_table, float(np.arctan2(direction[1], direction[0]))
 
 
 def tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
@@ -307,7 +306,7 @@ def _shape_of(number: int, options: Options) -> ToolShape:
     return (Cylinder("cutter", tool.diameter),) if tool is not None and tool.diameter > 0 else ()
 
 
-def _find_length(number: int, options: Options) -> float:
+def find_length_by_itself(number: int, options: Options) -> float:
     """Gauge line to tip of a tool by itself, also while G49 is in force; NaN where only the program gives it."""
     if options.tool_length is not None:
         return options.tool_length

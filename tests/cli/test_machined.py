@@ -1,0 +1,254 @@
+"""`verne-post machined`: rows as written against the nominal part, on the command line and in Python."""
+
+import json
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import verne_post as vp
+from verne_post.config.tool_shapes import read_tool_shapes
+from verne_post.part import sweep
+
+ROOT = Path(__file__).resolve().parents[2]
+SAMPLE = ROOT / "gcode_samples" / "blade_5axis.nc"
+MAKER = runpy.run_path(str(ROOT / "gcode_samples" / "make_blade_part.py"))
+
+#: A floor of 20 x 10 mm at Z0, cut by a ball of 4 mm in strips 1 mm apart: on lines 5 to 27.
+FLOOR = (
+    "G21 G90 G94 G64 P0.001\nT1 M6\nG43 H1\nG0 X-15 Y-5 Z10 A0 C0\nG1 Z0 F6000\n"
+    + "".join(f"{'X15' if k % 2 == 0 else 'X-15'} Y{k - 5}\n" + (f"Y{k - 4}\n" if k < 10 else "") for k in range(11))
+    + "G0 Z30\nM2\n"
+)
+TABLE = "T1 P1 Z80 D8 ;\n"
+SHAPES = "[tool.1]\ncutter = { diameter = 8.0, length = 20.0, corner_radius = 4.0 }\nholder = { diameter = 30.0 }\n"
+PLACE = (
+    "--against",
+    "part.nc",
+    "--tool-table",
+    "tools.tbl",
+    "--tool-shapes",
+    "shapes.toml",
+    "--wcs",
+    "G54=0,0,60",
+    "--quiet",
+)
+JUDGE = ("machined", "axes.csv", *PLACE[:-1], "--nominal", "part.stl@G54")
+
+
+def plate(z: float = 0.0) -> bytes:
+    """A rectangle of 20 x 10 mm in ASCII."""
+    corner = [(-10, -5), (10, -5), (10, 5), (-10, 5)]
+    facets = "".join(
+        "facet normal 0 0 1\nouter loop\n"
+        + "".join(f"vertex {corner[k][0]} {corner[k][1]} {z}\n" for k in three)
+        + "endloop\nendfacet\n"
+        for three in ((0, 1, 2), (0, 2, 3))
+    )
+    return f"solid plate\n{facets}endsolid plate\n".encode()
+
+
+@pytest.fixture
+def floor(tmp_path, monkeypatch, run):
+    """A folder with the program, its rows and the part."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in (("part.nc", FLOOR), ("tools.tbl", TABLE), ("shapes.toml", SHAPES)):
+        Path(name).write_text(text, encoding="utf-8")
+    Path("part.stl").write_bytes(plate())
+    assert (
+        run("convert", "part.nc", "-o", "axes.csv", "--tool-table", "tools.tbl", "--wcs", "G54=0,0,60", "--quiet").code
+        == 0
+    )
+    return tmp_path
+
+
+def codes(answer):
+    return {item["code"] for item in json.loads(answer.out)["programs"][0]["findings"]}
+
+
+def test_a_floor_as_it_should_be(floor, run):
+    answer = run(*JUDGE)
+    assert (answer.code, answer.out) == (0, "")
+    assert "clear of gouges deeper than 0.05 mm" in answer.err
+    assert "where the set-up puts the part" in answer.err
+    assert "to where it fits best" in answer.err
+    # the scallop of strips 1 mm apart
+    found = vp.machined(
+        Path("axes.csv"), Path("part.nc"), "verne", options(), nominal=Path("part.stl"), grid=0.1, excess=0.02
+    )
+    assert found.judged[0].comparison.deviation.max() == pytest.approx(4 - np.sqrt(16 - 0.25), abs=0.002)
+
+
+def options() -> vp.Options:
+    return vp.Options(
+        tools={1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 8.0)}, wcs={"G54": (0, 0, 60)},
+        tool_shapes=read_tool_shapes(SHAPES.encode(), "shapes.toml"),
+    )  # fmt: skip
+
+
+def test_a_deeper_line_is_found_with_its_line_place_and_depth(floor, run):
+    """One strip 0.3 mm too deep: the program that the rows are of has it, the drawing has not."""
+    lines = FLOOR.splitlines()
+    strip = lines.index("X15 Y-1")
+    changed = [*lines[:strip], "G1 Z-0.3", lines[strip], "G1 Z0", *lines[strip + 1 :]]
+    Path("part.nc").write_text("\n".join(changed) + "\n", encoding="utf-8")
+    assert (
+        run("convert", "part.nc", "-o", "axes.csv", "--tool-table", "tools.tbl", "--wcs", "G54=0,0,60", "--quiet").code
+        == 0
+    )
+    answer = run(*JUDGE, "--output-format", "json", "--csv", "worst.csv")
+    assert answer.code == 1
+    (gouge,) = (item for item in json.loads(answer.out)["programs"][0]["findings"] if item["code"] == "VP218")
+    assert gouge["value"] == pytest.approx(0.3, abs=1e-3)
+    assert (gouge["line"], gouge["last_line"]) == (strip + 2, None)
+    assert "the cutter of tool 1" in gouge["message"]
+    header, worst = Path("worst.csv").read_text(encoding="utf-8").splitlines()[:2]
+    assert header == "x_mm,y_mm,z_mm,deviation_mm,line,tool,body,facet"
+    assert float(worst.split(",")[3]) == pytest.approx(-0.3, abs=1e-3)
+    assert abs(float(worst.split(",")[1]) + 1) < 1.6  # the strip at y -1
+
+
+def test_wrong_length_and_offset_show_and_the_fit_takes_them_away(floor, run):
+    """A tool that is 0.2 mm longer than the program was told, and a part that stands 0.2 mm higher, are one thing here."""
+    Path("tools.tbl").write_text("T1 P1 Z80.2 D8 ;\n", encoding="utf-8")
+    answer = run(*JUDGE, "--output-format", "json")
+    assert (answer.code, codes(answer)) == (1, {"VP218"})
+    assert run(*JUDGE, "--datum", "fit", "--quiet").code == 0
+    Path("tools.tbl").write_text(TABLE, encoding="utf-8")
+    low = [word.replace("0,0,60", "0,0,59.7") for word in JUDGE]
+    answer = run(*low, "--output-format", "json")
+    assert (answer.code, codes(answer)) == (0, {"VP219"})
+
+
+def test_a_deep_cut_is_at_least_as_deep_as_the_search(floor, run):
+    low = [word.replace("0,0,60", "0,0,79") for word in JUDGE]
+    answer = run(*low)
+    assert answer.code == 1
+    assert "VP218 error: the cutter of tool 1 cuts 2.000 mm or more into part.stl" in answer.err
+
+
+def test_a_bound_that_does_not_decide_has_no_verdict(floor, run):
+    """A flat cutter 0.04 mm deep: less than 0.05, and more than what an edge that cuts 0.05 deep must reach."""
+    Path("shapes.toml").write_text("[tool.1]\ncutter = { diameter = 8.0, length = 20.0 }\n", encoding="utf-8")
+    low = [word.replace("0,0,60", "0,0,60.04") for word in JUDGE]
+    answer = run(*low, "--grid", "1", "--output-format", "json")
+    assert (answer.code, codes(answer)) == (3, {"VP220"})
+
+
+def test_the_map_is_a_ply_file_and_a_picture(floor, run):
+    pytest.importorskip("matplotlib")
+    assert run(*JUDGE, "--grid", "1", "-o", "map.ply", "--quiet").code == 0
+    raw = Path("map.ply").read_bytes()
+    head = raw[: raw.index(b"end_header\n")].decode()
+    count = int(head.split("element face ")[1].split()[0])
+    assert len(raw) == len(head) + len("end_header\n") + count * (36 + 13 + 3 + 4)
+    assert run(*JUDGE, "--grid", "1", "-o", "map.png", "--quiet").code == 0
+    assert Path("map.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (("--nominal", "part.stl"), 2, "expected a file and its system, as in part.stl@G54"),
+        (("--nominal", "part.stl@G55"), 2, "part.stl is given in G55, and G55 is not"),
+        (("--nominal", "none.stl@G54"), 2, "none.stl"),
+        (("--unit", "m"), 2, "VP506 error: part.stl: read in m it is 20000 mm large"),
+        (("--gouge", "0"), 2, "--gouge"),
+        (("--search", "0.01"), 2, "--search 0.01 must not be below"),
+        (("--grid", "0.005"), 2, "VP018 error: part.stl: a grid of 0.005 mm has too many places; give --grid"),
+        (("--delay", "3"), 2, "name it with --measured"),
+        (("-o", "map.obj"), 2, "expected a name that ends in .ply"),
+        (("--csv", "axes.csv"), 2, "axes.csv"),
+        (("--against", "other.nc"), 1, "belongs to line 11, which the program does not execute there; verify says more"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_compared_is_named(floor, run, words, code, says):
+    Path("other.nc").write_text("\n".join([*FLOOR.splitlines()[:10], "M2\n"]), encoding="utf-8")
+    answer = run(*JUDGE, *words)
+    assert (answer.code, answer.out) == (code, "")
+    assert says in answer.err
+
+
+def test_a_tool_without_a_shape_is_refused(floor, run):
+    Path("shapes.toml").write_text(SHAPES.replace("tool.1", "tool.2"), encoding="utf-8")
+    answer = run(*JUDGE)
+    assert answer.code == 2
+    assert "VP018 error: tool 1: its shape is not known; give it with --tool-shapes" in answer.err
+    Path("shapes.toml").write_text(SHAPES.replace("diameter = 8.0", "diameter = 10.0"), encoding="utf-8")
+    answer = run(*JUDGE)
+    assert "its cutter in --tool-shapes is 10 mm thick, and its diameter in the tool table is 8" in answer.err
+
+
+def test_flipped_and_inverted_meshes_are_refused(floor, run):
+    raw = plate().replace(b"vertex -10 -5 0.0\nvertex 10 -5 0.0\n", b"vertex 10 -5 0.0\nvertex -10 -5 0.0\n", 1)
+    Path("part.stl").write_bytes(raw)
+    answer = run(*JUDGE)
+    assert answer.code == 2
+    assert "VP506 error: part.stl: facets are flipped" in answer.err
+
+
+def test_a_measured_log_takes_the_place_of_the_rows(floor, run):
+    """The axes lag by 3 rows and the spindle side stands 0.2 mm low throughout."""
+    rows = [line.split(",") for line in Path("axes.csv").read_text(encoding="utf-8").splitlines()]
+    values = np.array([[float(cell) for cell in row[1:-1]] for row in rows[1:]])
+    values = np.vstack([values[:1]] * 3 + [values])
+    values[:, :3] += 0.2  # base z points down
+    text = "\n".join([",".join(rows[0][1:-1]), *(",".join(f"{cell:.6f}" for cell in row) for row in values)])
+    Path("log.csv").write_text(text + "\n", encoding="utf-8")
+    answer = run(*JUDGE, "--measured", "log.csv", "--output-format", "json")
+    assert answer.code == 1
+    worst = max(item["value"] for item in json.loads(answer.out)["programs"][0]["findings"] if item["code"] == "VP218")
+    assert worst == pytest.approx(0.2, abs=0.02)
+
+
+@pytest.fixture(scope="module")
+def blade(tmp_path_factory):
+    """The blade sample, its rows, and its part."""
+    folder = tmp_path_factory.mktemp("blade")
+    MAKER["main"](folder)
+    shapes = read_tool_shapes((folder / "blade_shapes.toml").read_bytes(), "blade_shapes.toml")
+    given = vp.Options(tool_shapes=shapes)
+    result = vp.convert(SAMPLE, "verne", given)
+    assert result.setpoints is not None
+    return folder, given, result.setpoints
+
+
+def test_the_blade_as_written(blade):
+    """Where the ball touches, 0.01 of the corners; beside, sqrt(R^2 + y^2) - R. At the ends of the section the path bends so
+    much that the strip, straight across, is touched by the tool of the next lines."""
+    folder, given, setpoints = blade
+    found = vp.machined(setpoints, SAMPLE, "verne", given, nominal=folder / "blade_part.stl")
+    assert found.ok
+    assert "clear of gouges deeper than 0.05 mm" in found.text
+    deviation = found.judged[0].comparison.deviation
+    assert np.quantile(deviation, 0.05) > -0.01
+    assert deviation.max() < np.sqrt(16 + 1) - 4 + 0.01
+
+
+@pytest.mark.skipif(sweep.load_accelerator() is None, reason="numba is not installed")
+def test_the_blade_without_numba(blade, monkeypatch):
+    folder, given, setpoints = blade
+    arguments = {"nominal": folder / "blade_part.stl", "grid": 2.0, "gouge": 0.05}
+    fast = vp.machined(setpoints, SAMPLE, "verne", given, **arguments)
+    monkeypatch.setattr(sweep, "load_accelerator", lambda: None)
+    monkeypatch.setattr("verne_post.part.bound.load_accelerator", lambda: None)
+    plain = vp.machined(setpoints, SAMPLE, "verne", given, **arguments)
+    np.testing.assert_allclose(
+        plain.judged[0].comparison.deviation, fast.judged[0].comparison.deviation, rtol=0, atol=1e-8
+    )
+    assert (plain.judged[0].comparison.state == fast.judged[0].comparison.state).all()
+
+
+def test_a_wrong_call_is_refused(blade):
+    folder, given, setpoints = blade
+    for wrong in (
+        {"gouge": 0},
+        {"gouge": True},
+        {"system": "G99"},
+        {"unit": "yard"},
+        {"datum": "guess"},
+        {"grid": float("inf")},
+    ):
+        with pytest.raises(vp.UsageError, match=next(iter(wrong))):
+            vp.machined(setpoints, SAMPLE, "verne", given, nominal=folder / "blade_part.stl", **wrong)

@@ -1,0 +1,196 @@
+"""Rows as written against the nominal part: where the tool was at each row, and what it cut too deep or left.
+
+Nothing of the planner is used: the rows, the machine's forward kinematics, and of the program only which tool its lines have.
+"""
+
+from bisect import bisect_left
+from typing import Final
+
+import numpy as np
+
+from verne_post.app.assemble import Program, machine_setup
+from verne_post.app.result import Progress
+from verne_post.base.arrays import Array, Ints
+from verne_post.base.rotations import rotate_z
+from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_in_system, tool_of_moves
+from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.moves import tool_names
+from verne_post.model.part_setup import tool_text
+from verne_post.model.protocols import AxisCorrecting, FiveAxis
+from verne_post.part.bodies import Piece, build_pieces, check_tool
+from verne_post.part.compare import Wanted, compare, is_inside, move_mesh
+from verne_post.part.motion import Motion, build_motion
+from verne_post.part.stl import Mesh, describe_faults
+from verne_post.part.verdict import Datum, Judged, Machined, describe_place, list_findings
+
+#: Rows whose forward kinematics is solved at a time.
+_ROWS: Final = 1 << 14
+
+
+def judge_part(
+    program: Program, q: Array, line: Ints, mesh: Mesh, system: int | None, wanted: Wanted, datum: Datum = "table",
+    progress: Progress | None = None, *, accelerate: bool = True,
+) -> Machined:  # fmt: skip
+    """Compare rows with the nominal part.
+
+    Parameters
+    ----------
+    program : Program
+        Says which tool each source line has.
+    q : ndarray, shape (n, n_joints)
+        mm and rad; rows as written, or as measured.
+    line : ndarray of int, shape (n,)
+    mesh : Mesh
+        mm, in the work system; facets counter-clockwise from outside.
+    system : int or None
+        Number of the work system as ``--wcs`` gives it; None: the table frame.
+    datum : {"table", "fit"}
+        Which comparison counts: the part where the set-up says, or moved to where it fits best. Both are made.
+
+    Raises
+    ------
+    InputError
+        VP018, VP411, VP413, VP506.
+    """
+    faults = describe_faults(mesh)
+    wrong = [text for text in faults if not mesh.open_edges or "open" not in text]
+    if wrong:
+        raise InputError(*(finding("VP506", f"{mesh.name}: {text}") for text in wrong))
+    notes = [f"{mesh.name}: {text}; outside is where its facets run counter-clockwise" for text in faults]
+    tools = _find_tools(program, line)
+    five_axis = program.machine.five_axis
+    machines: list[tuple[str, FiveAxis]] = [("nominal", five_axis)]
+    if isinstance(five_axis, AxisCorrecting):
+        machines = [("as built", five_axis), ("nominal", five_axis.nominal_machine)]
+    judged: list[Judged] = []
+    found: list[Finding] = []
+    for name, kinematics in machines:
+        motions = _build_motions(program, kinematics, q, line, tools, system, mesh.name)
+
+        def watch(done: int, total: int, name: str = name) -> None:
+            if progress is not None:
+                progress(f"comparing, {name} machine", done, total)
+
+        first = compare(mesh, motions, wanted, watch, accelerate=accelerate)
+        both = [Judged(name, "table", 0.0, motions, first)]
+        if not judged:
+            moved = move_mesh(first)
+            shift = float(np.linalg.norm(moved.vertices - mesh.vertices, axis=1).max())
+            second = compare(moved, motions, wanted, watch, accelerate=accelerate)
+            both.append(Judged(name, "fit", shift, motions, second))
+            found = [] if mesh.open_edges else _find_starts_inside(mesh, motions)
+        judged += both if datum == "table" else both[::-1]
+    return Machined(tuple(judged), (*found, *list_findings(judged[0])), tuple(notes))
+
+
+# --- tools and poses ---------------------------------------------------------------------------------
+
+
+def _find_tools(program: Program, line: Ints) -> tuple[Ints, Array]:
+    """Tool number and tool length in force (n,) of rows: those of the segments that execute their lines, in order.
+
+    Raises
+    ------
+    InputError
+        VP413 where the rows do not follow the program.
+    """
+    path = program.path
+    number = tool_of_moves(path.move_reached, path.first_move, program.moves)
+    places: dict[int, list[int]] = {}
+    for k, one in enumerate(path.line.tolist()):
+        places.setdefault(one, []).append(k)
+    standing = set(program.moves.line.tolist()) | {int(one) for one in path.dwell_line.tolist()}
+    begins = np.append(True, line[1:] != line[:-1])
+    change = np.flatnonzero(begins)
+    segment = np.empty(len(change), dtype=np.int64)
+    at = 0
+    for k, row in enumerate(change.tolist()):
+        own = places.get(int(line[row]), [])
+        later = bisect_left(own, at)
+        if later < len(own):
+            at = own[later]
+        elif (own[-1] != at) if own else (int(line[row]) not in standing):
+            text = f"row {row} belongs to line {line[row]}, which the program does not execute there; verify says more"
+            raise InputError(finding("VP413", text))
+        segment[k] = at
+    of_row = segment[np.cumsum(begins) - 1]
+    return number[of_row], path.tool_length[of_row] - program.options.lift
+
+
+def _build_motions(
+    program: Program,
+    kinematics: FiveAxis,
+    q: Array,
+    line: Ints,
+    tools: tuple[Ints, Array],
+    system: int | None,
+    name: str,
+) -> tuple[Motion, ...]:
+    """The tools of a program as they moved, in the frame of the mesh."""
+    number, in_force = tools
+    numbers = np.unique(number).tolist()
+    own = {one: find_length_by_itself(one, program.options) for one in numbers}
+    length = np.array([own[one] for one in numbers])[np.searchsorted(numbers, number)]
+    length = np.where(np.isnan(length), in_force, length)
+    tip, axis = np.empty((len(q), 3)), np.empty((len(q), 3))
+    for begin in range(0, len(q), _ROWS):
+        rows = slice(begin, begin + _ROWS)
+        tip[rows], axis[rows], ok = kinematics.forward(q[rows], length[rows])
+        if not ok.all():
+            text = f"row {begin + int(np.argmin(ok))}: the joint values close no position of the platform"
+            raise InputError(finding("VP411", text))
+    if system is not None:
+        frames = machine_setup(program.machine, program.options).frames
+        origin, turn = place_in_system(
+            program.machine, name, system, np.zeros(3), program.moves, program.options, frames
+        )
+        tip, axis = rotate_z(tip - origin, -turn), rotate_z(axis, -turn)
+    motions, names = [], tool_names(program.moves.events)
+    for one in numbers:
+        own_rows = np.flatnonzero(number == one)
+        linked = np.append(np.diff(own_rows) == 1, False)
+        lengths = length[own_rows]
+        pieces = _build_tool(program, one, float(lengths.min()), float(lengths.max()))
+        motions.append(
+            build_motion(
+                tool_text(one, names) if one else "the tool",
+                pieces,
+                tip[own_rows],
+                axis[own_rows],
+                line[own_rows],
+                linked,
+            )
+        )
+    return tuple(motions)
+
+
+def _build_tool(program: Program, number: int, shortest: float, longest: float) -> tuple[Piece, ...]:
+    """The pieces of a tool.
+
+    Raises
+    ------
+    InputError
+        VP018 where its shape is not known, or contradicts the tool table.
+    """
+    options = program.options
+    table = (options.tools or {}).get(number)
+    shape = options.tool_shapes.get(number, ())
+    if not shape:
+        text = f"tool {number}: its shape is not known; give it with --tool-shapes: [tool.{number}] cutter = {{ diameter, length, corner_radius }}"
+        raise InputError(finding("VP018", text))
+    check_tool(f"tool {number}", shape, shortest, 0.0 if table is None else table.diameter)
+    return build_pieces(shape, longest)
+
+
+def _find_starts_inside(mesh: Mesh, motions: tuple[Motion, ...]) -> list[Finding]:
+    """Tools that begin inside the part: they need not cross its surface."""
+    found = []
+    for motion in motions:
+        start = np.flatnonzero(np.append(True, ~motion.linked[:-1]))
+        inside = start[is_inside(mesh, motion.tip[start])]
+        for row in inside[:1]:
+            text = (
+                f"{motion.name} stands inside {mesh.name} at {describe_place(motion.tip[row])} where its motion begins"
+            )
+            found.append(finding("VP218", text, line=int(motion.line[row]), count=len(inside)))
+    return found

@@ -1,0 +1,193 @@
+"""`verne-post machined`: what the written rows leave of the nominal part."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from verne_post.cli.colour import say
+from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
+from verne_post.cli.files import RunFiles, is_dash, shown_name
+from verne_post.cli.measured import add_log_options, read_measured, read_rows, require_delay
+from verne_post.cli.numbers import NUMBER
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, program_options
+from verne_post.cli.pictures import SUFFIXES, expect_picture
+from verne_post.cli.progress import progress_line
+from verne_post.cli.streams import print_as_is
+from verne_post.model.part_setup import SYSTEM_NUMBERS
+from verne_post.model.verdict import status_of
+from verne_post.part.compare import Wanted
+from verne_post.part.stl import UNITS
+
+_ASKED = Wanted()
+
+
+@click.command("machined", cls=GroupedCommand)
+@click.argument("setpoints", type=INPUT, metavar="AXES.CSV")
+@click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
+@click.option(
+    "--nominal", required=True, metavar="PART.STL@G54", help="The part as it should be, in a work system or @table."
+)
+@click.option(
+    "--unit",
+    type=click.Choice(list(UNITS)),
+    default="mm",
+    show_default=True,
+    help="Unit of the STL, which does not say it.",
+)
+@click.option(
+    "--gouge",
+    type=NUMBER,
+    default=_ASKED.gouge,
+    metavar="MM",
+    show_default=True,
+    help="Cuts into the part that are deeper are errors (VP218).",
+)
+@click.option(
+    "--excess",
+    type=NUMBER,
+    default=_ASKED.excess,
+    metavar="MM",
+    show_default=True,
+    help="More material than this on the part is a warning (VP219).",
+)
+@click.option(
+    "--grid",
+    type=NUMBER,
+    default=_ASKED.grid,
+    metavar="MM",
+    show_default=True,
+    help="No place of the surface is farther from one that is looked at.",
+)
+@click.option(
+    "--search",
+    type=NUMBER,
+    default=_ASKED.search,
+    metavar="MM",
+    show_default=True,
+    help="How deep below and how high above the surface is looked; less than the thinnest wall.",
+)
+@click.option(
+    "--datum",
+    type=click.Choice(["table", "fit"]),
+    default="table",
+    show_default=True,
+    help="Which counts: the part where the set-up puts it, or where it fits best.",
+)
+@click.option("--measured", type=FILE, metavar="LOG", help="Measured axes of a run of this file, in place of its rows.")
+@add_log_options
+@click.option("--csv", "table", type=FILE, metavar="FILE", help="Write the worst places as a table.")
+@click.option(
+    "-o",
+    "--output",
+    type=FILE,
+    metavar="MAP.ply|.png|.svg",
+    help="The part with its deviations: triangles with colours, or a picture.",
+)
+@click.option(
+    "--output-format",
+    type=click.Choice(["text", "json", "sarif", "junit", "github"]),
+    default="text",
+    show_default=True,
+    help="Format of the findings.",
+)
+@quiet_option
+@program_options("solver", "quality", "jobs", "slow_start")
+def command(
+    setpoints: str, against: str, nominal: str, unit: str, gouge: float, excess: float, grid: float, search: float,
+    datum: Any, measured: Path | None, columns: str, delay: str, table: Path | None, output: Path | None,
+    output_format: str, quiet: bool, **given: Any,
+) -> int:  # fmt: skip
+    """Compare rows as written, or as measured, with the nominal part: gouges, excess, and what is certain about every facet.
+
+    Give the options (--wcs, --tool-table, --tool-shapes, ...) with which the file was made. On a machine with [as_built] the rows are taken
+    through the machine as built, which counts, and through the nominal one.
+    """
+    from verne_post.model.findings import InputError
+
+    file, system = _split_place(nominal)
+    for option, value in (("--gouge", gouge), ("--excess", excess), ("--grid", grid), ("--search", search)):
+        require_positive(option, value)
+    if search < max(gouge, excess):
+        raise click.UsageError(f"--search {search:g} must not be below --gouge and --excess")
+    if measured is None and (columns or delay != "auto"):
+        raise click.UsageError("--columns and --delay are about a log: name it with --measured")
+    require_delay(delay)
+    if setpoints.endswith(".index.json"):
+        raise click.UsageError("machined reads one setpoint file; name a part of it")
+    files, name = RunFiles(), shown_name(setpoints)
+    files.expects(setpoints, "AXES.CSV")
+    for path, option in ((file, "--nominal"), (measured, "--measured")):
+        if path is not None:
+            files.expects(path, option)
+    if output_format != "text":
+        files.prints("the findings")
+    if table is not None:
+        files.writes(table, "--csv")
+    suffix = _expect_map(files, output)
+    try:
+        machine, source, options = read_program(files, against, given)
+    except InputError as error:
+        return refuse(name, error)
+
+    from verne_post.app.assemble import assemble
+    from verne_post.app.machined import judge_part
+    from verne_post.app.row_format import drives_of
+    from verne_post.output.findings import Report
+    from verne_post.output.machined import describe_comparisons, draw_map, encode_ply, list_worst
+    from verne_post.output.reports import FORMATS
+    from verne_post.part.stl import read_stl
+
+    try:
+        mesh = read_stl(bytes(files.read(file, "--nominal")), shown_name(str(file)), unit)
+        with progress_line("reading", quiet=quiet) as progress:
+            try:
+                program = assemble(source, machine, options)
+            except InputError as error:
+                return refuse(shown_name(against), error, source)
+            drives = drives_of(program.machine, options)
+            q, lines = read_rows(files, setpoints, program, drives)
+            if measured is not None:
+                log, delayed = read_measured(files, measured, columns, delay, q, program, drives)
+                count = min(len(q), len(log) - delayed)
+                q, lines = log[delayed : delayed + count], lines[:count]
+            found = judge_part(program, q, lines, mesh, system, Wanted(gouge, excess, grid, search), datum, progress)
+    except InputError as error:
+        return refuse(name, error)
+    except UnicodeDecodeError as error:
+        raise click.UsageError(f"{name} is no text in UTF-8: {error}") from None
+    if output_format == "text":
+        print_findings(shown_name(against), found.findings, quiet=quiet)
+    else:
+        print_as_is(FORMATS[output_format]([Report(shown_name(against), found.findings, None, source, ())], machine))
+    if not quiet:
+        say(describe_comparisons(name if measured is None else shown_name(str(measured)), found))
+    if table is not None:
+        files.write(table, "--csv", [list_worst(found.judged[0])])
+    if output is not None:
+        picture = encode_ply(found.judged[0]) if suffix == ".ply" else draw_map(found.judged[0], suffix)
+        files.write(output, "-o", [picture])
+    return status_of(found.findings)
+
+
+def _split_place(nominal: str) -> tuple[Path, int | None]:
+    """File and work system of PART.STL@G54; None: the table."""
+    file, _, place = nominal.rpartition("@")
+    if not file or (place != "table" and place not in SYSTEM_NUMBERS) or is_dash(file):
+        raise click.UsageError(
+            f"--nominal {nominal}: expected a file and its system, as in part.stl@G54 or part.stl@table"
+        )
+    return Path(file), SYSTEM_NUMBERS.get(place)
+
+
+def _expect_map(files: RunFiles, output: Path | None) -> str:
+    """The format of the map, as an ending; empty without one."""
+    if output is None:
+        return ""
+    suffix = output.suffix.lower()
+    if suffix in SUFFIXES:
+        return expect_picture(files, output, "-o")
+    if suffix != ".ply":
+        raise click.UsageError(f"-o {output}: expected a name that ends in .ply, {' or '.join(SUFFIXES)}")
+    files.writes(output, "-o")
+    return suffix

@@ -1,0 +1,85 @@
+"""Rows of a setpoint file, and of a measured log of its run: read whole, in mm and rad."""
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from verne_post.base.numbers import is_count
+from verne_post.base.text_marks import text_of
+from verne_post.cli.files import RunFiles, shown_name
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from verne_post.app.assemble import Program
+    from verne_post.base.arrays import Array
+    from verne_post.model.drives import Drive
+
+
+def add_log_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options that say how a log is read."""
+    delay = click.option(
+        "--delay", default="auto", metavar="auto|ROWS", help="Rows by which the log lags; auto: as fits best."
+    )
+    columns = click.option(
+        "--columns",
+        default="",
+        metavar="rho1=NAME,...",
+        help="Columns of the log, by name or, without a header, by number.",
+    )
+    return columns(delay(command))
+
+
+def require_delay(delay: str) -> None:
+    """Refuse a delay that is neither auto nor a number of rows."""
+    if not (delay == "auto" or is_count(delay)):
+        raise click.UsageError(f"--delay {delay}: expected auto, or a whole number of rows")
+
+
+def read_rows(
+    files: RunFiles, setpoints: str, program: "Program", drives: "tuple[Drive, ...]"
+) -> "tuple[Array, NDArray[np.int32]]":
+    """Joints (n, n_joints), mm and rad, and source lines (n,) of a setpoint file."""
+    import numpy as np
+
+    from verne_post.model.findings import InputError, finding
+    from verne_post.output.setpoints import read_csv
+
+    machine = program.machine
+    with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
+        blocks = list(read_csv(stream, shown_name(setpoints), machine.columns, program.cycle, drives))
+    if not blocks:
+        raise InputError(finding("VP020", "the setpoint file has no rows"))
+    factor = np.array([column.factor for column in machine.columns])
+    return np.concatenate([one.values for one in blocks]) / factor, np.concatenate([one.line for one in blocks])
+
+
+def read_measured(
+    files: RunFiles, measured: Path, columns: str, delay: str, commanded: "Array", program: "Program",
+    drives: "tuple[Drive, ...]",
+) -> "tuple[Array, int]":  # fmt: skip
+    """Joints (m, n_joints) of a log, mm and rad, and by how many rows it is later than the commanded ones."""
+    import numpy as np
+
+    from verne_post.model.setpoints import SetpointFormat
+    from verne_post.output.logs import read_log
+    from verne_post.output.rounding import positions_of
+    from verne_post.output.setpoints import column_names
+    from verne_post.verification.following import estimate_delay
+
+    machine = program.machine
+    named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)
+    if len(named) != len([part for part in columns.split(",") if part]):
+        raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")
+    text = text_of(files.read(measured, "--measured"), "replace")
+    numbers = read_log(text, str(measured), machine.columns, column_names(machine.columns, drives)[1:-1], named)
+    factor = np.array([column.factor for column in machine.columns])
+    joints = positions_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
+    delayed = estimate_delay(commanded, joints) if delay == "auto" else int(delay)
+    if len(joints) - delayed < 2:
+        raise click.UsageError(f"{measured}: {len(joints)} rows are too few for a delay of {delayed}")
+    return joints, delayed

@@ -1,0 +1,159 @@
+"""What rows leave of a part: a summary in words, a table of the worst places, a PLY file and a picture of the deviations."""
+
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints
+from verne_post.output.plots import picture
+from verne_post.part.compare import GOUGE, UNDECIDED, measure_areas
+from verne_post.part.verdict import Judged, Machined, describe_place
+
+#: Deviations beyond this many times what is asked for have the full colour.
+_FULL: Final = 2.0
+#: Colours: within tolerance, full gouge, full excess, no cutter near, not decided.
+_FINE, _CUT, _LEFT, _UNTOUCHED, _OPEN = np.array(
+    [[190, 190, 190], [200, 20, 20], [30, 60, 210], [120, 110, 100], [230, 200, 40]], dtype=float
+)
+#: Rows of the table of worst places.
+WORST: Final = 200
+#: A picture has no more triangles than this: the worst of each group are drawn.
+_MOST_DRAWN: Final = 40_000
+
+
+def describe_comparisons(name: str, machined: Machined) -> str:
+    """The summary of a comparison, line by line."""
+    first = machined.judged[0].comparison
+    grid, rows = first.wanted.grid, sum(len(one.tip) for one in machined.judged[0].motions)
+    tools = ", ".join(one.name for one in machined.judged[0].motions)
+    lines = [
+        f"{name}: {rows} poses of {tools} against {first.mesh.name}: {len(first.state)} facets, {len(first.cells.facet)} places, none of the surface farther than {grid:g} mm from one"
+    ]
+    lines += [f"  {note}" for note in machined.notes]
+    for k, one in enumerate(machined.judged):
+        lines += [f"  {_describe_one(one)}{' (counts)' if k == 0 else ''}"]
+    lines.append(
+        f"  the statement is about the facets of {first.mesh.name}; how far they are from the surface that it stands for adds to it"
+    )
+    return "\n".join(lines) + "\n"
+
+
+def _describe_one(judged: Judged) -> str:
+    """One comparison in a line."""
+    found = judged.comparison
+    place = (
+        "where the set-up puts the part"
+        if judged.datum == "table"
+        else f"moved by {judged.shift:.3f} mm at most, to where it fits best"
+    )
+    parts = []
+    if len(found.gouges.depth):
+        worst = int(found.gouges.depth.argmax())
+        parts.append(
+            f"gouged {found.gouges.depth[worst]:.3f} mm deep at {describe_place(found.gouges.place[worst])}, {int((found.state == GOUGE).sum())} facets"
+        )
+    if undecided := int((found.state == UNDECIDED).sum()):
+        parts.append(
+            f"{undecided} facets not decided (none gouged deeper than {found.deepest[found.state == UNDECIDED].max():.3f} mm)"
+        )
+    if not parts:
+        parts.append(f"clear of gouges deeper than {found.wanted.gouge:g} mm")
+    touched = found.deviation[np.isfinite(found.deviation)]
+    if len(touched):
+        parts.append(f"at most {max(float(touched.max()), 0.0):.4f} mm stay")
+    area = measure_areas(found.cells.corner)
+    far = float(area[np.isnan(found.deviation)].sum() / area.sum())
+    if far > 0:
+        parts.append(f"on {100 * far:.1f} % of the surface no cutter comes within {found.wanted.search:g} mm")
+    return f"{judged.machine} machine, part {place}: {'; '.join(parts)}"
+
+
+def list_worst(judged: Judged) -> str:
+    """The places (CSV) that are worst: gouges, then excess; mm, in the system of the part."""
+    found, motions = judged.comparison, judged.motions
+    rows = ["x_mm,y_mm,z_mm,deviation_mm,line,tool,body,facet"]
+    high = np.flatnonzero(np.nan_to_num(found.deviation, nan=0.0) > found.wanted.excess)
+    kinds = (
+        (found.gouges.place, -found.gouges.depth, found.gouges.nearest, found.gouges.facet),
+        (
+            found.cells.corner[high].mean(axis=1),
+            found.deviation[high],
+            found.nearest.select(high),
+            found.cells.facet[high],
+        ),
+    )
+    for place, deviation, nearest, facet in kinds:
+        for k in np.argsort(-np.abs(deviation), kind="stable")[:WORST].tolist():
+            motion = motions[nearest.motion[k]]
+            x, y, z = place[k]
+            body = motion.pieces[nearest.piece[k]].part
+            rows.append(
+                f"{x:.4f},{y:.4f},{z:.4f},{deviation[k]:.4f},{motion.line[nearest.row[k]]},{motion.name},{body},{facet[k]}"
+            )
+    return "\n".join(rows) + "\n"
+
+
+def paint_cells(judged: Judged) -> Array:
+    """Colours (n, 3) of the cells, 0 to 255: grey where all is well, red cut into, blue left, brown untouched, yellow not decided."""
+    found = judged.comparison
+    value = np.nan_to_num(found.deviation, nan=0.0)
+    limit = np.where(value < 0, found.wanted.gouge, found.wanted.excess)
+    share = np.clip((np.abs(value) / limit - 1.0) / (_FULL - 1.0), 0.0, 1.0)[:, None]
+    shade = np.where(share > 0, 0.3 + 0.7 * share, 0.0)
+    colour = (1.0 - shade) * _FINE + shade * np.where(value[:, None] < 0, _CUT, _LEFT)
+    colour[np.isnan(found.deviation)] = _UNTOUCHED
+    colour[(found.state == UNDECIDED)[found.cells.facet] & (share[:, 0] == 0)] = _OPEN
+    return colour
+
+
+def encode_ply(judged: Judged) -> bytes:
+    """The cells as triangles with a colour and a deviation each (binary PLY)."""
+    found = judged.comparison
+    count = len(found.cells.facet)
+    header = (
+        "ply\nformat binary_little_endian 1.0\ncomment deviation along the normal in mm: below 0 cut into, above 0 left; nan untouched\n"
+        f"element vertex {3 * count}\nproperty float x\nproperty float y\nproperty float z\nelement face {count}\n"
+        "property list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "property float deviation\nend_header\n"
+    )
+    faces = np.zeros(count, dtype=[("n", "u1"), ("vertex", "<i4", 3), ("colour", "u1", 3), ("deviation", "<f4")])
+    faces["n"], faces["vertex"] = 3, np.arange(3 * count).reshape(-1, 3)
+    faces["colour"], faces["deviation"] = np.rint(paint_cells(judged)), found.deviation
+    return header.encode() + found.cells.corner.astype("<f4").tobytes() + faces.tobytes()
+
+
+def draw_map(judged: Judged, suffix: str) -> bytes:
+    """A picture of the part from two sides with its deviations. Needs matplotlib (extra ``plot``)."""
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    found = judged.comparison
+    chosen = _choose_drawn(found.deviation)
+    corner, colour = found.cells.corner[chosen], paint_cells(judged)[chosen] / 255.0
+    low, high = found.cells.corner.min(axis=(0, 1)), found.cells.corner.max(axis=(0, 1))
+    figure = Figure(figsize=(11, 5.5))
+    for k, (elevation, turn) in enumerate(((35, -60), (20, 120))):
+        axes = figure.add_subplot(1, 2, k + 1, projection="3d")
+        axes.add_collection3d(Poly3DCollection(corner, facecolors=colour, edgecolors=colour, linewidths=0.2))
+        for letter, a, b in zip("xyz", low, high, strict=True):
+            middle, half = 0.5 * (a + b), 0.5 * max(float((high - low).max()), 1.0)
+            getattr(axes, f"set_{letter}lim")(middle - half, middle + half)
+            getattr(axes, f"set_{letter}label")(letter)
+        axes.view_init(elev=elevation, azim=turn)
+    wanted = found.wanted
+    figure.suptitle(
+        f"{found.mesh.name}, {judged.machine} machine: red cut deeper than {wanted.gouge:g} mm, blue more than {wanted.excess:g} mm left, "
+        "brown untouched, yellow not decided",
+        fontsize=9,
+    )
+    return picture(figure, suffix)
+
+
+def _choose_drawn(deviation: Array) -> Ints:
+    """Cells that are drawn: all, or of each group of neighbours the worst."""
+    step = -(-len(deviation) // _MOST_DRAWN)
+    if step == 1:
+        return np.arange(len(deviation))
+    size = np.abs(np.nan_to_num(deviation, nan=0.0))
+    padded = np.append(size, np.full(-len(size) % step, -1.0)).reshape(-1, step)
+    return np.arange(len(padded)) * step + padded.argmax(axis=1)
