@@ -26,8 +26,8 @@ rate reach reaches read ream rebuild recognise record reduce refine reflect refr
 repeat replace replay report require reset resolve restart restore retime retract return rotate round run sample save
 say scale scan search select send sends separate serve set settle shape share shift shorten show simulate sketch skip slice
 smooth solve sort span split spread stack stand stands start starts stay step stop store straighten strip study
-suggest sum summarise suspend sweep switch take tap test thin tick tidy touch trace transform trim try turn update validate
-verify view wait wake warn watch whiten work wrap write
+suggest sum summarise suspend sweep switch take tap test thin tick tidy touch trace transform trim try turn unpack update validate
+verify view wait wake warn watch whiten widen work wrap write
 """
 VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.

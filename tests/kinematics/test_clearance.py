@@ -12,7 +12,7 @@ from verne_post.kinematics.checks.bodies import (
     line_segment_distance,
     point_distance,
 )
-from verne_post.kinematics.checks.clearance import _find_straight, check_clearance
+from verne_post.kinematics.checks.clearance import check_clearance, find_straight
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
@@ -279,7 +279,7 @@ def test_only_what_goes_straight_without_turning_is_bound_as_convex(machine):
     )
     options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 20.0))})
     joints = assemble(source, machine, options).joints()
-    straight = _find_straight(joints)
+    straight = find_straight(joints)
     contour, path = joints.contour, joints.contour.path
     assert set(contour.line()[straight].tolist()) <= {3, 4, 7, 9}
     assert straight[contour.line() == 4].any()

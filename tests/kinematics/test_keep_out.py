@@ -348,16 +348,48 @@ def test_a_drill_goes_back_into_its_own_hole(after: str, line: int | None) -> No
     assert all("in a rapid traverse" in item.message for item in found)
 
 
-def test_holders_keep_out_of_the_stock_and_thin_shanks_follow() -> None:
-    deep = POCKET.replace("Z50", "Z30")  # cutter 25 mm, shank 20 mm: the shank is 5 mm in, the holder 15 mm above
-    assert check(deep, stock=STOCK) == []
-    thick = {1: (Cylinder("cutter", 12.0, 25.0), Cylinder("shank", 14.0, 20.0), Cylinder("holder", 50.0))}
-    found = check(deep, stock=STOCK, tool_shapes=thick)
-    assert found
-    assert all(item.code == "VP216" and "shank" in item.message for item in found)
-    found = check(POCKET.replace("Z50", "Z10"), stock=STOCK)
-    assert found
-    assert any("holder" in item.message for item in found)
+def test_holders_and_shanks_keep_out_of_the_stock_as_it_is_then() -> None:
+    def found(depth: str, *parts: Cylinder) -> list[tuple[str, int | None]]:
+        items = check(POCKET.replace("Z50", depth), stock=STOCK, tool_shapes={1: parts} if parts else {1: SHAPE})
+        assert all(item.code == "VP216" for item in items)
+        return [(item.message.split("of the ")[1].split()[0], item.line) for item in items if item.severity == "error"]
+
+    # cutter 25 mm: 30 mm deep the shank is 5 mm in; it comes down in the hole of the cutter, then there is no way for it
+    assert found("Z36") == []
+    assert found("Z30") == [("shank", 5), ("cutter", 6)]
+    thick = Cylinder("cutter", 12.0, 25.0), Cylinder("shank", 14.0, 20.0), Cylinder("holder", 50.0)
+    assert found("Z30", *thick) == [("shank", 4)]
+    assert ("holder", 4) in found("Z10")
+
+
+#: A slot, a rapid back through it (line 7), and one through uncut stock (line 11).
+SLOT = "G21 G90 G61.1\nG0 X-45 Y-20 Z80 A0 C0\n(first slot)\nG0 Z54\nG1 X45 F3000\nG0 X-45\nG0 Z80\nG0 Y20\nG0 Z54\nG0 X45\nM2\n"
+BLOCK = Box("the stock", (-30.0, -40.0, 0.0), (30.0, 40.0, 60.0))
+
+
+def test_the_stock_counts_as_it_is_cut() -> None:
+    (found,) = check(SLOT, stock=BLOCK)
+    assert (found.code, found.severity, found.line, found.worst_line) == ("VP216", "error", 11, 11)
+    assert found.value == pytest.approx(-3.0, abs=0.05)  # the middle of 6 mm
+    # beside the slot: by less than bodies may touch, by less than rays can tell, by more
+    for aside, expected in ((0.001, []), (0.02, ["warning"]), (0.2, ["error"])):
+        beside = SLOT.replace("G0 X-45\nG0 Z80", f"G0 Y{aside - 20.0}\nG0 X-45\nG0 Z80").replace("G0 Z54\nG0 X45\n", "")
+        assert [item.severity for item in check(beside, stock=BLOCK)] == expected, aside
+    # a box elsewhere, turned with its work system
+    offset = {"G54": (20.0, -30.0, 40.0, 37.0)}
+    turned = Box("the stock", (-30.0, -40.0, -40.0), (30.0, 40.0, 20.0), system=1)
+    source = SLOT.replace("Z80", "Z40").replace("Z54", "Z14")
+    assert [item.line for item in check(source, stock=turned, wcs=offset)] == [11]
+
+
+def test_a_cutter_that_is_wider_below_does_not_come_back_up() -> None:
+    """A lollipop in the slot that it has cut: a flat cutter comes out of it, this one does not."""
+    up = SLOT.replace("G1 X45", "G1 X0").replace("G0 X-45\nG0 Z80", "G0 Z80", 1).split("G0 Y20")[0] + "M2\n"
+    up = up.replace("Z54", "Z45")
+    for neck, expected in ((0.0, []), (4.0, [("VP216", 7)])):
+        shape = (Cylinder("cutter", 12.0, 40.0, corner_radius=6.0, neck_diameter=neck), Cylinder("holder", 50.0))
+        found = check(up, stock=BLOCK, tool_shapes={1: shape})
+        assert [(item.code, item.line) for item in found if item.severity == "error"] == expected
 
 
 def test_a_dry_run_in_the_air_is_checked_there() -> None:

@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, machine_setup
 from verne_post.app.result import Progress
+from verne_post.app.stock_check import settle_stock
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.keep_out import build_keep_out
 from verne_post.kinematics.checks.limits import JointBounds
@@ -29,14 +30,20 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
     """
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("checking", done, total)
-    bounds, found = check_constraints(guarded_joints(program), report, program.team)
+    joints = guarded_joints(program)
+    bounds, found = check_constraints(joints, report, program.team)
+    found = settle_stock(program, joints, found)
     return bounds, sort_findings([*program.machine.warnings, *program.findings, *found])
 
 
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     """The same for a part of :func:`guarded_joints` that belongs to one source line."""
     own = [item for item in program.findings if item.line == line]
-    return sort_findings([*own, *check_constraints(joints)[1]])
+    found = check_constraints(joints)[1]
+    if any(item.code == "VP216" for item in found):
+        whole = settle_stock(program, guarded_joints(program), found)
+        found = [item for item in whole if (item.line or 0) <= line <= (item.last_line or 0)]
+    return sort_findings([*own, *found])
 
 
 def guarded_joints(program: Program) -> JointPath:

@@ -417,9 +417,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP216",
         "in the stock",
         "error",
-        "The cutter enters the stock box, or moves inside it, in a rapid traverse other than along its axis: a retract, or the way back into a hole that it is drilling; or holder, "
-        "spindle, platform or a shank thicker than the cutter reaches into it.",
-        "Move the rapid traverse above the stock, or make the box as small as the rest of the stock.",
+        "The cutter reaches into the stock in a rapid traverse, or shank, holder or spindle do at any time, or the platform reaches into its box. The stock counts as "
+        "it is cut at that time. A warning: nearer than the model of the stock can tell, 0.1 mm for a stock of 100 mm.",
+        "Move the rapid traverse above the stock, or cut the place first; use a longer or thinner tool.",
     ),
     (
         "VP217",

@@ -142,20 +142,22 @@ def measure_phi(pieces: Sequence[Piece], point: Array, tip: Array, axis: Array) 
 # --- from the shape of a tool ----------------------------------------------------------------------
 
 
-def build_pieces(shape: ToolShape, length: float) -> tuple[Piece, ...]:
+def build_pieces(shape: ToolShape, length: float, *, joined: bool = True) -> tuple[Piece, ...]:
     """The pieces of a tool, from the tip upwards; its last part ends at the gauge line.
 
     Parameters
     ----------
     length : float
         Tip to gauge line, mm.
+    joined : bool
+        Bodies of different parts reach into each other, for distances; a cut, and what touches, needs each part as it is.
     """
     pieces: list[Piece] = []
     at = 0.0
     for k, one in enumerate(shape):
         end = length if one.length is None or k == len(shape) - 1 else at + one.length
         part = _build_part(one, at, max(end, at + (one.length or 0.0)))
-        if pieces:
+        if pieces and joined:
             pieces += _join(pieces[-1], part[0])
         pieces += part
         at = end

@@ -82,7 +82,7 @@ class _ClearanceCheck:
         self.joints, self.clearance = joints, clearance
         self.limits = np.array([margin.error_below for margin in clearance.names])
         self.worst = [Worst() for _ in clearance.names]
-        self.straight = _find_straight(joints)
+        self.straight = find_straight(joints)
 
     def check(self, part: Spans) -> Mask:
         """Check spans (n,); those that have to be halved (n,)."""
@@ -110,7 +110,7 @@ class _ClearanceCheck:
         return halve
 
 
-def _find_straight(joints: JointPath) -> Mask:
+def find_straight(joints: JointPath) -> Mask:
     """Elements (n,) along which the tool keeps its direction on the table and moves straight: a body's distance is convex."""
     contour, path = joints.contour, joints.contour.path
     even = (

@@ -130,10 +130,7 @@ class KeepOut:
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""
         axis = pose.axis
-        nose = pose.tip + pose.tool_length[:, None] * axis
-        by_itself = self.lengths[self.tool[pose.segment]]
-        length = np.where(np.isnan(by_itself), pose.tool_length, by_itself)
-        tip = nose - length[:, None] * axis
+        tip, nose, length = self.place_tools(pose)
         points = {"tool": np.stack([tip, nose, self.thickest * axis], axis=1)}
         cylinders: dict[str, list[tuple[Array, Array, Array]]] = {
             part: self._place_tool_part(part, pose, tip, length, axis)
@@ -157,6 +154,13 @@ class KeepOut:
         ]
         return np.stack(columns, axis=1), points
 
+    def place_tools(self, pose: Pose) -> tuple[Array, Array, Array]:
+        """Tips (n, 3), gauge lines (n, 3) and lengths (n,) of the tools by themselves, whatever the program has in force."""
+        nose = pose.tip + pose.tool_length[:, None] * pose.axis
+        by_itself = self.lengths[self.tool[pose.segment]]
+        length = np.where(np.isnan(by_itself), pose.tool_length, by_itself)
+        return nose - length[:, None] * pose.axis, nose, length
+
     def _place_tool_part(
         self, part: str, pose: Pose, tip: Array, length: Array, axis: Array
     ) -> list[tuple[Array, Array, Array]]:
@@ -172,12 +176,8 @@ class KeepOut:
         start, end, radius = cylinder
         distance = np.full(len(start), FAR_MM)
         there = np.isfinite(radius) & np.isfinite(start).all(axis=1)
-        if box.stock:
-            if body == "cutter":
-                there &= self.entering[pose.segment]
-            elif body == "shank":  # one that is no thicker than its cutter follows in the way that this has cut
-                parts = self.parts[self.tool[pose.segment]]
-                there &= ~(parts[:, 1, 2] <= parts[:, 0, 2])
+        if box.stock and body == "cutter":
+            there &= self.entering[pose.segment]
         skin = 0.0
         if self.bodies is not None:
             skin = {"spindle": self.bodies.spindle_radius, "platform": self.bodies.platform_radius}.get(body) or 0.0
@@ -264,9 +264,12 @@ def build_keep_out(
             in_force if np.isnan(by_itself) else by_itself,
             0.0 if table is None else table.diameter,
         )
-    return KeepOut(
-        standing, shapes, lengths, index, _find_entering_rapids(path, index), machine.bodies, machine.five_axis
+    # a cutter that is wider below, or may be, does not come back up through what it has left
+    undercuts = np.array(
+        [any(one.neck_diameter > 0 or one.taper < 0 or bool(one.profile) for one in shape) for shape in shapes]
     )
+    entering = _find_entering_rapids(path, index) | (undercuts[index] & (path.feed_time == 0))
+    return KeepOut(standing, shapes, lengths, index, entering, machine.bodies, machine.five_axis)
 
 
 def _describe_when(body: str, box: Placed) -> str:

@@ -1,0 +1,336 @@
+"""Stock that is cut: volumes by hand and by an independent program, with and without numba, and what touches on the way."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from verne_post.model.findings import InputError
+from verne_post.model.part_setup import Cylinder
+from verne_post.part.bodies import build_pieces, measure_phi
+from verne_post.part.cutting import Cut, Spans, cut_stock, group_pieces
+from verne_post.part.dexels import Dexels, list_sweeps
+from verne_post.part.ray_tables import meet_moving, meet_standing, make_table
+from verne_post.part.stl import build_mesh
+from verne_post.part.stock_forms import make_box, make_cylinder, make_of_mesh, unpack
+
+UP = (0.0, 0.0, 1.0)
+FLAT = Cylinder("cutter", 10.0, 20.0)
+BALL = Cylinder("cutter", 8.0, 20.0, corner_radius=4.0)
+BULL = Cylinder("cutter", 10.0, 20.0, corner_radius=1.5)
+SHAPES = {
+    "flat": FLAT,
+    "ball": BALL,
+    "bull": BULL,
+    "taper": Cylinder("cutter", 6.0, 20.0, corner_radius=1.0, taper=5.0),
+    "dovetail": Cylinder("cutter", 10.0, 10.0, taper=-15.0),
+    "drill": Cylinder("cutter", 6.0, 20.0, point_angle=118.0),
+    "lollipop": Cylinder("cutter", 8.0, 20.0, neck_diameter=3.0),
+    "form": Cylinder("cutter", 16.0, 20.0, profile=((3, 0), (5, 2), (5, 6), (2, 9), (2, 12), (8, 15), (8, 20))),
+}
+WITH_NUMBA = [
+    False,
+    pytest.param(True, marks=pytest.mark.skipif("not __import__('importlib').util.find_spec('numba')")),
+]
+
+
+def box(x: float, y: float, z: float, cell: float = 0.1) -> Dexels:
+    return make_box(np.zeros(3), np.array([x, y, z]), np.zeros(3), 0.0, cell)
+
+
+def cut(
+    stock: Dexels, shape: Cylinder, tip: object, axis: object = (UP, UP), *, step: float = 0.05, compiled: bool = False
+) -> float:
+    """Cut spans (n, 2, 3), or one; the volume."""
+    tips = np.asarray(tip, dtype=float).reshape(-1, 2, 3)
+    axes = np.broadcast_to(np.asarray(axis, dtype=float).reshape(-1, 2, 3), tips.shape).copy()
+    return sum(
+        float(stock.cut(list_sweeps(tips, axes, piece.high, step), make_table(piece), compiled=compiled).sum())
+        for piece in build_pieces((shape,), shape.length or 0.0)
+    )
+
+
+# --- rays and bodies ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_rays_meet_bodies_where_their_distance_is_zero(shape: Cylinder) -> None:
+    rng = np.random.default_rng(3)
+    z = np.linspace(-25, 35, 400)
+    for piece in build_pieces((shape,), 20.0):
+        table = make_table(piece)
+        for k in range(8):
+            axis = rng.normal(size=3) if k else np.array(UP)
+            axis[2] = abs(axis[2]) + 0.2
+            axis /= np.linalg.norm(axis)
+            x, y = rng.uniform(-12, 12, (2, 200))
+            low, high = meet_standing(table, x, y, axis)
+            point = np.stack(np.broadcast_arrays(x[:, None], y[:, None], z), axis=-1)
+            phi = measure_phi((piece,), point, np.zeros(3), axis)
+            inside = (z > low[:, None]) & (z < high[:, None])
+            # where both disagree the point is on the surface
+            assert np.abs(phi[(phi < 0) != inside]).max(initial=0.0) < 1e-9
+            if not k:
+                at = np.zeros(3)
+                both = low < high
+                moving = meet_moving(table, x, y, at, at)
+                assert ((moving[0] < moving[1]) == both).all()
+                assert np.allclose([one[both] for one in moving], [low[both], high[both]], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_a_straight_move_is_the_union_of_all_its_places(shape: Cylinder) -> None:
+    rng = np.random.default_rng(5)
+    share = np.linspace(0, 1, 4001)[:, None]
+    for start, end in (
+        ((0, 0, 0), (9, 4, 0)),
+        ((1, 2, 3), (1, 2, -5)),
+        ((0, 0, 0), (6, -3, 4)),
+        ((2, 1, 5), (5, 5, -2)),
+    ):
+        start, end = np.array(start, float), np.array(end, float)
+        for piece in build_pieces((shape,), 20.0):
+            table = make_table(piece)
+            for x, y in rng.uniform(-8, 12, (25, 2)):
+                low, high = meet_moving(table, np.array([x]), np.array([y]), start, end)
+                tip = start + share * (end - start)
+                standing = meet_standing(table, x - tip[:, 0], y - tip[:, 1], np.array(UP))
+                hit = standing[0] < standing[1]
+                if hit.any():
+                    # between two of 4001 places a round edge rises by less than this
+                    assert (
+                        low[0] <= (standing[0] + tip[:, 2])[hit].min() + 1e-7
+                    )  # halving leaves a billionth of the way
+                    assert high[0] >= (standing[1] + tip[:, 2])[hit].max() - 1e-7
+                    if hit.sum() > 100:  # not at the rim, where a flank is vertical
+                        assert low[0] == pytest.approx((standing[0] + tip[:, 2])[hit].min(), abs=5e-3)
+                else:
+                    assert (
+                        not low[0] < high[0]
+                        or measure_phi((piece,), np.array([x, y, 0.5 * (low[0] + high[0])]), tip, np.array(UP)).min()
+                        < 0.01
+                    )
+
+
+# --- volumes --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("compiled", WITH_NUMBA)
+def test_volumes_by_hand(compiled: bool) -> None:
+    """Bounds as measured at 0.1 mm: half a cell at a wall is the largest error."""
+    assert cut(box(40, 20, 20), FLAT, ((-10, 10, 14), (50, 10, 14)), compiled=compiled) == pytest.approx(
+        2400.0, abs=1e-6
+    )
+    # blind slot of a ball: a half cylinder, and half a ball at both ends
+    assert cut(box(40, 20, 20), BALL, ((10, 10, 16), (30, 10, 16)), compiled=compiled) == pytest.approx(
+        636.696, rel=8e-4
+    )
+    assert cut(box(40, 20, 20), BULL, ((20, 10, 40), (20, 10, 12)), compiled=compiled) == pytest.approx(
+        614.166, rel=1e-3
+    )
+    stock = box(40, 20, 20)
+    hole = Cylinder("cutter", 6.0, 40.0)
+    removed = cut(stock, hole, ((20, -30, 10), (20, 22, 10)), ((0, -1, 0), (0, -1, 0)), compiled=compiled)
+    assert removed == pytest.approx(565.487, rel=8e-4)
+    assert (stock.high > stock.low).sum(axis=2).max() == 2
+    assert stock.measure_volume() + removed == pytest.approx(16000.0, abs=1e-6)
+
+
+def test_nothing_is_lost_where_rays_have_many_intervals() -> None:
+    stock = box(20, 20, 60, 0.5)
+    removed = sum(
+        cut(stock, Cylinder("cutter", 2.0, 60.0), ((10, -30, z), (10, 22, z)), ((0, -1, 0), (0, -1, 0)))
+        for z in range(5, 60, 5)
+    )
+    assert (stock.high > stock.low).sum(axis=2).max() == 12
+    assert stock.measure_volume() + removed == pytest.approx(24000.0, abs=1e-6)
+
+
+def test_a_ramp_leaves_nothing_behind() -> None:
+    """45 degrees with a flat tool: swept as one body where it stands upright, else teeth of at most half the step."""
+    upright, turned = box(40, 20, 20, 0.25), box(40, 20, 20, 0.25)
+    way = np.array([(10.0, 10, 18), (20, 10, 8)])
+    cut(upright, FLAT, way)
+    cut(turned, FLAT, way, np.tile([1e-6, 0.0, 1.0], (2, 1)), step=0.2)
+    i, j = 80, 40  # below the tip's end: the deepest place of the tool's way
+    for x in np.arange(8.0, 22.0, 0.25):
+        k = int(x / 0.25)
+        at = (k + 0.5) * 0.25
+        floor = 8 + max(0.0, 20 - 5.0 - at)  # the lower edge of the disc on its way down
+        if at < 15:
+            assert upright.high[k, j, 0] == pytest.approx(18 - (at + 5 - 10) if at + 5 < 20 else 8, abs=0.01)
+        assert -1e-4 <= turned.high[k, j, 0] - upright.high[k, j, 0] <= 0.2 * np.sin(np.pi / 4) + 1e-5
+        assert floor <= 20
+    assert upright.high[i, j, 0] == pytest.approx(8.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_numba_has_the_same_answers(shape: Cylinder) -> None:
+    pytest.importorskip("numba")
+    rng = np.random.default_rng(7)
+    tips = rng.uniform((0, 0, 4), (30, 30, 22), (24, 2, 3))
+    axes = 0.3 * rng.normal(size=(24, 2, 3)) + UP
+    axes[:12] = UP
+    axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
+    tips[5, 1, 2], tips[6, 1, :2], tips[7, 1] = tips[5, 0, 2], tips[6, 0, :2], tips[7, 0]
+    stocks = box(30, 30, 20, 0.4), box(30, 30, 20, 0.4)
+    for piece in build_pieces((shape,), 20.0):
+        table, sweeps = make_table(piece), list_sweeps(tips, axes, 20.0, 2.0)
+        volumes = [stock.cut(sweeps, table, compiled=flag) for stock, flag in zip(stocks, (False, True), strict=True)]
+        assert np.allclose(*volumes, rtol=0, atol=1e-8)
+        for by in (-0.005, 0.1):
+            touching = [stocks[0].find_touching(sweeps, table.extend(by), compiled=flag) for flag in (False, True)]
+            assert (touching[0] == touching[1]).all()
+        assert not stocks[0].find_touching(sweeps, table.extend(-0.005), compiled=False).any()
+
+
+def test_an_independent_program_has_the_same_volume() -> None:
+    """Hulls of neighbouring places of a 96-gon, inside and about a ball, against rays."""
+    manifold3d = pytest.importorskip("manifold3d")
+    t = np.linspace(0, 1, 41)
+    tips = np.column_stack([5 + 30 * t, 10 + 4 * np.sin(5 * t), 15 - 3 * np.sin(7 * t)])
+    axes = np.column_stack([0.2 * np.sin(4 * t), 0.15 * np.cos(3 * t), np.ones_like(t)])
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+
+    def measure_volume(scale: float) -> float:
+        lower = manifold3d.Manifold.sphere(4.0 * scale, 96)
+        rod = manifold3d.Manifold.cylinder(8.0, 4.0 * scale, 4.0 * scale, 96)
+        cloud = np.concatenate([np.asarray(one.to_mesh().vert_properties)[:, :3] for one in (lower, rod)]) + (0, 0, 4)
+        places = []
+        for tip, u in zip(tips, axes, strict=True):
+            side = np.cross(u, (1.0, 0.0, 0.0))
+            side /= np.linalg.norm(side)
+            places.append(tip + cloud @ np.stack([np.cross(side, u), side, u]))
+        hulls = [manifold3d.Manifold.hull_points(np.concatenate(pair)) for pair in pairwise(places)]
+        swept = manifold3d.Manifold.batch_boolean(hulls, manifold3d.OpType.Add)
+        return float((manifold3d.Manifold.cube((40, 20, 20)) ^ swept).volume())
+
+    inside, about = measure_volume(1.0), measure_volume(1.0 / np.cos(np.pi / 96) ** 2)
+    spans = np.stack([tips[:-1], tips[1:]], axis=1), np.stack([axes[:-1], axes[1:]], axis=1)
+    removed = cut(box(40, 20, 20), Cylinder("cutter", 8.0, 12.0, corner_radius=4.0), *spans, step=0.1)
+    assert inside * (1 - 3e-4) <= removed <= about * (1 + 3e-4), (inside, removed, about)
+
+
+# --- forms ----------------------------------------------------------------------------------------
+
+
+def test_cylinders_and_meshes_are_stock() -> None:
+    ring = make_cylinder(np.zeros(3), np.array([20.0, 20, 10]), 4.0, np.zeros(3), 0.0)
+    assert ring.measure_volume() == pytest.approx(np.pi * (100 - 4) * 10, rel=5e-4)
+    manifold3d = pytest.importorskip("manifold3d")
+    hole = manifold3d.Manifold.cylinder(40, 4, 4, 48).rotate((90, 0, 0)).translate((10, 30, 6))
+    body = manifold3d.Manifold.cube((30, 20, 10)).translate((-3, 4, 1)) - hole
+    raw = body.to_mesh()
+    corner = np.asarray(raw.vert_properties)[:, :3][np.asarray(raw.tri_verts)].astype(float)
+    stock = make_of_mesh(build_mesh("part", corner), np.array([1.0, 2, 3]), 0.3)
+    assert stock.measure_volume() == pytest.approx(body.volume(), rel=3e-4)
+    assert (stock.high > stock.low).sum(axis=2).max() == 2
+    low, high = stock.merge_columns()
+    assert np.prod(high - low, axis=1).sum() == pytest.approx(stock.measure_volume())
+    # what is left is the next set-up's stock, at the same place
+    again = unpack(stock.pack(), "left.npz")
+    assert (again.low == stock.low).all()
+    assert (again.origin == stock.origin).all()
+    assert again.turn == 0.3
+
+
+def test_a_file_that_is_no_stock_is_refused() -> None:
+    with pytest.raises(InputError, match=r"left\.npz: no stock that verne-post left"):
+        unpack(b"solid", "left.npz")
+
+
+def test_a_mesh_inside_another_is_material_once_and_a_turned_one_is_refused() -> None:
+    face = [((0, 0, 0), (0, 1, 0), (1, 1, 0)), ((0, 0, 0), (1, 1, 0), (1, 0, 0))]
+    cube = []
+    for axis in range(3):
+        for triangle in face:
+            flat = np.roll(np.array(triangle, float), axis, axis=1)
+            cube += [flat, flat[::-1] + np.roll([0.0, 0, 1], axis)]
+    corner = np.array(cube)
+    both = np.concatenate([10 * corner, 4 * corner + 3.0])
+    stock = make_of_mesh(build_mesh("two", both), np.zeros(3), 0.0)
+    assert stock.measure_volume() == pytest.approx(1000.0, rel=1e-5)
+    inverted = np.concatenate([10 * corner, 4 * corner[:, ::-1] + 20.0])
+    with pytest.raises(InputError, match="more often than it enters"):
+        make_of_mesh(build_mesh("two", inverted), np.zeros(3), 0.0)
+
+
+# --- touches --------------------------------------------------------------------------------------
+
+
+def run(moves: list[tuple[str, float, float, float]], *shape: Cylinder, stock: Dexels | None = None) -> Cut:
+    """Moves (word, x, y, z) of one tool from far above; line k + 1 is move k."""
+    at = np.array([(*moves[0][1:3], 60.0), *(move[1:] for move in moves)], dtype=float)
+    n = len(moves)
+    rapid = np.array([move[0] == "G0" for move in moves])
+    spans = Spans(
+        np.stack([at[:-1], at[1:]], axis=1), np.tile(UP, (n, 2, 1)), np.arange(1, n + 1), np.zeros(n, dtype=int), rapid
+    )
+    return cut_stock(stock or box(60, 40, 20), spans, [group_pieces(build_pieces(shape, 60.0, joined=False))])
+
+
+HOLDER = Cylinder("holder", 40.0)
+LONG = Cylinder("cutter", 10.0, 25.0)
+
+
+def found(result: Cut) -> list[tuple[int, str, str]]:
+    return [(one.line, one.body, "in it" if one.depth == one.depth else "open") for one in result.touches]
+
+
+@pytest.mark.parametrize(
+    ("moves", "expected"),
+    [
+        ([], []),
+        ([("G0", -10, 10, 14)], []),  # back through its own slot
+        ([("G0", 20, 10, 14), ("G0", 20, 10, 40)], []),
+        ([("G0", 70, 10.001, 14), ("G0", -10, 10.001, 14)], []),  # within what may touch
+        ([("G0", 70, 10.02, 14), ("G0", -10, 10.02, 14)], [(5, "cutter", "open")]),
+        ([("G0", 70, 10.2, 14), ("G0", -10, 10.2, 14)], [(5, "cutter", "in it")]),
+        ([("G0", 70, 10, 13.9), ("G0", -10, 10, 13.9)], [(5, "cutter", "in it")]),
+        ([("G0", -10, 10, 40), ("G0", -10, 30, 40), ("G0", -10, 30, 14), ("G0", 70, 30, 14)], [(7, "cutter", "in it")]),
+    ],
+)  # fmt: skip
+def test_a_rapid_is_checked_against_the_stock_as_it_is_then(
+    moves: list[tuple[str, float, float, float]], expected: object
+) -> None:
+    slot = [("G0", -10, 10, 40), ("G0", -10, 10, 14), ("G1", 70, 10, 14)]
+    result = run([*slot, *moves], LONG, HOLDER)
+    assert found(result) == expected
+    assert result.volume[2] == pytest.approx(3600.0, abs=1e-6)
+    assert sum(result.sum_by(np.arange(1, len(result.volume) + 1)).values()) == pytest.approx(result.volume.sum())
+
+
+def test_a_second_rapid_through_the_same_place_is_clear() -> None:
+    result = run([("G0", -10, 10, 14), ("G0", 70, 10, 14), ("G0", -10, 10, 14)], LONG)
+    assert [(one.line, one.body) for one in result.touches] == [(2, "cutter")]
+    assert result.touches[0].depth == pytest.approx(3.0, abs=0.05)  # the middle of 6 mm
+    assert result.volume[1] == pytest.approx(3600.0, abs=1e-6)
+
+
+def test_a_rapid_away_from_a_wall_is_clear() -> None:
+    """Along a wall, then off it: nothing comes nearer to the stock than it was while it was cut."""
+    wall = [
+        ("G0", -10, 3, 40),
+        ("G0", -10, 3, 5),
+        ("G1", 70, 3, 5),
+        ("G0", -10, 3, 5),
+        ("G1", -10, 4, 5),
+        ("G1", 30, 4, 5),
+    ]
+    assert found(run([*wall, ("G0", 30, -8, 5)], LONG)) == []
+    assert found(run([*wall, ("G0", 30, 4.5, 5)], LONG)) == [(7, "cutter", "in it")]
+
+
+def test_holders_and_thick_shanks_touch_the_stock_as_it_is_then() -> None:
+    short = Cylinder("cutter", 10.0, 5.0)
+    slot = [("G0", -25, 20, 40), ("G0", -25, 20, 14), ("G1", 30, 20, 14)]
+    higher = [(word, x, y, max(z, 16)) for word, x, y, z in slot]
+    coarse = box(60, 40, 20, 0.4)
+    assert (3, "holder", "in it") in found(run(slot, short, HOLDER, stock=coarse.copy()))
+    assert found(run(higher, short, Cylinder("shank", 9.0, 30.0), HOLDER, stock=coarse.copy())) == []
+    assert found(run(slot, short, Cylinder("shank", 9.0, 30.0), HOLDER, stock=coarse.copy())) == [(3, "shank", "in it")]
+    # a pocket as wide as the holder, cut before: the holder goes down where it could not
+    wide = [("G0", -25, 20, 40), ("G0", -25, 20, 14), ("G1", 90, 20, 14)]
+    stock = coarse.copy()
+    run(wide, Cylinder("cutter", 50.0, 30.0), stock=stock)
+    assert found(run([("G0", -25, 20, 40), ("G0", -25, 20, 10), ("G1", 90, 20, 10)], short, HOLDER, stock=stock)) == []

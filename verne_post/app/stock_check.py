@@ -1,0 +1,125 @@
+"""The stock as it is cut: which bodies that are in its box are in material at that time."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from verne_post.app.assemble import Program
+from verne_post.base.ragged import find_runs, ragged
+from verne_post.kinematics.checks.clearance import find_straight
+from verne_post.kinematics.checks.keep_out import KeepOut, Placed
+from verne_post.kinematics.joint_path import JointPath
+from verne_post.model.findings import Finding, finding
+from verne_post.model.machine import Machine
+from verne_post.model.part_setup import Cylinder, ToolShape
+from verne_post.part.bodies import Piece, build_pieces
+from verne_post.part.cutting import Cut, Spans, Tool, Touch, cut_stock, group_pieces
+from verne_post.part.dexels import Dexels
+from verne_post.part.stock_forms import make_box
+
+#: Curved motion, and such that turns, is cut in chords of this length, mm and rad: they leave 0.003 mm of an arc of radius 0.5.
+CHORD_MM: Final = 0.1
+CHORD_ANGLE: Final = np.radians(0.5)
+#: Stands for a tool whose size nobody has given: thin, but no ray passes beside it unseen.
+WIRE: Final = Cylinder("cutter", 0.3)
+#: Poses that are solved at a time.
+SOLVED: Final = 8192
+
+
+def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> list[Finding]:
+    """Findings where VP216 is about the stock as it is cut, in place of its box.
+
+    A body that keeps out of the box keeps out of what is left of it, so that only programs with such a finding are cut. The
+    box counts for the platform, which is no body of revolution. A tool of unknown size counts as a wire.
+    """
+    keep_out = joints.keep_out
+    if not isinstance(keep_out, KeepOut) or not any(item.code == "VP216" for item in found):
+        return found
+    (box,) = (one for one in keep_out.boxes if one.stock)
+    left = tuple(
+        name.name
+        for (body, at), name in zip(keep_out.pairs, keep_out.names, strict=True)
+        if at is box and body == "platform"
+    )
+    open_ = [item for item in found if item.code == "VP216" and not item.message.startswith(left or ("\0",))]
+    if not open_:
+        return found
+    stock = make_box(-box.half, box.half, box.middle, box.turn)
+    spans, tools = list_spans(program, joints, keep_out, _find_last(joints, open_))
+    cut = cut_stock(stock, spans, tools, box.distance)
+    settled = list(_report(cut, box, stock))
+    return [*(item for item in found if item not in open_), *settled]
+
+
+def _find_last(joints: JointPath, found: list[Finding]) -> int:
+    """The last element on the lines of findings: what comes after it need not be cut."""
+    line = joints.contour.line()
+    concerned = np.zeros(len(line), dtype=bool)
+    for item in found:
+        concerned |= (line >= (item.line or 0)) & (line <= (item.last_line or 0))
+    return int(np.flatnonzero(concerned)[-1]) if concerned.any() else len(line) - 1
+
+
+def list_spans(program: Program, joints: JointPath, keep_out: KeepOut, last: int) -> tuple[Spans, list[Tool]]:
+    """The motion of elements 0 to ``last`` as spans, with the tools that make it."""
+    contour, path = joints.contour, program.path
+    straight = find_straight(joints)[: last + 1]
+    curved = np.maximum(contour.length[: last + 1] / CHORD_MM, contour.rotation[: last + 1] / CHORD_ANGLE)
+    parts = np.where(straight, 1, np.maximum(np.ceil(curved), 1)).astype(int)
+    owner, index = ragged(parts + 1)
+    tip, axis, length = (np.empty((len(owner), *shape)) for shape in ((3,), (3,), ()))
+    for begin in range(0, len(owner), SOLVED):
+        rows = slice(begin, begin + SOLVED)
+        pose = joints.bodies(owner[rows], joints.solve(owner[rows], index[rows] / parts[owner[rows]]))
+        tip[rows], _nose, length[rows] = keep_out.place_tools(pose)
+        axis[rows] = pose.axis
+    first = np.flatnonzero(
+        (index < parts[owner]) & np.isfinite(tip).all(axis=1) & np.isfinite(np.roll(tip, -1, axis=0)).all(axis=1)
+    )
+    segment = contour.segment[owner[first]]
+    used, tool = np.unique(
+        np.column_stack([keep_out.tool[segment], np.round(length[first], 6)]), axis=0, return_inverse=True
+    )
+    tools = [_build_tool(keep_out.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
+    tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
+    return Spans(tips, axes, contour.line(owner[first]), tool.reshape(-1), path.feed_time[segment] == 0), tools
+
+
+def _build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
+    """Cutter, shank, holder and spindle about the tool axis."""
+    pieces, bodies = list(build_pieces(shape or (WIRE,), length, joined=False)), machine.bodies
+    if bodies is not None and bodies.spindle_radius is not None:
+        radius, top = bodies.spindle_radius, length + machine.five_axis.nose_offset + bodies.spindle_top
+        core = np.array([(0.0, length), (0.0, length), (0.0, top), (0.0, top)])
+        pieces.append(Piece("spindle", core, radius, length - radius, top + radius, radius))
+    return group_pieces(pieces)
+
+
+def _report(cut: Cut, box: Placed, stock: Dexels) -> Iterator[Finding]:
+    """Findings, one for each body and stretch of consecutive spans."""
+    for body in dict.fromkeys(one.body for one in cut.touches):
+        own = [one for one in cut.touches if one.body == body]
+        for certain in (True, False):
+            group = {one.span: one for one in own if (one.depth == one.depth) is certain}
+            mask = np.zeros(len(cut.volume), dtype=bool)
+            mask[list(group)] = True
+            for begin, end in zip(*find_runs(mask), strict=True):
+                yield _make_finding([group[k] for k in range(begin, end)], box, stock)
+
+
+def _make_finding(touches: list[Touch], box: Placed, stock: Dexels) -> Finding:
+    worst = max(touches, key=lambda one: np.nan_to_num(one.depth))
+    lines = {
+        "line": touches[0].line,
+        "last_line": touches[-1].line,
+        "worst_line": worst.line,
+        "count": len({one.line for one in touches}),
+    }
+    when = " in a rapid traverse" if worst.body == "cutter" else ""
+    if worst.depth == worst.depth:
+        text = f"distance of the {worst.body} from {box.name} as it is then{when} {-worst.depth:.6f} mm is below {box.distance:g} mm by {worst.depth + box.distance:.6f} mm"
+        return finding("VP216", text, **lines, value=-worst.depth, limit=box.distance, unit="mm")
+    cell = float(stock.cell.max())
+    text = f"the {worst.body}{when} may touch {box.name} as it is then: it passes nearer than the resolution of {cell:.3g} mm can tell"
+    return finding("VP216", text, severity="warning", **lines)

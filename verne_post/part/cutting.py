@@ -1,0 +1,346 @@
+"""Stock that is cut in the order of time, and what touches it on the way.
+
+A rapid traverse is checked against the stock as it is, then cuts it. In feed motion the cutter cuts short stretches, and
+shank, holder and spindle are checked after each. Bodies are checked twice: made smaller by what the model may be off, a ray
+that still meets material is a certain touch; made larger by what may lie between rays, no ray that meets material means
+clear. Between the two nothing is decided, but where the tool follows what it has cut itself, or only moves away from where
+it stood while cutting: both leave it as clear as it was.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.part.bodies import Piece, measure_phi
+from verne_post.part.dexels import Dexels, Sweeps, find_boxes, list_sweeps, load_compiled
+from verne_post.part.ray_tables import RayTable, make_table
+
+#: Bodies may touch, and reach into the stock by this, mm, as into fixtures.
+TOUCH_MM: Final = 0.005
+#: Standing bodies are so far from each other, mm.
+STEP_MM: Final = 0.1
+#: Stretches after which shank, holder and spindle are checked, and parts of a rapid whose touch is decided by itself, mm.
+STRETCH_MM: Final = 1.0
+#: Smaller stretches, where one enters or leaves the way that the tool has cut.
+FINE_MM: Final = 0.05
+#: Stands for an enlargement by what may lie between rays.
+RESOLVED: Final = np.inf
+#: Rounding of shares of a way.
+SHARE_SLACK: Final = 1e-9
+#: Compiling takes as long as this many bodies without.
+WORTH_COMPILING: Final = 3000
+#: Places along a stretch at which the depth of a touch is measured.
+PLACES: Final = 17
+#: Rays with the longest overlaps at which it is measured, and as many evenly among the others.
+MEASURED_RAYS: Final = 300
+
+
+class Tool(Struct, frozen=True, eq=False):
+    """Bodies of revolution about one axis: those that cut, and others by name ("shank", "holder", "spindle")."""
+
+    cutter: tuple[Piece, ...]
+    others: Mapping[str, tuple[Piece, ...]]
+
+    def list_bodies(self, *, with_cutter: bool) -> Iterator[tuple[str, tuple[Piece, ...]]]:
+        """What has to keep out of the stock."""
+        if with_cutter:
+            yield "cutter", self.cutter
+        yield from self.others.items()
+
+    @property
+    def widens_upwards(self) -> bool:
+        """Whether the cutter comes back along its axis without touching what it has left."""
+        return all(make_table(piece).widens_upwards for piece in self.cutter)
+
+    @property
+    def has_thin_shank(self) -> bool:
+        """Whether the shank follows in the way that the cutter has cut."""
+        radius = max((piece.radius for piece in self.cutter), default=0.0)
+        return all(piece.radius <= radius for piece in self.others.get("shank", ()))
+
+
+def group_pieces(pieces: Sequence[Piece]) -> Tool:
+    """A tool of pieces by the names of their parts."""
+    others = {
+        part: tuple(one for one in pieces if one.part == part) for part in dict.fromkeys(one.part for one in pieces)
+    }
+    return Tool(others.pop("cutter", ()), others)
+
+
+class Spans(Struct, frozen=True, eq=False):
+    """Motion in the order of time, n spans between two poses each; table frame.
+
+    Attributes
+    ----------
+    tip, axis : ndarray, shape (n, 2, 3)
+        At the beginning and at the end; mm, unit.
+    line, tool : ndarray of int, shape (n,)
+        Source line; index of the tool.
+    rapid : ndarray of bool, shape (n,)
+        Rapid traverse.
+    """
+
+    tip: Array
+    axis: Array
+    line: Ints
+    tool: Ints
+    rapid: Mask
+
+
+class Touch(Struct, frozen=True):
+    """A body in the stock, on one span; ``depth`` mm, NaN where it is not decided whether it touches."""
+
+    span: int
+    line: int
+    body: str
+    depth: float
+
+
+class Cut(Struct, frozen=True, eq=False):
+    """What a run has cut: volume of each span (n,), mm3, and what touched the stock."""
+
+    volume: Array
+    touches: tuple[Touch, ...]
+
+    def sum_by(self, number: Ints) -> dict[int, float]:
+        """Volume by line, or by tool (n,), mm3."""
+        numbers, index = np.unique(number, return_inverse=True)
+        return dict(zip(numbers.tolist(), np.bincount(index, self.volume, len(numbers)).tolist(), strict=True))
+
+
+def cut_stock(stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: float = 0.0) -> Cut:
+    """Run spans of motion through a stock, which is cut.
+
+    Parameters
+    ----------
+    keep_off : float
+        How near other bodies than feeding cutters may come, mm.
+    """
+    run = _Run(stock, spans, tools, keep_off)
+    tip, axis = stock.place_inside(spans.tip, spans.axis)
+    change = (np.diff(spans.tool) != 0) | (np.diff(spans.rapid) != 0)
+    for rows in np.split(np.arange(len(spans.line)), np.flatnonzero(change) + 1):
+        if len(rows):
+            run.pass_rows(rows, tip[rows], axis[rows])
+    touches = (Touch(row, int(spans.line[row]), body, depth) for (row, body), depth in run.depth.items())
+    return Cut(run.volume, tuple(touches))
+
+
+class _Run:
+    """A stock on its way through a program."""
+
+    def __init__(self, stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: float) -> None:
+        self.stock, self.spans, self.tools, self.keep_off = stock, spans, tools, keep_off
+        self.tables = {
+            id(piece): make_table(piece)
+            for tool in tools
+            for _n, body in tool.list_bodies(with_cutter=True)
+            for piece in body
+        }
+        self.volume = np.zeros(len(spans.line))
+        #: Depth by span and body; NaN while nothing is decided.
+        self.depth: dict[tuple[int, str], float] = {}
+        self.compiled = len(spans.line) > WORTH_COMPILING and load_compiled() is not None
+        #: Straight cuts by tool (tip and axis, each (2, 3)), which a rapid may follow.
+        self.cuts: dict[int, list[tuple[Array, Array]]] = {}
+        #: Tools, and their bodies other than the cutter, that have run into the stock.
+        self.broken: set[tuple[int, str]] = set()
+        #: Standing bodies leave teeth up to half their distance.
+        self.left = 0.0
+
+    def pass_rows(self, rows: Ints, tip: Array, axis: Array) -> None:
+        """Spans of one tool, all in rapid traverse or all in feed motion; poses in the frame of the stock."""
+        number = int(self.spans.tool[rows[0]])
+        tool, past = self.tools[number], self.cuts.setdefault(number, [])
+        if self.spans.rapid[rows[0]]:
+            for k, row in enumerate(rows.tolist()):
+                self._check(row, tip[k], axis[k], tool, with_cutter=True)
+                self._cut(rows[k : k + 1], tip[k : k + 1], axis[k : k + 1], tool.cutter)
+                self._break(rows[k : k + 1], tip[k : k + 1], axis[k : k + 1], tool)
+                past.append((tip[k], axis[k]))
+            return
+        near = self._find_near(tip, axis, tool)
+        for part in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(near)) + 1):
+            if not near[part[0]]:
+                self._cut(rows[part], tip[part], axis[part], tool.cutter)
+                continue
+            for k in part.tolist():
+                for at_tip, at_axis in _split_span(tip[k], axis[k], STRETCH_MM):
+                    self._cut(rows[k : k + 1], at_tip[None], at_axis[None], tool.cutter)
+                    self._check(int(rows[k]), at_tip, at_axis, tool, with_cutter=False)
+                self._break(rows[k : k + 1], tip[k : k + 1], axis[k : k + 1], tool)
+        past += zip(tip, axis, strict=True)
+
+    def _find_near(self, tip: Array, axis: Array, tool: Tool) -> Mask:
+        """Spans (n,) on which another body than the cutter may come to the stock."""
+        near = np.zeros(len(tip), dtype=bool)
+        for _name, body in tool.list_bodies(with_cutter=False):
+            for piece in body:
+                table = self.tables[id(piece)].extend(self.keep_off + self.stock.resolution)
+                for end in range(2):
+                    ends = Sweeps(tip[:, 0], tip[:, 1], axis[:, end], np.arange(len(tip)))
+                    low, high = find_boxes(ends, table)
+                    near |= ((high > self.stock.least) & (low < self.stock.most)).all(axis=1)
+        return near
+
+    def _cut(self, rows: Ints, tip: Array, axis: Array, body: tuple[Piece, ...]) -> None:
+        for piece in body:
+            sweeps = list_sweeps(tip, axis, piece.high, STEP_MM)
+            volume = self.stock.cut(sweeps, self.tables[id(piece)], compiled=self.compiled)
+            self.volume[rows] += np.bincount(sweeps.owner, volume, len(rows))
+            if volume[(sweeps.start == sweeps.end).all(axis=1)].any() and len(sweeps) > len(rows):
+                self.left = 0.5 * STEP_MM
+
+    def _break(self, row: Ints, tip: Array, axis: Array, tool: Tool) -> None:
+        """Take away what other bodies than the cutter have run into: what is gone is gone, and one mistake is one finding."""
+        for name, body in tool.list_bodies(with_cutter=False):
+            if self.depth.get((int(row[0]), name), np.nan) > 0:
+                self._cut(row, tip, axis, body)
+
+    def _check(self, row: int, tip: Array, axis: Array, tool: Tool, *, with_cutter: bool) -> None:
+        """Note what touches the stock on one span."""
+        for name, body in tool.list_bodies(with_cutter=with_cutter):
+            touching = self._is_touching(tip, axis, body, -TOUCH_MM - self.left)
+            if touching:
+                self.depth[row, name] = max(self._measure_depth(tip, axis, body), self.depth.get((row, name), 0.0))
+                self.broken.add((int(self.spans.tool[row]), name))
+            elif not (name == "shank" and tool.has_thin_shank) and not self._is_clear(row, tip, axis, name, body):
+                self.depth.setdefault((row, name), np.nan)
+
+    def _is_touching(self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float) -> bool:
+        """Whether a ray has material in a body that is larger by ``by``, or with ``RESOLVED`` by what may lie between rays."""
+        return any(len(hit) for hit, _sweeps, _table in self._find_hits(tip, axis, body, by))
+
+    def _find_hits(
+        self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float
+    ) -> Iterator[tuple[Ints, Sweeps, RayTable]]:
+        """For each piece which of its bodies are hit, all its bodies, and the piece as it was enlarged."""
+        for piece in body:
+            sweeps, table = (
+                list_sweeps(tip[None], axis[None], piece.high, STEP_MM),
+                self.tables[id(piece)].extend(self.keep_off),
+            )
+            if by != RESOLVED:
+                table = table.extend(by)
+            elif (sweeps.axis[:, 2] == 1.0).all():  # heights are exact along a ray
+                table = table.widen(self.stock.resolution)
+            else:
+                table = table.extend(self.stock.resolution + 0.5 * STEP_MM)
+            yield np.flatnonzero(self.stock.find_touching(sweeps, table, compiled=self.compiled)), sweeps, table
+
+    def _is_clear(self, row: int, tip: Array, axis: Array, name: str, body: tuple[Piece, ...]) -> bool:
+        """Whether a body that no ray certainly meets is clear, also between the rays."""
+        if not self._is_touching(tip, axis, body, RESOLVED):
+            return True
+        if self.keep_off or not (name == "cutter" or (int(self.spans.tool[row]), name) in self.broken):
+            return False
+        past = self.cuts.get(int(self.spans.tool[row]), [])
+        if not past:
+            return False
+        long, lifts = max(piece.high for piece in body), self.tools[int(self.spans.tool[row])].widens_upwards
+
+        def follows(part: tuple[Array, Array], finer: float) -> bool:
+            if not self._is_touching(*part, body, RESOLVED) or _follows(part, past, long, lifts):
+                return True
+            return finer > 0 and all(follows(one, 0.0) for one in _split_span(*part, finer))
+
+        if all(follows(part, FINE_MM) for part in _split_span(tip, axis, STRETCH_MM)):
+            return True
+        stood = np.abs(past[-1][0][1] - tip[0]).max() <= TOUCH_MM and np.abs(past[-1][1][1] - axis[0]).max() == 0
+        return bool(stood and self._is_leaving(tip, axis, body))
+
+    def _is_leaving(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> bool:
+        """Whether a body comes nowhere nearer to material than it stands at the beginning of a span."""
+        point = self._list_points(tip, axis, body, RESOLVED, every=True)
+        phi = _measure_along(tip, axis, body, point)
+        return bool((phi.min(axis=0) >= phi[0] - TOUCH_MM).all())
+
+    def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
+        """How deep a body is in the material at the middles of the overlaps, mm."""
+        point = self._list_points(tip, axis, body, 0.0)
+        return -float(_measure_along(tip, axis, body, point).min(initial=0.0))
+
+    def _list_points(
+        self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float, *, every: bool = False
+    ) -> Array:
+        """Middles (m, 3) of the material on rays that meet a body enlarged as in :meth:`_is_touching`: of every ray, or of some."""
+        found = []
+        for hit, sweeps, table in self._find_hits(tip, axis, body, by):
+            for one in hit.tolist():
+                middle, overlap = self.stock.list_overlaps(sweeps, table, one)
+                order = np.argsort(-overlap)
+                spread = order[MEASURED_RAYS :: 1 if every else len(order) // MEASURED_RAYS + 1]
+                found.append(middle[np.append(order[:MEASURED_RAYS], spread)])
+        return np.concatenate(found) if found else np.empty((0, 3))
+
+
+def _split_span(tip: Array, axis: Array, long: float) -> Iterator[tuple[Array, Array]]:
+    """A span (2, 3), (2, 3) in stretches of at most ``long``, mm."""
+    parts = max(int(np.ceil(np.linalg.norm(tip[1] - tip[0]) / long)), 1)
+    share = np.linspace(0.0, 1.0, parts + 1)[:, None]
+    tips, axes = tip[0] + share * (tip[1] - tip[0]), axis[0] + share * (axis[1] - axis[0])
+    tips[-1], axes[-1] = tip[1], axis[1]
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    for k in range(parts):
+        yield tips[k : k + 2], axes[k : k + 2]
+
+
+def _measure_along(tip: Array, axis: Array, body: tuple[Piece, ...], point: Array) -> Array:
+    """Signed distance (places, m) of points from a body at places of a span."""
+    share = np.linspace(0.0, 1.0, PLACES)[:, None, None]
+    tips, axes = tip[0] + share * (tip[1] - tip[0]), axis[0] + share * (axis[1] - axis[0])
+    return measure_phi(body, point[None], tips, axes / np.linalg.norm(axes, axis=-1, keepdims=True))
+
+
+def _follows(part: tuple[Array, Array], past: list[tuple[Array, Array]], reach: float, lifts: bool) -> bool:
+    """Whether a straight stretch lies on straight ways of the same tool, or with ``lifts`` along its axis above them.
+
+    The distance from what lies above a straight way is convex along the stretch, so that between two places near one way
+    all are.
+    """
+    (start, end), (axis, last_axis) = part
+    tips, axes = (np.array([one[k] for one in past]) for k in range(2))
+    turned = np.abs(axes - axis).max(axis=(1, 2)) + np.abs(last_axis - axis).max()
+    same = 2.0 * reach * turned <= 0.5 * TOUCH_MM
+    tips, along = tips[same], end - start
+    way, intervals = tips[:, 1] - tips[:, 0], []
+    across = along - (along @ axis) * axis
+    for direction in (along, across):
+        square = float(direction @ direction)
+        if square > 0:
+            share = np.clip((tips - start) @ direction / square, 0.0, 1.0)
+        else:
+            share = np.tile([0.0, 1.0], (len(tips), 1))
+        off = start + share[..., None] * along - tips[:, :1]
+        apart = _measure_from_way(off, way, None)
+        if lifts:
+            apart = np.minimum(apart, _measure_from_way(off, way, axis))
+        intervals.append(np.sort(share[apart.max(axis=1) <= 0.5 * TOUCH_MM], axis=1))
+    covered = 0.0
+    for low, high in sorted(np.concatenate(intervals).tolist()):
+        if low > covered + SHARE_SLACK:
+            break
+        covered = max(covered, high)
+    return covered >= 1.0 - SHARE_SLACK
+
+
+def _measure_from_way(off: Array, way: Array, axis: Array | None) -> Array:
+    """Distance of points (n, 2, 3) from ways (n, 3), both from where the ways begin; across ``axis`` alone where a point is above its way."""
+    height = np.zeros(off.shape[:2])
+    rise = np.zeros(len(way))
+    if axis is not None:
+        height, rise = off @ axis, way @ axis
+        off, way = off - height[..., None] * axis, way - rise[:, None] * axis
+    long = (way * way).sum(1)[:, None]
+    share = np.clip((off * way[:, None]).sum(-1) / np.where(long > 0, long, 1.0), 0.0, 1.0)
+    if axis is not None:  # the parts of the way that are not above the point
+        steep = np.abs(rise)[:, None] > SHARE_SLACK
+        meets = np.clip(height / np.where(steep, rise[:, None], 1.0), 0.0, 1.0)
+        share = np.where(
+            steep & (rise[:, None] > 0), np.minimum(share, meets), np.where(steep, np.maximum(share, meets), share)
+        )
+        height = np.minimum(height - share * rise[:, None], 0.0)
+    return np.hypot(np.linalg.norm(off - share[..., None] * way[:, None], axis=-1), height)

@@ -1,0 +1,316 @@
+"""Stock as parallel rays (dexels): on each the intervals that are still material.
+
+The rays run along z of the stock's own frame, through the middles of equal cells. What a tool takes is cut from every ray
+exactly; between the rays nothing is known, so whatever is thinner than their distance may be missed, and a wall along them
+may be off by half of it. A body that moves straight with a vertical axis is cut as swept; any other one as standing bodies,
+which never take more than the sweep.
+"""
+
+import io
+from typing import Any, Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.ragged import ragged
+from verne_post.base.rotations import rotate_z
+from verne_post.part.ray_tables import VERTICAL, RayTable, meet_moving, meet_standing
+
+#: Ends of a place for an interval that is free, mm: beyond everything.
+NOWHERE: Final = 1e30
+#: Rays at most, 32 MB with two intervals each; a larger stock has them farther apart.
+MOST_RAYS: Final = 1_000_000
+#: Intervals of a ray for which there is room at first; there is more as soon as one ray needs it.
+FIRST_PLACES: Final = 2
+#: What a saved stock begins with; later forms get another number.
+FORM: Final = 1
+
+
+class Sweeps(Struct, frozen=True, eq=False):
+    """Bodies that move straight with a vertical axis, or stand (at ``end``, with any axis).
+
+    Attributes
+    ----------
+    start, end, axis : ndarray, shape (n, 3)
+        Tips, mm, and unit axis, in the frame of the stock.
+    owner : ndarray of int, shape (n,)
+        The span of motion that each belongs to.
+    """
+
+    start: Array
+    end: Array
+    axis: Array
+    owner: Ints
+
+    def __len__(self) -> int:
+        return len(self.owner)
+
+    def take(self, which: Ints | Mask | slice) -> "Sweeps":
+        """Some of them."""
+        return Sweeps(self.start[which], self.end[which], self.axis[which], self.owner[which])
+
+
+def load_compiled() -> Any:
+    """The compiled kernels; None where numba is not installed."""
+    try:
+        from verne_post.part import compiled_rays
+    except ImportError:
+        return None
+    return compiled_rays
+
+
+def list_sweeps(tip: Array, axis: Array, reach: float, step: float) -> Sweeps:
+    """The bodies that stand for spans of motion.
+
+    Parameters
+    ----------
+    tip, axis : ndarray, shape (n, 2, 3)
+        At the beginning and at the end of each span; between them both change evenly.
+    reach : float
+        Length of the body, mm: how far a turn of the axis moves it.
+    step : float
+        Standing bodies are no farther from each other than this, mm.
+    """
+    upright: Mask = np.asarray(
+        (np.hypot(axis[..., 0], axis[..., 1]) < VERTICAL).all(axis=1) & (axis[..., 2] > 0).all(axis=1)
+    )
+    moved = np.linalg.norm(tip[:, 1] - tip[:, 0], axis=1) + reach * np.linalg.norm(axis[:, 1] - axis[:, 0], axis=1)
+    parts = np.where(upright, 1, np.maximum(np.ceil(moved / step), 1)).astype(int)
+    goes_on = np.zeros(len(tip), dtype=bool)
+    goes_on[1:] = (tip[1:, 0] == tip[:-1, 1]).all(axis=1) & (axis[1:, 0] == axis[:-1, 1]).all(axis=1) & ~upright[:-1]
+    owner, index = ragged(parts + (~upright & ~goes_on))
+    share = (index + (upright | goes_on)[owner]) / parts[owner]
+    at = tip[owner, 0] + share[:, None] * (tip[owner, 1] - tip[owner, 0])
+    to = axis[owner, 0] + share[:, None] * (axis[owner, 1] - axis[owner, 0])
+    to /= np.linalg.norm(to, axis=1)[:, None]
+    to[upright[owner]] = 0.0, 0.0, 1.0
+    return Sweeps(np.where(upright[owner, None], tip[owner, 0], at), at, to, owner)
+
+
+def find_boxes(sweeps: Sweeps, table: RayTable) -> tuple[Array, Array]:
+    """Corners (n, 3) of boxes around bodies that move."""
+    side = table.radius * np.sqrt(np.maximum(1.0 - sweeps.axis**2, 0.0))
+    ends = np.stack([at + h * sweeps.axis for at in (sweeps.start, sweeps.end) for h in (table.low, table.high)])
+    return ends.min(axis=0) - side, ends.max(axis=0) + side
+
+
+class Dexels:
+    """A stock that is cut.
+
+    Parameters
+    ----------
+    origin : ndarray, shape (3,)
+        Where the corner of the first cell is at z = 0 of the stock, mm, table frame.
+    turn : float
+        The stock's frame is turned by this about the table's normal, rad.
+    cell : ndarray, shape (2,)
+        Distance of the rays along x and y of the stock, mm.
+    low, high : ndarray, shape (nx, ny, places)
+        Ends of the intervals of each ray, in no order, mm; ``low > high``: free.
+    """
+
+    def __init__(self, origin: Array, turn: float, cell: Array, low: Array, high: Array) -> None:
+        self.origin, self.turn, self.cell, self.low, self.high = origin, turn, cell, low, high
+        there = high > low
+        #: Corners (3,) of a box around the material, in the frame of the stock.
+        self.least = np.append(np.zeros(2), low[there].min(initial=0.0))
+        self.most = np.append(np.array(self.counts) * cell, high[there].max(initial=0.0))
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Rays along x and along y."""
+        return self.low.shape[0], self.low.shape[1]
+
+    @property
+    def resolution(self) -> float:
+        """A point is no farther from a ray than this, mm."""
+        return 0.5 * float(np.hypot(*self.cell))
+
+    @property
+    def area(self) -> float:
+        """Of a cell, mm2."""
+        return float(self.cell[0] * self.cell[1])
+
+    def measure_volume(self) -> float:
+        """What is left, mm3."""
+        return self.area * float(np.maximum(self.high - self.low, 0.0).sum())
+
+    def copy(self) -> "Dexels":
+        """The stock as it is now."""
+        return Dexels(self.origin, self.turn, self.cell, self.low.copy(), self.high.copy())
+
+    def place_inside(self, tip: Array, axis: Array) -> tuple[Array, Array]:
+        """Points and directions (..., 3) of the table frame in the frame of the stock."""
+        return rotate_z(tip - self.origin, -self.turn), rotate_z(axis, -self.turn)
+
+    def place_outside(self, point: Array) -> Array:
+        """Points (..., 3) of the frame of the stock in the table frame."""
+        return rotate_z(point, self.turn) + self.origin
+
+    # --- rays and bodies ---------------------------------------------------------------------------
+
+    def cut(self, sweeps: Sweeps, table: RayTable, *, compiled: bool = True) -> Array:
+        """Take bodies away, in their order; the volume that each takes (n,), mm3.
+
+        ``compiled`` = False leaves numba aside, which takes longer and has the same answers.
+        """
+        removed = np.zeros(len(sweeps))
+        kernels = load_compiled() if compiled else None
+        rows = self._find_near(sweeps, table)
+        if kernels is None:
+            for row in rows.tolist():
+                removed[row] = self._cut_one(sweeps, table, row)
+            return removed
+        near = sweeps.take(rows)
+        volume, done = np.zeros(len(rows)), 0
+        while (
+            done := kernels.cut(*self._describe(), *_describe_sweeps(near), *_describe_table(table), volume, done)
+        ) < len(rows):
+            self._add_places()
+        removed[rows] = volume
+        return removed
+
+    def find_touching(self, sweeps: Sweeps, table: RayTable, *, compiled: bool = True) -> Mask:
+        """Which bodies (n,) have material in them on some ray."""
+        touching = np.zeros(len(sweeps), dtype=bool)
+        if table.is_empty:
+            return touching
+        kernels = load_compiled() if compiled else None
+        rows = self._find_near(sweeps, table)
+        if kernels is None:
+            touching[rows] = [bool(len(self.list_overlaps(sweeps, table, row)[0])) for row in rows.tolist()]
+            return touching
+        found = np.zeros(len(rows), dtype=np.bool_)
+        kernels.touch(*self._describe(), *_describe_sweeps(sweeps.take(rows)), *_describe_table(table), found)
+        touching[rows] = found
+        return touching
+
+    def list_overlaps(self, sweeps: Sweeps, table: RayTable, row: int) -> tuple[Array, Array]:
+        """Middles (m, 3) of the material inside body ``row``, and its length (m,) along the rays, mm."""
+        window, low, high = self._meet(sweeps, table, row)
+        low, high = np.maximum(self.low[window], low[..., None]), np.minimum(self.high[window], high[..., None])
+        i, j, k = np.nonzero(high > low)
+        xy = (np.stack([i + window[0].start, j + window[1].start], axis=1) + 0.5) * self.cell
+        low, high = low[i, j, k], high[i, j, k]
+        return np.column_stack([xy, 0.5 * (low + high)]), high - low
+
+    def _find_near(self, sweeps: Sweeps, table: RayTable) -> Ints:
+        """Bodies whose box reaches into that of the stock."""
+        low, high = find_boxes(sweeps, table)
+        return np.flatnonzero(((high > self.least) & (low < self.most)).all(axis=1))
+
+    def _meet(self, sweeps: Sweeps, table: RayTable, row: int) -> tuple[tuple[slice, slice], Array, Array]:
+        """The cells around a body, and where their rays enter and leave it."""
+        one = sweeps.take(slice(row, row + 1))
+        least, most = find_boxes(one, table)
+        first = np.maximum(np.ceil(least[0, :2] / self.cell - 0.5), 0).astype(int)
+        last = np.minimum(np.floor(most[0, :2] / self.cell - 0.5) + 1, self.counts).astype(int)
+        x, y = ((np.arange(a, max(a, b)) + 0.5) * size for a, b, size in zip(first, last, self.cell, strict=True))
+        window = slice(first[0], first[0] + len(x)), slice(first[1], first[1] + len(y))
+        x, y = np.meshgrid(x, y, indexing="ij")
+        axis, end = one.axis[0], one.end[0]
+        if axis[2] > 0 and np.hypot(axis[0], axis[1]) < VERTICAL:
+            low, high = meet_moving(table, x, y, one.start[0], end)
+        else:
+            low, high = meet_standing(table, x - end[0], y - end[1], axis)
+            low, high = low + end[2], high + end[2]
+        return window, low, high
+
+    def _cut_one(self, sweeps: Sweeps, table: RayTable, row: int) -> float:
+        """Take one body away; the volume."""
+        window, a, b = self._meet(sweeps, table, row)
+        removed, k = 0.0, 0
+        while k < self.low.shape[2]:  # a place that is added meanwhile holds nothing of the body
+            low, high = self.low[*window, k], self.high[*window, k]
+            hit = (a < high) & (b > low) & (a < b)
+            if hit.any():
+                i, j = np.nonzero(hit)
+                lo, hi, enter, leave = low[i, j], high[i, j], a[i, j], b[i, j]
+                removed += float((np.minimum(hi, leave) - np.maximum(lo, enter)).sum())
+                below, above = lo < enter, hi > leave
+                low[i, j] = np.where(below, lo, np.where(above, leave, NOWHERE))
+                high[i, j] = np.where(below, enter, np.where(above, hi, -NOWHERE))
+                both = np.flatnonzero(below & above)
+                self._store(i[both] + window[0].start, j[both] + window[1].start, leave[both], hi[both])
+            k += 1
+        return removed * self.area
+
+    def _store(self, i: Ints, j: Ints, low: Array, high: Array) -> None:
+        """Give intervals (m,) of rays a free place."""
+        if not len(i):
+            return
+        free = self.low[i, j] > self.high[i, j]
+        if not free.any(axis=1).all():
+            self._add_places()
+            free = self.low[i, j] > self.high[i, j]
+        k = np.argmax(free, axis=1)
+        self.low[i, j, k], self.high[i, j, k] = low, high
+
+    def _add_places(self) -> None:
+        """Room for twice as many intervals of each ray."""
+        empty = np.full(self.low.shape, NOWHERE)
+        self.low, self.high = np.concatenate([self.low, empty], axis=2), np.concatenate([self.high, -empty], axis=2)
+
+    def _describe(self) -> tuple[Array, Array, Array]:
+        return self.low, self.high, self.cell
+
+    # --- to files ----------------------------------------------------------------------------------
+
+    def pack(self) -> bytes:
+        """As a file (npz) has it; :func:`stock_forms.unpack` reads it for the next set-up."""
+        buffer = io.BytesIO()
+        taken = np.asarray((self.high > self.low).any(axis=(0, 1)))
+        taken[0] = True
+        np.savez_compressed(
+            buffer, form=np.array(FORM), origin=self.origin, turn=np.array(self.turn), cell=self.cell,
+            low=self.low[..., taken], high=self.high[..., taken],
+        )  # fmt: skip
+        return buffer.getvalue()
+
+    def merge_columns(self) -> tuple[Array, Array]:
+        """Corners (n, 3) of boxes that together are the stock: neighbouring rays with equal intervals are one box."""
+        boxes = [
+            box
+            for low, high in zip(np.moveaxis(self.low, 2, 0), np.moveaxis(self.high, 2, 0), strict=True)
+            for box in _merge_cells(low, high)
+        ]
+        if not boxes:
+            return np.empty((0, 3)), np.empty((0, 3))
+        i0, i1, j0, j1, low, high = np.array(boxes).T
+        dx, dy = self.cell
+        return np.stack([i0 * dx, j0 * dy, low], axis=1), np.stack([i1 * dx, j1 * dy, high], axis=1)
+
+
+def _describe_sweeps(sweeps: Sweeps) -> tuple[Array, Array, Array]:
+    return tuple(np.ascontiguousarray(one) for one in (sweeps.start, sweeps.end, sweeps.axis))  # type: ignore[return-value]
+
+
+def _describe_table(table: RayTable) -> tuple[Array, Array, float, float, float]:
+    return table.edges, table.corners, table.radius, table.low, table.high
+
+
+def _merge_cells(low: Array, high: Array) -> list[tuple[float, ...]]:
+    """Rectangles of cells (nx, ny) with equal intervals: first and last cells, and the interval."""
+    boxes: list[tuple[float, ...]] = []
+    growing: dict[tuple[float, ...], int] = {}
+    for i in range(len(low) + 1):
+        runs: list[tuple[float, ...]] = []
+        if i < len(low):
+            a, b = low[i], high[i]
+            begins = np.flatnonzero(np.concatenate([[True], (np.diff(a) != 0) | (np.diff(b) != 0)]))
+            ends = np.append(begins[1:], len(a))
+            there = b[begins] > a[begins]
+            runs = list(
+                zip(
+                    begins[there].tolist(),
+                    ends[there].tolist(),
+                    a[begins][there].tolist(),
+                    b[begins][there].tolist(),
+                    strict=True,
+                )
+            )
+        now = {run: growing.pop(run, i) for run in runs}
+        boxes += [(first, i, *run) for run, first in growing.items()]
+        growing = now
+    return boxes

@@ -1,0 +1,132 @@
+"""Stock before it is cut: a box, a cylinder, a closed mesh, or what another set-up has left."""
+
+import io
+import zipfile
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Ints
+from verne_post.base.ragged import ragged
+from verne_post.base.rotations import rotate_z
+from verne_post.model.findings import InputError, finding
+from verne_post.part.dexels import FORM, MOST_RAYS, NOWHERE, Dexels
+from verne_post.part.stl import Mesh, require_closed
+
+#: Distance of the rays where nothing else is asked for, mm.
+CELL_MM: Final = 0.1
+#: Rays pass a mesh this share of a cell beside the middle, so that none runs along an edge of it; two numbers without a common measure.
+ASIDE: Final = (1.7e-6, 2.3e-6)
+
+
+def make_box(low: Array, high: Array, origin: Array, turn: float, cell: float = CELL_MM) -> Dexels:
+    """A box with corners (3,) in a frame at ``origin`` of the table that is turned by ``turn`` about its normal (rad)."""
+    size = np.asarray(high, dtype=float) - low
+    counts = _count_rays(size[:2], cell)
+    corner = np.asarray(origin, dtype=float) + rotate_z(np.append(np.asarray(low, dtype=float)[:2], 0.0), turn)
+    ends = np.full((*counts, 2), NOWHERE), np.full((*counts, 2), -NOWHERE)
+    ends[0][..., 0], ends[1][..., 0] = low[2], high[2]
+    return Dexels(corner, turn, size[:2] / counts, *ends)
+
+
+def make_cylinder(low: Array, high: Array, bore: float, origin: Array, turn: float, cell: float = CELL_MM) -> Dexels:
+    """An upright cylinder in the middle of such a box, with a bore of this diameter (0: none)."""
+    stock = make_box(low, high, origin, turn, cell)
+    size = np.asarray(high, dtype=float)[:2] - np.asarray(low)[:2]
+    x, y = (
+        (np.arange(n) + 0.5) * one - 0.5 * long for n, one, long in zip(stock.counts, stock.cell, size, strict=True)
+    )
+    r = np.hypot(*np.meshgrid(x, y, indexing="ij"))
+    empty = (r > 0.5 * float(size.min())) | (r < 0.5 * bore)
+    stock.low[empty, 0], stock.high[empty, 0] = NOWHERE, -NOWHERE
+    return stock
+
+
+def make_of_mesh(mesh: Mesh, origin: Array, turn: float, cell: float = CELL_MM) -> Dexels:
+    """A closed mesh, given in such a frame.
+
+    Raises
+    ------
+    InputError
+        VP506: it is open, flipped or inside out, or rays leave it more often than they enter it.
+    """
+    corner = require_closed(mesh).list_corners()
+    low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
+    stock = make_box(low, high, origin, turn, cell)
+    ray, z, side = _cross_mesh((corner - np.append(low[:2], 0.0)) / np.append(stock.cell, 1.0), stock.counts)
+    order = np.lexsort((-side, z, ray))
+    ray, z, side = ray[order], z[order], side[order]
+    depth = np.cumsum(side)  # how often the ray is inside; every ray has to come out again
+    first = np.flatnonzero(np.diff(ray, prepend=-1))
+    if depth.min(initial=0) < 0 or (depth[np.append(first[1:], len(ray)) - 1] != 0).any():
+        raise InputError(
+            finding(
+                "VP506",
+                f"{mesh.name}: it crosses itself, or facets are missing: a ray along z leaves it more often than it enters it",
+            )
+        )
+    enters, leaves = (side > 0) & (depth == 1), depth == 0
+    ray, enter, leave = ray[enters], z[enters], z[leaves]
+    place = np.arange(len(ray)) - np.maximum.accumulate(np.where(np.diff(ray, prepend=-1) != 0, np.arange(len(ray)), 0))
+    places = max(2, int(place.max(initial=0)) + 1)
+    low_ends, high_ends = np.full((*stock.counts, places), NOWHERE), np.full((*stock.counts, places), -NOWHERE)
+    i, j = np.divmod(ray, stock.counts[1])
+    low_ends[i, j, place], high_ends[i, j, place] = enter, leave
+    return Dexels(stock.origin, turn, stock.cell, low_ends, high_ends)
+
+
+def unpack(raw: bytes, name: str) -> Dexels:
+    """What :meth:`Dexels.pack` wrote.
+
+    Raises
+    ------
+    InputError
+        VP506: another file.
+    """
+    try:
+        with np.load(io.BytesIO(raw), allow_pickle=False) as file:
+            if int(file["form"]) != FORM:
+                raise ValueError("another form")
+            origin, turn, cell, low, high = (
+                file[key].astype(float) for key in ("origin", "turn", "cell", "low", "high")
+            )
+            if low.ndim != 3 or low.shape != high.shape or np.isnan(low).any() or np.isnan(high).any():
+                raise ValueError("rays without ends")
+            return Dexels(
+                origin.reshape(3), float(turn), cell.reshape(2), np.ascontiguousarray(low), np.ascontiguousarray(high)
+            )
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        text = f"{name}: no stock that verne-post left; expected a file of --stock-left, or an STL file"
+        raise InputError(finding("VP506", text)) from None
+
+
+def _count_rays(size: Array, cell: float) -> tuple[int, int]:
+    """Rays along x and y: as asked for, or as many as there may be."""
+    cell = max(cell, float(np.sqrt(size[0] * size[1] / MOST_RAYS)))
+    x, y = np.maximum(np.round(size / cell), 1).astype(int).tolist()
+    return x, y
+
+
+def _cross_mesh(corner: Array, counts: tuple[int, int]) -> tuple[Ints, Array, Ints]:
+    """Where rays cross triangles (n, 3, 3), whose x and y are cells: number of the ray, z, and 1 where it enters or -1 where it leaves."""
+    xy = corner[..., :2] - 0.5 - np.array(ASIDE)  # ray i is at x = i
+    area = _cross(xy[:, 1] - xy[:, 0], xy[:, 2] - xy[:, 0])
+    first = np.maximum(np.ceil(xy.min(axis=1)), 0).astype(int)
+    last = np.minimum(np.floor(xy.max(axis=1)), np.array(counts) - 1).astype(int)
+    owner, i = ragged(np.where(area != 0, np.maximum(last[:, 0] - first[:, 0] + 1, 0), 0))
+    column, j = ragged(np.maximum(last[owner, 1] - first[owner, 1] + 1, 0))
+    owner, i = owner[column], first[owner[column], 0] + i[column]
+    j = j + first[owner, 1]
+    at = np.stack([i, j], axis=1)
+    weight = (
+        np.stack([_cross(xy[owner, (k + 1) % 3] - at, xy[owner, (k + 2) % 3] - at) for k in range(3)], axis=1)
+        / area[owner, None]
+    )
+    inside = (weight >= 0).all(axis=1)
+    owner, i, j, weight = owner[inside], i[inside], j[inside], weight[inside]
+    z = (weight * corner[owner, :, 2]).sum(axis=1)
+    return i * counts[1] + j, z, np.where(area[owner] < 0, 1, -1)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
