@@ -263,8 +263,13 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         values = {**settings.file.options, "remap": dict(settings.file.remap), "control": settings.control}
     placed = place_options(files, given, program, settings)
     given = placed.given
-    if any(given.get(key) is not None for key in ("tool_length", "tool_table", "tool_lengths")):
+    if any(given.get(key) is not None for key in ("tool_length", "tool_table", "tool_lengths", "tools")):
         values.pop("tool_length", None)  # a length or table of a set-up or of the command line replaces it
+    if placed.source:
+        from verne_post.config.control_tables import merge_keys
+
+        values["remap"] = {**values.get("remap", {}), **placed.remap}
+        values["control"] = merge_keys(values.get("control", {}), *placed.control)
     values |= {key: value for key, value in given.items() if key in OPTIONS and value not in (None, (), [])}
     try:
         values |= _parse_texts(values) | _read_option_files(files, given, placed.named)

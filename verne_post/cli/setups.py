@@ -57,6 +57,8 @@ class Placed(Struct, frozen=True):
         Bodies of the set-ups.
     source : str
         Which set-ups there are; empty without any.
+    remap, control
+        Tables of the set-ups, as the options have them.
     named : dict
         Parameter of the command that names a file -> the key of a set-up that gave it, for messages.
     """
@@ -67,6 +69,8 @@ class Placed(Struct, frozen=True):
     stock: "BoxFile | None" = None
     source: str = ""
     named: dict[str, str] = field(default_factory=dict)
+    remap: dict[str, str] = field(default_factory=dict)
+    control: "tuple[Mapping[str, Mapping[str, Any]], ...]" = ()
 
 
 def place_options(files: RunFiles, given: dict[str, Any], program: str, settings: "Settings | None") -> Placed:
@@ -113,7 +117,9 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
         below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
     source = ", ".join(setup.name for setup in setups)
     named = {key: place for key, place in named.items() if key not in above}
-    return Placed({**given, **below, **above}, tuple(offsets), keep_out, stock, source, named)
+    remap = {code: meaning for setup in setups for code, meaning in setup.remap.items()}
+    control = tuple(setup.control for setup in setups)
+    return Placed({**given, **below, **above}, tuple(offsets), keep_out, stock, source, named, remap, control)
 
 
 def _find_setups(

@@ -2,25 +2,30 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
 from msgspec import Meta, Struct, field
 
 from verne_post.config.beside import file_beside, lies_in
 from verne_post.config.box_file import BoxFile
+from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
+from verne_post.config.inline_tools import TO_MEASURE, InlineTool, number_tools
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
+from verne_post.model.control_keys import KEYS, NAMING_TOOLS
 from verne_post.model.findings import InputError, finding
-from verne_post.model.option_checks import check_work_offsets
+from verne_post.model.option_checks import Meaning, check_work_offsets
 from verne_post.model.options import OPTIONS, about
-from verne_post.model.part_setup import MAX_PLACE, WorkOffset
+from verne_post.model.part_setup import MAX_PLACE, Tool, WorkOffset
 
 #: Keys that name files, relative to the folder of the set-up.
 FILE_KEYS: Final = ("tool_table", "tool_lengths", "measured_offset", "tool_shapes", "parameters")
 #: Keys that say which lengths the tools have: a set-up, or the command line, that has one of them has them all.
-TOOL_KEYS: Final = ("tool_length", "tool_table", "tool_lengths")
+TOOL_KEYS: Final = ("tool_length", "tool_table", "tool_lengths", "tools")
 _OWN: Final = ("wcs", "keep_out", "stock")
+#: Stands for a code whose meaning is still to be decided: it is refused, as without the key.
+TO_DECIDE: Final = "decide"
 
 
 #: A coordinate of a work offset, or the part's turn.
@@ -32,7 +37,15 @@ FileName = Annotated[str, Meta(min_length=1)]
 class SetupFile(Table, frozen=True, kw_only=True):
     """Keys of a set-up beside the options of a program."""
 
-    wcs: dict[str, Annotated[list[Place], Meta(min_length=3, max_length=4)]] = field(default_factory=dict)
+    wcs: dict[str, Annotated[list[Place], Meta(min_length=3, max_length=4)] | Literal["measure"]] = field(
+        default_factory=dict
+    )
+    tools: dict[str, InlineTool] = field(default_factory=dict)
+    remap: dict[str, Meaning | Literal["decide"]] = field(default_factory=dict)
+    siemens: dict[str, Any] = field(default_factory=dict)
+    fanuc: dict[str, Any] = field(default_factory=dict)
+    heidenhain: dict[str, Any] = field(default_factory=dict)
+    aptcl: dict[str, Any] = field(default_factory=dict)
     keep_out: dict[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
     tool_table: FileName | None = None
@@ -58,6 +71,10 @@ class ProgramSetup(Struct, frozen=True):
     keep_out : mapping
         Name -> box.
     stock : BoxFile or None
+    remap : mapping
+        Meaning of user-defined codes.
+    control : mapping
+        Keys by controller dialect, as the option ``control`` has them.
     """
 
     name: str
@@ -66,6 +83,8 @@ class ProgramSetup(Struct, frozen=True):
     files: Mapping[str, Path] = field(default_factory=dict)
     keep_out: Mapping[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
+    remap: Mapping[str, str] = field(default_factory=dict)
+    control: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def place_of(self, key: str) -> str:
         """A key of it, in messages."""
@@ -124,17 +143,30 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *,
     place = f"{prefix}." if prefix else ""
     wcs: dict[int, WorkOffset] = {}
     try:
-        wcs = check_work_offsets(file.wcs)
+        wcs = check_work_offsets({name: place for name, place in file.wcs.items() if place != TO_MEASURE})
     except ValueError as error:
         sentences.append(f"{place}wcs: {error}")
     sentences += [
         f"{place}{text}"
         for text in find_wrong_options(rest, options_of_a_setup(), [*SetupFile.__struct_fields__], "a set-up")
     ]
-    if "tool_length" in rest and file.tool_lengths is not None:
-        sentences.append(
-            f"{place}tool_length and {place}tool_lengths exclude each other: the first holds for every tool"
-        )
+    for key, others in (("tool_length", ("tool_lengths", "tools")), ("tools", ("tool_table", "tool_lengths"))):
+        for other in others if key in data else ():
+            if other in data:
+                sentences.append(
+                    f"{place}{key} and {place}{other} exclude each other: each says how long all tools are"
+                )
+    remap = {code: meaning for code, meaning in file.remap.items() if meaning != TO_DECIDE}
+    control = {dialect: dict(getattr(file, dialect)) for dialect in KEYS}
+    sentences += [f"{place}{text}" for text in (*find_wrong_codes(remap), *find_wrong_keys(control))]
+    shown = f"{name}, {prefix}" if prefix else name
+    tools: dict[int, Tool] = {}
+    try:
+        tools, numbers = number_tools(file.tools, shown)
+        for dialect in NAMING_TOOLS if numbers else ():
+            control[dialect]["tools"] = {**control[dialect].get("tools", {}), **numbers}
+    except ValueError as error:
+        sentences.append(f"{place}{error}")
     files = {key: folder / getattr(file, key) for key in FILE_KEYS if getattr(file, key) is not None}
     for key in files if remedy else ():
         try:
@@ -143,9 +175,10 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *,
             sentences.append(str(error))
     if sentences:
         raise InputError(*(finding("VP503", f"{name}: {text}") for text in sentences))
-    shown = f"{name}, {prefix}" if prefix else name
     options = {key: tuple(value) if isinstance(value, list) else value for key, value in rest.items()}
-    return ProgramSetup(shown, options, wcs, files, file.keep_out, file.stock)
+    if tools:
+        options["tools"] = tools
+    return ProgramSetup(shown, options, wcs, files, file.keep_out, file.stock, remap, control)
 
 
 def options_of_a_setup() -> list[str]:

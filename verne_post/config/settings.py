@@ -10,16 +10,16 @@ from msgspec.structs import replace
 
 from verne_post.config.beside import file_beside, lies_in
 from verne_post.config.box_file import BoxFile
+from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
 from verne_post.config.files import read_file
 from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_files
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.program_setup import ProgramSetup, setup_of
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
-from verne_post.gcode.codes import refuse_known_codes
-from verne_post.model.control_keys import KEYS, read_keys
+from verne_post.model.control_keys import KEYS
 from verne_post.model.findings import InputError, finding
-from verne_post.model.option_checks import Meaning, check_remap
+from verne_post.model.option_checks import Meaning
 from verne_post.model.options import OPTIONS
 
 #: Looked for in the current folder and those above it.
@@ -142,11 +142,9 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
         raise InputError(*(finding("VP503", f"{path.name}: {text}") for text in error.sentences)) from None
     except ValueError as error:
         raise InputError(finding("VP503", f"{path.name}: {error}")) from None
-    wrong = [
-        finding("VP503", f"{path.name}: remap.{why}")
-        for code, meaning in file.remap.items()
-        if (why := _find_mistake(code, meaning))
-    ]
+    control = {dialect: getattr(file, dialect) for dialect in KEYS}
+    texts = (*find_wrong_codes(file.remap), *find_wrong_keys(control))
+    wrong = [finding("VP503", f"{path.name}: {text}") for text in texts]
     allowed = [name for name, option in OPTIONS.items() if option.about.in_settings]
     wrong += [finding("VP503", f"{path.name}: options.{why}") for why in find_wrong_options(file.options, allowed)]
     remedy = "" if named else f"put it there, or give --settings {path}"
@@ -156,12 +154,6 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
             setups[glob] = setup_of(table, path.name, path.parent, f"setup.{glob!r}", remedy=remedy)
         except InputError as error:
             wrong += error.findings
-    control = {dialect: getattr(file, dialect) for dialect in KEYS}
-    for dialect, keys in control.items():
-        try:
-            read_keys(KEYS[dialect], keys)
-        except ValueError as error:
-            wrong.append(finding("VP503", f"{path.name}: {dialect}.{error}"))
     check = file.check
     machine = None if file.machine in machine_files() else file.machine
     for key, value in {"machine": machine, "check.baseline": check.baseline}.items() if remedy else ():
@@ -176,12 +168,3 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
         check = replace(check, baseline=str(path.parent / check.baseline))
     machine = file.machine if machine is None else str(path.parent / machine)
     return Settings(file, path.resolve().parent, check, control, setups, machine)
-
-
-def _find_mistake(code: str, meaning: str) -> str | None:
-    """Why a code cannot be given a meaning; None where it can."""
-    try:
-        refuse_known_codes(check_remap({code: meaning}))
-    except ValueError as error:
-        return str(error)
-    return None

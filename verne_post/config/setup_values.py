@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from verne_post.base.text_marks import text_of
+from verne_post.config.control_tables import merge_keys
 from verne_post.config.files import read_file
 from verne_post.config.part_setup import read_lengths, read_offsets
 from verne_post.config.program_setup import TOOL_KEYS, ProgramSetup, read_setup
@@ -76,6 +77,7 @@ def with_setup(options: Options, program: Path | None, setup: Setup) -> Options:
     return Options(**{
         "stock": None if file.stock is None else file.stock.box("the stock"), **below, **values_of_files(contents), **given,
         "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
+        "remap": {**file.remap, **options.remap}, "control": merge_keys(file.control, options.control),
         "setup_source": file.name,
     })  # fmt: skip
 

@@ -74,9 +74,11 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
             f'"tcp on" or "tcp off" (in its examples "{_KINEMATICS[code]}")'
         )
     if code in table.refused_m:
-        raise ProgramError("VP002", f"M{code} is not executed ({table.refused_m[code]}); {settles}", column)
+        text = f"M{code} is not executed ({table.refused_m[code]}); {settles}"
+        raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
     if code not in table.group_of_m:
-        raise ProgramError("VP002", f"M{code} is not a code of this language; {settles}", column)
+        text = f"M{code} is not a code of this language; {settles}"
+        raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
     return code
 
 

@@ -51,7 +51,8 @@ class Execution(Struct):
         if key in self._reported:  # the error is in a loop, whose end may depend on what was not executed
             return False
         self._reported.add(key)
-        self.report_at_line(error.code, message, shown, error.column if file is None else None, error.about)
+        column = error.column if file is None else None
+        self.report_at_line(error.code, message, shown, column, error.about, error.settled_by)
         self._counted += 1
         return error.code not in FATAL and len(self.errors) < MAX_ERRORS and self._counted < MAX_COUNTED
 
@@ -60,7 +61,13 @@ class Execution(Struct):
         return all(self.report(error, line, **where) for error in errors)
 
     def report_at_line(
-        self, code: str, message: str, line: int, column: int | None = None, about: str | None = None
+        self,
+        code: str,
+        message: str,
+        line: int,
+        column: int | None = None,
+        about: str | None = None,
+        settled_by: tuple[str, ...] = (),
     ) -> None:
         """Add an error of one line, or count it with those of its cause; it then names everything that they are about."""
         words = message if about is None else message.replace(about, "\0")
@@ -68,12 +75,14 @@ class Execution(Struct):
         if about is not None and about not in things:
             things.append(about)
         if at == len(self.errors):
-            self.errors.append(finding(code, message, line=line, last_line=line, worst_line=line, column=column))
+            where = {"line": line, "last_line": line, "worst_line": line, "column": column}
+            self.errors.append(finding(code, message, settled_by=(settled_by,) if settled_by else (), **where))
             return
         item = self.errors[at]
+        settled = item.settled_by if settled_by in item.settled_by or not settled_by else (*item.settled_by, settled_by)
         self.errors[at] = replace(
             item, last_line=max(item.last_line or line, line), count=item.count + 1,
-            message=words.replace("\0", _names(things)),
+            message=words.replace("\0", _names(things)), settled_by=settled,
         )  # fmt: skip
 
 

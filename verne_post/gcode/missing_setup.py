@@ -1,5 +1,6 @@
 """What the set-up of a program lacks: tools that no table has, names of tools without a number, work offsets; the same words in every dialect."""
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -16,6 +17,11 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, to
 ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
 
 
+def find_tool_key(number: int, what: str, names: Mapping[int, str]) -> tuple[str, ...]:
+    """The key of a set-up that says something of a tool; one without a number of its own is called by its name."""
+    return "tools", names[number] if number >= FIRST_NAMED_TOOL else str(number), what
+
+
 def missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -> ProgramError:
     """VP012: the length of a tool is needed, or the tool itself, and it is in no table."""
     name = tool_text(number, state.tool_names)
@@ -23,7 +29,7 @@ def missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -
         why = "there is no tool table; give --tool-table FILE, or --tool-length MM where the program has one tool"
     else:
         why = "the tool table has no such tool; add it, or give --tool-length MM where the program has one tool"
-    return at.error("VP012", f"{name}: {why}", letter, name)
+    return at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names))
 
 
 def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = None) -> None:
@@ -31,7 +37,9 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
     if setup.machine and tool.unmeasured:
         name = tool_text(tool.number, state.tool_names)
         why = f"{name}: {tool.unmeasured} gives it no length; write one there, mm from the gauge line to the tip"
-        raise ProgramError("VP012", f"{why} (in a tool table Z; Z0 where the gauge line is meant)", column, about=name)
+        text = f"{why} (in a tool table Z; Z0 where the gauge line is meant)"
+        key = find_tool_key(tool.number, "length", state.tool_names)
+        raise ProgramError("VP012", text, column, about=name, settled_by=key)
 
 
 def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: State, column: int | None) -> int:
@@ -58,7 +66,8 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         number = numbers[name]
     elif setup.tools is not None:
         where = f"under [{dialect}.tools] of the settings file"
-        raise ProgramError("VP012", f"{call}: the tool table knows numbers; give this name one {where}", column)
+        text = f"{call}: the tool table knows numbers; give this name one {where}"
+        raise ProgramError("VP012", text, column, settled_by=("tools", name, "length"))
     else:
         number = next((given for given, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))
     names[number] = name
@@ -69,7 +78,7 @@ def missing_offset(system: int, line: int) -> Finding:
     """VP033: a work system that a program uses from a line on, and that nobody has placed on the table."""
     name = SYSTEM_NAMES[system]
     text = f"no work offset was given: {name} stands on the table face, at the rotary centre; give --wcs {name}=X,Y,Z"
-    return finding("VP033", text, line=line, last_line=line, worst_line=line)
+    return finding("VP033", text, line=line, last_line=line, worst_line=line, settled_by=(("wcs", name),))
 
 
 def missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:

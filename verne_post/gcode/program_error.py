@@ -12,15 +12,21 @@ class ProgramError(Exception):
     """What a program says cannot be executed: finding code, sentence, 1-based column (None: the whole line).
 
     ``line`` is None where it is the line being executed. ``about`` is the thing that the message names, such as a tool:
-    the same message about another thing has the same cause.
+    the same message about another thing has the same cause. ``settled_by`` is the key of a set-up that would settle it.
     """
 
     def __init__(
-        self, code: str, message: str, column: int | None = None, line: int | None = None, about: str | None = None
+        self,
+        code: str,
+        message: str,
+        column: int | None = None,
+        line: int | None = None,
+        about: str | None = None,
+        settled_by: tuple[str, ...] = (),
     ) -> None:
         super().__init__(message)
         self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
-        self.code, self.column, self.line, self.about = code, column, line, about
+        self.code, self.column, self.line, self.about, self.settled_by = code, column, line, about, settled_by
 
 
 class At(Struct):
@@ -29,6 +35,8 @@ class At(Struct):
     line: int
     columns: dict[str, int] = field(default_factory=dict)
 
-    def error(self, code: str, message: str, word: str, about: str | None = None) -> ProgramError:
+    def error(
+        self, code: str, message: str, word: str, about: str | None = None, settled_by: tuple[str, ...] = ()
+    ) -> ProgramError:
         """An error at a word; without a column where the line has no such word."""
-        return ProgramError(code, message, self.columns.get(word), about=about)
+        return ProgramError(code, message, self.columns.get(word), about=about, settled_by=settled_by)

@@ -99,7 +99,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "Give --tool-length or --tool-table, or tool_length in the set-up beside the program (INPUT.toml); the program may say it too (G10 L1, $TC_DP3, TOOL DEF).",
+        "verne-post setup INPUT writes INPUT.toml with every tool of the program; fill in the lengths. Or give --tool-length or --tool-table; the program may say it too (G10 L1, $TC_DP3, TOOL DEF).",
     ),
     (
         "VP013",
@@ -239,7 +239,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "no work offset",
         "warning",
         "The program uses a work system that neither --wcs nor the program has placed: its origin is the rotary centre on the table face.",
-        "Give --wcs, or wcs.G54 in the set-up beside the program: mm from the rotary centre and the table face. Where the part zero really is there, say so: --wcs G54=0,0,0.",
+        "Give --wcs, or wcs.G54 in the set-up beside the program (verne-post setup INPUT writes one): mm from the rotary centre and the table face. Where the part zero really is there, say so: --wcs G54=0,0,0.",
     ),
     (
         "VP034",

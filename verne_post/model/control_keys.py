@@ -134,6 +134,8 @@ KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys] | type[FanucKe
     "fanuc": FanucKeys,
     "aptcl": AptKeys,
 }
+#: Controls whose programs may call tools by names.
+NAMING_TOOLS: Final = tuple(dialect for dialect, keys in KEYS.items() if "tools" in keys.__struct_fields__)
 _Keys = TypeVar("_Keys", bound=SiemensKeys | HeidenhainKeys | FanucKeys | AptKeys)
 
 

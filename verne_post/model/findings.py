@@ -30,6 +30,8 @@ class Finding:
         Number of moves (or rows) that the finding stands for.
     remedies : tuple of str
         What would make the program, or the line, legal: each was tried. Empty where nothing was sought.
+    settled_by : tuple of tuple of str
+        Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11").
     """
 
     code: str
@@ -45,6 +47,7 @@ class Finding:
     unit: str | None = None
     count: int = 1
     remedies: tuple[str, ...] = ()
+    settled_by: tuple[tuple[str, ...], ...] = ()
 
 
 def finding(code: str, message: str, **where: object) -> Finding:

@@ -110,4 +110,5 @@ _KEYS: Final = (
 
 def record_of(item: Finding) -> dict[str, Any]:
     """A finding as JSON values, in the order of the documentation."""
-    return {key: getattr(item, key) for key in _KEYS}
+    settled_by = [".".join(key) for key in item.settled_by]
+    return {**{key: getattr(item, key) for key in _KEYS}, "settled_by": settled_by}

@@ -11,6 +11,7 @@ from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.waiting import Corner
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.compensation import Compensation
+from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import FeedMode, MoveKind
 
@@ -197,7 +198,8 @@ class KlartextContour:
         number = state.loaded_tool or 0
         if number == 0 or state.tools is None or number not in state.tools:
             text = f"the radius of tool {number} is not known; give --tool-table FILE, or TOOL DEF with L and R"
-            raise ProgramError("VP012", text, about=f"tool {number}")
+            key = find_tool_key(number, "diameter", state.tool_names)
+            raise ProgramError("VP012", text, about=f"tool {number}", settled_by=key)
         radius = 0.5 * state.tools[number].diameter + self.delta_radius
         if radius < 0:
             raise ProgramError("VP007", f"tool {number} has the radius {radius:g} mm with DR of its call")

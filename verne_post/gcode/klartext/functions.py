@@ -194,7 +194,7 @@ class KlartextFunctions:
             if not known and self.core.auxiliary.find_user_meaning("M", number) is None:
                 raise ProgramError(
                     "VP002", f"M{number} is not a function of the language; [remap] in the settings file can give it a meaning",
-                    word.column,
+                    word.column, settled_by=("remap", f"M{number}"),
                 )  # fmt: skip
 
     def begin_functions(self, words: Words) -> None:

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.state import tool_facts
-from verne_post.gcode.missing_setup import check_measured, missing_tool
+from verne_post.gcode.missing_setup import check_measured, find_tool_key, missing_tool
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import Tool, Vector9, tool_text, tool_word
@@ -123,9 +123,10 @@ class Tools:
         name = tool_text(number, state.tool_names)
         if state.tools is None or number not in state.tools:
             text = f"the diameter of {name} is not known; give --tool-table FILE{instead}"
-            raise at.error("VP012", text, "D", name)
+            raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
         if state.tools[number].diameter <= 0:
-            raise at.error("VP012", f"{name} has no diameter in the tool table (D)", "D", name)
+            text = f"{name} has no diameter in the tool table (D)"
+            raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
         return state.tools[number].diameter
 
     def define(self, tool: Tool) -> None:

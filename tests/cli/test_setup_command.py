@@ -1,0 +1,199 @@
+"""`verne-post setup`, and the keys of a set-up that it writes: tools, work offsets, meanings of codes."""
+
+import json
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import verne_post as vp
+
+FANUC = """%
+O1000 (BLADE)
+(T1 D=10. CR=0. - FLAT END MILL)
+(T5 D=6. CR=3. - BALL)
+N10 G90 G94 G17 G49 G40 G80
+N15 G21
+N20 G28 G91 Z0.
+N25 G90
+N30 T1 M6
+N35 S5000 M3
+N40 G54
+N45 M11
+N50 G0 A0. C0.
+N60 G0 X-30. Y0.
+N65 G43 Z50. H1
+N70 G1 Z40. F800.
+N75 X30. A5.
+N90 G28 G91 Z0.
+N95 G90
+N100 T5 M6
+N105 S8000 M3
+N110 G55
+N115 G0 A0. C0.
+N120 G0 X0 Y0
+N125 G43 Z50. H5
+N130 G1 Z40. F600.
+N135 Y20. C10.
+N145 G28 G91 Z0.
+N155 M30
+%
+"""
+SIEMENS = """; PART
+N10 G90 G17 G71 G94
+N20 T="MILL 10" D1
+N30 M6
+N40 S6000 M3
+N50 G54
+N60 TRAORI
+N70 G0 A0 C0
+N80 G0 X-30 Y0 Z60
+N100 G1 Z40 F800
+N110 X30 A5
+N120 G0 Z80
+N150 M30
+"""
+KLARTEXT = """BEGIN PGM PART MM
+TOOL CALL "MILL_10" Z S6000 F800
+CYCL DEF 247 DATUM SETTING ~
+    Q339=+2 ;DATUM NUMBER
+M128
+L X-30 Y+0 Z+60 A+0 C+0 FMAX M3
+L Z+40 F AUTO
+L X+30 A+5
+L Z+80 FMAX
+M129
+L M30
+END PGM PART MM
+"""
+Run = Callable[..., Any]
+FILLED = [('length = "measure"', "length = 80"), ('"measure"', "[0, 0, 60]"), ('"decide"', '"ignore"')]
+
+
+def fill(path: Path) -> None:
+    """What a person does: put a value in place of every mark."""
+    text = path.read_text()
+    for mark, value in FILLED:
+        text = text.replace(mark, value)
+    path.write_text(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "source", "expected"),
+    [
+        ("part.nc", FANUC, {
+            "tools": {"1": {"length": "measure"}, "5": {"length": "measure"}},
+            "wcs": {"G54": "measure", "G55": "measure"}, "remap": {"M11": "decide"},
+        }),
+        ("part.mpf", SIEMENS, {"tools": {"MILL 10": {"length": "measure"}}, "wcs": {"G54": "measure"}}),
+        ("part.h", KLARTEXT, {"tools": {"MILL_10": {"length": "measure"}}, "wcs": {"G55": "measure"}}),
+    ],
+)  # fmt: skip
+def test_the_first_own_program_runs_once_its_setup_is_filled_in(
+    name: str, source: str, expected: dict[str, object], run: Run, tmp_path: Path
+) -> None:
+    program = tmp_path / name
+    program.write_text(source)
+    assert run("setup", program).code == 0
+    written = Path(f"{program}.toml")
+    assert tomllib.loads(written.read_text()) == expected
+    refused = run(program, "-o", tmp_path / "axes.csv", "--split-at-stops")
+    assert refused.code == 2
+    assert not list(tmp_path.glob("axes*"))  # a mark is no value
+    assert refused.err.count("VP012 error") == 1  # one cause
+    fill(written)
+    assert run(program, "-o", tmp_path / "axes.csv", "--split-at-stops").code == 0
+    assert vp.convert(program, "verne", vp.Options(split_at_stops=True)).ok  # the Python API reads the same file
+
+
+def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(FANUC)
+    told = run("setup", tmp_path / "part.nc", "-o", "-")
+    assert '5 = { length = "measure" }  # D=6. CR=3. - BALL\n' in told.out
+    assert "the length of tools 1 and 5, the place of G54 and G55, the meaning of M11" in told.err
+
+
+def test_what_is_known_is_written_and_not_asked_for(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(FANUC)
+    (tmp_path / "tools.tbl").write_text("T1 P1 Z80 D10\nT5 P5 D6\n")
+    told = run(
+        "setup", tmp_path / "part.nc", "-o", "-", "--tool-table", tmp_path / "tools.tbl", "--wcs", "G54=1,2,3,90"
+    )
+    assert tomllib.loads(told.out) == {
+        "tools": {"1": {"length": 80, "diameter": 10}, "5": {"length": "measure", "diameter": 6}},
+        "wcs": {"G54": [1, 2, 3, 90], "G55": "measure"}, "remap": {"M11": "decide"},
+    }  # fmt: skip
+
+
+def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Path) -> None:
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90 G17 G64\nT3 M6\nG54 G0 X0 Y0 A0 C0\nG43 Z50 H3\nG41 D3 G1 X10 F500\nY20\nG40 X30\nM2\n")
+    run("setup", program)
+    found = tomllib.loads(Path(f"{program}.toml").read_text())
+    assert found["tools"] == {"3": {"length": "measure", "diameter": "measure"}}
+
+
+def test_a_setup_that_is_there_is_never_written_over(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(FANUC)
+    (tmp_path / "part.nc.toml").write_text("wcs.G54 = [0, 0, 60]\n")
+    told = run("setup", tmp_path / "part.nc")
+    assert told.code == 2
+    assert "is there already" in told.err
+    assert (tmp_path / "part.nc.toml").read_text() == "wcs.G54 = [0, 0, 60]\n"
+    known = run("setup", tmp_path / "part.nc", "-o", "-")
+    assert tomllib.loads(known.out)["wcs"] == {"G54": [0, 0, 60], "G55": "measure"}
+
+
+def test_errors_that_no_setup_settles_are_told(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(FANUC.replace("X30. A5.", "X30. B5."))
+    told = run("setup", tmp_path / "part.nc", "-o", "-")
+    assert told.code == 0
+    assert "VP011 error" in told.err
+    assert "VP012" not in told.err
+
+
+def test_json_says_which_keys_settle_a_finding(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(FANUC)
+    told = run("check", tmp_path / "part.nc", "--output-format", "json")
+    found = {item["code"]: item["settled_by"] for item in json.loads(told.out)["programs"][0]["findings"]}
+    assert found["VP012"] == ["tools.1.length", "tools.5.length"]
+    assert found["VP002"] == ["remap.M11"]
+    assert found["VP033"] == ["wcs.G55"]  # the last of the two
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("tool_length = 80\n[tools]\n1 = { length = 80 }\n", "tool_length and tools exclude each other"),
+        ('tool_table = "t.tbl"\n[tools]\n1 = { length = 80 }\n', "tools and tool_table exclude each other"),
+        ("[tools]\n1 = { length = -80 }\n", "tools.1.length = -80"),
+        ("[tools]\n1 = { lenght = 80 }\n", "tools.1.lenght"),
+        ("[tools]\n1 = { length = 80, number = 2 }\n", "the key is its number"),
+        ('[tools]\n1 = { length = 80 }\n"A" = { length = 80, number = 1 }\n', "there is a tool 1 already"),
+        ('[remap]\nM3 = "ignore"\n', "remap.M3"),
+        ('[remap]\nM11 = "skip"\n', "remap.M11"),
+        ('[siemens]\nrotation = "zyx"\n', "siemens.rotation"),
+        ('[wcs]\nG54 = "table"\n', "wcs.G54"),
+    ],
+)
+def test_keys_that_cannot_be_meant_are_refused_by_name(text: str, sentence: str, run: Run, tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(FANUC)
+    (tmp_path / "part.nc.toml").write_text(text)
+    told = run("check", tmp_path / "part.nc")
+    assert told.code == 2
+    assert sentence in told.err + told.out
+
+
+def test_codes_and_names_of_a_setup_go_before_those_of_the_settings(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    program = tmp_path / "part.h"
+    program.write_text(KLARTEXT)
+    (tmp_path / "verne-post.toml").write_text("[heidenhain.tools]\nMILL_10 = 7\nOTHER = 8\n")
+    Path(f"{program}.toml").write_text("wcs.G55 = [0, 0, 60]\n[tools]\n7 = { length = 75, diameter = 10 }\n")
+    assert 'tool 7 "MILL_10" 75 mm' in run(program, "-o", tmp_path / "axes.csv").err
+    Path(f"{program}.toml").write_text("wcs.G55 = [0, 0, 60]\n[tools]\nMILL_10 = { length = 85, number = 9 }\n")
+    assert 'tool 9 "MILL_10" 85 mm' in run(program, "-o", tmp_path / "axes.csv").err

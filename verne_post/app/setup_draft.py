@@ -1,0 +1,120 @@
+"""What a program needs from its set-up, and what of that nobody has given."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, Final
+
+from msgspec import Struct
+
+from verne_post.app.assemble import assemble
+from verne_post.base.long_text import Text
+from verne_post.config.control_tables import merge_keys
+from verne_post.model.control_keys import NAMING_TOOLS
+from verne_post.model.findings import Finding, InputError
+from verne_post.model.machine import Machine
+from verne_post.model.moves import ZERO9
+from verne_post.model.options import Options
+from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, SYSTEM_NUMBERS, Tool, WorkOffset
+
+#: A finding may hide another one until it is settled: a program is read again as often as that.
+MOST_READINGS: Final = 8
+#: Length and diameter of a tool that is not known while others are looked for, mm.
+STAND_IN_MM: Final = 100.0
+#: What of a tool a set-up may say, and nobody has said.
+UNKNOWN: Final = (None, 0.0)
+
+
+class SetupDraft(Struct, frozen=True):
+    """What the set-up of a program must say.
+
+    Attributes
+    ----------
+    tools : mapping
+        Number or name -> length and diameter, mm; None for one that is needed and not known. A diameter that nothing needs is 0.
+    wcs : mapping
+        Name of a work system -> where it is on the table; None where nobody has said.
+    codes : mapping
+        User-defined code -> its meaning; None where nobody has said.
+    tool_length : float or None
+        Of the one tool, mm, in place of ``tools``.
+    others : tuple of Finding
+        Errors of the program that no set-up settles.
+    """
+
+    tools: Mapping[str, tuple[float | None, float | None]]
+    wcs: Mapping[str, WorkOffset | None]
+    codes: Mapping[str, str | None]
+    tool_length: float | None
+    others: tuple[Finding, ...]
+
+    @property
+    def missing(self) -> dict[str, list[str]]:
+        """What is still to be said, by what it is: lengths and diameters of tools, places, meanings."""
+        return {
+            "length": [name for name, (length, _) in self.tools.items() if length is None],
+            "diameter": [name for name, (_, diameter) in self.tools.items() if diameter is None],
+            "place": [name for name, place in self.wcs.items() if place is None],
+            "meaning": [code for code, meaning in self.codes.items() if meaning is None],
+        }
+
+
+def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
+    """Read a program as often as something is missing, each time with stand-ins for what is.
+
+    Parameters
+    ----------
+    options : Options
+        With what is known already: tools, work offsets, meanings of codes.
+    """
+    tools = {str(number): _read_sizes(tool) for number, tool in (options.tools or {}).items()}
+    names = {number: name for keys in options.control.values() for name, number in keys.get("tools", {}).items()}
+    tools = {names.get(int(number), number): sizes for number, sizes in tools.items()}
+    wcs: dict[str, WorkOffset | None] = {SYSTEM_NAMES[system]: place for system, place in options.wcs.items()}
+    codes: dict[str, str | None] = dict(options.remap)
+    keys: dict[tuple[str, ...], None] = {}
+    for _ in range(MOST_READINGS):
+        found = _find_errors(source, machine, _assume(options, keys))
+        new = [key for item in found for key in item.settled_by if key not in keys]
+        if not new:
+            break
+        keys |= dict.fromkeys(new)
+    for kind, name, *what in keys:
+        if kind == "tools":
+            length, diameter = tools.get(name, UNKNOWN)
+            tools[name] = (length, None) if what == ["diameter"] else (None, diameter)
+        else:
+            (wcs if kind == "wcs" else codes)[name] = None
+    others = tuple(item for item in found if item.severity == "error" and not item.settled_by)
+    return SetupDraft({} if options.tool_length is not None else tools, wcs, codes, options.tool_length, others)
+
+
+def _read_sizes(tool: Tool) -> tuple[float | None, float | None]:
+    return None if tool.unmeasured else tool.offset[2], tool.diameter
+
+
+def _find_errors(source: Text, machine: Machine, options: Options) -> tuple[Finding, ...]:
+    try:
+        return assemble(source, machine, options).findings
+    except InputError as error:
+        return error.findings
+
+
+def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
+    """Options with stand-ins for what keys of a set-up would say."""
+    tools = dict(options.tools or {})
+    names: dict[str, int] = {}
+    known = {name: number for table in options.control.values() for name, number in table.get("tools", {}).items()}
+    for name, what in (key[1:] for key in keys if key[0] == "tools"):
+        number = int(name) if name.isdecimal() else known.get(name, 0)
+        number = number or names.setdefault(name, FIRST_NAMED_TOOL + len(known) + len(names))
+        tool = tools.get(number, Tool(number, number, ZERO9, unmeasured="nobody"))
+        sizes: dict[str, Any] = {"diameter": STAND_IN_MM}
+        if what == "length":
+            sizes = {"offset": (0.0, 0.0, STAND_IN_MM, *ZERO9[3:]), "unmeasured": ""}
+        tools[number] = dataclasses.replace(tool, **sizes)
+    wcs = {SYSTEM_NUMBERS[key[1]]: WorkOffset((0.0, 0.0, 0.0)) for key in keys if key[0] == "wcs"}
+    remap = {key[1]: "ignore" for key in keys if key[0] == "remap"}
+    control = merge_keys(options.control, {dialect: {"tools": names} for dialect in NAMING_TOOLS} if names else {})
+    return options.changed(
+        tools=tools or None, wcs={**options.wcs, **wcs}, remap={**options.remap, **remap}, control=control
+    )

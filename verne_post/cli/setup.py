@@ -1,0 +1,59 @@
+"""`verne-post setup`: the file beside a program that says what the program leaves open."""
+
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import click
+
+from verne_post.cli.colour import say
+from verne_post.cli.common import print_findings, quiet_option, read_program, refuse
+from verne_post.cli.files import RunFiles, is_dash, shown_name
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, program_options
+from verne_post.model.verdict import ExitStatus
+
+
+@click.command("setup", cls=GroupedCommand)
+@click.argument("input_name", type=INPUT, metavar="INPUT")
+@click.option(
+    "-o", "--output", type=FILE, metavar="OUT.toml",
+    help="Where to write; - is standard output.  [default: INPUT.toml, where there is none yet]",
+)  # fmt: skip
+@quiet_option
+@program_options("jobs")
+def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> int:
+    """Write the set-up of a program: its tools, work offsets and user-defined codes, in the file that every command reads.
+
+    What options, settings and the set-up that is there say is written; what nobody has said is marked "measure" or
+    "decide", and counts as not given until it is replaced. Errors that no set-up settles are printed.
+    Exit status: 0 the file is written, 2 unusable input.
+    """
+    from verne_post.model.findings import InputError
+
+    name = shown_name(input_name)
+    files = RunFiles()
+    if output is None:
+        if is_dash(input_name):
+            raise click.UsageError("the program comes from standard input; say where to write: -o OUT.toml")
+        output = Path(f"{input_name}.toml")
+        if output.exists():
+            raise click.UsageError(f"{output} is there already; -o OUT.toml writes another file, -o - prints it")
+    files.writes(output, "-o")
+    try:
+        machine, source, options = read_program(files, input_name, given)
+    except InputError as error:
+        return refuse(name, error)
+    from verne_post.app.setup_draft import draft_setup
+    from verne_post.base.long_text import line_of
+    from verne_post.output.setup_text import HEAD_LINES, list_missing, write_setup
+
+    draft = draft_setup(source, machine, options)
+    lines = (line_of(source, number) for number in range(1, HEAD_LINES))
+    head = [line.decode("utf-8", errors="replace") for line in islice(lines, HEAD_LINES) if line is not None]
+    text = write_setup(name, draft.tools, draft.wcs, draft.codes, draft.tool_length, head)
+    files.write(output, "-o", [text])
+    print_findings(name, draft.others, source)
+    if not quiet:
+        missing = list_missing(draft.missing)
+        say(f"{shown_name(str(output))}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
+    return ExitStatus.CLEAN

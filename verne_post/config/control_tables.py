@@ -1,0 +1,40 @@
+"""Tables of settings and set-ups that say what a control's builder has chosen: [remap], [siemens], [heidenhain], [fanuc]."""
+
+from collections.abc import Iterator, Mapping
+
+from verne_post.gcode.codes import refuse_known_codes
+from verne_post.model.control_keys import KEYS, read_keys
+from verne_post.model.option_checks import check_remap
+
+
+def find_wrong_codes(remap: Mapping[str, str]) -> Iterator[str]:
+    """Why codes of [remap] cannot be given their meanings, as sentences."""
+    for code, meaning in remap.items():
+        try:
+            refuse_known_codes(check_remap({code: meaning}))
+        except ValueError as error:
+            yield f"remap.{error}"
+
+
+def find_wrong_keys(control: Mapping[str, Mapping[str, object]]) -> Iterator[str]:
+    """What is wrong with keys of controls, by dialect, as sentences."""
+    for dialect, keys in control.items():
+        try:
+            read_keys(KEYS[dialect], keys)
+        except ValueError as error:
+            yield f"{dialect}.{error}"
+
+
+def merge_keys(*tables: Mapping[str, Mapping[str, object]]) -> dict[str, dict[str, object]]:
+    """Keys by dialect of several places, the weaker first; names of tools are collected."""
+    merged: dict[str, dict[str, object]] = {}
+    for table in tables:
+        for dialect, keys in table.items():
+            if not keys:
+                continue
+            known = merged.setdefault(dialect, {})
+            names = [given["tools"] for given in (known, keys) if isinstance(given.get("tools"), Mapping)]
+            known |= keys
+            if names:
+                known["tools"] = {name: number for given in names for name, number in given.items()}  # type: ignore[attr-defined]
+    return merged
