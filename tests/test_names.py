@@ -15,7 +15,7 @@ WORDS = """
 add address adjust agrees align allow amend apply approach are arrive assemble assign assume average begin bind blend bore bound
 bracket break build calibrate call can carry change check choose claim classify clean climb close collect combine
 compare compensate compile complete compute connect convert copy correct count cross cut decode decorate define depart
-depends derive describe differ differentiate displace disturb divide draw drill drop echo emit encode end enter escape
+depends derive describe differ differentiate displace disturb divide draft draw drill drop echo emit encode end enter escape
 estimate evaluate exchange execute exists expand expect explain extend fair fetch fill find finish fit fits fix
 flatten flip flips flush follow follows forget fork format freeze get give go group guard halve happens has hold holds identify
 ignore improve index initialise insert interpolate interpret intersect invoke is iterate join judge jump keep know label
