@@ -674,6 +674,7 @@ HELP = {
     "dump": ["moves", "poses", "joints", *PROGRAM_OPTIONS],
     "machine": ["list", "show", "validate", "identify"],
     "explain": ["CODE"],
+    "machined": ["--against", "--nominal", "--gouge", "--excess", "--datum", "--csv"],
     "setup": ["-o", *PROGRAM_OPTIONS],
     "batch": [
         "-o",
