@@ -223,7 +223,7 @@ class Swivel:
             turns = 360.0 * round(to.state.position[5] / 360.0)
             to.motion.run_line(block, MoveKind.RAPID, {3: -a, 5: turns - c})
             return
-        begin = to.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=not tcp, axes=(3, 5))
+        begin = to.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=not tcp, axes=(3, 5), at=block)
         upright = np.array([0.0, 0.0, 1.0])
         positions = find_positions(to.setup, list(begin), upright, state.frame, tip_stays=tcp)
         end = choose_position(positions, lambda one: (-direction * one.tilt, one.turned)).program
