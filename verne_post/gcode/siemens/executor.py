@@ -5,7 +5,13 @@ from contextlib import suppress
 from typing import Final
 
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.machining.assumptions import assume_feed, assume_turning_spindle, know_axis, with_length
+from verne_post.gcode.machining.assumptions import (
+    assume_feed,
+    assume_tool_call,
+    assume_turning_spindle,
+    know_axis,
+    with_length,
+)
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -117,6 +123,8 @@ class Executor:
         state = self.interpreter.state
         assume_feed(state)
         assume_turning_spindle(state)
+        if code == "VP012" and not state.selected_tool:
+            assume_tool_call(state)
         with with_length(state, then=code == "VP012"), suppress(ProgramError):
             self.interpreter.run(words)
 
