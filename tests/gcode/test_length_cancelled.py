@@ -150,3 +150,39 @@ def test_g53_1_under_tool_centre_point_control_holds_the_tip():
     program = assemble(text.encode(), vp.load_machine("serial"), options("fanuc", smoothing="off"))
     assert program.path.end[-1, :3] == pytest.approx(program.path.start[-1, :3], abs=ROUNDING)
     assert np.ptp([program.path.start[-1, 3], program.path.end[-1, 3]]) > 0.01
+
+
+LONGER = {
+    number: Tool(number, number, (0.0, 0.0, length) + (0.0,) * 6, 10.0) for number, length in ((1, 80.0), (2, 130.0))
+}
+TILTED_ISO = "G21 G90\nG0 A30. C40.\nG43.4 H1 X10. Y0. Z150.\nX20.\n"
+TILTED_SIEMENS = "G54 G90 G71\nG0 A30 C40\nT1 M6 D1\nTRAORI\nG0 X10 Y0 Z150\nX20\n"
+
+
+@pytest.mark.parametrize(("dialect", "text", "way"), [
+    ("rs274", f"{TILTED_ISO}G43.4 H2\nG0 X30.\nM30\n", 50.0), ("fanuc", f"{TILTED_ISO}G43.4 H2\nG0 X30. Y5.\nM30\n", 50.0),
+    ("fanuc", f"{TILTED_ISO}G43.4 H2\nG0 X30. Z150.\nM30\n", None), ("fanuc", f"{TILTED_ISO}G53 G0 Z0.\nG43.4 H2\nG0 X30.\nM30\n", None),
+    ("rs274", "G21 G90\nG0 A30. C40.\nG43.4 H1\nG0 X10. Y0.\nZ150.\nX20.\nM30\n", None), ("siemens", f"{TILTED_SIEMENS}T2 M6 D1\nG0 X30\nM30\n", 50.0),
+    ("siemens", f"{TILTED_SIEMENS}T2 M6 D1\nG0 Z150\nM30\n", None),
+])  # fmt: skip
+def test_a_longer_tool_under_tilt_is_named_where_the_spindle_goes_up(dialect, text, way):
+    """The tip goes to the Z that was programmed: by 50 mm along the tool axis, where no retract came before."""
+    setup = Options(
+        tools=LONGER, wcs={1: WorkOffset((0, 0, 60))}, dialect=dialect, smoothing="off", split_at_stops=True
+    )
+    found = [
+        item for item in assemble(text.encode(), vp.load_machine("serial"), setup).findings if item.code == "VP046"
+    ]
+    assert [item.line for item in found] == ([text.count("\n") - 1] if way else [])
+    assert all("the spindle by" in item.message for item in found)
+
+
+@pytest.mark.parametrize("block", ["G0 X30", "G0 A0 C0", "G0 Y7 A10"])
+def test_siemens_axes_that_are_not_named_stand_after_another_length(block):
+    text = f"{TILTED_SIEMENS}TRAFOOF\nT2 M6 D1\n{block}\nM30\n"
+    setup = Options(
+        tools=LONGER, wcs={1: WorkOffset((0, 0, 60))}, dialect="siemens", smoothing="off", split_at_stops=True
+    )
+    joints = joints_of_lines(assemble(text.encode(), vp.load_machine("serial"), setup))
+    stays = [axis for axis in range(5) if "XYZAC"[axis] not in block]
+    assert joints[9][stays] == pytest.approx(joints[6][stays], abs=ROUNDING)

@@ -227,3 +227,41 @@ def test_a_language_that_gets_a_dialect_is_named_with_it():
     assert find_other_language(text, (), "rs274", ["rs274", "heidenhain"]).message.endswith("--dialect heidenhain")
     assert "which is not read" in find_other_language(text, (), "rs274", ["rs274"]).message
     assert find_other_language(text, (), "heidenhain", ["rs274", "heidenhain"]) is None
+
+
+@pytest.mark.parametrize("call", ['T="MILL10"\nM6\nD1', 'T="MILL10" M6'])
+def test_a_name_without_a_number_is_one_finding(view, call):
+    text = f"G71 G90 G54\n{call}\nG0 X0 Y0 Z50\nG1 Z-1 F500 S1000 M3\nG41 X10 Y10\nX30\nG40 Y40\nM30\n"
+    errors = view(text, dialect="siemens", tools=read_tool_table("T1 Z80 D10\n", "t.tbl"))[1]
+    assert [(item.code, item.line) for item in errors] == [("VP012", 2)]
+
+
+def test_one_length_is_not_offered_for_several_tools(machine):
+    program = f"{HEAD}G43 H11\nG1 Z9 F500\n{{}}M30".format
+    for more, offered in (("", True), ("G43 H12\nG1 X10\nG43 H13\nG1 X10\n", False)):
+        (item,) = check(program(more).encode(), machine, Options(tools=read_tool_table("T1 Z80\n", "t.tbl"))).findings[
+            :1
+        ]
+        assert ("--tool-length" in item.message) == offered, item.message
+
+
+def test_a_code_of_tool_length_is_named_where_a_motion_code_is_meant(view):
+    ((code, text),) = [
+        (item.code, item.message)
+        for item in view(
+            "O1\nG21\nG49\nG43.4 H1 X10. Y5.\nM30", dialect="fanuc", tools=read_tool_table("T1 Z80\n", "t.tbl")
+        )[1]
+    ]
+    assert code == "VP005"
+    assert text.endswith("G43.4 is none: write G0 beside it")
+
+
+def test_a_departure_names_the_end_point_that_lies_in_its_arc(view):
+    text = "BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+50 R0 FMAX M3\nAPPR LT X+10 Y+20 Z-5 LEN15 RL F500\nL X+50\n{}\nEND PGM A MM\n"
+    ((first, second),) = [
+        [view(text.format(last), dialect="heidenhain", tools=read_tool_table("T1 Z80 D10\n", "t.tbl"))[1] for last in
+         ("DEP LCT X+51 Y+33 R8", "L X+60 Y+20\nDEP LT LEN9")]
+    ]  # fmt: skip
+    assert second == ()
+    assert [item.code for item in first] == ["VP008"]
+    assert "the end point of the departure lies inside the arc" in first[0].message

@@ -10,6 +10,7 @@ from verne_post.base.long_text import Text
 from verne_post.gcode import plain
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.missing_setup import ONE_TOOL
 from verne_post.gcode.plain_vectors import end_of_vectors, pointing
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -82,7 +83,8 @@ class Execution(Struct):
         settled = item.settled_by if settled_by in item.settled_by or not settled_by else (*item.settled_by, settled_by)
         self.errors[at] = replace(
             item, last_line=max(item.last_line or line, line), count=item.count + 1,
-            message=words.replace("\0", _names(things)), settled_by=settled,
+            message=words.replace("\0", _names(things)).replace(ONE_TOOL if len(things) > 1 else "\0", ""),
+            settled_by=settled,
         )  # fmt: skip
 
 

@@ -13,6 +13,8 @@ from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import ZERO9, Moves
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, tool_text
 
+#: What else may be done about the length of a tool; nothing where the program uses several.
+ONE_TOOL: Final = ", or --tool-length MM where the program has one tool"
 #: Stands for a tool that is in no table, once that has been reported: its width only has to be greater than 0.
 ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
 
@@ -26,9 +28,9 @@ def missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -
     """VP012: the length of a tool is needed, or the tool itself, and it is in no table."""
     name = tool_text(number, state.tool_names)
     if setup.tools is None:
-        why = "there is no tool table; give --tool-table FILE, or --tool-length MM where the program has one tool"
+        why = f"there is no tool table; give --tool-table FILE{ONE_TOOL}"
     else:
-        why = "the tool table has no such tool; add it, or give --tool-length MM where the program has one tool"
+        why = f"the tool table has no such tool; give the table a line for it{ONE_TOOL}"
     return at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names))
 
 

@@ -299,8 +299,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "axes move that are not named",
         "warning",
         "While no tool length is in force (before G43, after G49) a block turns the table, and the spindle goes along to hold the tip at "
-        "its place of the part: it moves axes that the block does not name. A control without tool-centre-point control lets them stand.",
-        "Name X, Y and Z in the block, or turn the table with G53; in a Fanuc program (--dialect fanuc) the axes stand.",
+        "its place of the part: it moves axes that the block does not name. A control without tool-centre-point control lets them stand. Or the length has changed under a tilted table, and the next block does not name Z: "
+        "the tip goes to the place that was programmed before.",
+        "Name X, Y and Z in the block, turn the table with G53, or retract before; in a Fanuc program (--dialect fanuc) the axes stand while no length is in force.",
     ),
     (
         "VP047",

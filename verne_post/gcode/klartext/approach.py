@@ -183,8 +183,10 @@ def _touch(position: list[float], center: Point, radius: float, sense: float, *,
     dx, dy = position[0] - center[0], position[1] - center[1]
     distance = math.hypot(dx, dy)
     if distance < radius:
+        what = "the end point of the departure lies" if leaving else "the tool stands"
+        way = "from" if leaving else "to"
         raise ProgramError(
-            "VP008", "the tool stands inside the arc of the approach or departure; no tangent leads to it"
+            "VP008", f"{what} inside the arc, whose radius is {radius:.6g} mm; no tangent leads {way} it there"
         )
     angle = math.atan2(dy, dx) + (-1 if leaving else 1) * sense * math.acos(min(radius / distance, 1.0))
     return center[0] + radius * math.cos(angle), center[1] + radius * math.sin(angle)

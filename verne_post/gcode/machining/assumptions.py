@@ -7,6 +7,7 @@ from dataclasses import replace
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import ASSUMED_TOOL
 from verne_post.model.moves import ZERO9
+from verne_post.model.part_setup import FIRST_NAMED_TOOL
 
 
 def assume_feed(state: State) -> None:
@@ -44,6 +45,12 @@ def assume_loaded_tool(state: State, number: int | None) -> None:
     """A tool is in the spindle, and in the table."""
     state.loaded_tool = number
     state.tools = {number or 0: ASSUMED_TOOL, **(state.tools or {})}
+
+
+def assume_tool_call(state: State) -> None:
+    """A tool has been called, and is in the spindle."""
+    assume_tools(state, [FIRST_NAMED_TOOL])
+    state.selected_tool = state.loaded_tool = FIRST_NAMED_TOOL
 
 
 def assume_homes(state: State) -> None:

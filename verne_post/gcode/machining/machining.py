@@ -9,7 +9,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import ARC_CHORD_MM, DRILL_TILT, UPRIGHT_DEG, ZERO_LENGTH_MM
+from verne_post.base.tolerances import (
+    ARC_CHORD_MM,
+    DRILL_TILT,
+    UNNAMED_MOTION_MM,
+    UPRIGHT_DEG,
+    ZERO_LENGTH_MM,
+)
 from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.lengths import arc_length, effective_feed, line_lengths
@@ -160,7 +166,7 @@ class Machining:
     # --- motion ------------------------------------------------------------------------------------
 
     def start_of_motion(
-        self, kind: MoveKind, *, absolute: bool, machine: bool, axes: Iterable[int] | None = None
+        self, kind: MoveKind, *, absolute: bool, machine: bool, axes: Iterable[int] | None = None, at: At | None = None
     ) -> list[float]:
         """Where axes (9) stand that a motion does not name; applies the rule for a change of tool length under tilt.
 
@@ -173,6 +179,8 @@ class Machining:
             It goes to places of the machine.
         axes : iterable of int, optional
             Those that the motion names; None where it says where all of them go.
+        at : At, optional
+            The block, where the motion begins at what is returned: VP046 then warns of a way that it does not name.
 
         Raises
         ------
@@ -200,7 +208,16 @@ class Machining:
                 "VP016", "no tool length holds any more while the table is tilted: the programmed Z would take the tool down by its "
                 "length; name Z in this motion, or retract in machine coordinates before",
             )  # fmt: skip
-        return [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
+        begin = [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
+        unnamed = [axis for axis in (_X, _Y, _Z) if axis not in (axes or ())]
+        way = math.dist([begin[axis] for axis in unnamed], [state.position[axis] for axis in unnamed])
+        if at is not None and _Z in unnamed and way > UNNAMED_MOTION_MM:
+            self.recorder.warn(
+                "VP046", "the tool length has changed while the table is tilted, and the block does not name Z: the tip goes to the place that was "
+                f"programmed for the length of before, the spindle by {way:.6g} mm; name X, Y and Z in it, or retract in machine coordinates before",
+                at.line, None,
+            )  # fmt: skip
+        return begin
 
     def line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight to an end (9) in the active frame; under cutter compensation beside it.

@@ -307,7 +307,7 @@ class FanucPlanes:
         if not tcp:
             turn_table(self.core, block, MoveKind.RAPID, {tilt: end[tilt], turn: end[turn]})
             return
-        self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=(tilt, turn))
+        self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=(tilt, turn), at=block)
         self.recorder.fix_c(block.line)
         self.core.line(block, MoveKind.RAPID, end, [tilt, turn])
 

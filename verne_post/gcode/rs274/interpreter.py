@@ -250,7 +250,9 @@ class Rs274(Language):
         arc = self.modes.motion in (20, 30)
         words = axes or [letter for letter in "IJK" if letter in block.words and (arc or self.modes.vectors)]
         if words and self.modes.motion is None:
-            raise block.error("VP005", f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active", words[0])
+            length = f"; {g_name(g['tool length'])} is none: write G0 beside it" if "tool length" in g else ""
+            text = f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active{length}"
+            raise block.error("VP005", text, words[0])
         if axes and self._has_user_code(block):
             raise block.error("VP006", f"{axes[0]} beside a user-defined code, and no motion code uses it", axes[0])
         return self.modes.motion if words else None

@@ -93,7 +93,9 @@ class MotionCodes:
         state = self.state
         if state.tool_axis is not None or self.modes.vectors:
             self._check_vector_axes(block, moving, machine=False)
-        start = self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving, axes=moving)
+        start = self.core.start_of_motion(
+            MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving, axes=moving, at=block
+        )
         via = list(start)
         if self.setup.rotary[1] in moving:
             self.recorder.fix_c(block.line)
@@ -149,7 +151,7 @@ class MotionCodes:
                 self.core.require_known(block, self._arc_axes(axes), "an arc")
             if not self.modes.absolute:
                 self.core.require_known(block, axes, "an incremental move")
-        start = self.core.start_of_motion(kind, absolute=self.modes.absolute, machine=False, axes=axes)
+        start = self.core.start_of_motion(kind, absolute=self.modes.absolute, machine=False, axes=axes, at=block)
         end = list(start)
         if self.setup.rotary[1] in axes:
             self.recorder.fix_c(block.line)

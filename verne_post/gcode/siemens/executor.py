@@ -8,6 +8,7 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.assumptions import (
     assume_feed,
     assume_rigid_tapping,
+    assume_tool_call,
     assume_turning_spindle,
     know_axis,
     with_length,
@@ -136,6 +137,8 @@ class Executor:
         state = self.interpreter.state
         assume_feed(state)
         assume_turning_spindle(state)
+        if code == "VP012" and not state.selected_tool:
+            assume_tool_call(state)
         with with_length(state, then=code == "VP012"), suppress(ProgramError):
             self.interpreter.run(words)
 

@@ -193,7 +193,11 @@ class SiemensMotion:
         state = self.state
         if state.tool_axis is not None and not self.follows_part:
             self.settle_table(block)
-        end = list(self.core.start_of_motion(kind, absolute=True, machine=False, axes=places))
+        held = self.core.start_of_motion(
+            kind, absolute=True, machine=False, axes=places, at=block if self.follows_part else None
+        )
+        # axes of the machine that are not named stand, whatever length the tool has now
+        end = list(held if self.follows_part else state.position)
         for axis, value in places.items():
             end[axis] = self.to_core(axis, value)
         if self.modes.tcp or not set(self.setup.rotary) & set(places):

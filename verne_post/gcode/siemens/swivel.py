@@ -230,7 +230,7 @@ class Swivel:
             shifts, turns = to.modes.frames.rotary, 360.0 * round(to.state.position[turn] / 360.0)
             to.motion.run_line(block, MoveKind.RAPID, {tilt: -shifts[tilt - 3], turn: turns - shifts[turn - 3]})
             return
-        begin = to.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=not tcp, axes=to.setup.rotary)
+        begin = to.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=not tcp, axes=to.setup.rotary, at=block)
         upright = np.array([0.0, 0.0, 1.0])
         positions = find_positions(to.setup, list(begin), upright, state.frame, tip_stays=tcp)
         end = choose_position(positions, lambda one: (-direction * one.tilt, one.turned)).program
