@@ -401,3 +401,104 @@ def test_lines_after_rndm_are_not_executed_in_a_stretch(view):
     moves, findings = view(f"{START}G1 X20 RNDM=0.1\n{lines}\nRNDM=0\nX0\nM30", dialect="siemens")
     assert findings == ()
     assert (moves.kind == MoveKind.ARC).sum() == 60
+
+
+# --- units, planes, maps ------------------------------------------------------------------------------------
+
+
+def table_of(view, text, dialect="siemens"):
+    """Kind, place, feed rate and sweep of every move."""
+    moves, findings = view(text, dialect=dialect, tools={1: make_tool(1, 10.0, TOOL)})
+    assert findings == ()
+    sweep = [moves.arcs.sweep[arc] if arc >= 0 else 0.0 for arc in moves.arc]
+    return np.column_stack([moves.kind, moves.end[:, :3], np.nan_to_num(moves.feed), sweep])
+
+
+SIZES = {
+    "LENG": 40,
+    "WID": 24,
+    "CRAD": 6,
+    "RTP": 20,
+    "SDIS": 2,
+    "DP": -6,
+    "MID": 3,
+    "PA": 0,
+    "PO": 0,
+    "FAL": 0.3,
+    "FALD": 0.2,
+    "MIDA": 5,
+    "RAD1": 3,
+    "DP1": 1,
+}
+
+
+def test_pockets_in_inches_are_pockets_in_mm(view):
+    start = "T1 D1 M6\nG71 G0 X0 Y0 Z40 S1000 M3\n"
+    inches = {name: f"{value / 25.4:.12f}" for name, value in SIZES.items()}
+    mm = table_of(view, f"{start}{write('POCKET3', **SIZES, VARI=21)}\nM30")
+    assert np.abs(table_of(view, f"{start}G70\n{write('POCKET3', **inches, VARI=21)}\nM30") - mm).max() < 1e-6
+    feeds = {"FFP1": f"{500 / 25.4:.12f}", "FFD": f"{150 / 25.4:.12f}"}
+    assert np.abs(table_of(view, f"{start}G700\n{write('POCKET3', **inches, **feeds, VARI=21)}\nM30") - mm).max() < 1e-6
+
+
+def test_pockets_in_other_planes_have_their_axes_exchanged(view):
+    start = "T1 D1 M6\nG0 X0 Y0 Z0 S1000 M3\n"
+    one = table_of(view, f"{start}G0 Z40\n{write('POCKET3', **SIZES, VARI=21)}\nM30")
+    for plane, order, up in (("G18", (2, 0, 1), "Y40"), ("G19", (1, 2, 0), "X40")):
+        moves, findings = view(
+            f"{start}{plane} G0 {up}\n{write('POCKET3', **SIZES, VARI=21)}\nM30",
+            dialect="siemens",
+            tools={1: make_tool(1, 10.0, TOOL)},
+        )
+        assert findings == () or plane == "G18"
+        assert np.abs(moves.end[:, list(order)] - one[:, 1:4]).max() < 1e-9
+
+
+def test_maps_move_pockets_of_both_languages(view):
+    """A mirror image turns the way round, as for any contour; a rotation and a datum shift move the pocket; scaling is not that of the tool."""
+    start = "T1 D1 M6\nG0 X0 Y0 Z40 S1000 M3\n"
+    plain = table_of(view, f"{start}{write('POCKET3', **SIZES, VARI=21, CDIR=3)}\nM30")
+    mirrored = table_of(view, f"{start}MIRROR X0\n{write('POCKET3', **SIZES, VARI=21, CDIR=3)}\nM30")
+    assert np.abs(plain * [1, -1, 1, 1, 1, -1] - mirrored).max() < 1e-9
+    head = "BEGIN PGM C {}\nTOOL CALL 1 Z S1000 F300\nL X+0 Y+0 Z{} R0 FMAX M3\n"
+    words = "Q215=0 Q218={} Q219={} Q220={} Q368={} Q224=0 Q367=0 Q207={} Q351=1 Q201={} Q202={} Q369={} Q206={} Q338=0 Q200={} Q203=0 Q204={} Q370=1 Q366=1 Q385={}"
+
+    def pocket(scale, feed):
+        return words.format(
+            *(value / scale for value in (40, 24, 6, 0.3)),
+            500 / feed,
+            *(value / scale for value in (-6, 3, 0.2)),
+            150 / feed,
+            2 / scale,
+            20 / scale,
+            400 / feed,
+        )
+
+    one = table_of(view, f"{head.format('MM', 40)}CYCL DEF 251 P {pocket(1, 1)}\nCYCL CALL\nEND PGM C MM", "heidenhain")
+    inch = table_of(
+        view,
+        f"{head.format('INCH', 40 / 25.4)}CYCL DEF 251 P {pocket(25.4, 2.54)}\nCYCL CALL\nEND PGM C INCH",
+        "heidenhain",
+    )
+    assert np.abs(one - inch).max() < 1e-6
+    scaled = table_of(
+        view,
+        f"{head.format('MM', 40)}CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL0.5\nCYCL DEF 251 P {pocket(0.5, 1)}\nCYCL CALL\nEND PGM C MM",
+        "heidenhain",
+    )
+    assert np.abs(one - scaled).max() < 1e-6
+    flipped = table_of(
+        view,
+        f"{head.format('MM', 40)}CYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 X\nCYCL DEF 251 P {pocket(1, 1)}\nCYCL CALL\nEND PGM C MM",
+        "heidenhain",
+    )
+    assert np.abs(one * [1, -1, 1, 1, 1, -1] - flipped).max() < 1e-9
+
+
+def test_a_spindle_that_turns_back_turns_climb_milling_round(view):
+    one, two = (
+        table_of(view, f"T1 D1 M6\nG0 X0 Y0 Z40 S1000 {m}\n{write('POCKET4', VARI=21, CDIR=0)}\nM30")
+        for m in ("M3", "M4")
+    )
+    assert np.abs(one[:, 5] + two[:, 5]).max() == 0
+    assert np.abs(one[:, 5]).max() == 180
