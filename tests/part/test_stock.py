@@ -10,7 +10,7 @@ from verne_post.model.part_setup import Cylinder
 from verne_post.part.bodies import build_pieces, measure_phi
 from verne_post.part.cutting import Cut, Spans, cut_stock, group_pieces
 from verne_post.part.dexels import Dexels, list_sweeps
-from verne_post.part.ray_tables import meet_moving, meet_standing, make_table
+from verne_post.part.ray_tables import make_table, meet_moving, meet_standing
 from verne_post.part.stl import build_mesh
 from verne_post.part.stock_forms import make_box, make_cylinder, make_of_mesh, unpack
 

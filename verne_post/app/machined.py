@@ -57,7 +57,7 @@ def judge_part(
     if wrong:
         raise InputError(*(finding("VP506", f"{mesh.name}: {text}") for text in wrong))
     notes = [f"{mesh.name}: {text}; outside is where its facets run counter-clockwise" for text in faults]
-    tools = _find_tools(program, line)
+    tools = find_tools(program, line)
     five_axis = program.machine.five_axis
     machines: list[tuple[str, FiveAxis]] = [("nominal", five_axis)]
     if isinstance(five_axis, AxisCorrecting):
@@ -86,7 +86,7 @@ def judge_part(
 # --- tools and poses ---------------------------------------------------------------------------------
 
 
-def _find_tools(program: Program, line: Ints) -> tuple[Ints, Array]:
+def find_tools(program: Program, line: Ints) -> tuple[Ints, Array]:
     """Tool number and tool length in force (n,) of rows: those of the segments that execute their lines, in order.
 
     Raises
@@ -117,6 +117,30 @@ def _find_tools(program: Program, line: Ints) -> tuple[Ints, Array]:
     return number[of_row], path.tool_length[of_row] - program.options.lift
 
 
+def place_tips(
+    program: Program, kinematics: FiveAxis, q: Array, number: Ints, in_force: Array
+) -> tuple[Array, Array, Array]:
+    """Tips and axes (n, 3) in the table frame, and lengths (n,) of tools by themselves, at rows (n, n_joints).
+
+    Raises
+    ------
+    InputError
+        VP411.
+    """
+    numbers = np.unique(number).tolist()
+    own = np.array([find_length_by_itself(one, program.options) for one in numbers])
+    length = own[np.searchsorted(numbers, number)]
+    length = np.where(np.isnan(length), in_force, length)
+    tip, axis = np.empty((len(q), 3)), np.empty((len(q), 3))
+    for begin in range(0, len(q), _ROWS):
+        rows = slice(begin, begin + _ROWS)
+        tip[rows], axis[rows], ok = kinematics.forward(q[rows], length[rows])
+        if not ok.all():
+            text = f"row {begin + int(np.argmin(ok))}: the joint values close no position of the platform"
+            raise InputError(finding("VP411", text))
+    return tip, axis, length
+
+
 def _build_motions(
     program: Program,
     kinematics: FiveAxis,
@@ -129,16 +153,7 @@ def _build_motions(
     """The tools of a program as they moved, in the frame of the mesh."""
     number, in_force = tools
     numbers = np.unique(number).tolist()
-    own = {one: find_length_by_itself(one, program.options) for one in numbers}
-    length = np.array([own[one] for one in numbers])[np.searchsorted(numbers, number)]
-    length = np.where(np.isnan(length), in_force, length)
-    tip, axis = np.empty((len(q), 3)), np.empty((len(q), 3))
-    for begin in range(0, len(q), _ROWS):
-        rows = slice(begin, begin + _ROWS)
-        tip[rows], axis[rows], ok = kinematics.forward(q[rows], length[rows])
-        if not ok.all():
-            text = f"row {begin + int(np.argmin(ok))}: the joint values close no position of the platform"
-            raise InputError(finding("VP411", text))
+    tip, axis, length = place_tips(program, kinematics, q, number, in_force)
     if system is not None:
         frames = machine_setup(program.machine, program.options).frames
         origin, turn = place_in_system(

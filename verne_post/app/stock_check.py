@@ -8,14 +8,13 @@ import numpy as np
 from verne_post.app.assemble import Program
 from verne_post.base.ragged import find_runs, ragged
 from verne_post.kinematics.checks.clearance import find_straight
-from verne_post.kinematics.checks.keep_out import KeepOut, Placed
+from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Cylinder, ToolShape
 from verne_post.part.bodies import Piece, build_pieces
 from verne_post.part.cutting import Cut, Spans, Tool, Touch, cut_stock, group_pieces
-from verne_post.part.dexels import Dexels
 from verne_post.part.stock_forms import make_box
 
 #: Curved motion, and such that turns, is cut in chords of this length, mm and rad: they leave 0.003 mm of an arc of radius 0.5.
@@ -48,7 +47,7 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     stock = make_box(-box.half, box.half, box.middle, box.turn)
     spans, tools = list_spans(program, joints, keep_out, _find_last(joints, open_))
     cut = cut_stock(stock, spans, tools, box.distance)
-    settled = list(_report(cut, box, stock))
+    settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
     return [*(item for item in found if item not in open_), *settled]
 
 
@@ -81,13 +80,13 @@ def list_spans(program: Program, joints: JointPath, keep_out: KeepOut, last: int
     used, tool = np.unique(
         np.column_stack([keep_out.tool[segment], np.round(length[first], 6)]), axis=0, return_inverse=True
     )
-    tools = [_build_tool(keep_out.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
+    tools = [build_tool(keep_out.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
     tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
     return Spans(tips, axes, contour.line(owner[first]), tool.reshape(-1), path.feed_time[segment] == 0), tools
 
 
-def _build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
-    """Cutter, shank, holder and spindle about the tool axis."""
+def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
+    """Cutter, shank, holder and spindle about the axis of a tool of this length, mm."""
     pieces, bodies = list(build_pieces(shape or (WIRE,), length, joined=False)), machine.bodies
     if bodies is not None and bodies.spindle_radius is not None:
         radius, top = bodies.spindle_radius, length + machine.five_axis.nose_offset + bodies.spindle_top
@@ -96,7 +95,7 @@ def _build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
     return group_pieces(pieces)
 
 
-def _report(cut: Cut, box: Placed, stock: Dexels) -> Iterator[Finding]:
+def report_touches(cut: Cut, name: str, keep_off: float, cell: float) -> Iterator[Finding]:
     """Findings, one for each body and stretch of consecutive spans."""
     for body in dict.fromkeys(one.body for one in cut.touches):
         own = [one for one in cut.touches if one.body == body]
@@ -105,10 +104,10 @@ def _report(cut: Cut, box: Placed, stock: Dexels) -> Iterator[Finding]:
             mask = np.zeros(len(cut.volume), dtype=bool)
             mask[list(group)] = True
             for begin, end in zip(*find_runs(mask), strict=True):
-                yield _make_finding([group[k] for k in range(begin, end)], box, stock)
+                yield _make_finding([group[k] for k in range(begin, end)], name, keep_off, cell)
 
 
-def _make_finding(touches: list[Touch], box: Placed, stock: Dexels) -> Finding:
+def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float) -> Finding:
     worst = max(touches, key=lambda one: np.nan_to_num(one.depth))
     lines = {
         "line": touches[0].line,
@@ -118,8 +117,7 @@ def _make_finding(touches: list[Touch], box: Placed, stock: Dexels) -> Finding:
     }
     when = " in a rapid traverse" if worst.body == "cutter" else ""
     if worst.depth == worst.depth:
-        text = f"distance of the {worst.body} from {box.name} as it is then{when} {-worst.depth:.6f} mm is below {box.distance:g} mm by {worst.depth + box.distance:.6f} mm"
-        return finding("VP216", text, **lines, value=-worst.depth, limit=box.distance, unit="mm")
-    cell = float(stock.cell.max())
-    text = f"the {worst.body}{when} may touch {box.name} as it is then: it passes nearer than the resolution of {cell:.3g} mm can tell"
+        text = f"distance of the {worst.body} from {name} as it is then{when} {-worst.depth:.6f} mm is below {keep_off:g} mm by {worst.depth + keep_off:.6f} mm"
+        return finding("VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm")
+    text = f"the {worst.body}{when} may touch {name} as it is then: it passes nearer than the resolution of {cell:.3g} mm can tell"
     return finding("VP216", text, severity="warning", **lines)

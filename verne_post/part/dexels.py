@@ -26,6 +26,15 @@ FIRST_PLACES: Final = 2
 #: What a saved stock begins with; later forms get another number.
 FORM: Final = 1
 
+#: Ends that are equal to this many decimals, mm, are equal in a mesh.
+EQUAL_DECIMALS: Final = 4
+#: The twelve triangles of a box; bit k of a corner says whether it is at the upper end along axis k.
+_CORNERS: Final = (
+    (0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5),
+)  # fmt: skip
+#: A triangle of a binary STL file.
+_FACET: Final = np.dtype([("normal", "<f4", 3), ("vertex", "<f4", (3, 3)), ("attribute", "<u2")])
+
 
 class Sweeps(Struct, frozen=True, eq=False):
     """Bodies that move straight with a vertical axis, or stand (at ``end``, with any axis).
@@ -143,6 +152,23 @@ class Dexels:
     def place_inside(self, tip: Array, axis: Array) -> tuple[Array, Array]:
         """Points and directions (..., 3) of the table frame in the frame of the stock."""
         return rotate_z(tip - self.origin, -self.turn), rotate_z(axis, -self.turn)
+
+    def move(self, origin: Array, turn: float, *, back: bool = False) -> "Dexels":
+        """The stock of a frame at ``origin`` (3,) of the table, turned by ``turn``, on the table; with ``back`` the other way."""
+        if back:
+            return Dexels(rotate_z(self.origin - origin, -turn), self.turn - turn, self.cell, self.low, self.high)
+        return Dexels(rotate_z(self.origin, turn) + origin, self.turn + turn, self.cell, self.low, self.high)
+
+    def encode_stl(self) -> bytes:
+        """Boxes as a binary STL: neighbouring rays with equal intervals are one box."""
+        low, high = self.merge_columns()
+        corner = np.stack(
+            [np.where(np.array(_CORNERS) >> k & 1, high[:, k, None, None], low[:, k, None, None]) for k in range(3)],
+            axis=-1,
+        )
+        facets = np.zeros(12 * len(low), _FACET)
+        facets["vertex"] = self.place_outside(corner).reshape(-1, 3, 3)
+        return b"stock left".ljust(80) + len(facets).to_bytes(4, "little") + facets.tobytes()
 
     def place_outside(self, point: Array) -> Array:
         """Points (..., 3) of the frame of the stock in the table frame."""
@@ -270,11 +296,8 @@ class Dexels:
 
     def merge_columns(self) -> tuple[Array, Array]:
         """Corners (n, 3) of boxes that together are the stock: neighbouring rays with equal intervals are one box."""
-        boxes = [
-            box
-            for low, high in zip(np.moveaxis(self.low, 2, 0), np.moveaxis(self.high, 2, 0), strict=True)
-            for box in _merge_cells(low, high)
-        ]
+        ends = (np.moveaxis(np.round(one, EQUAL_DECIMALS), 2, 0) for one in (self.low, self.high))
+        boxes = [box for low, high in zip(*ends, strict=True) for box in _merge_cells(low, high)]
         if not boxes:
             return np.empty((0, 3)), np.empty((0, 3))
         i0, i1, j0, j1, low, high = np.array(boxes).T

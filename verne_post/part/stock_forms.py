@@ -11,7 +11,7 @@ from verne_post.base.ragged import ragged
 from verne_post.base.rotations import rotate_z
 from verne_post.model.findings import InputError, finding
 from verne_post.part.dexels import FORM, MOST_RAYS, NOWHERE, Dexels
-from verne_post.part.stl import Mesh, require_closed
+from verne_post.part.stl import Mesh
 
 #: Distance of the rays where nothing else is asked for, mm.
 CELL_MM: Final = 0.1
@@ -43,14 +43,14 @@ def make_cylinder(low: Array, high: Array, bore: float, origin: Array, turn: flo
 
 
 def make_of_mesh(mesh: Mesh, origin: Array, turn: float, cell: float = CELL_MM) -> Dexels:
-    """A closed mesh, given in such a frame.
+    """A mesh, given in such a frame: closed where rays pass, and boxes may touch each other.
 
     Raises
     ------
     InputError
         VP506: it is open, flipped or inside out, or rays leave it more often than they enter it.
     """
-    corner = require_closed(mesh).list_corners()
+    corner = mesh.list_corners()
     low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
     stock = make_box(low, high, origin, turn, cell)
     ray, z, side = _cross_mesh((corner - np.append(low[:2], 0.0)) / np.append(stock.cell, 1.0), stock.counts)

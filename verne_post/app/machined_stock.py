@@ -1,0 +1,176 @@
+"""What rows as written, or as measured, cut from the stock: volume by line and tool, what touches on the way, and what is left."""
+
+from typing import Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.app.assemble import Program, machine_setup
+from verne_post.app.machined import find_tools, place_tips
+from verne_post.app.stock_check import build_tool, report_touches
+from verne_post.base.arrays import Array, Ints
+from verne_post.kinematics.checks.keep_out import place_in_system
+from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.part_setup import Box
+from verne_post.part.cutting import Spans, cut_stock
+from verne_post.part.dexels import Dexels
+from verne_post.part.stl import read_stl
+from verne_post.part.stock_forms import make_box, make_cylinder, make_of_mesh, unpack
+
+#: Rows nearer than this to the straight way between others are left out, mm; axes count as points at this height, mm.
+STRAIGHT_MM: Final = 0.0005
+AXIS_MM: Final = 50.0
+#: A stretch that cuts less is in the air, mm3: rounding of rows and files shaves off as much.
+AIR_MM3: Final = 1e-3
+
+
+class StockRun(Struct, frozen=True, eq=False):
+    """What was cut.
+
+    Attributes
+    ----------
+    left : Dexels
+    before : float
+        Volume of the stock, mm3.
+    by_line, by_tool : mapping
+        Volume that lines and tools cut, mm3.
+    feeding, in_air : float
+        Time in feed motion, and what of it nothing is cut in, s.
+    findings : tuple of Finding
+        VP216.
+    """
+
+    left: Dexels
+    before: float
+    by_line: dict[int, float]
+    by_tool: dict[int, float]
+    feeding: float
+    in_air: float
+    findings: tuple[Finding, ...]
+
+
+def load_stock(program: Program, raw: bytes, name: str, system: int | None, unit: str) -> Dexels:
+    """The stock of an STL file, or what another run has left (npz), in a work system; None: the table.
+
+    Raises
+    ------
+    InputError
+        VP018, VP506.
+    """
+    origin, turn = _place_system(program, name, system)
+    if name.lower().endswith(".npz"):
+        return unpack(raw, name).move(origin, turn)
+    return make_of_mesh(read_stl(raw, name, unit), origin, turn)
+
+
+def make_stock(program: Program) -> Dexels | None:
+    """The box of ``--stock``, else what the program itself defines (BLK FORM, WORKPIECE); None without either.
+
+    Raises
+    ------
+    InputError
+        VP018.
+    """
+    box, own = program.options.stock, program.moves.stock
+    if box is not None:
+        return make_box(np.array(box.low), np.array(box.high), *_place_system(program, box.name, box.system))
+    if own is None:
+        return None
+    coordinates = program.machine.coordinates
+    origin = coordinates.to_table(np.zeros(9), own.frame)[0]
+    along = coordinates.displacement(np.array([1.0, 0.0, 0.0]), own.frame)
+    turn, low, high = float(np.arctan2(along[1], along[0])), np.array(own.low), np.array(own.high)
+    return make_cylinder(low, high, own.bore, origin, turn) if own.round else make_box(low, high, origin, turn)
+
+
+def pack_stock(program: Program, left: Dexels, name: str, system: int | None) -> bytes:
+    """What is left as a file: STL, or npz without loss, in a work system."""
+    origin, turn = _place_system(program, name, system)
+    inside = left.move(origin, turn, back=True)
+    return inside.pack() if name.lower().endswith(".npz") else inside.encode_stl()
+
+
+def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
+    """Run rows (n, n_joints), with their source lines (n,), through a stock, which is cut.
+
+    Raises
+    ------
+    InputError
+        VP018, VP411, VP413.
+    """
+    number, in_force = find_tools(program, line)
+    tip, axis, length = place_tips(program, program.machine.five_axis, q, number, in_force)
+    keep = _thin(tip, axis, line)
+    first, last = keep[:-1], keep[1:]
+    rapid = np.isin(line[first], list(_list_rapid_lines(program)))
+    used, tool = np.unique(np.column_stack([number[first], np.round(length[first], 6)]), axis=0, return_inverse=True)
+    tools = []
+    for one, long in used.tolist():
+        shape = program.options.tool_shapes.get(int(one), ())
+        if not shape:
+            raise InputError(finding("VP018", f"tool {int(one)}: its shape is not known; give it with --tool-shapes"))
+        tools.append(build_tool(shape, long, program.machine))
+    spans = Spans(
+        np.stack([tip[first], tip[last]], axis=1),
+        np.stack([axis[first], axis[last]], axis=1),
+        line[first],
+        tool.reshape(-1),
+        rapid,
+    )
+    before = stock.measure_volume()
+    box = program.options.stock or Box("the stock", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    cut = cut_stock(stock, spans, tools, box.distance)
+    seconds = (last - first) * program.cycle
+    feeding = ~rapid & (tip[first] != tip[last]).any(axis=1)
+    found = tuple(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
+    return StockRun(
+        stock, before, cut.sum_by(line[first]), cut.sum_by(number[first]), float(seconds[feeding].sum()),
+        float(seconds[feeding & (cut.volume < AIR_MM3)].sum()), found,
+    )  # fmt: skip
+
+
+def describe_run(run: StockRun) -> str:
+    """What was cut, in lines."""
+    removed = sum(run.by_line.values())
+    most = sorted(run.by_line.items(), key=lambda item: -item[1])[:10]
+    lines = [
+        f"stock: {removed:.1f} of {run.before:.1f} mm3 cut, {run.left.measure_volume():.1f} left; {run.in_air:.3f} of {run.feeding:.3f} s at feed in the air",
+        *(f"  tool {tool}: {volume:.1f} mm3" for tool, volume in run.by_tool.items()),
+        "  lines that cut most: " + ", ".join(f"{line}: {volume:.1f} mm3" for line, volume in most if volume > AIR_MM3),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _place_system(program: Program, name: str, system: int | None) -> tuple[Array, float]:
+    if system is None:
+        return np.zeros(3), 0.0
+    frames = machine_setup(program.machine, program.options).frames
+    return place_in_system(program.machine, name, system, np.zeros(3), program.moves, program.options, frames)
+
+
+def _list_rapid_lines(program: Program) -> set[int]:
+    """Lines all of whose motion is rapid: of others, as of drilling cycles, a row does not say which it is."""
+    path = program.path
+    rapid = path.feed_time == 0
+    return set(path.line[rapid].tolist()) - set(path.line[~rapid].tolist())
+
+
+def _thin(tip: Array, axis: Array, line: Ints) -> Ints:
+    """Rows between which the motion is straight; the ends of every line are among them."""
+    place = np.hstack([tip, AXIS_MM * axis])
+    ends = np.flatnonzero(np.append(True, line[1:] != line[:-1]))
+    ends = np.unique(np.append(ends, len(line) - 1))
+    keep, waiting = [int(ends[0])], list(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))[::-1]
+    while waiting:
+        a, b = waiting.pop()
+        along = place[b] - place[a]
+        off = place[a : b + 1] - place[a]
+        square = float(along @ along)
+        share = np.clip(off @ along / square, 0.0, 1.0) if square > 0 else np.zeros(len(off))
+        apart = np.linalg.norm(off - share[:, None] * along, axis=1)
+        worst = int(apart.argmax())
+        if apart[worst] > STRAIGHT_MM:
+            waiting += [(a + worst, b), (a, a + worst)]
+        else:
+            keep.append(b)
+    return np.array(keep)
