@@ -25,8 +25,16 @@ _ASKED = Wanted()
 @click.command("machined", cls=GroupedCommand)
 @click.argument("setpoints", type=INPUT, metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
+@click.option("--nominal", metavar="PART.STL@G54", help="The part as it should be, in a work system or @table.")
 @click.option(
-    "--nominal", required=True, metavar="PART.STL@G54", help="The part as it should be, in a work system or @table."
+    "--fixture",
+    "fixtures",
+    multiple=True,
+    metavar="VISE.STL@G54",
+    help="A fixture that tool and spindle keep out of (VP215); repeatable.",
+)
+@click.option(
+    "--distance", type=NUMBER, default=0.0, metavar="MM", show_default=True, help="How near they may come to fixtures."
 )
 @click.option(
     "--unit",
@@ -94,18 +102,29 @@ _ASKED = Wanted()
 @quiet_option
 @program_options("solver", "quality", "jobs", "slow_start")
 def command(
-    setpoints: str, against: str, nominal: str, unit: str, gouge: float, excess: float, grid: float, search: float,
+    setpoints: str, against: str, nominal: str | None, fixtures: tuple[str, ...], distance: float, unit: str, gouge: float, excess: float, grid: float, search: float,
     datum: Any, measured: Path | None, columns: str, delay: str, table: Path | None, output: Path | None,
     output_format: str, quiet: bool, **given: Any,
 ) -> int:  # fmt: skip
-    """Compare rows as written, or as measured, with the nominal part: gouges, excess, and what is certain about every facet.
+    """Compare rows as written, or as measured, with the nominal part and with fixtures: gouges, excess, contacts, and what is certain.
 
     Give the options (--wcs, --tool-table, --tool-shapes, ...) with which the file was made. On a machine with [as_built] the rows are taken
     through the machine as built, which counts, and through the nominal one.
     """
     from verne_post.model.findings import InputError
 
-    file, system = _split_place(nominal)
+    places = [
+        (option, *_split_place(option, text))
+        for option, text in (("--nominal", nominal), *(("--fixture", one) for one in fixtures))
+        if text
+    ]
+    if not places:
+        raise click.UsageError(
+            "say what the rows are compared with: --nominal PART.STL@G54, --fixture VISE.STL@G54, or both"
+        )
+    if nominal is None and (table is not None or output is not None):
+        raise click.UsageError("--csv and -o show the nominal part: name it with --nominal")
+    require_positive("--distance", distance, zero=True)
     for option, value in (("--gouge", gouge), ("--excess", excess), ("--grid", grid), ("--search", search)):
         require_positive(option, value)
     if search < max(gouge, excess):
@@ -117,9 +136,10 @@ def command(
         raise click.UsageError("machined reads one setpoint file; name a part of it")
     files, name = RunFiles(), shown_name(setpoints)
     files.expects(setpoints, "AXES.CSV")
-    for path, option in ((file, "--nominal"), (measured, "--measured")):
-        if path is not None:
-            files.expects(path, option)
+    for option, file, _system in places:
+        files.expects(file, option)
+    if measured is not None:
+        files.expects(measured, "--measured")
     if output_format != "text":
         files.prints("the findings")
     if table is not None:
@@ -131,7 +151,7 @@ def command(
         return refuse(name, error)
 
     from verne_post.app.assemble import assemble
-    from verne_post.app.machined import judge_part
+    from verne_post.app.machined import Body, judge_rows
     from verne_post.app.row_format import drives_of
     from verne_post.output.findings import Report
     from verne_post.output.machined import describe_comparisons, draw_map, encode_ply, list_worst
@@ -139,7 +159,11 @@ def command(
     from verne_post.part.stl import read_stl
 
     try:
-        mesh = read_stl(bytes(files.read(file, "--nominal")), shown_name(str(file)), unit)
+        bodies = [
+            Body(read_stl(bytes(files.read(file, option)), shown_name(str(file)), unit), system)
+            for option, file, system in places
+        ]
+        part = bodies.pop(0) if nominal is not None else None
         with progress_line("reading", quiet=quiet) as progress:
             try:
                 program = assemble(source, machine, options)
@@ -151,7 +175,8 @@ def command(
                 log, delayed = read_measured(files, measured, columns, delay, q, program, drives)
                 count = min(len(q), len(log) - delayed)
                 q, lines = log[delayed : delayed + count], lines[:count]
-            found = judge_part(program, q, lines, mesh, system, Wanted(gouge, excess, grid, search), datum, progress)
+            asked = Wanted(gouge, excess, grid, search)
+            found = judge_rows(program, q, lines, part, bodies, asked, datum, distance, progress)
     except InputError as error:
         return refuse(name, error)
     except UnicodeDecodeError as error:
@@ -170,13 +195,11 @@ def command(
     return status_of(found.findings)
 
 
-def _split_place(nominal: str) -> tuple[Path, int | None]:
+def _split_place(option: str, text: str) -> tuple[Path, int | None]:
     """File and work system of PART.STL@G54; None: the table."""
-    file, _, place = nominal.rpartition("@")
+    file, _, place = text.rpartition("@")
     if not file or (place != "table" and place not in SYSTEM_NUMBERS) or is_dash(file):
-        raise click.UsageError(
-            f"--nominal {nominal}: expected a file and its system, as in part.stl@G54 or part.stl@table"
-        )
+        raise click.UsageError(f"{option} {text}: expected a file and its system, as in part.stl@G54 or part.stl@table")
     return Path(file), SYSTEM_NUMBERS.get(place)
 
 
