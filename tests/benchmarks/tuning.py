@@ -43,11 +43,11 @@ WIDE = (0.1, 10.0)
 #: Factors by which each constant is multiplied; whole numbers are rounded, and stay 1 or more.
 FACTORS: dict[str, tuple[float, ...]] = {
     "TIME_UNIT": HALF_TO_DOUBLE,
-    "SHORT_UNITS": (0.01, 10.0),
     "FEW_ROWS": (0.1, 5.0),
+    "SINGLE_ROWS": (0.1, 2.5),
+    "SINGLE_OVER": HALF_TO_DOUBLE,
     "CROWDED_ELEMENTS": HALF_TO_DOUBLE,
     "CROWDED_ROUNDS": (0.5, 2.0),
-    "REPAIRED_RATIO": (0.995, 2.0),
     "VIRTUAL_ACCELERATION": HALF_TO_DOUBLE,
     "VIRTUAL_JERK": HALF_TO_DOUBLE,
     "WINDOW_KNOTS": (0.1, 4.0),
@@ -124,7 +124,7 @@ OTHER_VALUES: dict[str, tuple[Any, ...]] = {
 #: Constants of other purposes, which change neither time nor CPU of these programs by what they are: what the summary counts;
 #: those that are varied piece by piece, and those of the input shaper, which these programs do not have (docs/vibration.md).
 NOT_VARIED = {
-    "FEED_REACHED", "ALL_ROWS", "QUALITY", "PLANNED_SHARES", "NORMAL", "OTHER", "SHAPER_SHARE", "SHAPER_ATTEMPTS",
+    "FEED_REACHED", "ALL_ROWS", "QUALITY", "PLANNED_SHARES", "NORMAL", "SHAPER_SHARE", "SHAPER_ATTEMPTS",
     "SHAPER_MARGIN",
 }  # fmt: skip
 #: Factors of the settings of a pass.

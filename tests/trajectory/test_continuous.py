@@ -11,9 +11,8 @@ from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.reachability import duration as profile_duration
 from verne_post.trajectory.reachability import solve as second_order
 from verne_post.trajectory.section_path import SectionTask, grid_along
-from verne_post.trajectory.spline_profile import Profile
 from verne_post.trajectory.stop_to_stop import duration
-from verne_post.trajectory.tuning import NORMAL, OTHER, QUALITY, Effort
+from verne_post.trajectory.tuning import QUALITY, Effort
 
 from .curves import Curve, assert_legal, cornered, limits, straight, wavy
 
@@ -66,32 +65,18 @@ def test_a_section_that_cannot_be_repaired_is_planned_finely(monkeypatch: pytest
     assert np.array_equal(plan_continuous(section, top, 1e-3).s, fine)
 
 
-def test_of_two_profiles_of_a_short_section_the_faster_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tuning, "FEW_ROWS", 0)  # the one that is kept goes on to fewer rows, the other does not
-    section, top = cornered(0.3, 5, 0.4, 50.0), limits(3)
-    both = [len(plan_continuous(section, top, 0.01, replace(effort)).s) for effort in (NORMAL, OTHER)]
-    assert len(plan_continuous(section, top, 0.01).s) == min(both)
-
-
-@pytest.mark.parametrize(("lost", "other"), [(0.03, True), (0.002, False)])
-def test_a_section_whose_repair_costs_time_is_planned_once_more(
-    lost: float, other: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("pitch", "corners", "cycle", "fewer"), [(1.0, 5, 0.02, 3), (2.0, 3, 0.01, 1), (2.0, 5, 0.01, 1)]
+)
+def test_a_short_section_loses_the_rows_that_repair_added(
+    pitch: float, corners: int, cycle: float, fewer: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With waiting rows at the end, as many as repair may add, and then as it may not."""
-    section, top = cornered(1.0, 40, 0.4, 50.0), limits(3)
-    known = {effort: len(plan_continuous(section, top, 1e-3, replace(effort)).s) for effort in (NORMAL, OTHER)}
-    assert min(known.values()) > tuning.SHORT_UNITS
-    plan = continuous._plan_with_effort
-
-    def lose(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> continuous._PlannedSection:
-        planned = plan(task, profile, bound, effort)
-        assert planned.rows is not None
-        waits = int(lost * len(planned.rows)) if effort is NORMAL else 0
-        return replace(planned, rows=np.append(planned.rows, np.full(waits, planned.rows[-1])))
-
-    monkeypatch.setattr(continuous, "_plan_with_effort", lose)
-    rows = len(plan_continuous(section, top, 1e-3).s)
-    assert rows == (known[OTHER] if other else known[NORMAL] + int(lost * known[NORMAL]))
+    section, top = cornered(pitch, corners, 0.4, 50.0), limits(3)
+    s = plan_continuous(section, top, cycle).s
+    assert_legal(section, s, top, cycle)
+    assert len(s) <= tuning.SINGLE_ROWS - fewer
+    monkeypatch.setattr(tuning, "SINGLE_ROWS", 0)
+    assert len(plan_continuous(section, top, cycle).s) >= len(s) + fewer
 
 
 def test_a_feed_that_changes_is_kept_on_both_sides() -> None:

@@ -58,6 +58,7 @@ def test_sections_of_far_more_elements_than_rows_take_far_fewer(pitch: float, mo
     """A zigzag whose corners are smaller than the steps between its rows: no profile of it is near its fastest rows."""
     section, cycle = cornered(pitch, 30, 0.4 * pitch, 50.0), 4e-3
     monkeypatch.setattr(tuning, "CROWDED_ELEMENTS", np.inf)
+    monkeypatch.setattr(tuning, "SINGLE_ROWS", 0)
     before = plan_continuous(section, TOP, cycle).s
     monkeypatch.undo()
     after = plan_continuous(section, TOP, cycle).s

@@ -85,10 +85,6 @@ def plan_continuous(
     first = initial_profile(section, limits, unit, solver, team)
     bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, team=team)
     planned = _plan_with_effort(task, first.profile, bound, effort)
-    if effort is tuning.NORMAL and _may_gain(planned, cycle, unit):
-        other = _plan_with_effort(task, first.profile, bound, tuning.OTHER)
-        if other.rows is not None and (planned.rows is None or len(other.rows) < len(planned.rows)):
-            planned = other
     if planned.rows is None and effort is not tuning.QUALITY:
         # a better profile costs less than to repair this one, and is faster by far
         planned = _plan_with_effort(task, first.profile, bound, tuning.QUALITY)
@@ -99,14 +95,6 @@ def plan_continuous(
         return sample_rows(task, planned.profile, planned.times, slower, playback, begin)
 
     return ContinuousProfile(repair_or_slow_down(replace(task, feed_share=playback.override), rows), bound)
-
-
-def _may_gain(planned: _PlannedSection, cycle: float, unit: float) -> bool:
-    """Whether another effort may do better: over few knots it is a matter of luck, and repair should cost next to nothing."""
-    if planned.rows is None:
-        return True
-    lasts = (len(planned.rows) - 1) * cycle
-    return lasts <= tuning.SHORT_UNITS * unit or lasts > tuning.REPAIRED_RATIO * planned.times.total
 
 
 def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> _PlannedSection:

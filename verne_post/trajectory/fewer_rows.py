@@ -2,7 +2,8 @@
 
 Over few rows the profile in continuous time is not the last word: limits hold for differences of rows, whose number is
 whole, and a row is a share of the time that counts. Where there are several elements to a row, the rows that take the
-least time need be near no profile: then a row is taken out at each place in turn.
+least time need be near no profile: then a row is taken out at each place in turn. A section of a few dozen rows is
+treated likewise, since its repair may have cost several.
 """
 
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.trajectory import tuning
-from verne_post.trajectory.interpolation import interpolate
+from verne_post.trajectory.interpolation import resample_rows
 from verne_post.trajectory.row_limits import REST_ROWS, at_rest, rows_excess
 from verne_post.trajectory.row_shifts import HELD_ROWS, shift_rows
 from verne_post.trajectory.section_path import SectionTask
@@ -39,9 +40,10 @@ def try_fewer_rows(task: SectionTask, s: Array) -> Array:
 def _starts(s: Array, crowded: bool) -> Iterator[tuple[Array, int]]:
     """Rows (m, n - 1) that shifts may bring inside every limit, from such rows s (n,), and in how many rounds."""
     n = len(s)
-    yield _rows_at(s, np.linspace(0.0, n - 1.0, n - 1)[None]), 1
-    for width in tuning.TAKEN_OUT_OVER if crowded else ():
-        yield _rows_at(s, _take_out(n, width)), tuning.CROWDED_ROUNDS
+    yield resample_rows(s, np.linspace(0.0, n - 1.0, n - 1)[None]), 1
+    widths, rounds = (tuning.TAKEN_OUT_OVER, tuning.CROWDED_ROUNDS) if crowded else ((tuning.SINGLE_OVER,), 1)
+    for width in widths if crowded or n <= tuning.SINGLE_ROWS else ():
+        yield resample_rows(s, _take_out(n, width)), rounds
 
 
 def _take_out(n: int, width: int) -> Array:
@@ -50,13 +52,6 @@ def _take_out(n: int, width: int) -> Array:
     number = np.arange(n - 1.0)
     x = np.clip((number - first[:, None]) / width, 0.0, 1.0)
     return number + x**3 * (10.0 - x * (15.0 - 6.0 * x))
-
-
-def _rows_at(s: Array, at: Array) -> Array:
-    """Rows (m, k) at places ``at`` (m, k) among rows s (n,), rising from the first to the last of them to the last digit."""
-    rows = interpolate(np.arange(len(s), dtype=float), s, at.ravel()).reshape(at.shape)
-    rows[:, 0], rows[:, -1] = s[0], s[-1]
-    return np.maximum.accumulate(np.clip(rows, s[0], s[-1]), axis=1)
 
 
 def _find_legal(task: SectionTask, starts: Array, rounds: int) -> Array | None:

@@ -32,6 +32,13 @@ def interpolate(x: Array, y: Array, at: Array) -> Array:
     return total
 
 
+def resample_rows(rows: Array, at: Array, held: int = 1) -> Array:
+    """Rows (..., m) at places ``at`` (..., m) among ``rows`` (n,), which rise; ``held`` of them at both ends stay to the last digit."""
+    found = interpolate(np.arange(len(rows), dtype=float), rows, at.ravel()).reshape(at.shape)
+    found[..., :held], found[..., -held:] = rows[:held], rows[-held:]
+    return np.asarray(np.maximum.accumulate(np.clip(found, rows[0], rows[-1]), axis=-1))
+
+
 def _basis(knots: Array, degree: int, x: Array) -> tuple[Ints, list[Array]]:
     """The knot (n,) at or before each x (n,), and values there of the degree + 1 B-splines that are not 0 after it."""
     piece = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, len(knots) - degree - 2)

@@ -17,7 +17,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import Growing, blocks, release_memory
 from verne_post.base.team import split_evenly
 from verne_post.trajectory import tuning
-from verne_post.trajectory.interpolation import interpolate
+from verne_post.trajectory.interpolation import resample_rows
 from verne_post.trajectory.local_slowdown import excess_of_rows, slow_down_locally
 from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, exceeding, excess, rows_excess
 from verne_post.trajectory.row_shifts import HELD_ROWS, join_stretches, shift_rows
@@ -188,6 +188,4 @@ def _add_rows(part: Array, more: int) -> Array:
     k = np.arange(n + more, dtype=float)
     f = np.clip((k - HELD_ROWS) / (n + more - 1 - 2 * HELD_ROWS), 0.0, 1.0)
     step = f**4 * (35 + f * (-84 + f * (70 - 20 * f)))
-    at = interpolate(np.arange(n, dtype=float), part, k - more * step)
-    at[:HELD_ROWS], at[-HELD_ROWS:] = part[:HELD_ROWS], part[-HELD_ROWS:]
-    return np.maximum.accumulate(np.clip(at, part[0], part[-1]))
+    return resample_rows(part, k - more * step, HELD_ROWS)

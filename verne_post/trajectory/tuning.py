@@ -11,7 +11,6 @@ from typing import Final
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 # --- passes of the interior point method -----------------------------------------------------------
 
@@ -97,25 +96,6 @@ NORMAL: Final = Effort(
     repeats=3,
     near_bound=1.1,
 )  # fmt: skip
-
-#: The same with a second pass on nearer knots that ends early. Over few rows the faster of both is as good as random, by up to
-#: a third: sections of at most so many units (of TIME_UNIT, or control cycles where these are longer) are planned with both, and
-#: the faster profile is kept. Counted in rows, sections of 70 to 200 ms took up to 4 % longer at a cycle of 0.125 ms than need be.
-OTHER: Final = replace(
-    NORMAL,
-    passes=(
-        NORMAL.passes[0],
-        PassSettings(
-            knot_units=2, points_per_knot=2, tightest_rows=(1, 2), largest_x=4.0, start_gap=10.0, final_gap=1.0,
-            iterations=16,
-        ),
-    ),
-    near_bound=0.0,
-)  # fmt: skip
-SHORT_UNITS: Final = 200
-#: And longer ones whose rows take so many times the profile that they repair: two of 557 random sections, one of which takes
-#: 8 % less. Less, 1.005, means the same ones; more, and the profiles of :data:`NORMAL` are kept.
-REPAIRED_RATIO: Final = 1.01
 
 _WHOLE: Final = (1.0, 1.0, 1.0)
 #: No margin, more passes, every row and a small gap: practically the optimum, to compare with. Its CPU is many times that of
@@ -272,6 +252,10 @@ CROWDED_ELEMENTS: Final = 2.0
 TAKEN_OUT_OVER: Final = (24, 12, 6, 3)
 #: Their shifts are not small: so many rounds. One round means 6 % more time, three 1 % less and a third more CPU.
 CROWDED_ROUNDS: Final = 2
+#: From sections of at most so many rows with fewer elements a row is taken out over so many rows as well, in one round: there it is
+#: 2.5 % and more of the time, and repair may have cost several. Circles within a few cycles take 11 % less time so.
+SINGLE_ROWS: Final = 40
+SINGLE_OVER: Final = 12
 #: Strain counts as no less than this share of the largest; where the joints rest, shifts cost something too.
 SMALLEST_STRAIN: Final = 1e-6
 
