@@ -7,7 +7,7 @@ becomes findings of the result, as on the command line; a call that means nothin
 import io
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import get_args
 
@@ -19,7 +19,7 @@ from verne_post.app.check import check_source
 from verne_post.app.convert import convert_source
 from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
-from verne_post.app.machined import judge_part
+from verne_post.app.machined import Body, judge_rows
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.row_format import drives_of
 from verne_post.app.verify import verify_setpoints
@@ -175,9 +175,9 @@ def machined(
     setpoints: Setpoints | Source, source: Source, machine: MachineLike, options: Options | None = None, *,
     nominal: bytes | os.PathLike[str], system: str = "G54", unit: str = "mm", gouge: float = Wanted().gouge,
     excess: float = Wanted().excess, grid: float = Wanted().grid, search: float = Wanted().search, datum: Datum = "table",
-    setup: Setup = "beside",
+    fixtures: Sequence[tuple[bytes | os.PathLike[str], str]] = (), distance: float = 0.0, setup: Setup = "beside",
 ) -> Machined:  # fmt: skip
-    """Compare setpoints as written (CSV) with the nominal part: gouges, excess, and what is certain about every facet.
+    """Compare setpoints as written (CSV) with the nominal part, and with fixtures: gouges, excess, contacts, and what is certain.
 
     Parameters
     ----------
@@ -199,6 +199,10 @@ def machined(
         mm; how deep below and how high above the surface is looked.
     datum : {"table", "fit"}
         Which comparison counts: the part where the set-up puts it, or where it fits best.
+    fixtures : sequence of (bytes or path, str)
+        STL files that tool and spindle keep out of (VP215), each with its system.
+    distance : float
+        mm; how near they may come.
 
     Raises
     ------
@@ -210,24 +214,34 @@ def machined(
     for name, value in given.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise UsageError(name, f"{value!r}: expected mm above 0")
+    if not 0 <= distance < math.inf:
+        raise UsageError("distance", f"{distance!r}: expected mm, 0 or more")
     for key, word, allowed in (
-        ("system", system, ("table", *SYSTEM_NUMBERS)), ("unit", unit, UNITS), ("datum", datum, get_args(Datum)),
+        *(("system", one, ("table", *SYSTEM_NUMBERS)) for one in (system, *(place for _file, place in fixtures))),
+        ("unit", unit, UNITS), ("datum", datum, get_args(Datum)),
     ):  # fmt: skip
         if word not in allowed:
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
     text, chosen = _read_program(source, options, setup)
     program = assemble(text, _load_machine(machine), chosen)
-    name, blocks = _read_setpoints(setpoints, program)
+    shown_rows, blocks = _read_setpoints(setpoints, program)
     rows = list(blocks)
     if not rows:
         raise InputError(finding("VP020", "the setpoint file has no rows"))
     factor = np.array([column.factor for column in program.machine.columns])
     q, line = np.concatenate([one.values for one in rows]) / factor, np.concatenate([one.line for one in rows])
-    part = str(nominal) if isinstance(nominal, os.PathLike) else "the nominal part"
-    mesh = read_stl(bytes(Path(nominal).read_bytes() if isinstance(nominal, os.PathLike) else nominal), part, unit)
-    found = judge_part(program, q, line, mesh, SYSTEM_NUMBERS.get(system), Wanted(**given), datum)
+    bodies: list[Body] = []
+    for file, place, name in ((nominal, system, "the nominal part"), *((*one, "a fixture") for one in fixtures)):
+        try:
+            raw, shown = (Path(file).read_bytes(), str(file)) if isinstance(file, os.PathLike) else (bytes(file), name)
+        except OSError as error:
+            raise UsageError(
+                "nominal" if not bodies else "fixtures", f"{error.filename}: {error.strerror or error}"
+            ) from None
+        bodies.append(Body(read_stl(raw, shown, unit), SYSTEM_NUMBERS.get(place)))
+    found = judge_rows(program, q, line, bodies[0], bodies[1:], Wanted(**given), datum, distance)
     lines = [text_line(chosen.source_name, item) for item in found.findings]
-    return replace(found, text="\n".join([*lines, describe_comparisons(name, found).rstrip()]))
+    return replace(found, text="\n".join([*lines, describe_comparisons(shown_rows, found).rstrip()]))
 
 
 def fit(

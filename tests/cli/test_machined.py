@@ -252,3 +252,52 @@ def test_a_wrong_call_is_refused(blade):
     ):
         with pytest.raises(vp.UsageError, match=next(iter(wrong))):
             vp.machined(setpoints, SAMPLE, "verne", given, nominal=folder / "blade_part.stl", **wrong)
+
+
+def vise(low, high) -> bytes:
+    """A block in ASCII."""
+    place = np.array([[(low, high)[k >> axis & 1][axis] for axis in range(3)] for k in range(8)], dtype=float)
+    quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    threes = [place[[a, *pair]] for a, b, c, d in quads for pair in ((b, c), (c, d))]
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex %g %g %g\n" % tuple(p) for p in three)
+        + "endloop\nendfacet\n"
+        for three in threes
+    )
+    return f"solid vise\n{facets}endsolid vise\n".encode()
+
+
+def test_fixtures_are_meshes_that_tools_keep_out_of(floor, run):
+    """The ball of 4 mm passes at y 5; a jaw from y 9.5 on is 0.5 away, below the holder of 15 mm."""
+    Path("vise.stl").write_bytes(vise((-30, 9.5, -40), (30, 30, 10)))
+    fixture = (*JUDGE[:-2], "--fixture", "vise.stl@G54")
+    answer = run(*fixture)
+    assert (answer.code, answer.out) == (0, "")
+    assert "vise.stl, 12 facets: never nearer than 0 mm; nearest place seen 0.5" in answer.err
+    answer = run(*fixture, "--distance", "1", "--output-format", "json")
+    assert (answer.code, codes(answer)) == (1, {"VP215"})
+    Path("vise.stl").write_bytes(
+        vise((-30, 9.5, -40), (30, 30, 25))
+    )  # up to the holder, which begins 20 mm above the tip
+    answer = run(*fixture, "--nominal", "part.stl@G54")
+    assert answer.code == 1
+    assert "VP215 error: distance of the holder of tool 1 from vise.stl: -" in answer.err
+    assert "clear of gouges deeper than 0.05 mm" in answer.err
+    found = vp.machined(
+        Path("axes.csv"),
+        Path("part.nc"),
+        "verne",
+        options(),
+        nominal=Path("part.stl"),
+        fixtures=[(Path("vise.stl"), "G54")],
+    )
+    assert {item.code for item in found.findings} == {"VP215"}
+
+
+def test_a_fixture_must_be_a_body(floor, run):
+    Path("vise.stl").write_bytes(plate(-5))
+    answer = run(*JUDGE[:-2], "--fixture", "vise.stl@G54")
+    assert answer.code == 2
+    assert "VP506 error: vise.stl: it is open: 4 edges belong to one facet alone" in answer.err
+    assert "say what the rows are compared with" in run(*JUDGE[:-2]).err

@@ -55,15 +55,17 @@ def test_rows_cut_the_stock_line_by_line_and_leave_the_rest_for_the_next_run(slo
     # the same stock in check
     checked = run("check", "slot.nc", *PLACE, *BOX)
     assert [
-        line.split(":")[1] for line in checked.err.splitlines() if "VP216" in line and line.startswith("slot.nc:")
+        line.split(":")[1]
+        for line in (checked.out + checked.err).splitlines()
+        if "VP216" in line and line.startswith("slot.nc:")
     ] == ["11"]
 
 
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        ((), "name the nominal part (--nominal), the stock (--stock, --stock-from), or both"),
-        (("--stock-from", "left.npz"), "expected a file and its system, as in block.stl@G54"),
+        ((), "a stock (--stock, --stock-from), or several"),
+        (("--stock-from", "left.npz"), "expected a file and its system, as in part.stl@G54"),
         (("--stock-from", "program"), "the program defines no stock"),
         ((*BOX, "--stock-from", "program"), "--stock and --stock-from exclude each other"),
         ((*BOX, "--stock-left", "left.ply@G54"), "expected a name that ends in .stl or .npz"),

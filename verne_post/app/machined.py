@@ -1,12 +1,14 @@
-"""Rows as written against the nominal part: where the tool was at each row, and what it cut too deep or left.
+"""Rows as written against the nominal part and fixtures: where the tool was at each row, what it cut, left and touched.
 
 Nothing of the planner is used: the rows, the machine's forward kinematics, and of the program only which tool its lines have.
 """
 
 from bisect import bisect_left
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.app.assemble import Program, machine_setup
 from verne_post.app.result import Progress
@@ -18,20 +20,29 @@ from verne_post.model.moves import tool_names
 from verne_post.model.part_setup import tool_text
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.part.bodies import Piece, build_pieces, check_tool
+from verne_post.part.clearance import Contacts, find_contacts
 from verne_post.part.compare import Wanted, compare, is_inside, move_mesh
 from verne_post.part.motion import Motion, build_motion
-from verne_post.part.stl import Mesh, describe_faults
-from verne_post.part.verdict import Datum, Judged, Machined, describe_place, list_findings
+from verne_post.part.stl import Mesh, describe_faults, require_closed
+from verne_post.part.verdict import Datum, Judged, Machined, describe_place, list_contacts, list_findings
 
 #: Rows whose forward kinematics is solved at a time.
 _ROWS: Final = 1 << 14
+_ASKED: Final = Wanted()
 
 
-def judge_part(
-    program: Program, q: Array, line: Ints, mesh: Mesh, system: int | None, wanted: Wanted, datum: Datum = "table",
-    progress: Progress | None = None, *, accelerate: bool = True,
+class Body(Struct, frozen=True, eq=False):
+    """A mesh in a work system by its number, as ``--wcs`` gives it; None: the table frame."""
+
+    mesh: Mesh
+    system: int | None
+
+
+def judge_rows(
+    program: Program, q: Array, line: Ints, nominal: Body | None, fixtures: Sequence[Body] = (), wanted: Wanted = _ASKED,
+    datum: Datum = "table", allowed: float = 0.0, progress: Progress | None = None, *, accelerate: bool = True,
 ) -> Machined:  # fmt: skip
-    """Compare rows with the nominal part.
+    """Compare rows with the nominal part, and with fixtures.
 
     Parameters
     ----------
@@ -40,23 +51,23 @@ def judge_part(
     q : ndarray, shape (n, n_joints)
         mm and rad; rows as written, or as measured.
     line : ndarray of int, shape (n,)
-    mesh : Mesh
-        mm, in the work system; facets counter-clockwise from outside.
-    system : int or None
-        Number of the work system as ``--wcs`` gives it; None: the table frame.
+    nominal : Body or None
+        Facets counter-clockwise from outside.
+    fixtures : sequence of Body
+        Closed meshes.
     datum : {"table", "fit"}
         Which comparison counts: the part where the set-up says, or moved to where it fits best. Both are made.
+    allowed : float
+        How near tool and spindle may come to fixtures, mm.
 
     Raises
     ------
     InputError
         VP018, VP411, VP413, VP506.
     """
-    faults = describe_faults(mesh)
-    wrong = [text for text in faults if not mesh.open_edges or "open" not in text]
-    if wrong:
-        raise InputError(*(finding("VP506", f"{mesh.name}: {text}") for text in wrong))
-    notes = [f"{mesh.name}: {text}; outside is where its facets run counter-clockwise" for text in faults]
+    for one in fixtures:
+        require_closed(one.mesh)
+    notes = [] if nominal is None else _check_surface(nominal.mesh)
     tools = find_tools(program, line)
     five_axis = program.machine.five_axis
     machines: list[tuple[str, FiveAxis]] = [("nominal", five_axis)]
@@ -64,8 +75,15 @@ def judge_part(
         machines = [("as built", five_axis), ("nominal", five_axis.nominal_machine)]
     judged: list[Judged] = []
     found: list[Finding] = []
-    for name, kinematics in machines:
-        motions = _build_motions(program, kinematics, q, line, tools, system, mesh.name)
+    contacts: list[Contacts] = []
+    for one in fixtures:
+        motions = _build_motions(program, five_axis, q, line, tools, one, with_spindle=True)
+        found += _find_starts_inside(one.mesh, motions, "VP215")
+        contacts.append(find_contacts(one.mesh, motions, allowed, accelerate=accelerate))
+        found += list_contacts(contacts[-1], motions)
+    for name, kinematics in machines if nominal is not None else ():
+        assert nominal is not None
+        mesh, motions = nominal.mesh, _build_motions(program, kinematics, q, line, tools, nominal)
 
         def watch(done: int, total: int, name: str = name) -> None:
             if progress is not None:
@@ -78,9 +96,19 @@ def judge_part(
             shift = float(np.linalg.norm(moved.vertices - mesh.vertices, axis=1).max())
             second = compare(moved, motions, wanted, watch, accelerate=accelerate)
             both.append(Judged(name, "fit", shift, motions, second))
-            found = [] if mesh.open_edges else _find_starts_inside(mesh, motions)
+            found += [] if mesh.open_edges else _find_starts_inside(mesh, motions, "VP218")
         judged += both if datum == "table" else both[::-1]
-    return Machined(tuple(judged), (*found, *list_findings(judged[0])), tuple(notes))
+    found += list_findings(judged[0]) if judged else []
+    return Machined(tuple(judged), tuple(contacts), tuple(found), tuple(notes))
+
+
+def _check_surface(mesh: Mesh) -> list[str]:
+    """Refuse a nominal part without an outside; an open one is only noted."""
+    faults = describe_faults(mesh)
+    wrong = [text for text in faults if not mesh.open_edges or "open" not in text]
+    if wrong:
+        raise InputError(*(finding("VP506", f"{mesh.name}: {text}") for text in wrong))
+    return [f"{mesh.name}: {text}; outside is where its facets run counter-clockwise" for text in faults]
 
 
 # --- tools and poses ---------------------------------------------------------------------------------
@@ -142,22 +170,17 @@ def place_tips(
 
 
 def _build_motions(
-    program: Program,
-    kinematics: FiveAxis,
-    q: Array,
-    line: Ints,
-    tools: tuple[Ints, Array],
-    system: int | None,
-    name: str,
-) -> tuple[Motion, ...]:
-    """The tools of a program as they moved, in the frame of the mesh."""
+    program: Program, kinematics: FiveAxis, q: Array, line: Ints, tools: tuple[Ints, Array], body: Body, *,
+    with_spindle: bool = False,
+) -> tuple[Motion, ...]:  # fmt: skip
+    """The tools of a program as they moved, in the frame of a body."""
     number, in_force = tools
     numbers = np.unique(number).tolist()
     tip, axis, length = place_tips(program, kinematics, q, number, in_force)
-    if system is not None:
+    if body.system is not None:
         frames = machine_setup(program.machine, program.options).frames
         origin, turn = place_in_system(
-            program.machine, name, system, np.zeros(3), program.moves, program.options, frames
+            program.machine, body.mesh.name, body.system, np.zeros(3), program.moves, program.options, frames
         )
         tip, axis = rotate_z(tip - origin, -turn), rotate_z(axis, -turn)
     motions, names = [], tool_names(program.moves.events)
@@ -166,6 +189,8 @@ def _build_motions(
         linked = np.append(np.diff(own_rows) == 1, False)
         lengths = length[own_rows]
         pieces = _build_tool(program, one, float(lengths.min()), float(lengths.max()))
+        if with_spindle:
+            pieces += _build_spindle(program, float(lengths.max()))
         motions.append(
             build_motion(
                 tool_text(one, names) if one else "the tool",
@@ -197,8 +222,19 @@ def _build_tool(program: Program, number: int, shortest: float, longest: float) 
     return build_pieces(shape, longest)
 
 
-def _find_starts_inside(mesh: Mesh, motions: tuple[Motion, ...]) -> list[Finding]:
-    """Tools that begin inside the part: they need not cross its surface."""
+def _build_spindle(program: Program, length: float) -> tuple[Piece, ...]:
+    """The spindle above a tool, a capsule; none where the machine file has no size of it."""
+    bodies = program.machine.bodies
+    if bodies is None or bodies.spindle_radius is None or bodies.spindle_top is None:
+        return ()
+    top = length + program.machine.five_axis.nose_offset + bodies.spindle_top
+    radius = bodies.spindle_radius
+    core = np.array([(0.0, length), (0.0, length), (0.0, top), (0.0, top)])
+    return (Piece("spindle", core, radius, length - radius, top + radius, radius),)
+
+
+def _find_starts_inside(mesh: Mesh, motions: tuple[Motion, ...], code: str) -> list[Finding]:
+    """Tools that begin inside a body: they need not cross its surface."""
     found = []
     for motion in motions:
         start = np.flatnonzero(np.append(True, ~motion.linked[:-1]))
@@ -207,5 +243,5 @@ def _find_starts_inside(mesh: Mesh, motions: tuple[Motion, ...]) -> list[Finding
             text = (
                 f"{motion.name} stands inside {mesh.name} at {describe_place(motion.tip[row])} where its motion begins"
             )
-            found.append(finding("VP218", text, line=int(motion.line[row]), count=len(inside)))
+            found.append(finding(code, text, line=int(motion.line[row]), count=len(inside)))
     return found

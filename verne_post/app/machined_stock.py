@@ -63,8 +63,8 @@ def load_stock(program: Program, raw: bytes, name: str, system: int | None, unit
     return make_of_mesh(read_stl(raw, name, unit), origin, turn)
 
 
-def make_stock(program: Program) -> Dexels | None:
-    """The box of ``--stock``, else what the program itself defines (BLK FORM, WORKPIECE); None without either.
+def make_stock(program: Program) -> Dexels:
+    """The box of ``--stock``, else what the program itself defines (BLK FORM, WORKPIECE).
 
     Raises
     ------
@@ -75,7 +75,7 @@ def make_stock(program: Program) -> Dexels | None:
     if box is not None:
         return make_box(np.array(box.low), np.array(box.high), *_place_system(program, box.name, box.system))
     if own is None:
-        return None
+        raise InputError(finding("VP018", "--stock-from program: the program defines no stock (BLK FORM, WORKPIECE)"))
     coordinates = program.machine.coordinates
     origin = coordinates.to_table(np.zeros(9), own.frame)[0]
     along = coordinates.displacement(np.array([1.0, 0.0, 0.0]), own.frame)

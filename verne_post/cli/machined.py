@@ -1,4 +1,4 @@
-"""`verne-post machined`: what the written rows leave of the nominal part, and of the stock."""
+"""`verne-post machined`: what the written rows leave of the nominal part."""
 
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,6 @@ from verne_post.cli.streams import print_as_is
 from verne_post.model.part_setup import SYSTEM_NUMBERS
 from verne_post.model.verdict import status_of
 from verne_post.part.compare import Wanted
-from verne_post.part.dexels import Dexels
 from verne_post.part.stl import UNITS
 
 _ASKED = Wanted()
@@ -27,6 +26,16 @@ _ASKED = Wanted()
 @click.argument("setpoints", type=INPUT, metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
 @click.option("--nominal", metavar="PART.STL@G54", help="The part as it should be, in a work system or @table.")
+@click.option(
+    "--fixture",
+    "fixtures",
+    multiple=True,
+    metavar="VISE.STL@G54",
+    help="A fixture that tool and spindle keep out of (VP215); repeatable.",
+)
+@click.option(
+    "--distance", type=NUMBER, default=0.0, metavar="MM", show_default=True, help="How near they may come to fixtures."
+)
 @click.option(
     "--stock-from",
     metavar="FILE@G54|program",
@@ -101,28 +110,32 @@ _ASKED = Wanted()
 @quiet_option
 @program_options("solver", "quality", "jobs", "slow_start")
 def command(
-    setpoints: str, against: str, nominal: str | None, stock_from: str | None, stock_left: str | None, unit: str, gouge: float, excess: float, grid: float, search: float,
+    setpoints: str, against: str, nominal: str | None, fixtures: tuple[str, ...], distance: float, stock_from: str | None,
+    stock_left: str | None, unit: str, gouge: float, excess: float, grid: float, search: float,
     datum: Any, measured: Path | None, columns: str, delay: str, table: Path | None, output: Path | None,
     output_format: str, quiet: bool, **given: Any,
 ) -> int:  # fmt: skip
-    """Compare rows as written, or as measured, with the nominal part: gouges, excess, and what is certain about every facet.
+    """Compare rows as written, or as measured, with the nominal part and with fixtures: gouges, excess, contacts, and what is certain.
 
     Give the options (--wcs, --tool-table, --tool-shapes, ...) with which the file was made. On a machine with [as_built] the rows are taken
     through the machine as built, which counts, and through the nominal one. With a stock (--stock, --stock-from): what is cut, what touches, what is left.
     """
     from verne_post.model.findings import InputError
 
-    file, system = _split_place("--nominal", nominal, "part.stl")
-    stock_file, stock_system = (
-        (None, None) if stock_from == "program" else _split_place("--stock-from", stock_from, "block.stl")
-    )
-    left_file, left_system = _split_place("--stock-left", stock_left, "left.npz")
-    if left_file is not None and left_file.suffix.lower() not in (".stl", ".npz"):
+    places = [
+        (option, *_split_place(option, text))
+        for option, text in (("--nominal", nominal), *(("--fixture", one) for one in fixtures))
+        if text
+    ]
+    stock_place = None if stock_from in (None, "program") else _split_place("--stock-from", stock_from)
+    left_place = None if stock_left is None else _split_place("--stock-left", stock_left)
+    if left_place is not None and left_place[0].suffix.lower() not in (".stl", ".npz"):
         raise click.UsageError(f"--stock-left {stock_left}: expected a name that ends in .stl or .npz")
     if stock_from is not None and given.get("stock") is not None:
         raise click.UsageError("--stock and --stock-from exclude each other")
-    if file is None and (table is not None or output is not None):
+    if nominal is None and (table is not None or output is not None):
         raise click.UsageError("--csv and -o show the nominal part: name it with --nominal")
+    require_positive("--distance", distance, zero=True)
     for option, value in (("--gouge", gouge), ("--excess", excess), ("--grid", grid), ("--search", search)):
         require_positive(option, value)
     if search < max(gouge, excess):
@@ -134,25 +147,31 @@ def command(
         raise click.UsageError("machined reads one setpoint file; name a part of it")
     files, name = RunFiles(), shown_name(setpoints)
     files.expects(setpoints, "AXES.CSV")
-    for path, option in ((file, "--nominal"), (stock_file, "--stock-from"), (measured, "--measured")):
+    for option, file, _system in places:
+        files.expects(file, option)
+    for path, option in ((stock_place and stock_place[0], "--stock-from"), (measured, "--measured")):
         if path is not None:
             files.expects(path, option)
     if output_format != "text":
         files.prints("the findings")
-    if table is not None:
-        files.writes(table, "--csv")
-    if left_file is not None:
-        files.writes(left_file, "--stock-left")
+    for path, option in ((table, "--csv"), (left_place and left_place[0], "--stock-left")):
+        if path is not None:
+            files.writes(path, option)
     suffix = _expect_map(files, output)
     try:
         machine, source, options = read_program(files, against, given)
     except InputError as error:
         return refuse(name, error)
-    if file is None and stock_from is None and options.stock is None:
-        raise click.UsageError("name the nominal part (--nominal), the stock (--stock, --stock-from), or both")
+    with_stock = stock_from is not None or options.stock is not None
+    if not places and not with_stock:
+        raise click.UsageError(
+            "say what the rows are compared with: --nominal PART.STL@G54, --fixture VISE.STL@G54, a stock (--stock, --stock-from), or several"
+        )
+    if left_place is not None and not with_stock:
+        raise click.UsageError("--stock-left is about a stock: name it with --stock or --stock-from")
 
     from verne_post.app.assemble import assemble
-    from verne_post.app.machined import judge_part
+    from verne_post.app.machined import Body, judge_rows
     from verne_post.app.machined_stock import cut_rows, describe_run, load_stock, make_stock, pack_stock
     from verne_post.app.row_format import drives_of
     from verne_post.output.findings import Report
@@ -161,7 +180,11 @@ def command(
     from verne_post.part.stl import read_stl
 
     try:
-        mesh = None if file is None else read_stl(bytes(files.read(file, "--nominal")), shown_name(str(file)), unit)
+        bodies = [
+            Body(read_stl(bytes(files.read(file, option)), shown_name(str(file)), unit), system)
+            for option, file, system in places
+        ]
+        part = bodies.pop(0) if nominal is not None else None
         with progress_line("reading", quiet=quiet) as progress:
             try:
                 program = assemble(source, machine, options)
@@ -173,41 +196,34 @@ def command(
                 log, delayed = read_measured(files, measured, columns, delay, q, program, drives)
                 count = min(len(q), len(log) - delayed)
                 q, lines = log[delayed : delayed + count], lines[:count]
-            found = run = None
-            if mesh is not None:
-                found = judge_part(
-                    program, q, lines, mesh, system, Wanted(gouge, excess, grid, search), datum, progress
-                )
-            stock: Dexels | None
-            if stock_file is not None:
-                raw = bytes(files.read(stock_file, "--stock-from"))
-                stock = load_stock(program, raw, shown_name(str(stock_file)), stock_system, unit)
-            else:
-                stock = make_stock(program) if stock_from or options.stock else None
-                if stock is None and stock_from:
-                    raise click.UsageError("--stock-from program: the program defines no stock (BLK FORM, WORKPIECE)")
-            if stock is not None:
+            asked = Wanted(gouge, excess, grid, search)
+            found = judge_rows(program, q, lines, part, bodies, asked, datum, distance, progress)
+            run, left = None, b""
+            if with_stock:
+                if stock_place is not None:
+                    raw = bytes(files.read(stock_place[0], "--stock-from"))
+                    stock = load_stock(program, raw, shown_name(str(stock_place[0])), stock_place[1], unit)
+                else:
+                    stock = make_stock(program)
                 run = cut_rows(program, q, lines, stock)
-            if left_file is not None and run is not None:
-                left = pack_stock(program, run.left, left_file.name, left_system)
+                if left_place is not None:
+                    left = pack_stock(program, run.left, left_place[0].name, left_place[1])
     except InputError as error:
         return refuse(name, error)
     except UnicodeDecodeError as error:
         raise click.UsageError(f"{name} is no text in UTF-8: {error}") from None
-    findings = (*(() if found is None else found.findings), *(() if run is None else run.findings))
+    findings = (*found.findings, *(() if run is None else run.findings))
     if output_format == "text":
         print_findings(shown_name(against), findings, quiet=quiet)
     else:
         print_as_is(FORMATS[output_format]([Report(shown_name(against), findings, None, source, ())], machine))
-    if run is not None:
-        if not quiet:
-            say(describe_run(run))
-        if left_file is not None:
-            files.write(left_file, "--stock-left", [left])
-    if found is None:
-        return status_of(findings)
     if not quiet:
-        say(describe_comparisons(name if measured is None else shown_name(str(measured)), found))
+        if places:
+            say(describe_comparisons(name if measured is None else shown_name(str(measured)), found))
+        if run is not None:
+            say(describe_run(run))
+    if left_place is not None:
+        files.write(left_place[0], "--stock-left", [left])
     if table is not None:
         files.write(table, "--csv", [list_worst(found.judged[0])])
     if output is not None:
@@ -216,15 +232,11 @@ def command(
     return status_of(findings)
 
 
-def _split_place(option: str, text: str | None, example: str) -> tuple[Path | None, int | None]:
-    """File and work system of FILE@G54; None: no file, and the table."""
-    if text is None:
-        return None, None
+def _split_place(option: str, text: str) -> tuple[Path, int | None]:
+    """File and work system of PART.STL@G54; None: the table."""
     file, _, place = text.rpartition("@")
     if not file or (place != "table" and place not in SYSTEM_NUMBERS) or is_dash(file):
-        raise click.UsageError(
-            f"{option} {text}: expected a file and its system, as in {example}@G54 or {example}@table"
-        )
+        raise click.UsageError(f"{option} {text}: expected a file and its system, as in part.stl@G54 or part.stl@table")
     return Path(file), SYSTEM_NUMBERS.get(place)
 
 

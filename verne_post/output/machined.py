@@ -23,18 +23,29 @@ _MOST_DRAWN: Final = 40_000
 
 def describe_comparisons(name: str, machined: Machined) -> str:
     """The summary of a comparison, line by line."""
-    first = machined.judged[0].comparison
-    grid, rows = first.wanted.grid, sum(len(one.tip) for one in machined.judged[0].motions)
-    tools = ", ".join(one.name for one in machined.judged[0].motions)
-    lines = [
-        f"{name}: {rows} poses of {tools} against {first.mesh.name}: {len(first.state)} facets, {len(first.cells.facet)} places, none of the surface farther than {grid:g} mm from one"
-    ]
-    lines += [f"  {note}" for note in machined.notes]
-    for k, one in enumerate(machined.judged):
-        lines += [f"  {_describe_one(one)}{' (counts)' if k == 0 else ''}"]
-    lines.append(
-        f"  the statement is about the facets of {first.mesh.name}; how far they are from the surface that it stands for adds to it"
-    )
+    lines = []
+    if machined.judged:
+        first, motions = machined.judged[0].comparison, machined.judged[0].motions
+        rows, tools = sum(len(one.tip) for one in motions), ", ".join(one.name for one in motions)
+        lines.append(
+            f"{name}: {rows} poses of {tools} against {first.mesh.name}: {len(first.state)} facets, {len(first.cells.facet)} places, none of the surface farther than {first.wanted.grid:g} mm from one"
+        )
+        lines += [f"  {note}" for note in machined.notes]
+        for k, one in enumerate(machined.judged):
+            lines += [f"  {_describe_one(one)}{' (counts)' if k == 0 else ''}"]
+        lines.append(
+            f"  the statement is about the facets of {first.mesh.name}; how far they are from the surface that it stands for adds to it"
+        )
+    for touched in machined.contacts:
+        count = len(touched.place)
+        verdict = (
+            f"nearer than {touched.allowed:g} mm at {count} places"
+            if count
+            else f"never nearer than {touched.allowed:g} mm"
+        )
+        lines.append(
+            f"{name}: {touched.mesh.name}, {len(touched.mesh.facets)} facets: {verdict}; nearest place seen {touched.least:.3f} mm"
+        )
     return "\n".join(lines) + "\n"
 
 

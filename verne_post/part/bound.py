@@ -5,6 +5,7 @@ projects on the facet; nor than any plane or cone that supports the piece (its s
 a kink. Along a straight relative path that holds for place and time together.
 """
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -52,11 +53,25 @@ def find_clear(
 ) -> Mask:  # fmt: skip
     """Where no tool cuts deeper than ``depth`` along the normal into flat facets (n,): certain where True.
 
+    Parameters as of :func:`find_above`.
+    """
+    limits = {piece: find_limit(piece, depth) for motion in motions for piece in motion.pieces}
+    return find_above(motions, point, normal, delta, limits, parts, accelerate=accelerate)
+
+
+def find_above(
+    motions: tuple[Motion, ...], point: Array, normal: Array, delta: Array, limits: Mapping[Piece, float],
+    parts: tuple[str, ...], *, accelerate: bool = True,
+) -> Mask:  # fmt: skip
+    """Where phi stays above the limit of each piece over flat facets (n,): certain where True.
+
     Parameters
     ----------
     point, normal : ndarray, shape (n, 3)
     delta : ndarray, shape (n,)
         No place of a facet is farther from its point, mm.
+    limits : mapping
+        mm.
     parts : tuple of str
         Parts of the tool that count.
     """
@@ -67,7 +82,7 @@ def find_clear(
         for piece in motion.pieces:
             if piece.part not in parts:
                 continue
-            limit = find_limit(piece, depth) + motion.bow
+            limit = limits[piece] + motion.bow
             if kernel is not None:
                 kernel.check_above(motion, piece, point, normal, delta, limit, clear)
                 continue

@@ -8,6 +8,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.findings import Finding, finding
 from verne_post.model.verdict import status_of
+from verne_post.part.clearance import Contacts
 from verne_post.part.compare import UNDECIDED, Comparison
 from verne_post.part.motion import Motion
 
@@ -43,7 +44,9 @@ class Machined(Struct, frozen=True, eq=False):
     Attributes
     ----------
     judged : tuple of Judged
-        Every comparison that was made; the first one counts.
+        Every comparison that was made; the first one counts. None without a nominal part.
+    contacts : tuple of Contacts
+        Of each fixture, with the machine that counts.
     findings : tuple of Finding
     notes : tuple of str
     text : str
@@ -51,6 +54,7 @@ class Machined(Struct, frozen=True, eq=False):
     """
 
     judged: tuple[Judged, ...]
+    contacts: tuple[Contacts, ...]
     findings: tuple[Finding, ...]
     notes: tuple[str, ...] = ()
     text: str = ""
@@ -110,6 +114,18 @@ def list_findings(judged: Judged) -> list[Finding]:
             )
         )
     return found
+
+
+def list_contacts(contacts: Contacts, motions: tuple[Motion, ...]) -> list[Finding]:
+    """VP215 of a fixture, one for each stretch of neighbouring lines with one body."""
+    nearest, found = contacts.nearest, []
+    body, line = _name_nearest(motions, nearest.motion, nearest.piece, nearest.row)
+    for rows in _group(body, line):
+        worst = rows[int(np.argmin(nearest.distance[rows]))]
+        value = float(nearest.distance[worst])
+        text = f"distance of the {body[worst]} from {contacts.mesh.name}: {value:.3f} mm at {describe_place(contacts.place[worst])}, allowed {contacts.allowed:g}"
+        found.append(_make_finding("VP215", text, line[rows], int(line[worst]), value, contacts.allowed))
+    return _shorten(found)
 
 
 def _name_nearest(motions: tuple[Motion, ...], motion: Ints, piece: Ints, row: Ints) -> tuple[list[str], Ints]:
