@@ -41,9 +41,9 @@ from verne_post.output.fit import text as fit_text
 from verne_post.output.machined import describe_comparisons
 from verne_post.output.setpoints import read_csv
 from verne_post.output.summary import verdict_line
-from verne_post.part.compare import Wanted
-from verne_post.part.stl import UNITS, read_stl
+from verne_post.part.stl import read_stl
 from verne_post.part.verdict import Datum, Machined
+from verne_post.part.wanted import UNITS, Wanted
 from verne_post.toolpath.work_offset import Aim, Proposal
 
 #: A program: its bytes, its text, or where its file is.
@@ -160,10 +160,11 @@ def verify(
     InputError
         The file or the program cannot be read.
     """
+    rows = _decode_setpoints(setpoints)
     text, chosen = _read_program(source, options, setup)
     loaded = _load_machine(machine)
     program = assemble(text, loaded, chosen)
-    name, blocks = _read_setpoints(setpoints, program)
+    name, blocks = _read_setpoints(setpoints, rows, program)
     verdict = verify_setpoints(program, blocks)
     passes = status_of(verdict.findings) == ExitStatus.CLEAN
     lines = [text_line(chosen.source_name, item) for item in verdict.findings]
@@ -224,7 +225,7 @@ def machined(
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
     text, chosen = _read_program(source, options, setup)
     program = assemble(text, _load_machine(machine), chosen)
-    shown_rows, blocks = _read_setpoints(setpoints, program)
+    shown_rows, blocks = _read_setpoints(setpoints, _decode_setpoints(setpoints), program)
     rows = list(blocks)
     if not rows:
         raise InputError(finding("VP020", "the setpoint file has no rows"))
@@ -314,16 +315,20 @@ def _read(source: Source, what: str) -> Text:
     raise UsageError(what, f"expected bytes, text or a path, got {type(source).__name__}")
 
 
-def _read_setpoints(setpoints: Setpoints | Source, program: Program) -> tuple[str, Iterator[SetpointBlock]]:
-    """The name and the rows of a setpoint file."""
+def _decode_setpoints(setpoints: Setpoints | Source) -> str:
+    """The text of a setpoint file."""
     written = setpoints.to_csv() if isinstance(setpoints, Setpoints) else setpoints
     try:
-        stream = io.StringIO(_read(written, "setpoints")[:].decode("utf-8"))
+        return _read(written, "setpoints")[:].decode("utf-8")
     except UnicodeDecodeError as error:
         raise UsageError("setpoints", f"byte {error.start + 1} is not text (UTF-8)") from None
+
+
+def _read_setpoints(setpoints: Setpoints | Source, rows: str, program: Program) -> tuple[str, Iterator[SetpointBlock]]:
+    """The name and the rows of a setpoint file."""
     name = str(setpoints) if isinstance(setpoints, os.PathLike) else "setpoints"
     drives = drives_of(program.machine, program.options)
-    return name, read_csv(stream, name, program.machine.columns, program.cycle, drives)
+    return name, read_csv(io.StringIO(rows), name, program.machine.columns, program.cycle, drives)
 
 
 def _load_machine(machine: MachineLike) -> Machine:

@@ -391,7 +391,7 @@ def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) ->
         "accuracy": schema.AccuracyFile.__struct_fields__,
         "joints": {"NAME"},  # of a chain
     }
-    options = run("convert", "--help").out
+    options = run("convert", "--help").out + run("machined", "--help").out
     for code, text in PARAMETERS.items():
         assert code in CODES
         shown = " ".join(run("explain", code).out.split())

@@ -307,7 +307,9 @@ def test_a_vertical_tool_keeps_c_still():
 def test_the_other_table_solution_where_the_tilt_needs_it():
     tilted = with_ranges(SERIAL, a=(-95, 20))
     prog = program(f"G43.5 G0 X0 Y0 Z60 I0 J0 K1\nG1 X20 {axis_words(30, 90)}\nX40\nG49 G0 A0 C0", tilted)
-    assert found(prog) == []  # the last rapid begins where the table stands
+    assert found(prog) == [
+        ("VP046", "warning", 5)
+    ]  # the last rapid begins where the table stands, and swings the spindle
     assert prog.path.end[1, 3:] == pytest.approx(np.radians([-30.0, -90.0]), abs=1e-9)
     assert prog.path.end[-1, 3:] == pytest.approx([0.0, 0.0], abs=1e-12)
     np.testing.assert_array_equal(prog.path.start[1:], prog.path.end[:-1])

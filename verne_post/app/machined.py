@@ -21,10 +21,11 @@ from verne_post.model.part_setup import tool_text
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.part.bodies import Piece, build_pieces, check_tool
 from verne_post.part.clearance import Contacts, find_contacts
-from verne_post.part.compare import Wanted, compare, is_inside, move_mesh
+from verne_post.part.compare import compare, is_inside, move_mesh
 from verne_post.part.motion import Motion, build_motion
 from verne_post.part.stl import Mesh, describe_faults, require_closed
 from verne_post.part.verdict import Datum, Judged, Machined, describe_place, list_contacts, list_findings
+from verne_post.part.wanted import Wanted
 
 #: Rows whose forward kinematics is solved at a time.
 _ROWS: Final = 1 << 14

@@ -16,8 +16,7 @@ from verne_post.cli.progress import progress_line
 from verne_post.cli.streams import print_as_is
 from verne_post.model.part_setup import SYSTEM_NUMBERS
 from verne_post.model.verdict import status_of
-from verne_post.part.compare import Wanted
-from verne_post.part.stl import UNITS
+from verne_post.part.wanted import UNITS, Wanted
 
 _ASKED = Wanted()
 

@@ -17,6 +17,7 @@ from verne_post.part.bound import find_clear, find_limit
 from verne_post.part.motion import Motion
 from verne_post.part.stl import Mesh
 from verne_post.part.sweep import Nearest, find_nearest
+from verne_post.part.wanted import Wanted
 
 CLEAR, GOUGE, UNDECIDED = range(3)
 #: Parts of the tool that cut, and the rest of it.
@@ -40,25 +41,6 @@ _EVEN: Final = 1e-9
 
 #: Called with the number of cells done and of all.
 Watch = Callable[[int, int], None]
-
-
-class Wanted(Struct, frozen=True):
-    """What is asked for, mm.
-
-    Attributes
-    ----------
-    gouge, excess : float
-        Depths along the normal that count.
-    grid : float
-        No place of the surface is farther than this from one that is looked at.
-    search : float
-        How deep below and how high above the surface is looked; less than the thinnest wall.
-    """
-
-    gouge: float = 0.05
-    excess: float = 0.2
-    grid: float = 0.2
-    search: float = 2.0
 
 
 class Cells(Struct, frozen=True, eq=False):

@@ -8,9 +8,8 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.findings import InputError, finding
+from verne_post.part.wanted import UNITS
 
-#: Millimetres of the units that a file may be in: an STL does not say.
-UNITS: Final = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 #: A part is neither smaller nor larger than this, mm: the file is in another unit.
 SMALLEST_MM: Final = 0.1
 LARGEST_MM: Final = 1e4

@@ -151,7 +151,8 @@ def _project_on_arcs(path: ToolPath, segment: Ints, measured: Measured, fresh: M
 def _turn_u(path: ToolPath, segment: Ints, measured: Measured) -> Array:
     """As :func:`unwrapped_u`, on turns of the table: A and C go linearly, and the tip refines what they say."""
     start, turn = path.start[segment, 3:], path.end[segment, 3:] - path.start[segment, 3:]
-    u = np.asarray(np.sum((measured.angles - start) * turn, axis=1) / np.sum(turn**2, axis=1))
+    turned, square = np.sum((measured.angles - start) * turn, axis=1), np.sum(turn**2, axis=1)
+    u = np.divide(turned, square, out=np.zeros_like(turned), where=square > 0)  # none at a pole: the tip says it
     for _ in range(ARC_STEPS):
         at, slope = _turn_point(path.turns, path.turn[segment], u)
         rest = RADIAN_MM**2 * (measured.angles - start - u[:, None] * turn)

@@ -154,7 +154,7 @@ class FanucInterpreter(Rs274):
 
     def read(self, text: str, line: int) -> Block:
         """Read a line: words, or a statement of a custom macro."""
-        nested, text = NESTED.search(text), self.prepare(text)
+        nested, text = NESTED.search(text, 0, text.rfind(")") + 1), self.prepare(text)
         number = end_of_number(text)
         text = self._text = " " * number + text[number:]
         if _MACRO.match(text) and (statement := read_statement(text, self.parameters)) is not None:

@@ -4,12 +4,12 @@ import math
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.klartext.contour import KlartextContour
-from verne_post.gcode.klartext.elements import Element, Point, left, make_arc
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.waiting import Approach
 from verne_post.gcode.klartext.words import Words
+from verne_post.gcode.machining.elements import Element, Point, left, make_arc
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import MoveKind
 

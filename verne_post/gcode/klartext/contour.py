@@ -4,13 +4,13 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from verne_post.gcode.klartext.elements import Element, chamfered_corner, rounded_corner
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.waiting import Corner
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.compensation import Compensation
+from verne_post.gcode.machining.elements import Element, chamfered_corner, rounded_corner
 from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import FeedMode, MoveKind

@@ -8,10 +8,10 @@ from typing import Final
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
-from verne_post.gcode.klartext.elements import Point, make_arc
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.milling import KlartextMilling
 from verne_post.gcode.lengths import helix_length
+from verne_post.gcode.machining.elements import Point, make_arc
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import MAX_DWELL_S
 from verne_post.gcode.program_error import ProgramError

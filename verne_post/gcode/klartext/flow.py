@@ -9,10 +9,10 @@ from verne_post.base.long_text import Text
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
 from verne_post.gcode.execution import Execution, StopConditions, may_restart
-from verne_post.gcode.klartext.elements import Point
 from verne_post.gcode.klartext.program import Jump, Klartext
 from verne_post.gcode.klartext.recovery import KlartextRecovery
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
+from verne_post.gcode.machining.elements import Point
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError

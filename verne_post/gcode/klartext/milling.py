@@ -7,8 +7,8 @@ from typing import Final
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
-from verne_post.gcode.klartext.elements import Point, make_arc
 from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.machining.elements import Point, make_arc
 from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Rectangle, measure_reach
 from verne_post.gcode.machining.pockets import (
     MAX_STROKES,

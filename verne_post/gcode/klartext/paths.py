@@ -8,10 +8,10 @@ from msgspec import Struct
 
 from verne_post.base.tolerances import ARC_CHORD_MM, ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES, Arc, center_arc, radius_arc
-from verne_post.gcode.klartext.elements import Element, center_of_sweep, make_arc, tangent_sweep
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
+from verne_post.gcode.machining.elements import Element, center_of_sweep, make_arc, tangent_sweep
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.rs274.values import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.model.moves import AXES, MoveKind

@@ -2,7 +2,7 @@
 
 from msgspec import Struct
 
-from verne_post.gcode.klartext.elements import Element
+from verne_post.gcode.machining.elements import Element
 from verne_post.gcode.program_error import ProgramError
 
 

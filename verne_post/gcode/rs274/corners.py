@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.block import Block
-from verne_post.gcode.klartext.elements import Element, chamfered_corner, rounded_corner
+from verne_post.gcode.machining.elements import Element, chamfered_corner, rounded_corner
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.modes import Modes

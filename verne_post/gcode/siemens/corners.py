@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.gcode.arcs import Arc
-from verne_post.gcode.klartext.elements import Element, chamfered_corner, cross, rounded_corner
+from verne_post.gcode.machining.elements import Element, chamfered_corner, cross, rounded_corner
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.modes import Modes
