@@ -11,7 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import verne_post as vp
 from tests.kinematics.test_chain import judge
+from verne_post.app.assemble import assemble, machine_setup
+from verne_post.app.machined import place_on_table
+from verne_post.base.rotations import rotate_z
+from verne_post.kinematics.checks.keep_out import place_body
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Where the part is on each machine.
@@ -278,3 +283,33 @@ def test_a_dry_run_rises_along_z_of_the_part(run: Runner, tmp_path: Path) -> Non
         assert answer.code == 0, answer.err
         places.append(read_rows("ab_table", answer.out)[1][[0, -1]])
     assert places[1] - places[0] == pytest.approx(np.tile([0.0, 0.0, 50.0], (2, 1)), abs=1e-5)
+
+
+@pytest.mark.parametrize("machine", ["verne", "serial", "bc_trunnion", "ac_trunnion", "b_head_c_table", "ca_fork_head"])
+def test_a_body_on_the_table_stands_where_one_in_a_work_system_without_offset_does(machine: str) -> None:
+    """Boxes and meshes: the table frame of the checks may be turned from the part frame, from which work offsets count."""
+    loaded, options = vp.load_machine(machine), vp.Options(tool_length=LENGTH, wcs={"G54": (0.0, 0.0, 0.0)})
+    letters = loaded.coordinates.axes[3:]
+    source = f"G21 G90 G94 F600\nG0 X0 Y0 Z60 {letters[0]}0 {letters[1]}0\nG1 X1\nM2\n".encode()
+    program, point = assemble(source, loaded, options), np.array([10.0, 20.0, 30.0])
+    frames = machine_setup(loaded, options).frames
+    on_table, in_system = (
+        place_body(loaded, "vise", system, point, program.moves, options, frames) for system in (None, 1)
+    )
+    assert on_table[0] == pytest.approx(in_system[0], abs=1e-9)
+    assert np.exp(1j * on_table[1]) == pytest.approx(np.exp(1j * in_system[1]), abs=1e-12)
+    origin, turn = place_on_table(program, "part.stl", None)
+    assert origin + rotate_z(point, turn) == pytest.approx(in_system[0], abs=1e-9)
+
+
+def test_bodies_are_refused_where_the_part_does_not_turn_about_its_z(run: Runner, tmp_path: Path) -> None:
+    part, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
+    part.write_text("G21 G90 G94 F600\nG54\nG0 X0 Y0 Z80 A0 B0\nG1 X5\nM2\n")
+    assert run(part, "-o", axes, *options_of("ab_table")).code == 0
+    stl = tmp_path / "part.stl"
+    vertices = "".join(f"vertex {x} {y} 0\n" for x, y in ((0, 0), (9, 0), (0, 9)))
+    stl.write_text(f"solid part\nfacet normal 0 0 1\nouter loop\n{vertices}endloop\nendfacet\nendsolid part\n")
+    words = ("--nominal", f"{stl}@table", *options_of("ab_table"))
+    answer = run("machined", axes, "--against", part, *words)
+    assert answer.code == 2
+    assert "do not turn about z of the part" in answer.err

@@ -14,7 +14,7 @@ from verne_post.app.assemble import Program, machine_setup
 from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_z
-from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_in_system, tool_of_moves
+from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_body, tool_of_moves
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import tool_names
 from verne_post.model.part_setup import tool_text
@@ -146,6 +146,18 @@ def find_tools(program: Program, line: Ints) -> tuple[Ints, Array]:
     return number[of_row], path.tool_length[of_row] - program.options.lift
 
 
+def place_on_table(program: Program, name: str, system: int | None) -> tuple[Array, float]:
+    """Origin (3,) of a body in the table frame, mm, and its turn there, rad: see :func:`place_body`.
+
+    Raises
+    ------
+    InputError
+        VP018.
+    """
+    frames = machine_setup(program.machine, program.options).frames
+    return place_body(program.machine, name, system, np.zeros(3), program.moves, program.options, frames)
+
+
 def place_tips(
     program: Program, kinematics: FiveAxis, q: Array, number: Ints, in_force: Array
 ) -> tuple[Array, Array, Array]:
@@ -178,12 +190,8 @@ def _build_motions(
     number, in_force = tools
     numbers = np.unique(number).tolist()
     tip, axis, length = place_tips(program, kinematics, q, number, in_force)
-    if body.system is not None:
-        frames = machine_setup(program.machine, program.options).frames
-        origin, turn = place_in_system(
-            program.machine, body.mesh.name, body.system, np.zeros(3), program.moves, program.options, frames
-        )
-        tip, axis = rotate_z(tip - origin, -turn), rotate_z(axis, -turn)
+    origin, turn = place_on_table(program, body.mesh.name, body.system)
+    tip, axis = rotate_z(tip - origin, -turn), rotate_z(axis, -turn)
     motions, names = [], tool_names(program.moves.events)
     for one in numbers:
         own_rows = np.flatnonzero(number == one)

@@ -5,11 +5,11 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
-from verne_post.app.assemble import Program, machine_setup
-from verne_post.app.machined import find_tools, place_tips
+from verne_post.app.assemble import Program
+from verne_post.app.machined import find_tools, place_on_table, place_tips
 from verne_post.app.stock_check import build_tool, report_touches
 from verne_post.base.arrays import Array, Ints
-from verne_post.kinematics.checks.keep_out import place_in_system
+from verne_post.kinematics.checks.keep_out import refuse_leaning_part
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.part_setup import Box
 from verne_post.part.cutting import Spans, cut_stock
@@ -57,7 +57,7 @@ def load_stock(program: Program, raw: bytes, name: str, system: int | None, unit
     InputError
         VP018, VP506.
     """
-    origin, turn = _place_system(program, name, system)
+    origin, turn = place_on_table(program, name, system)
     if name.lower().endswith(".npz"):
         return unpack(raw, name).move(origin, turn)
     return make_of_mesh(read_stl(raw, name, unit), origin, turn)
@@ -73,9 +73,10 @@ def make_stock(program: Program) -> Dexels:
     """
     box, own = program.options.stock, program.moves.stock
     if box is not None:
-        return make_box(np.array(box.low), np.array(box.high), *_place_system(program, box.name, box.system))
+        return make_box(np.array(box.low), np.array(box.high), *place_on_table(program, box.name, box.system))
     if own is None:
         raise InputError(finding("VP018", "--stock-from program: the program defines no stock (BLK FORM, WORKPIECE)"))
+    refuse_leaning_part(program.machine, "the stock of the program")
     coordinates = program.machine.coordinates
     origin = coordinates.to_table(np.zeros(9), own.frame)[0]
     along = coordinates.displacement(np.array([1.0, 0.0, 0.0]), own.frame)
@@ -85,7 +86,7 @@ def make_stock(program: Program) -> Dexels:
 
 def pack_stock(program: Program, left: Dexels, name: str, system: int | None) -> bytes:
     """What is left as a file: STL, or npz without loss, in a work system."""
-    origin, turn = _place_system(program, name, system)
+    origin, turn = place_on_table(program, name, system)
     inside = left.move(origin, turn, back=True)
     return inside.pack() if name.lower().endswith(".npz") else inside.encode_stl()
 
@@ -139,13 +140,6 @@ def describe_run(run: StockRun) -> str:
         "  lines that cut most: " + ", ".join(f"{line}: {volume:.1f} mm3" for line, volume in most if volume > AIR_MM3),
     ]
     return "\n".join(lines) + "\n"
-
-
-def _place_system(program: Program, name: str, system: int | None) -> tuple[Array, float]:
-    if system is None:
-        return np.zeros(3), 0.0
-    frames = machine_setup(program.machine, program.options).frames
-    return place_in_system(program.machine, name, system, np.zeros(3), program.moves, program.options, frames)
 
 
 def _list_rapid_lines(program: Program) -> set[int]:

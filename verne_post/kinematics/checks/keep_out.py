@@ -235,21 +235,10 @@ def build_keep_out(
         boxes.append((options.stock, True))
     if not boxes:
         return None
-    part_frame = machine.coordinates.part_frame
-    if not np.isclose(part_frame[2, 2], 1.0):
-        raise InputError(
-            finding(
-                "VP018",
-                "boxes to keep out of are not executed on a machine whose joints do not turn about z of the part",
-            )
-        )
     standing = []
     for box, stock in boxes:
         middle = 0.5 * (np.array(box.low) + np.array(box.high))
-        if box.system is not None:
-            middle, turn = place_in_system(machine, box.name, box.system, middle, moves, options, frames)
-        else:
-            middle, turn = part_frame @ middle, float(np.arctan2(part_frame[1, 0], part_frame[0, 0]))
+        middle, turn = place_body(machine, box.name, box.system, middle, moves, options, frames)
         standing.append(place_box(box, middle, turn, stock=stock))
     number = tool_of_moves(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)
@@ -277,16 +266,32 @@ def _describe_when(body: str, box: Placed) -> str:
     return " in a rapid traverse" if box.stock and body == "cutter" else ""
 
 
-def place_in_system(
-    machine: Machine, name: str, system: int, point: Array, moves: Moves, options: Options, frames: Mapping[int, Frame]
-) -> tuple[Array, float]:
-    """Where a point (3,) of a work system is in the table frame, mm, and how far the system is turned there, rad.
+def refuse_leaning_part(machine: Machine, name: str) -> None:
+    """Refuse (VP018) a body on a machine that turns the part about another axis than z: it would lean in the table frame."""
+    if not np.isclose(machine.coordinates.part_frame[2, 2], 1.0):
+        text = f"{name}: bodies on the part are not executed on a machine whose joints do not turn about z of the part"
+        raise InputError(finding("VP018", text))
+
+
+def place_body(
+    machine: Machine, name: str, system: int | None, point: Array, moves: Moves, options: Options, frames: Mapping[int, Frame]
+) -> tuple[Array, float]:  # fmt: skip
+    """Where a point (3,) of a body is in the table frame, mm, and how far the body is turned there, rad.
+
+    Parameters
+    ----------
+    system : int or None
+        The work system in which the body is given; None: the part frame, of which work offsets count.
 
     Raises
     ------
     InputError
-        VP018 where nobody has given the place of the system, or the program moves it.
+        VP018 where nobody has given the place of the system, the program moves it, or the body leans in the table frame.
     """
+    refuse_leaning_part(machine, name)
+    if system is None:
+        x, y, _z = machine.coordinates.part_frame[:, 0]
+        return machine.coordinates.part_frame @ point, float(np.arctan2(y, x))
     if system not in options.wcs:
         text = f"{name} is given in {SYSTEM_NAMES[system]}, and {SYSTEM_NAMES[system]} is not: give it with --wcs or --measured-offset, or {name} on the table"
         raise InputError(finding("VP018", text))
