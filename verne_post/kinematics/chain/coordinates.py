@@ -8,8 +8,8 @@ from msgspec import Struct
 from verne_post.base.arrays import Array
 from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
 from verne_post.base.tolerances import POLE_SINE
-from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.chain.machine import ChainMachine
+from verne_post.kinematics.tables.places import find_work_origin, place_in_program, place_on_part, turn_of, turn_to_part
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.moves import AXES, Frame
 from verne_post.model.toolpath import TurnSegments
@@ -100,31 +100,17 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
 
     def work_origin(self, offset_mm: tuple[float, float, float]) -> tuple[float, float, float]:
         """Origin of a work offset in the part frame, counted from machine zero."""
-        x, y, z = (float(v) for v in np.asarray(offset_mm) - self.machine_zero)
-        return x, y, z
+        return find_work_origin(offset_mm, self.machine_zero)
 
     def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
         """Program coordinates (..., 9) -> tip in the polar frame (..., 3), nominal angles (..., 2)."""
-        shifted = np.array(program, dtype=float)
-        if frame.feature is not None:
-            shifted[..., :3] = frame.feature.outside(shifted[..., :3])
-        shifted += np.asarray(frame.g92)
-        origin = np.asarray(frame.origin)
-        tip = self.machine_zero + origin[:3] + rotate_z(shifted[..., :3], _turn_of(frame))
+        tip, shifted, origin = place_on_part(program, frame, self.machine_zero)
         return tip @ self.part_frame.T, self.words.find_angles(shifted + origin, frame.part_turn)
 
     def from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
         """Inverse of :meth:`to_table`; the axes that the machine lacks are 0."""
-        origin = np.asarray(frame.origin)
-        program = np.zeros((*np.shape(tip)[:-1], 9))
-        on_part = np.asarray(tip) @ self.part_frame
-        program[..., :3] = rotate_z(on_part - self.machine_zero - origin[:3], -_turn_of(frame))
-        for axis, word in zip(self.rotary, self.words.find_words(angles, frame.part_turn), strict=True):
-            program[..., axis] = word - origin[axis]
-        program -= np.asarray(frame.g92)
-        if frame.feature is not None:
-            program[..., :3] = frame.feature.inside(program[..., :3])
-        return program
+        words = self.words.find_words(angles, frame.part_turn)
+        return place_in_program(np.asarray(tip) @ self.part_frame, words, self.rotary, frame, self.machine_zero)
 
     def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with rotary words that hold a tool axis (3,) given in program directions."""
@@ -140,20 +126,16 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
     def tool_axis(self, program: list[float], frame: Frame) -> Array:
         """Tool axis (3,) at a program point, program directions."""
         _tip, angles = self.to_table(np.array(program), frame)
-        axis = rotate_z(axis_of_angles(angles[0], angles[1]) @ self.part_frame, -_turn_of(frame))
+        axis = rotate_z(axis_of_angles(angles[0], angles[1]) @ self.part_frame, -turn_of(frame))
         return axis if frame.feature is None else frame.feature.turn_inside(axis)
 
     def displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the polar frame."""
-        inner = np.asarray(vector, dtype=float)
-        if frame.feature is not None:
-            inner = frame.feature.turn_outside(inner)
-        turned: Array = rotate_z(inner, _turn_of(frame)) @ self.part_frame.T
-        return turned
+        return np.asarray(turn_to_part(vector, frame) @ self.part_frame.T)
 
     def to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
         """A point and a direction (..., 3) of the polar frame in the work frame of ``frame``."""
-        turn, origin = -_turn_of(frame), self.machine_zero + np.asarray(frame.origin)[:3]
+        turn, origin = -turn_of(frame), self.machine_zero + np.asarray(frame.origin)[:3]
         return rotate_z(point @ self.part_frame - origin, turn), rotate_z(axis @ self.part_frame, turn)
 
     # --- program and machine ------------------------------------------------------------------------------------
@@ -183,8 +165,3 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         a, c = self.words.find_angles(machine, 0.0)
         x, y, z = axis_of_angles(a, c) @ self.part_frame
         return math.hypot(x, y) <= POLE_SINE and z > 0
-
-
-def _turn_of(frame: Frame) -> float:
-    """How far the program's X is turned from that of the part frame, rad."""
-    return RAD_PER_DEG * (frame.turn + frame.part_turn)

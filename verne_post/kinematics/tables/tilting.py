@@ -15,6 +15,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
+from verne_post.kinematics.tables.places import find_work_origin, place_in_program, place_on_part, turn_of, turn_to_part
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.moves import AXES, Frame
 from verne_post.model.toolpath import TurnSegments
@@ -116,32 +117,19 @@ class TiltingTable(Struct, frozen=True, eq=False):
 
     def work_origin(self, offset_mm: tuple[float, float, float]) -> tuple[float, float, float]:
         """Origin in machine coordinates of a work offset given in the table frame: o - machine_zero."""
-        x, y, z = (float(v) for v in np.asarray(offset_mm) - self.machine_zero)
-        return x, y, z
+        return find_work_origin(offset_mm, self.machine_zero)
 
     def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
         """Program coordinates (..., 9) -> tip in the table frame (..., 3), nominal angles (..., 2)."""
-        shifted = np.array(program, dtype=float)
-        if frame.feature is not None:
-            shifted[..., :3] = frame.feature.outside(shifted[..., :3])
-        shifted += np.asarray(frame.g92)
-        origin = np.asarray(frame.origin)
-        tip = self.machine_zero + origin[:3] + rotate_z(shifted[..., :3], self._turn(frame))
+        tip, shifted, origin = place_on_part(program, frame, self.machine_zero)
         a = self.a_sign * RAD_PER_DEG * (shifted[..., 3] + origin[3])
         c = self.c_sign * RAD_PER_DEG * (shifted[..., 5] + origin[5]) - RAD_PER_DEG * frame.part_turn
         return tip, np.stack([a, c], axis=-1)
 
     def from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
         """Inverse of :meth:`to_table`; the axes that the table lacks are 0."""
-        origin = np.asarray(frame.origin)
-        program = np.zeros((*np.shape(tip)[:-1], 9))
-        program[..., :3] = rotate_z(tip - self.machine_zero - origin[:3], -self._turn(frame))
-        program[..., 3] = self.a_sign * DEG_PER_RAD * angles[..., 0] - origin[3]
-        program[..., 5] = self.c_sign * (DEG_PER_RAD * angles[..., 1] + frame.part_turn) - origin[5]
-        program -= np.asarray(frame.g92)
-        if frame.feature is not None:
-            program[..., :3] = frame.feature.inside(program[..., :3])
-        return program
+        words = self._words.find_words(angles, frame.part_turn)
+        return place_in_program(tip, words, _AXES, frame, self.machine_zero)
 
     def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with A and C words that hold a tool axis (3,) given in program directions: :meth:`RotaryWords.follow`."""
@@ -159,24 +147,17 @@ class TiltingTable(Struct, frozen=True, eq=False):
     def tool_axis(self, program: list[float], frame: Frame) -> Array:
         """Tool axis (3,) of the nominal machine at a program point, program directions."""
         _tip, angles = self.to_table(np.array(program), frame)
-        axis = rotate_z(axis_of_angles(angles[0], angles[1]), -self._turn(frame))
+        axis = rotate_z(axis_of_angles(angles[0], angles[1]), -turn_of(frame))
         return axis if frame.feature is None else frame.feature.turn_inside(axis)
 
     def displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the table frame."""
-        inner = np.asarray(vector, dtype=float)
-        if frame.feature is not None:
-            inner = frame.feature.turn_outside(inner)
-        return rotate_z(inner, self._turn(frame))
+        return turn_to_part(vector, frame)
 
     def to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
         """A point and a direction (..., 3) of the table frame in the work frame of ``frame``."""
-        turn = -self._turn(frame)
+        turn = -turn_of(frame)
         return rotate_z(point - self.machine_zero - np.asarray(frame.origin)[:3], turn), rotate_z(axis, turn)
-
-    @staticmethod
-    def _turn(frame: Frame) -> float:
-        return RAD_PER_DEG * (frame.turn + frame.part_turn)
 
     def to_machine(self, program: Array, frame: Frame) -> Array:
         """Machine coordinates: gauge line over machine zero, nominal angles in the file's sense."""
