@@ -67,7 +67,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         With what is known already: tools, work offsets, meanings of codes.
     """
     tools = {str(number): _read_sizes(tool) for number, tool in (options.tools or {}).items()}
-    names = {number: name for keys in options.control.values() for name, number in keys.get("tools", {}).items()}
+    names = {number: name for name, number in _find_numbers(options).items()}
     tools = {names.get(int(number), number): sizes for number, sizes in tools.items()}
     wcs: dict[str, WorkOffset | None] = {SYSTEM_NAMES[system]: place for system, place in options.wcs.items()}
     codes: dict[str, str | None] = dict(options.remap)
@@ -92,6 +92,11 @@ def _read_sizes(tool: Tool) -> tuple[float | None, float | None]:
     return None if tool.unmeasured else tool.offset[2], tool.diameter
 
 
+def _find_numbers(options: Options) -> dict[str, int]:
+    """Names of tools -> their numbers, whatever the control."""
+    return {name: number for keys in options.control.values() for name, number in keys.get("tools", {}).items()}
+
+
 def _find_errors(source: Text, machine: Machine, options: Options) -> tuple[Finding, ...]:
     try:
         return assemble(source, machine, options).findings
@@ -103,7 +108,7 @@ def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
     """Options with stand-ins for what keys of a set-up would say."""
     tools = dict(options.tools or {})
     names: dict[str, int] = {}
-    known = {name: number for table in options.control.values() for name, number in table.get("tools", {}).items()}
+    known = _find_numbers(options)
     for name, what in (key[1:] for key in keys if key[0] == "tools"):
         number = int(name) if name.isdecimal() else known.get(name, 0)
         number = number or names.setdefault(name, FIRST_NAMED_TOOL + len(known) + len(names))

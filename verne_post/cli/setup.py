@@ -1,6 +1,5 @@
 """`verne-post setup`: the file beside a program that says what the program leaves open."""
 
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +47,8 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     from verne_post.output.setup_text import HEAD_LINES, list_missing, write_setup
 
     draft = draft_setup(source, machine, options)
-    lines = (line_of(source, number) for number in range(1, HEAD_LINES))
-    head = [line.decode("utf-8", errors="replace") for line in islice(lines, HEAD_LINES) if line is not None]
+    lines = (line_of(source, number) for number in range(1, HEAD_LINES + 1))
+    head = [line.decode("utf-8", errors="replace") for line in lines if line is not None]
     text = write_setup(name, draft.tools, draft.wcs, draft.codes, draft.tool_length, head)
     files.write(output, "-o", [text])
     print_findings(name, draft.others, source)

@@ -1,5 +1,7 @@
 """Errors of programs, and the place in a program that they are about."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final
 
 from msgspec import Struct, field
@@ -27,6 +29,16 @@ class ProgramError(Exception):
         super().__init__(message)
         self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
         self.code, self.column, self.line, self.about, self.settled_by = code, column, line, about, settled_by
+
+
+@contextmanager
+def locate_errors(column: int | None) -> Iterator[None]:
+    """Errors of what a line calls stand at the column of the call, unless they have one, or name another line."""
+    try:
+        yield
+    except ProgramError as error:
+        error.column = error.column or (None if error.line else column)
+        raise
 
 
 class At(Struct):

@@ -21,8 +21,6 @@ from verne_post.part.ray_tables import VERTICAL, RayTable, meet_moving, meet_sta
 NOWHERE: Final = 1e30
 #: Rays at most, 32 MB with two intervals each; a larger stock has them farther apart.
 MOST_RAYS: Final = 1_000_000
-#: Intervals of a ray for which there is room at first; there is more as soon as one ray needs it.
-FIRST_PLACES: Final = 2
 #: What a saved stock begins with; later forms get another number.
 FORM: Final = 1
 

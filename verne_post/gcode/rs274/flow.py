@@ -8,7 +8,7 @@ from typing import Final
 
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.parameters import LOCAL_INDICES
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, locate_errors
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
@@ -233,11 +233,8 @@ class Flow:
 
     def follow(self, call: Call, line: int) -> None:
         """Follow M98 or M99 of the block in ``line``."""
-        try:
+        with locate_errors(call.column):
             self._follow(call, line)
-        except ProgramError as error:
-            column = error.column or (None if error.line else call.column)
-            raise ProgramError(error.code, error.message, column, error.line) from None
 
     def _follow(self, call: Call, line: int) -> None:
         if call.label is None:

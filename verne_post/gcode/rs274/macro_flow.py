@@ -4,7 +4,7 @@ from typing import Protocol
 
 from msgspec import Struct, field
 
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, locate_errors
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_text import Loops, Statement, find_loops, find_numbered_lines
 from verne_post.gcode.rs274.macro_variables import LOCAL
@@ -55,11 +55,8 @@ class MacroFlow:
         ------
         ProgramError
         """
-        try:
+        with locate_errors(statement.column):
             self._execute(statement, line)
-        except ProgramError as error:
-            column = error.column or (None if error.line else statement.column)
-            raise ProgramError(error.code, error.message, column, error.line) from None
 
     def _execute(self, statement: Statement, line: int) -> None:
         flow = self.flow

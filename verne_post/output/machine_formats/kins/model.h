@@ -120,6 +120,22 @@ static struct gauge gauge_of(const struct pose *world, double tool_length)
     return g;
 }
 
+/* Take Newton's step from three lengths and alpha, the tilt by no more than LARGEST_TILT_STEP; returns its size. */
+static double take_step(const double value[4], double lengths[3], double *alpha)
+{
+    double size = fabs(value[3]), shrink = 1.0;
+    int k;
+    if (size > LARGEST_TILT_STEP)
+        shrink = LARGEST_TILT_STEP / size;
+    *alpha -= shrink * value[3];
+    for (k = 0; k < 3; k++) {
+        lengths[k] -= shrink * value[k];
+        if (fabs(value[k]) / CARRIER_SIZE > size)
+            size = fabs(value[k]) / CARRIER_SIZE;
+    }
+    return size;
+}
+
 /* Newton on the closure equations of the carrier for the sliders and alpha, P a function of alpha. */
 static int newton_inverse(const double g[3], struct memory *m)
 {
@@ -134,7 +150,7 @@ static int newton_inverse(const double g[3], struct memory *m)
         carrier_guess_sliders(p, rho);
     }
     for (step = 0; step < NEWTON_STEPS; step++) {
-        double c = cos(alpha), s = sin(alpha), size, shrink = 1.0;
+        double c = cos(alpha), s = sin(alpha), size;
         point_of_tilt(g, c, s, p, by_alpha);
         carrier_closure(p, c, s, rho, value, parallel, serial);
         for (i = 0; i < 4; i++) {
@@ -146,15 +162,7 @@ static int newton_inverse(const double g[3], struct memory *m)
         }
         if (solve_four(a, value))
             return -1;
-        if (fabs(value[3]) > LARGEST_TILT_STEP)
-            shrink = LARGEST_TILT_STEP / fabs(value[3]);
-        size = fabs(value[3]);
-        alpha -= shrink * value[3];
-        for (k = 0; k < 3; k++) {
-            rho[k] -= shrink * value[k];
-            if (fabs(value[k]) / CARRIER_SIZE > size)
-                size = fabs(value[k]) / CARRIER_SIZE;
-        }
+        size = take_step(value, rho, &alpha);
         if (size < SMALL_STEP) {
             point_of_tilt(g, cos(alpha), sin(alpha), p, by_alpha);
             m->alpha = alpha;
@@ -183,19 +191,11 @@ static int newton_forward(const double rho[3], struct memory *m)
         carrier_guess_point(rho, p);
     }
     for (step = 0; step < NEWTON_STEPS; step++) {
-        double size, shrink = 1.0;
+        double size;
         carrier_closure(p, cos(alpha), sin(alpha), rho, value, parallel, serial);
         if (solve_four(parallel, value))
             return -1;
-        if (fabs(value[3]) > LARGEST_TILT_STEP)
-            shrink = LARGEST_TILT_STEP / fabs(value[3]);
-        size = fabs(value[3]);
-        alpha -= shrink * value[3];
-        for (k = 0; k < 3; k++) {
-            p[k] -= shrink * value[k];
-            if (fabs(value[k]) / CARRIER_SIZE > size)
-                size = fabs(value[k]) / CARRIER_SIZE;
-        }
+        size = take_step(value, p, &alpha);
         if (size < SMALL_STEP) {
             m->alpha = alpha;
             for (k = 0; k < 3; k++) {
