@@ -22,7 +22,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainView
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
-from verne_post.gcode.rs274.corners import CornerQueue
+from verne_post.gcode.rs274.corners import FanucCorners
 from verne_post.gcode.rs274.fanuc_codes import (
     ADDITIONAL,
     ALONE,
@@ -108,7 +108,7 @@ class FanucInterpreter(Rs274):
         self.keys: FanucKeys = read_keys(FanucKeys, given)
         self.planes = FanucPlanes(self.core, self.values, self.keys)
         self.maps = FanucMaps(self.core, self.values)
-        self.corners = CornerQueue(self.core)
+        self.corners = FanucCorners(self.core)
         self.motion.draw_line, self.motion.draw_arc = self.corners.add_line, self.corners.add_arc
         self.cycles.bore_shift = self.keys.bore_shift
         least = 0.01 * self.keys.inside_arc_percent
@@ -212,7 +212,7 @@ class FanucInterpreter(Rs274):
     def find_unfinished(self) -> str | None:
         """As RS274/NGC; and a corner, or a plane of several blocks."""
         if self.corners.waiting is not None:
-            return f"the block that ,{self.corners.waiting.letter} needs after its own"
+            return f"the block that {self.corners.waiting.name} needs after its own"
         return "the last block of G68.2" if self.planes.given is not None else super().find_unfinished()
 
     def _is_plain(self) -> bool:

@@ -2,15 +2,13 @@
 
 from typing import Final
 
-from msgspec.structs import replace
-
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.statements import Statement
-from verne_post.gcode.klartext.waiting import Corner
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.elements import Element, chamfered_corner, rounded_corner
+from verne_post.gcode.machining.contour_queue import Corner
+from verne_post.gcode.machining.elements import Element
 from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import FeedMode, MoveKind
@@ -29,7 +27,7 @@ class KlartextContour:
         self.state = frames.state
         self.recorder = frames.recorder
         self.modes = frames.modes
-        self.waiting = frames.waiting
+        self.queue = frames.waiting.queue
         self.side: str | None = None  # RL or RR, also where the radius is 0
         self.last_rapid = False
         self.delta_radius = 0.0
@@ -40,33 +38,12 @@ class KlartextContour:
 
     def take_element(self, element: Element, *, wait: bool) -> None:
         """The next element of the contour; with ``wait`` a corner follows, which may shorten it."""
-        element = self._finish_corner(element)
+        element = self.queue.join(element, self.emit)
         self.paths.direction = element.direction(at_end=True) if element.plane == 0 else None
         if wait:
-            self.waiting.pending = element
+            self.queue.hold(element)
         else:
             self.emit(element)
-
-    def _finish_corner(self, element: Element) -> Element:
-        """Emit what has waited for this element; returns what is left of it."""
-        first, corner = self.waiting.pending, self.waiting.corner
-        self.waiting.pending = self.waiting.corner = None
-        if first is None:
-            return element
-        if corner is None:
-            self.emit(first)
-            return element
-        if corner.name == "CHF":
-            before, between, after = chamfered_corner(first, element, corner.size)
-        else:
-            rounded = rounded_corner(first, element, corner.size)
-            if rounded is None:
-                self.emit(first)
-                return element
-            before, between, after = rounded
-        self.emit(before)
-        self.emit(replace(between, line=corner.line, feed=corner.feed or before.feed))
-        return after
 
     def emit(self, element: Element) -> None:
         """Record one element."""
@@ -106,7 +83,7 @@ class KlartextContour:
 
     def set_corner(self, statement: Statement, words: Words) -> None:
         """RND R5, CHF 2: between the element before and the next one."""
-        if self.waiting.pending is None or self.waiting.corner is not None:
+        if self.queue.first is None or self.queue.corner is not None:
             raise statement.error("VP017", f"{statement.keyword} needs a line or an arc right before it")
         size = words.take("R") if statement.keyword == "RND" else words.take("LEN")
         feed = self.feed_value(words)
@@ -115,7 +92,8 @@ class KlartextContour:
             raise statement.error(
                 "VP007" if size is not None else "VP005", f"{statement.keyword} needs a length greater than 0"
             )
-        self.waiting.corner = Corner(statement.keyword, size * self.frames.unit, feed, statement.line)
+        chamfer = "legs" if statement.keyword == "CHF" else None
+        self.queue.corner = Corner(statement.keyword, size * self.frames.unit, chamfer, feed, statement.line)
 
     def feed_value(self, words: Words) -> float:
         """F of a block as the feed mode has it, for this block alone; 0 where it has none."""

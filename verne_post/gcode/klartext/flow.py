@@ -143,13 +143,7 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
         in_main = text is main and not flow.in_call
         if in_main and line == stop.before_line:
             break
-        waiting = interpreter.waiting
-        restart = (
-            may_restart(state)
-            and waiting.pending is None
-            and waiting.approach is None
-            and not interpreter.patterns.modal
-        )
+        restart = may_restart(state) and interpreter.waiting.is_empty and not interpreter.patterns.modal
         try:
             if not _execute_stretch(flow, chunk, stop):
                 _execute_statement(flow)
@@ -219,8 +213,7 @@ def _find_last_direction(
 def _is_ready(interpreter: Klartext) -> bool:
     """True where plain lines are nothing but straight moves."""
     return (
-        interpreter.waiting.pending is None
-        and interpreter.waiting.approach is None
+        interpreter.waiting.is_empty
         and interpreter.contour.side is None
         and not interpreter.patterns.modal
         and not interpreter.modes.inch

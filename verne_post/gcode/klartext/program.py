@@ -94,7 +94,7 @@ class Klartext:
         if machine is not None:
             self._execute_elsewhere(statement, words, machine)
             return
-        if self.waiting.pending is None and self.waiting.approach is None:
+        if self.waiting.is_empty:
             self.functions.begin_functions(words)
         elif words.functions:
             raise statement.error(
@@ -120,7 +120,7 @@ class Klartext:
             raise statement.error("VP017", "FMAX on an arc is not executed; give F")
         kind = MoveKind.RAPID if rapid else MoveKind.FEED
         if not target.axes:
-            if self.waiting.pending is not None or self.waiting.approach is not None:
+            if not self.waiting.is_empty:
                 raise statement.error("VP017", "a block without coordinates where RND, CHF or APPR needs an element")
             self.contour.set_side(statement, words.compensation)
             return
@@ -129,11 +129,12 @@ class Klartext:
             return
         if target.turns and arc is not None:
             raise statement.error("VP017", "a rotary axis beside an arc is not executed")
-        if self.waiting.pending is None or self.waiting.corner is None:
+        if self.waiting.queue.first is None or self.waiting.queue.corner is None:
             self.contour.set_side(statement, words.compensation)
         elif words.compensation is not None and words.compensation != (self.contour.side or "R0"):
             raise statement.error(
-                "VP017", f"{words.compensation} right after {self.waiting.corner.name}; change it one element later"
+                "VP017",
+                f"{words.compensation} right after {self.waiting.queue.corner.name}; change it one element later",
             )
         wait = corner_next()
         if wait and target.turns:
@@ -232,7 +233,7 @@ class Klartext:
         if statement.keyword == "CHF" and rest.strip():
             rest = "LEN" + rest.lstrip()
         words = read_words(replace(statement, rest=rest), self.q)
-        if self.failed and self.waiting.pending is None:
+        if self.failed and self.waiting.queue.first is None:
             return
         self.contour.set_corner(statement, words)
 

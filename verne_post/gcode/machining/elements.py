@@ -1,4 +1,4 @@
-"""Contour elements of Klartext, lines and arcs, and the corners between two of them: RND and CHF."""
+"""Elements of a contour, lines and arcs, and the corners between two of them: roundings and chamfers."""
 
 import math
 from typing import Final
@@ -33,7 +33,9 @@ class Element(Struct, frozen=True):
     arc : Arc or None
         None for a line.
     arc_feed : ArcFeed
-        M109, M110, M111 as they were in its block.
+        Where F holds on an arc, as it was in its block.
+    absolute : bool
+        Whether its end was named in absolute coordinates.
     """
 
     line: int
@@ -44,6 +46,7 @@ class Element(Struct, frozen=True):
     axes: tuple[int, ...] = (0, 1, 2)
     arc: Arc | None = field(default=None)
     arc_feed: ArcFeed = field(default_factory=ArcFeed)
+    absolute: bool = True
 
     def direction(self, *, at_end: bool) -> Point | None:
         """Direction of travel in the plane at one end; None for a line without length there."""
@@ -96,9 +99,9 @@ def center_of_sweep(start: Point, end: Point, sweep: float) -> Point:
 
 
 def rounded_corner(
-    first: Element, second: Element, radius: float, name: str = "RND"
+    first: Element, second: Element, radius: float, name: str
 ) -> tuple[Element, Element, Element] | None:
-    """RND, or another ``name``: both elements shortened, with the arc between them; None where they continue each other.
+    """Both elements shortened, with the arc between them; None where they continue each other.
 
     Raises
     ------
@@ -126,10 +129,8 @@ def rounded_corner(
     raise ProgramError("VP008", f"{name}: no arc of radius {radius:g} mm fits between these elements")
 
 
-def chamfered_corner(
-    first: Element, second: Element, length: float, name: str = "CHF"
-) -> tuple[Element, Element, Element]:
-    """CHF, or another ``name``: both lines shortened by a length, and the line between them.
+def chamfered_corner(first: Element, second: Element, length: float, name: str) -> tuple[Element, Element, Element]:
+    """Both lines shortened by a length, and the line between them.
 
     Raises
     ------

@@ -2,13 +2,11 @@
 
 from typing import Final
 
-from msgspec import Struct
-from msgspec.structs import replace
-
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.block import Block
-from verne_post.gcode.machining.elements import Element, chamfered_corner, rounded_corner
+from verne_post.gcode.machining.contour_queue import ContourQueue, Corner, draw_element
+from verne_post.gcode.machining.elements import Element
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.modes import Modes
@@ -19,29 +17,24 @@ _MOTIONS: Final = (("G", 1.0), ("G", 2.0), ("G", 3.0))
 _DISTANCES: Final = (("G", 90.0), ("G", 91.0))
 
 
-class Waiting(Struct, frozen=True):
-    """An element that a corner follows: its letter, R or C, and size (mm)."""
-
-    element: Element
-    letter: str
-    size: float
-    absolute: bool
-
-
-class CornerQueue:
+class FanucCorners:
     """Lines and arcs on their way to the core; those before a corner wait for the next.
 
     Attributes
     ----------
-    corner : tuple or None
-        Letter and size (mm) of the corner at the end of the block at hand.
-    waiting : Waiting or None
+    corner : Corner or None
+        The corner at the end of the block at hand.
     """
 
     def __init__(self, core: Machining) -> None:
         self.core = core
-        self.corner: tuple[str, float] | None = None
-        self.waiting: Waiting | None = None
+        self.corner: Corner | None = None
+        self._queue = ContourQueue()
+
+    @property
+    def waiting(self) -> Corner | None:
+        """The corner that needs the next block."""
+        return self._queue.corner
 
     def add_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight, as :meth:`~verne_post.gcode.machining.machining.Machining.line`."""
@@ -49,7 +42,7 @@ class CornerQueue:
             self.core.line(at, kind, end, axes, absolute=absolute)
             return
         state = self.core.state
-        self._add(Element(at.line, list(state.position), end, kind, state.feed, tuple(axes)), absolute)
+        self._add(Element(at.line, list(state.position), end, kind, state.feed, tuple(axes), absolute=absolute))
 
     def add_arc(
         self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True
@@ -59,7 +52,7 @@ class CornerQueue:
             self.core.arc(at, start, end, arc, axes, absolute=absolute)
             return
         feed = self.core.state.feed
-        self._add(Element(at.line, list(start), end, MoveKind.FEED, feed, tuple(axes), arc), absolute)
+        self._add(Element(at.line, list(start), end, MoveKind.FEED, feed, tuple(axes), arc, absolute=absolute))
 
     def prepare(self, block: Block, modes: Modes) -> None:
         """Take the corner that ends a block; refuse (VP017) anything but a line or an arc after one."""
@@ -80,49 +73,34 @@ class CornerQueue:
                     "VP017", f",{letter} beside a turn of the table needs tool-centre-point control (G43.4)"
                 )
             inch = ("G", 20.0) in codes or (modes.inch and ("G", 21.0) not in codes)
-            self.corner = letter, size * (MM_PER_INCH if inch else 1.0)
+            self.corner = Corner(f",{letter}", size * (MM_PER_INCH if inch else 1.0), "legs" if letter == "C" else None)
 
     def _refuse_waiting(self) -> None:
-        if self.waiting is not None:
-            letter, element, self.waiting = self.waiting.letter, self.waiting.element, None
+        element, corner = self._queue.release()
+        if element is not None and corner is not None:
             raise ProgramError(
-                "VP017", f",{letter} of line {element.line} needs a line or an arc (G1, G2, G3) alone in the next block"
+                "VP017",
+                f"{corner.name} of line {element.line} needs a line or an arc (G1, G2, G3) alone in the next block",
             )
 
-    def _add(self, element: Element, absolute: bool) -> None:
-        first, corner = self.waiting, self.corner
-        self.waiting = self.corner = None
-        if first is not None:
-            element = self._join(first, element)
+    def _add(self, element: Element) -> None:
+        corner, self.corner = self.corner, None
+        first, before = self._queue.first, self._queue.corner
+        if first is not None and before is not None:
+            self.core.stand(list(first.start))
+            if element.kind != MoveKind.FEED:
+                self._queue.release()
+                raise ProgramError(
+                    "VP017", f"{before.name} of line {first.line} stands between feed moves (G1, G2, G3)"
+                )
+            element = self._queue.join(element, self._draw)
         if corner is None:
-            self._emit(element, absolute)
+            self._draw(element)
             return
         if element.kind != MoveKind.FEED or self.core.state.feed_mode == FeedMode.INVERSE:
-            raise ProgramError("VP017", f",{corner[0]} stands after a feed move (G1, G2, G3) in G94 or G95")
-        self.waiting = Waiting(element, *corner, absolute)
+            raise ProgramError("VP017", f"{corner.name} stands after a feed move (G1, G2, G3) in G94 or G95")
+        self._queue.hold(element, corner)
         self.core.stand(list(element.end))
 
-    def _join(self, first: Waiting, second: Element) -> Element:
-        """Emit the element that has waited, shortened, and the corner; returns what is left of the second."""
-        self.core.stand(list(first.element.start))
-        if second.kind != MoveKind.FEED:
-            raise ProgramError(
-                "VP017", f",{first.letter} of line {first.element.line} stands between feed moves (G1, G2, G3)"
-            )
-        make = chamfered_corner if first.letter == "C" else rounded_corner
-        parts = make(first.element, second, first.size, f",{first.letter}")
-        if parts is None:  # they go on in one direction
-            self._emit(first.element, first.absolute)
-            return second
-        self._emit(parts[0], first.absolute)
-        self._emit(replace(parts[1], line=first.element.line), first.absolute)
-        return parts[2]
-
-    def _emit(self, element: Element, absolute: bool) -> None:
-        at, axes, core = At(element.line), list(element.axes), self.core
-        with core.keep_feed():
-            core.set_feed(element.feed)
-            if element.arc is None:
-                core.line(at, element.kind, list(element.end), axes, absolute=absolute)
-            else:
-                core.arc(at, list(element.start), list(element.end), element.arc, axes, absolute=absolute)
+    def _draw(self, element: Element) -> None:
+        draw_element(self.core, element)

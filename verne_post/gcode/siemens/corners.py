@@ -4,22 +4,19 @@ A line or arc with a corner at its end waits for the next one, which says how mu
 standing at its programmed end.
 """
 
-import math
 from typing import Final
 
-from msgspec import Struct
-from msgspec.structs import replace
-
 from verne_post.gcode.arcs import Arc
-from verne_post.gcode.machining.elements import Element, chamfered_corner, cross, rounded_corner
+from verne_post.gcode.machining.contour_queue import ContourQueue, Corner, draw_element
+from verne_post.gcode.machining.elements import Element
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.words import Words
 from verne_post.model.moves import MoveKind
 
-#: Words of a corner at the end of the block.
-_OF_BLOCK: Final = ("RND", "CHF", "CHR")
+#: Words of a corner at the end of the block, and what their length is.
+_OF_BLOCK: Final = {"RND": None, "CHF": "edge", "CHR": "legs"}
 WORDS: Final = (*_OF_BLOCK, "RNDM", "FRC")
 _CONTOUR: Final = ("G1", "G2", "G3")
 #: What the block after a corner may have: its motion, and F.
@@ -29,14 +26,6 @@ _AXES: Final = frozenset("XYZABC")
 #: M functions that end a program.
 _ENDS: Final = (2, 17, 30)
 _PLACES: Final = frozenset(("X", "Y", "Z", "I", "J", "CR", "AR", "AP", "RP", "TURN", "F", *WORDS))
-
-
-class Corner(Struct, frozen=True):
-    """The word, its length in mm, and the feed rate of FRC (0: that of the line before)."""
-
-    name: str
-    size: float
-    feed: float = 0.0
 
 
 class SiemensCorners:
@@ -49,12 +38,12 @@ class SiemensCorners:
         self.core, self.state = core, core.state
         self.radius = 0.0
         self._corner: Corner | None = None
-        self._waiting: tuple[Element, Corner] | None = None
+        self._queue = ContourQueue()
 
     @property
     def is_idle(self) -> bool:
         """True where lines and arcs are recorded as they come."""
-        return self._waiting is None and not self.radius
+        return self._queue.first is None and not self.radius
 
     # --- words --------------------------------------------------------------------------------------------
 
@@ -67,7 +56,7 @@ class SiemensCorners:
             VP017: it goes on with the contour, and does something else as well.
         """
         if (
-            self._waiting is None
+            self._queue.corner is None
             or words.is_empty
             or (words.words.keys() <= {"RNDM"} and not (words.groups or words.m or words.calls))
         ):
@@ -79,7 +68,7 @@ class SiemensCorners:
         if goes_on and not more and motion != "CT":
             return
         if goes_on or not ends:
-            name = self._waiting[1].name
+            name = self._queue.corner.name
             raise ProgramError(
                 "VP017",
                 f"{name} before a block that is more than a line or an arc of the contour and F; write the rest before the block of {name}",
@@ -109,7 +98,12 @@ class SiemensCorners:
         if word.value < 0 or (feed is not None and feed.value < 0):
             raise word.error("VP007", f"{word.name}={word.value:g}: a length is not negative")
         self._corner = (
-            Corner(word.name, word.value * modes.length, 0.0 if feed is None else feed.value * modes.feed)
+            Corner(
+                word.name,
+                word.value * modes.length,
+                _OF_BLOCK[word.name],
+                0.0 if feed is None else feed.value * modes.feed,
+            )
             if word.value
             else None
         )
@@ -130,14 +124,14 @@ class SiemensCorners:
 
     def add_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int]) -> None:
         """A straight move from where the tool stands to an end (9) of the frame."""
-        if self._waiting is None and self._corner is None:
+        if self._queue.first is None and self._corner is None:
             self.core.line(at, kind, end, axes)
         else:
             self._add(at, kind, end, axes, None)
 
     def add_arc(self, at: At, end: list[float], arc: Arc, axes: list[int]) -> None:
         """An arc from where the tool stands."""
-        if self._waiting is None and self._corner is None:
+        if self._queue.first is None and self._corner is None:
             self.core.arc(at, list(self.state.position), end, arc, axes)
         else:
             self._add(at, MoveKind.FEED, end, axes, arc)
@@ -147,60 +141,26 @@ class SiemensCorners:
         start = list(state.position)
         element = Element(at.line, start, end, kind, state.feed, tuple(axes), arc, state.arc_feed)
         corner, self._corner = self._corner, None
-        if self._waiting is not None:
+        if self._queue.first is not None:
             if kind == MoveKind.RAPID or element.direction(at_end=False) is None:
                 self.finish()
             else:
-                element = self._cut(element)
+                self.core.stand(self._queue.first.start)
+                element = self._queue.join(element, self._draw)
         if corner is None or kind == MoveKind.RAPID or element.direction(at_end=True) is None:
-            self._record(element)
+            self._draw(element)
             return
         if state.plane != 0:
             raise ProgramError("VP002", f"{corner.name} is executed in the XY plane (G17)")
-        self._waiting = element, corner
+        self._queue.hold(element, corner)
         self.core.arrive(end, axes)
 
-    def _cut(self, second: Element) -> Element:
-        """Record what has waited, and its corner; returns what is left of the next element."""
-        assert self._waiting is not None
-        (first, corner), self._waiting = self._waiting, None
-        self.core.stand(first.start)
-        if corner.name in _OF_BLOCK[1:]:
-            pieces: tuple[Element, Element, Element] | None = chamfered_corner(
-                first, second, _find_loss(first, second, corner)
-            )
-        else:
-            pieces = rounded_corner(first, second, corner.size)
-        if pieces is None:
-            self._record(first)
-            return second
-        before, between, after = pieces
-        self._record(before)
-        self._record(replace(between, line=first.line, feed=corner.feed or before.feed))
-        return after
-
-    def _record(self, element: Element) -> None:
-        at, axes = At(element.line), list(element.axes)
-        with self.core.keep_feed():
-            if element.feed != self.state.feed:
-                self.core.set_feed(element.feed)
-            if element.arc is None:
-                self.core.line(at, element.kind, element.end, axes)
-            else:
-                self.core.arc(at, element.start, element.end, element.arc, axes)
+    def _draw(self, element: Element) -> None:
+        draw_element(self.core, element)
 
     def finish(self) -> None:
         """No line or arc of the contour follows: what has waited is recorded without a corner."""
-        if self._waiting is not None:
-            (element, _corner), self._waiting = self._waiting, None
+        element, _corner = self._queue.release()
+        if element is not None:
             self.core.stand(element.start)
-            self._record(element)
-
-
-def _find_loss(first: Element, second: Element, corner: Corner) -> float:
-    """What a chamfer takes from each of two lines: CHR gives that, CHF the length of the chamfer itself."""
-    t1, t2 = first.direction(at_end=True), second.direction(at_end=False)
-    if corner.name == "CHR" or t1 is None or t2 is None:
-        return corner.size
-    half = 0.5 * (math.pi - abs(math.atan2(cross(t1, t2), t1[0] * t2[0] + t1[1] * t2[1])))
-    return 0.5 * corner.size / math.sin(half) if half > 0 else corner.size
+            self._draw(element)

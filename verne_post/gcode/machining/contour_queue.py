@@ -1,0 +1,104 @@
+"""Elements of a contour in order: one before a corner waits for the next, which says how much of both is left."""
+
+import math
+from collections.abc import Callable
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from verne_post.gcode.machining.elements import Element, chamfered_corner, cross, rounded_corner
+from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.program_error import At
+from verne_post.model.moves import MoveKind
+
+
+class Corner(Struct, frozen=True):
+    """A corner between two elements.
+
+    Attributes
+    ----------
+    name : str
+        The word of the program, for messages.
+    size : float
+        mm: the radius of a rounding, or of a chamfer what ``chamfer`` says.
+    chamfer : {"legs", "edge"} or None
+        Whether each line loses ``size``, or the chamfer is ``size`` long; None for a rounding.
+    feed : float
+        Feed rate of the corner, 0: that of the element before it.
+    line : int
+        Source line, 0: that of the element before it.
+    """
+
+    name: str
+    size: float
+    chamfer: str | None = None
+    feed: float = 0.0
+    line: int = 0
+
+
+class ContourQueue(Struct):
+    """An element that waits for the one that follows, and the corner between them.
+
+    Attributes
+    ----------
+    first : Element or None
+        The element that waits.
+    corner : Corner or None
+        The corner at its end; without one it is drawn as it is.
+    """
+
+    first: Element | None = None
+    corner: Corner | None = None
+
+    def hold(self, element: Element, corner: Corner | None = None) -> None:
+        """Let an element wait for the one that follows."""
+        self.first, self.corner = element, corner
+
+    def release(self) -> tuple[Element | None, Corner | None]:
+        """What has waited; nothing waits any more."""
+        waited = self.first, self.corner
+        self.first = self.corner = None
+        return waited
+
+    def join(self, second: Element, draw: Callable[[Element], None]) -> Element:
+        """Draw what has waited, and its corner; returns what is left of the element that follows.
+
+        Raises
+        ------
+        ProgramError
+            VP008: the corner does not fit between them.
+        """
+        first, corner = self.release()
+        if first is None:
+            return second
+        parts = None if corner is None else _make_corner(first, second, corner)
+        if parts is None or corner is None:
+            draw(first)
+            return second
+        before, between, after = parts
+        draw(before)
+        draw(replace(between, line=corner.line or first.line, feed=corner.feed or before.feed))
+        return after
+
+
+def _make_corner(first: Element, second: Element, corner: Corner) -> tuple[Element, Element, Element] | None:
+    """Both elements shortened, with the corner between them; None where they continue each other."""
+    if corner.chamfer is None:
+        return rounded_corner(first, second, corner.size, corner.name)
+    size, t1, t2 = corner.size, first.direction(at_end=True), second.direction(at_end=False)
+    if corner.chamfer == "edge" and t1 is not None and t2 is not None:
+        half = 0.5 * (math.pi - abs(math.atan2(cross(t1, t2), t1[0] * t2[0] + t1[1] * t2[1])))
+        size = 0.5 * size / math.sin(half) if half > 0 else size
+    return chamfered_corner(first, second, size, corner.name)
+
+
+def draw_element(core: Machining, element: Element) -> None:
+    """Record an element on the machining core, at its own feed rate."""
+    at, axes = At(element.line), list(element.axes)
+    with core.keep_feed():
+        if element.kind == MoveKind.FEED and element.feed != core.state.feed:
+            core.set_feed(element.feed)
+        if element.arc is None:
+            core.line(at, element.kind, list(element.end), axes, absolute=element.absolute)
+        else:
+            core.arc(at, list(element.start), list(element.end), element.arc, axes, absolute=element.absolute)
