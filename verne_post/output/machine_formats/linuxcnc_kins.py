@@ -17,7 +17,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.model.machine import Machine
-from verne_post.output.machine_format import CannotExport, MachineFormat
+from verne_post.output.file_format import CannotExport, MachineFormat
 
 _TEXTS: Final = files("verne_post.output.machine_formats") / "kins"
 _AXES: Final = "XYZAC"
