@@ -154,7 +154,7 @@ def _require_slow(machine: Machine, block: SetpointBlock, joint: int) -> None:
     dt, column = block.format.cycle, machine.columns[joint]
     moved = np.ptp(block.values, axis=0) > 0
     moved[joint] = False
-    noise = (block.format.quanta[joint] / dt, *(part[joint] for part in rounding_noise(machine, block.format)))
+    noise = (block.format.quanta[joint] / dt, *(part[joint] for part in rounding_noise(block.format)))
     limits = (machine.limits.velocity, machine.limits.acceleration, machine.limits.jerk)
     ratios = (VELOCITY_RATIO, ACCELERATION_RATIO, JERK_RATIO)
     difference = block.values[:, joint]

@@ -88,10 +88,7 @@ def list_() -> int:
 @command.command("show")
 @click.argument("name", type=MACHINE, default=DEFAULT_MACHINE, metavar="NAME|FILE")
 @click.option(
-    "--plot",
-    type=FILE,
-    metavar="OUT.png|OUT.svg",
-    help="Draw a slice of the workspace in place of printing the file.",
+    "--plot", type=FILE, metavar="OUT.png|OUT.svg", help="Draw a slice of the workspace in place of printing the file."
 )
 @click.option("--tool-length", type=NUMBER, metavar="MM", help="Of the slice: gauge line to tip; default 0.")
 @click.option("--tilt", type=NUMBER, metavar="DEG", help="Of the slice: A as a program would say it; default 0.")
