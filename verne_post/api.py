@@ -15,8 +15,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.check import check_source
-from verne_post.app.convert import convert_source
+from verne_post.app.convert import check_source, convert_source
 from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows

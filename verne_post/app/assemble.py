@@ -39,17 +39,16 @@ from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import worst
 from verne_post.model.vibration import Shaper
-from verne_post.toolpath.approach import add_approach_and_departure, joints_at_place
+from verne_post.toolpath.approach import add_approach_and_departure, add_detours, joints_at_place
 from verne_post.toolpath.branch_choice import report_branch_changes
 from verne_post.toolpath.branches import BranchPlan
 from verne_post.toolpath.contour import Smoothing, make_exact_contour, smooth_contour
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.corner_rules import find_segment_tolerances
-from verne_post.toolpath.detour import add_detours
 from verne_post.toolpath.free_turn import choose_free_turn
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.rapids import make_rapids_joint
-from verne_post.toolpath.stops import insert_stops
+from verne_post.toolpath.splice import insert_stops
 from verne_post.toolpath.table_turns import report_table_turns
 from verne_post.trajectory import tuning
 from verne_post.trajectory.shaper import UNSHAPED, shaper_weights

@@ -1,6 +1,8 @@
 """A program becomes setpoints: checked as a whole, planned, sampled, rounded, and verified as it will be written.
 
 Everything is checked before the first row is made, and every row is verified; the Result is ok only when both have passed.
+
+A check makes no setpoints; its summary has the machining time.
 """
 
 from collections import deque
@@ -28,8 +30,7 @@ from verne_post.model.summary import TimedEvent
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import round_setpoints
 from verne_post.output.setpoints import column_names
-from verne_post.trajectory.event_rows import EventRows
-from verne_post.trajectory.sample import RowSampler
+from verne_post.trajectory.sample import EventRows, RowSampler
 from verne_post.trajectory.shaper import shape_rows
 from verne_post.verification.verifier import MeasuredBlock, VerifierPart, join_verdicts
 
@@ -175,3 +176,29 @@ def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat)
     line = np.concatenate([block.line for block in blocks])
     t = fmt.cycle * np.arange(len(values), dtype=np.float64)
     return Setpoints(t, values, line, column_names(machine.columns, fmt.drives), fmt)
+
+
+def check_source(
+    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None
+) -> Result:
+    """Check a program against every limit, and plan it.
+
+    Returns
+    -------
+    Result
+        Never raises for bad input; see ``findings`` and ``exit_code``.
+
+    Raises
+    ------
+    UsageError
+        Options that no program can have.
+    """
+    options = options or Options()
+    with work_together(options.jobs) as team:
+        try:
+            program = assemble(source, machine, options, team)
+            fmt = format_of(machine, options, program.cycle)
+            plan = plan_or_refuse(source, program, progress if team.leads else None)
+        except InputError as error:
+            return refused(error)
+        return Result(plan.findings, summarise(source, plan, fmt, None))

@@ -47,9 +47,7 @@ def choose_setpoint_format(
     fmt = SetpointFormat(cycle, tuple(int(d) for d in chosen), time_decimals(cycle), drives)
     if accept_rounding:
         return fmt
-    for index, (column, noise, limit) in enumerate(
-        zip(machine.columns, rounding_noise(machine, fmt)[1], jerk, strict=True)
-    ):
+    for index, (column, noise, limit) in enumerate(zip(machine.columns, rounding_noise(fmt)[1], jerk, strict=True)):
         if noise > limit and (whole[index] or decimals is not None):
             text = (
                 f"drives.{column.joint} wants whole numbers of {fmt.quanta[index]:g} {column.unit}: rounding" if whole[index]
@@ -77,14 +75,14 @@ def choose_trusted_format(machine: Machine, seen: SetpointFormat, *, accept_roun
     fine_drives = tuple(replace(drive, integer=False) for drive in seen.drives)
     auto = choose_setpoint_format(machine, seen.cycle, None, accept_rounding=True, drives=fine_drives)
     jerk = machine.limits.jerk * np.abs([column.factor for column in machine.columns])
-    too_coarse = rounding_noise(machine, seen)[1] > jerk
+    too_coarse = rounding_noise(seen)[1] > jerk
     decimals = tuple(
         fine if bad else as_seen for fine, as_seen, bad in zip(auto.decimals, seen.decimals, too_coarse, strict=True)
     )
     return replace(seen, decimals=decimals)
 
 
-def rounding_noise(machine: Machine, fmt: SetpointFormat) -> tuple[Array, Array]:
+def rounding_noise(fmt: SetpointFormat) -> tuple[Array, Array]:
     """Largest acceleration and jerk that rounding adds to each column's differences, mm or degrees."""
     return 2 * fmt.quanta / fmt.cycle**2, 4 * fmt.quanta / fmt.cycle**3
 

@@ -410,9 +410,7 @@ def _describe_rounding(summary: Summary) -> Facts:
         return []
     parts = [
         f"{column.joint} {acceleration:.3g} {column.unit}/s2 and {jerk:.3g} {column.unit}/s3"
-        for column, acceleration, jerk in zip(
-            summary.machine.columns, *rounding_noise(summary.machine, summary.format), strict=True
-        )
+        for column, acceleration, jerk in zip(summary.machine.columns, *rounding_noise(summary.format), strict=True)
     ]
     return [("rounding", f"may add {'; '.join(parts)} to the differences")]
 

@@ -13,7 +13,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.model.machine import Machine
 from verne_post.model.protocols import Drawable, ParallelModule
-from verne_post.output.machine_format import CannotExport, MachineFormat
+from verne_post.output.file_format import CannotExport, MachineFormat
 
 VERSION: Final = "2.0"
 _SPACE: Final = f"urn:mtconnect.org:MTConnectDevices:{VERSION}"
