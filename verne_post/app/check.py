@@ -1,6 +1,8 @@
 """A program is checked without making setpoints; the summary has the machining time."""
 
 from verne_post.app.assemble import assemble
+from verne_post.app.convert import setpoint_blocks
+from verne_post.app.machined import judge_blocks, load_part
 from verne_post.app.plan import plan_or_refuse
 from verne_post.app.result import Progress, Result, refused
 from verne_post.app.row_format import format_of
@@ -32,7 +34,11 @@ def check_source(
         try:
             program = assemble(source, machine, options, team)
             fmt = format_of(machine, options, program.cycle)
-            plan = plan_or_refuse(source, program, progress if team.leads else None)
+            body, report = load_part(program), progress if team.leads else None
+            plan = plan_or_refuse(source, program, report)
+            blocks = [] if body is None else [block for block, _move in setpoint_blocks(plan, fmt)]
+            part = judge_blocks(program, body, blocks, report)
         except InputError as error:
             return refused(error)
-        return Result(plan.findings, summarise(source, plan, fmt, None))
+        findings = (*plan.findings, *(() if part is None else part.findings))
+        return Result(findings, summarise(source, plan, fmt, None, part), part=part)
