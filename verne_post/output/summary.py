@@ -300,6 +300,7 @@ def _describe_setup(summary: Summary) -> Facts:
         *_describe_arc_feeds(summary),
         *_describe_stock(summary),
         *_keep_out(summary),
+        *(("part", text) for text in summary.compared),
     ]
 
 
