@@ -1,5 +1,6 @@
 """Kinds of machines: the keys of [module] and [limits] follow from the kind, and mistakes are told as well as ever."""
 
+import re
 import tomllib
 
 import numpy as np
@@ -9,6 +10,7 @@ from verne_post import InputError, load_machine
 from verne_post.config import machine_files, validate_machine
 from verne_post.config.kinds import KINDS
 from verne_post.config.load import machine_from_toml
+from verne_post.output.machine_formats import linuxcnc_kins, mtconnect
 
 SHIPPED = {"verne": "VERNE", "serial": "serial five-axis machine", "linear_delta": "linear delta"}
 #: Machines of one chain; their joints say what they are.
@@ -69,6 +71,22 @@ def test_limits_of_a_serial_machine_have_the_names_of_its_axes():
     assert limits.jerk[:3].tolist() == [given["xyz_jerk"]] * 3
     headers = [column.header for column in load_machine("serial").columns]
     assert headers == ["x_mm", "y_mm", "z_mm", "a_deg", "c_deg"]
+
+
+@pytest.mark.parametrize("name", ["verne", "serial", "linear_delta", *CHAINS])
+def test_a_jerk_that_is_absent_is_not_limited_and_told(name):
+    raw = re.sub(r"(?m)^(\w+_)?jerk = .*$", "", text(name))
+    machine = machine_from_toml(raw.encode(), "mine.toml")
+    assert np.isinf(machine.limits.jerk).all()
+    assert (
+        machine.unlimited == f"jerk of {', '.join(c.joint for c in machine.columns)}: the machine file names no limit"
+    )
+    assert not load_machine(name).unlimited
+    if machine.kind != "chain":  # which no format takes
+        texts = "".join([*mtconnect.write_device(machine).values(), *linuxcnc_kins.write_component(machine).values()])
+        assert "jerk limit" not in texts
+    bound = machine.limits.bound_jerk(0.002)
+    assert np.array_equal(bound.jerk, 1000.0 * machine.limits.acceleration)
 
 
 def test_one_value_for_all_or_three():
@@ -134,8 +152,8 @@ def test_wrong_values_of_a_linear_delta(old, new, says):
 
 
 def test_mistakes_of_every_group_are_reported_at_once():
-    told = mistakes("linear_delta", ("rod_length = 900.0", ""), ("rho_jerk = 100000.0", ""), ("radius = 250.0", ""))
-    for place in ("module.rod_length", "limits.rho_jerk", "table.radius"):
+    told = mistakes("linear_delta", ("rod_length = 900.0", ""), ("rho_acceleration", "rho_acc"), ("radius = 250.0", ""))
+    for place in ("module.rod_length", "limits.rho_acceleration", "table.radius"):
         assert sum(f"{place} is missing" in message for message in told) == 1, told
     told = mistakes("serial", ('kind = "serial"', 'kind = "tripod"'), ("radius = 250.0", ""))
     assert any("kind = 'tripod': unknown; expected one of verne, serial, linear_delta" in message for message in told)

@@ -321,7 +321,9 @@ def blend_corners(draft: Draft) -> Draft:
     cycle = options.cycle or draft.machine.cycle
     shaped = len(shaper_of(draft.machine, options, cycle)) > 1
     share = 1.0 - tuning.SHAPER_SHARE if shaped else 1.0
-    smoothing = Smoothing(options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine), cycle, share)
+    smoothing = Smoothing(
+        options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine, cycle), cycle, share
+    )
     contour = smooth_contour(draft.path, draft.moves, smoothing, draft.team)
     if shaped:  # all motion is displaced, not corners alone
         tips, axes = find_segment_tolerances(draft.path, draft.moves, smoothing)

@@ -96,7 +96,7 @@ def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat
 
 def _plan_there_and_back(machine: Machine, joint: int, distance: float, cycle: float) -> Array:
     """Shares of a distance (mm or rad) row by row: 0, +1, 0, -1, 0, standing at each."""
-    limits = machine.limits
+    limits = machine.limits.bound_jerk(cycle)
     durations, jerks = rest_to_rest(
         np.array([distance]), SPEED * limits.velocity[[joint]], SPEED**2 * limits.acceleration[[joint]],
         SPEED**3 * limits.jerk[[joint]],
@@ -155,7 +155,8 @@ def _require_slow(machine: Machine, block: SetpointBlock, joint: int) -> None:
     moved = np.ptp(block.values, axis=0) > 0
     moved[joint] = False
     noise = (block.format.quanta[joint] / dt, *(part[joint] for part in rounding_noise(block.format)))
-    limits = (machine.limits.velocity, machine.limits.acceleration, machine.limits.jerk)
+    bounds = machine.limits.bound_jerk(dt)
+    limits = (bounds.velocity, bounds.acceleration, bounds.jerk)
     ratios = (VELOCITY_RATIO, ACCELERATION_RATIO, JERK_RATIO)
     difference = block.values[:, joint]
     slow = not moved.any()

@@ -198,6 +198,8 @@ def validate(name: str) -> int:
         echo(f"  {group}: {source}")
     for text in describe_moves(machine):
         echo(f"  {text}")
+    if machine.unlimited:
+        echo(f"  not limited: {machine.unlimited}")
     for item in machine.warnings:
         echo(f"{name}: {item.code} {item.severity}: {item.message}", err=True)
     return 0

@@ -162,8 +162,8 @@ def _convert_tolerances(file: TolerancesFile) -> np.ndarray:
 def _convert_limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits:
     values = asdict(file)
 
-    def convert_actuators(value: float | list[float]) -> list[float]:
-        return list(value) if isinstance(value, list) else [value] * n
+    def convert_actuators(value: float | list[float] | None) -> list[float]:
+        return list(value) if isinstance(value, list) else [value or math.inf] * n
 
     travel = values[f"{kind.group}_mm"]
     ranges = travel if isinstance(travel[0], list) else [travel] * n
@@ -176,7 +176,7 @@ def _convert_limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -
     rows = np.array([*ranges, *angles], dtype=float)
 
     def joints(what: str) -> np.ndarray:
-        a, c = (RAD_PER_DEG * values[f"{joint}_{what}"] for joint in ("a", "c"))
+        a, c = (RAD_PER_DEG * (values[f"{joint}_{what}"] or math.inf) for joint in ("a", "c"))
         return np.array([*convert_actuators(values[f"{kind.group}_{what}"]), a, c])
 
     smallest_drop = values["serial_singularity_mm"] if kind.rods else 0.0

@@ -139,10 +139,10 @@ class LimitsFile(Table, frozen=True, kw_only=True):
     c_deg: Range | None = None
     a_velocity: Positive
     a_acceleration: Positive
-    a_jerk: Positive
+    a_jerk: Positive | None = None
     c_velocity: Positive
     c_acceleration: Positive
-    c_jerk: Positive
+    c_jerk: Positive | None = None
 
 
 @cache
@@ -159,7 +159,8 @@ def limits_file(group: str, rods: bool) -> type[LimitsFile]:
         parallel_singularity allowed.
     """
     fields: list[Any] = [(f"{group}_mm", PerActuatorRange)]
-    fields += [(f"{group}_{what}", PerActuator) for what in ("velocity", "acceleration", "jerk")]
+    fields += [(f"{group}_{what}", PerActuator) for what in ("velocity", "acceleration")]
+    fields.append((f"{group}_jerk", PerActuator | None, None))
     if rods:
         fields += [("serial_singularity_mm", NotNegative), ("parallel_singularity", Positive | None, None)]
     checks = {**LimitsFile.checks, f"{group}_mm": check_ranges}

@@ -61,6 +61,7 @@ def plan_continuous(
     ----------
     section : Section
     limits : Limits
+        Where no joint has a jerk limit, the section is planned with ``tuning.QUALITY``.
     cycle : float
         Control cycle, s.
     effort : Effort
@@ -77,11 +78,14 @@ def plan_continuous(
     Raises
     ------
     ValueError
-        The section, a limit or the cycle is not a finite positive number, or the joints jump along the section.
+        The section, a limit but jerk, or the cycle is not a finite positive number, or the joints jump along the section.
     """
-    positive = np.concatenate([limits.velocity, limits.acceleration, limits.jerk, [cycle]])
-    if not (np.isfinite(positive).all() and (positive > 0).all()):
-        raise ValueError("velocity, acceleration, jerk and cycle must be finite and above 0")
+    positive = np.concatenate([limits.velocity, limits.acceleration, [cycle]])
+    if not (np.isfinite(positive).all() and (positive > 0).all() and (limits.jerk > 0).all()):
+        raise ValueError("velocity, acceleration and cycle must be finite and above 0, jerk above 0")
+    if np.isinf(limits.jerk).all():
+        effort = tuning.QUALITY  # nothing but the optimum is asked for, and few passes lead there
+    limits = limits.bound_jerk(cycle)
     unit = max(tuning.TIME_UNIT, cycle)
     first = initial_profile(section, limits, unit, solver, team)
     bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, team=team)

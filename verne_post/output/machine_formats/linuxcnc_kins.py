@@ -139,7 +139,12 @@ def _describe_joints(machine: Machine, whole: HybridMachine) -> Iterator[str]:
         scale = abs(column.factor)
         yield "\n".join(
             [
-                f"# {column.joint}; its jerk limit, {scale * limits.jerk[k]:.12g}, is not known to LinuxCNC 2.9",
+                f"# {column.joint}"
+                + (
+                    f"; its jerk limit, {scale * limits.jerk[k]:.12g}, is not known to LinuxCNC 2.9"
+                    if np.isfinite(limits.jerk[k])
+                    else ""
+                ),
                 f"[JOINT_{k}]",
                 f"TYPE = {'LINEAR' if k < 3 else 'ANGULAR'}",
                 *_bound(low[k], high[k]),

@@ -78,9 +78,11 @@ def _add_axes(machine: Machine, axes: ET.Element) -> None:
         one = ET.SubElement(
             group, tag, id=column.joint, name=column.joint.upper() if len(column.joint) == 1 else column.joint
         )
-        _describe(
-            one, f"jerk limit {scale * limits.jerk[k]:.12g} {column.unit}/s3, for which MTConnect has no type of data"
-        )
+        if np.isfinite(limits.jerk[k]):
+            _describe(
+                one,
+                f"jerk limit {scale * limits.jerk[k]:.12g} {column.unit}/s3, for which MTConnect has no type of data",
+            )
         settings = ET.SubElement(one, "Configuration")
         direction, origin, parent = motion
         bounded = bool(np.isfinite([low, high]).all())
