@@ -37,8 +37,8 @@ def check_travel_of(machine: Machine) -> Callable[[Array, Array], Mask]:
     """Whether poses (n, 5) with tool lengths (n,) keep the travel of every joint; those that are out of reach break none."""
     solve, limits = machine.five_axis.solve, machine.limits
 
-    def keeps_travel(pose: Array, tool_length: Array) -> Mask:
+    def check_travel(pose: Array, tool_length: Array) -> Mask:
         q = solve(pose[:, :3], pose[:, 3:], tool_length)[0]
         return np.asarray(~((q < limits.lower) | (q > limits.upper)).any(axis=1))
 
-    return keeps_travel
+    return check_travel
