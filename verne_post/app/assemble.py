@@ -27,7 +27,7 @@ from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
 from verne_post.kinematics.jerk_limit import jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.kinematics.table_travel import MachineTravel
+from verne_post.kinematics.table_travel import MachineTravel, check_travel_of
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, UsageError, finding, merge_same
 from verne_post.model.machine import Home, Machine
@@ -321,9 +321,8 @@ def blend_corners(draft: Draft) -> Draft:
     cycle = options.cycle or draft.machine.cycle
     shaped = len(shaper_of(draft.machine, options, cycle)) > 1
     share = 1.0 - tuning.SHAPER_SHARE if shaped else 1.0
-    smoothing = Smoothing(
-        options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine, cycle), cycle, share
-    )
+    joints = jerk_limit_along(draft.machine, cycle), check_travel_of(draft.machine)
+    smoothing = Smoothing(options.smoothing == "spline", tip, axis, *joints, cycle, share)
     contour = smooth_contour(draft.path, draft.moves, smoothing, draft.team)
     if shaped:  # all motion is displaced, not corners alone
         tips, axes = find_segment_tolerances(draft.path, draft.moves, smoothing)
