@@ -91,6 +91,34 @@ class LinearDeltaModuleFile(Table, frozen=True, kw_only=True):
                 )
 
 
+class RodFile(Table, frozen=True, kw_only=True):
+    """One of module.rod."""
+
+    platform: Point
+    slider: Point
+    rail: Point
+    length: Positive
+    by: Literal["rho1", "rho2", "rho3"]
+
+    def check_together(self) -> None:
+        if not any(self.rail):
+            raise ValueError("rail = [0, 0, 0] has no direction")
+
+
+class RodsModuleFile(Table, frozen=True, kw_only=True):
+    """[module] of kind "rods"."""
+
+    home: Point
+    home_mm: Point
+    rod: Annotated[list[RodFile], Meta(min_length=6, max_length=6)]
+    largest_tilt_deg: Annotated[float, Meta(gt=0, lt=90)] = 60.0
+
+    def check_together(self) -> None:
+        idle = sorted({"rho1", "rho2", "rho3"} - {rod.by for rod in self.rod})
+        if idle:
+            raise ValueError(f"rod: none is moved by {', '.join(idle)}")
+
+
 class SpindleFile(Table, frozen=True, kw_only=True):
     """[spindle]."""
 
