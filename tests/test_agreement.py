@@ -23,7 +23,7 @@ from verne_post.model.findings import Finding
 
 #: Codes of geometry that no program here causes; with the reason.
 WITHOUT_A_CASE: Final[dict[str, str]] = dict.fromkeys(
-    ("VP218", "VP219", "VP220"), "of machined alone (tests/cli/test_machined.py)"
+    ("VP218", "VP219", "VP220"), "of the part alone (tests/cli/test_machined.py)"
 )
 
 

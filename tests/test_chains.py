@@ -313,3 +313,33 @@ def test_bodies_are_refused_where_the_part_does_not_turn_about_its_z(run: Runner
     answer = run("machined", axes, "--against", part, *words)
     assert answer.code == 2
     assert "do not turn about z of the part" in answer.err
+
+
+def test_places_of_the_machine_after_a_rewind(run: Runner, tmp_path: Path) -> None:
+    """A 20 is on the other side of its pole than A -20: where the table turns there, G53 Z0 is of the side where it stands.
+
+    The tilting axis lies 0.05 mm beside the turning one, so that by the words z would end 0.08 mm away.
+    """
+    source = tmp_path / "part.nc"
+    source.write_text(
+        "G0 X0 Y0 Z60 A0 C0\nG1 Z30 A20 F900\nG1 C90\nG1 A50\nG53 G0 Z0\nG0 X20 Z80\nM2\n", encoding="utf-8"
+    )
+    options = [*options_of("ac_trunnion"), "--allow-rewind", "--smoothing", "off"]
+    answer = run("convert", source, *options)
+    assert answer.code == 0, answer.err
+    table = np.genfromtxt(io.StringIO(answer.out), delimiter=",", names=True)
+    before, there = (np.flatnonzero(table["line"] == number)[-1] for number in (4, 5))
+    assert table["a_deg"][before] == pytest.approx(-50.0, abs=1e-4)
+    assert [table[name][there] for name in ("z_mm", "a_deg")] == pytest.approx([0.0, -50.0], abs=1e-4)
+    for name in ("x_mm", "y_mm"):
+        assert table[name][there] == pytest.approx(table[name][before], abs=1e-4)
+
+
+def test_a_corner_at_the_end_of_a_travel_does_not_swing_beyond_it(run: Runner, tmp_path: Path) -> None:
+    """Wide corners swing out before they turn: A stands at its limit along line 3, which is legal to the last digit."""
+    source = tmp_path / "part.nc"
+    source.write_text("G0 X0 Y0 Z60 A0 C0\nG1 X10 A110 F3000\nG1 X30\nG1 X50 A20\nM2\n", encoding="utf-8")
+    answer = run("convert", source, *options_of("ca_fork_head"))
+    assert answer.code == 0, answer.err
+    assert read_rows("ca_fork_head", answer.out)[0].size
+    assert np.genfromtxt(io.StringIO(answer.out), delimiter=",", names=True)["a_deg"].max() <= 110.0

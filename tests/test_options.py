@@ -18,7 +18,7 @@ import pytest
 
 import verne_post as vp
 from verne_post.model.options import OPTIONS, Options, about, key_of
-from verne_post.model.part_setup import Cylinder
+from verne_post.model.part_setup import Cylinder, NominalPart, Wanted
 
 CASES = 10_000
 REFUSED: Final = object()
@@ -160,6 +160,19 @@ def shapes(value: Any) -> Any:
     return {key: tuple(parts) for key, parts in value.items()}
 
 
+def part(value: Any) -> Any:
+    if value is None:
+        return None
+    if type(value) is not NominalPart or type(value.wanted) is not Wanted:
+        return REFUSED
+    if type(value.raw) is not bytes or value.unit == "ell" or value.system not in (None, 1):
+        return REFUSED
+    asked = [value.wanted.gouge, value.wanted.excess, value.wanted.grid, value.wanted.search]
+    if plain_numbers(asked, (4,), 1e4) is REFUSED or min(asked) <= 0 or asked[3] < max(asked[:2]):
+        return REFUSED
+    return value
+
+
 def place(value: Any) -> Any:
     if value is None or (type(value) is str and value == "home"):
         return value
@@ -258,6 +271,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "keep_out": boxes,
     "stock": box,
     "tool_shapes": shapes,
+    "part": part,
     "air": number(0, 1000),
     "air_along": words("tool", "table"),
     "override": number(0.05, 1),
@@ -393,6 +407,12 @@ class Cases:
                 return {
                     pick.choice([1, 2, -1, self.key()]): pick.choice([(first, last), [last], (first,), (), self.one()])
                 }
+            case "part":
+                wanted = Wanted(*(pick.choice([0.05, 1, 0.0, 3.0, self.one()]) for _ in range(4)))
+                raw, unit = pick.choice([b"solid", b"solid", "solid"]), pick.choice(["mm", "mm", "inch", "ell"])
+                return NominalPart(
+                    "part", raw, pick.choice([None, 1, 1, 77]), unit, pick.choice([Wanted(), wanted, self.one()])
+                )
             case "approach":
                 return pick.choice(["home", self.place(5), self.place(5), "park", self.one()])
             case "subroutines":

@@ -16,7 +16,7 @@ if _typing.TYPE_CHECKING:
     from verne_post.model.machine import Machine
     from verne_post.model.option_checks import work_offsets
     from verne_post.model.options import Options
-    from verne_post.model.part_setup import Box, Cylinder, Tool, WorkOffset
+    from verne_post.model.part_setup import Box, Cylinder, NominalPart, Tool, Wanted, WorkOffset
     from verne_post.model.summary import Summary
     from verne_post.model.verdict import Verdict
     from verne_post.model.verification import Verification
@@ -33,6 +33,7 @@ _HOME = {
     "InputError": "verne_post.model.findings",
     "Machine": "verne_post.model.machine",
     "Machined": "verne_post.part.verdict",
+    "NominalPart": "verne_post.model.part_setup",
     "Options": "verne_post.model.options",
     "Result": "verne_post.app.result",
     "Setpoints": "verne_post.app.result",
@@ -41,6 +42,7 @@ _HOME = {
     "UsageError": "verne_post.model.findings",
     "Verdict": "verne_post.model.verdict",
     "Verification": "verne_post.model.verification",
+    "Wanted": "verne_post.model.part_setup",
     "WorkOffset": "verne_post.model.part_setup",
     "check": "verne_post.api",
     "convert": "verne_post.api",
@@ -60,6 +62,7 @@ __all__ = [
     "InputError",
     "Machine",
     "Machined",
+    "NominalPart",
     "Options",
     "Result",
     "Setpoints",
@@ -68,6 +71,7 @@ __all__ = [
     "UsageError",
     "Verdict",
     "Verification",
+    "Wanted",
     "WorkOffset",
     "__version__",
     "check",

@@ -15,8 +15,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.check import check_source
-from verne_post.app.convert import convert_source
+from verne_post.app.convert import check_source, convert_source
 from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
@@ -32,7 +31,7 @@ from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.option_checks import check_ranges
 from verne_post.model.options import Options
-from verne_post.model.part_setup import COORDINATES, SYSTEM_NUMBERS
+from verne_post.model.part_setup import COORDINATES, SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.verdict import ExitStatus, status_of
 from verne_post.model.verification import Verification
@@ -43,7 +42,6 @@ from verne_post.output.setpoints import read_csv
 from verne_post.output.summary import verdict_line
 from verne_post.part.stl import read_stl
 from verne_post.part.verdict import Datum, Machined
-from verne_post.part.wanted import UNITS, Wanted
 from verne_post.toolpath.work_offset import Aim, Proposal
 
 #: A program: its bytes, its text, or where its file is.

@@ -63,6 +63,7 @@ def parts() -> Iterator[tuple[str, Part]]:
     swing = program(["G21 G90 G94 G64 P0.01", "G0 X150 Y100 Z60 A0 C0", "G0 A60 C170"])
     five = [
         Part("blade_5axis.nc", sample("blade_5axis.nc"), Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))})),
+        Part("posted.nc", cut_posted(), Options(tool_length=82.5, wcs={1: WorkOffset((0.0, 0.0, 50.0))})),
         Part("blade, 2000 moves of 0.25 mm, F3000", blade(2000, step=0.25), Options(tool_length=80.0)),
         Part("blade, 600 moves of 1 mm, F6000", blade(600, step=1.0, feed=6000), Options(tool_length=80.0)),
         Part("a far swing, rapid", swing, plain),
@@ -70,6 +71,15 @@ def parts() -> Iterator[tuple[str, Part]]:
     for kind in ("serial", "verne"):
         for part in five:
             yield kind, part
+
+
+def cut_posted() -> bytes:
+    """The sample posted.nc from its first motion to its retract: G28, G53 and the tool table mean other places in LinuxCNC."""
+    lines = sample("posted.nc").decode().splitlines()
+    first, last = (next(k for k, line in enumerate(lines) if line.startswith(number)) for number in ("N60", "N180"))
+    return program(
+        ["G21 G90 G94 G17 G54 G64 P0.01", *(line.replace("G43 Z45 H1", "Z45") for line in lines[first : last + 1])]
+    )
 
 
 def convert_rows(machine: Machine, part: Part, **changed: object) -> Array:

@@ -8,13 +8,12 @@ import time
 
 import numpy as np
 
-from verne_post.model.part_setup import Cylinder
+from verne_post.model.part_setup import Cylinder, Wanted
 from verne_post.part.bodies import build_pieces
 from verne_post.part.compare import compare
 from verne_post.part.motion import Motion, build_motion
 from verne_post.part.stl import build_mesh
 from verne_post.part.sweep import find_nearest
-from verne_post.part.wanted import Wanted
 
 ROWS, SIZE, PITCH, RADIUS = 100_000, 40.0, 1.0, 4.0
 

@@ -21,8 +21,9 @@ Array = NDArray[np.float64]
 
 #: Stations for each mm: more cost time in proportion, with 50 zigzags take up to 0.5 % longer.
 STATIONS_PER_MM: Final = 100
-#: Linear programs one after the other: from the third on times of zigzags change by less than 0.1 %.
-PROGRAMS: Final = 3
+#: Linear programs follow each other until the time changes by less than this share, as many as MOST_PROGRAMS.
+SETTLED: Final = 1e-3
+MOST_PROGRAMS: Final = 20
 #: A joint that moves less, m or rad, has no part in it.
 LEAST_MOVE: Final = 1e-9
 
@@ -59,15 +60,17 @@ def find_profile(section: ContourSection, limits: Limits, cycle: float) -> PeerP
         second.Problem(constraints, idx_s_interval=(0, len(s) - 1), a_boundary=(0.0, 0.0)), second.Options()
     )
     third = copp_py.solver.topp3_lp
-    acceleration = None
-    for _ in range(PROGRAMS):
+    acceleration, total = None, np.inf
+    for _ in range(MOST_PROGRAMS):
         problem = third.Problem(constraints, squared_speed, b_linearization=acceleration)
         try:
             profile = third.solve(problem)
         except copp_py.CoppError:
             return None
-        squared_speed, acceleration = np.asarray(profile.a), np.asarray(profile.b)
-    total, arrivals = copp_py.interpolation.s_to_t_topp3(s, profile)
+        squared_speed, acceleration, before = np.asarray(profile.a), np.asarray(profile.b), total
+        total, arrivals = copp_py.interpolation.s_to_t_topp3(s, profile)
+        if abs(before - total) < SETTLED * total:
+            break
     spent = time.process_time() - begun
     rows = copp_py.interpolation.t_to_s_topp3_uniform(s, profile, arrivals, cycle, include_final=True)
     at_rest = np.concatenate([np.zeros(3), rows, np.full(3, section.length)])

@@ -1,5 +1,6 @@
 """`verne-post machined`: rows as written against the nominal part, on the command line and in Python."""
 
+import importlib.util
 import json
 import runpy
 from pathlib import Path
@@ -50,17 +51,23 @@ def plate(z: float = 0.0) -> bytes:
 
 
 @pytest.fixture
-def floor(tmp_path, monkeypatch, run):
-    """A folder with the program, its rows and the part."""
+def files(tmp_path, monkeypatch):
+    """A folder with the program, its tools and the part."""
     monkeypatch.chdir(tmp_path)
     for name, text in (("part.nc", FLOOR), ("tools.tbl", TABLE), ("shapes.toml", SHAPES)):
         Path(name).write_text(text, encoding="utf-8")
     Path("part.stl").write_bytes(plate())
+    return tmp_path
+
+
+@pytest.fixture
+def floor(files, run):
+    """The same with the rows of the program."""
     assert (
         run("convert", "part.nc", "-o", "axes.csv", "--tool-table", "tools.tbl", "--wcs", "G54=0,0,60", "--quiet").code
         == 0
     )
-    return tmp_path
+    return files
 
 
 def codes(answer):
@@ -301,3 +308,56 @@ def test_a_fixture_must_be_a_body(floor, run):
     assert answer.code == 2
     assert "VP506 error: vise.stl: it is open: 4 edges belong to one facet alone" in answer.err
     assert "say what the rows are compared with" in run(*JUDGE[:-2]).err
+
+
+SETUP = 'tool_table = "tools.tbl"\ntool_shapes = "shapes.toml"\n[wcs]\nG54 = [0, 0, 60]\n[part]\nnominal = "part.stl"\nsystem = "G54"\n'
+
+
+def test_a_part_of_the_set_up_is_compared_without_more_words(files, run):
+    """`check`, `convert`, `batch`, `report` and Python say the same of the part: clear, then gouged at the line that does it."""
+    Path("part.nc.toml").write_text(SETUP, encoding="utf-8")
+    answer = run("check", "part.nc")
+    assert answer.code == 0
+    assert (
+        "part: nominal machine, part where the set-up puts the part: clear of gouges deeper than 0.05 mm" in answer.out
+    )
+    assert run("convert", "part.nc", "-o", "axes.csv", "--meta", "axes.json", "--quiet").code == 0
+    assert "clear of gouges" in json.loads(Path("axes.json").read_text(encoding="utf-8"))["part"][1]
+    Path("part.stl").write_bytes(plate(0.3))  # the drawing has 0.3 mm more than the program leaves
+    answer = run("check", "part.nc", "--output-format", "json")
+    assert (answer.code, codes(answer)) == (1, {"VP218"})
+    (found,) = (item for item in vp.check(Path("part.nc"), "verne").findings if item.code == "VP218")
+    assert found.value == pytest.approx(0.3, abs=0.001)
+    assert 5 <= found.line <= found.last_line <= 27
+    before = Path("axes.csv").read_bytes()
+    answer = run("convert", "part.nc", "-o", "axes.csv", "--quiet")
+    assert (answer.code, Path("axes.csv").read_bytes() == before) == (1, True)
+    assert "part.nc:6: VP218 error: the cutter of tool 1 cuts 0.300 mm into part.stl" in answer.err
+    assert "explain" not in answer.err  # which compares nothing
+    assert run("batch", "part.nc", "-o", "out", "--junit", "out.xml", "--quiet").code == 1
+    assert "VP218" in Path("out.xml").read_text(encoding="utf-8")
+    if importlib.util.find_spec("jupyter_threejs_sage") is not None:
+        assert run("report", "part.nc", "-o", "page.html", "--quiet").code == 1
+        assert "into part.stl, along the normal" in Path("page.html").read_text(encoding="utf-8")
+    # as much as that may be cut away
+    Path("part.nc.toml").write_text(SETUP + "gouge_mm = 0.4\n", encoding="utf-8")
+    assert run("check", "part.nc").code == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('nominal = "part.stl"\n', "system"),
+        ('nominal = "none.stl"\nsystem = "G54"\n', "none.stl"),
+        ('nominal = "tools.tbl"\nsystem = "G54"\n', "VP506"),
+        ('nominal = "part.stl"\nsystem = "G99"\n', "G54"),
+        ('nominal = "part.stl"\nsystem = "G54"\nunit = "ell"\n', "inch"),
+        ('nominal = "part.stl"\nsystem = "G54"\nsearch_mm = 0.1\n', "search_mm 0.1 must not be below"),
+        ('nominal = "part.stl"\nsystem = "G54"\ngouge_mm = 0\n', "gouge_mm"),
+    ],
+)
+def test_a_part_of_the_set_up_that_cannot_be_used_is_named(files, run, text, says):
+    Path("part.nc.toml").write_text(SETUP.partition("[part]")[0] + "[part]\n" + text, encoding="utf-8")
+    answer = run("check", "part.nc")
+    assert answer.code != 0
+    assert says in answer.out

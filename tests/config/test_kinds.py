@@ -1,5 +1,6 @@
 """Kinds of machines: the keys of [module] and [limits] follow from the kind, and mistakes are told as well as ever."""
 
+import re
 import tomllib
 
 import numpy as np
@@ -9,8 +10,11 @@ from verne_post import InputError, load_machine
 from verne_post.config import machine_files, validate_machine
 from verne_post.config.kinds import KINDS
 from verne_post.config.load import machine_from_toml
+from verne_post.output.machine_formats import linuxcnc_kins, mtconnect
 
 SHIPPED = {"verne": "VERNE", "serial": "serial five-axis machine", "linear_delta": "linear delta"}
+#: Machines described by their rods.
+RODS = ["urane_sx", "verne_by_rods"]
 #: Machines of one chain; their joints say what they are.
 CHAINS = ["ab_table", "ac_trunnion", "b_head_c_table", "bc_trunnion", "ca_fork_head"]
 
@@ -40,7 +44,7 @@ def test_every_kind_is_shipped_and_sound(name):
     machine = load_machine(name)
     assert (machine.name, machine.kind) == (SHIPPED[name], name)
     assert validate_machine(machine) == []
-    assert set(machine_files()) - set(CHAINS) == set(KINDS) == set(SHIPPED)
+    assert set(machine_files()) - set(CHAINS) - set(RODS) == set(KINDS) - {"rods"} == set(SHIPPED)
     joints = [column.joint for column in machine.columns]
     assert joints == [*machine.module.actuators, "a", "c"]
     assert [column.code for column in machine.columns] == ["VP101"] * 3 + ["VP102", "VP103"]
@@ -56,7 +60,7 @@ def test_chains_are_sound(name):
 
 
 def test_nothing_of_the_new_machines_is_said_to_be_known():
-    for name in ("serial", "linear_delta", *CHAINS):
+    for name in ("serial", "linear_delta", "urane_sx", *CHAINS):
         assert set(load_machine(name).provenance.values()) == {"assumed"}
 
 
@@ -69,6 +73,22 @@ def test_limits_of_a_serial_machine_have_the_names_of_its_axes():
     assert limits.jerk[:3].tolist() == [given["xyz_jerk"]] * 3
     headers = [column.header for column in load_machine("serial").columns]
     assert headers == ["x_mm", "y_mm", "z_mm", "a_deg", "c_deg"]
+
+
+@pytest.mark.parametrize("name", ["verne", "serial", "linear_delta", *CHAINS])
+def test_a_jerk_that_is_absent_is_not_limited_and_told(name):
+    raw = re.sub(r"(?m)^(\w+_)?jerk = .*$", "", text(name))
+    machine = machine_from_toml(raw.encode(), "mine.toml")
+    assert np.isinf(machine.limits.jerk).all()
+    assert (
+        machine.unlimited == f"jerk of {', '.join(c.joint for c in machine.columns)}: the machine file names no limit"
+    )
+    assert not load_machine(name).unlimited
+    if machine.kind != "chain":  # which no format takes
+        texts = "".join([*mtconnect.write_device(machine).values(), *linuxcnc_kins.write_component(machine).values()])
+        assert "jerk limit" not in texts
+    bound = machine.limits.bound_jerk(0.002)
+    assert np.array_equal(bound.jerk, 1000.0 * machine.limits.acceleration)
 
 
 def test_one_value_for_all_or_three():
@@ -134,8 +154,8 @@ def test_wrong_values_of_a_linear_delta(old, new, says):
 
 
 def test_mistakes_of_every_group_are_reported_at_once():
-    told = mistakes("linear_delta", ("rod_length = 900.0", ""), ("rho_jerk = 100000.0", ""), ("radius = 250.0", ""))
-    for place in ("module.rod_length", "limits.rho_jerk", "table.radius"):
+    told = mistakes("linear_delta", ("rod_length = 900.0", ""), ("rho_acceleration", "rho_acc"), ("radius = 250.0", ""))
+    for place in ("module.rod_length", "limits.rho_acceleration", "table.radius"):
         assert sum(f"{place} is missing" in message for message in told) == 1, told
     told = mistakes("serial", ('kind = "serial"', 'kind = "tripod"'), ("radius = 250.0", ""))
     assert any("kind = 'tripod': unknown; expected one of verne, serial, linear_delta" in message for message in told)

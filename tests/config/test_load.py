@@ -68,7 +68,9 @@ CONTRACT = {
     "rods": {"leg1_slider_x": 480.0, "leg23_slider_x": -400.0, "leg23_spacing": 120.0},
 }
 #: What the contract lets a file leave out, and keys whose absence the tests below treat on their own.
-OPTIONAL = {"table.a_positive", "table.c_positive", "home", "accuracy", "rods"}
+OPTIONAL = {
+    "table.a_positive", "table.c_positive", "home", "accuracy", "rods", "limits.rho_jerk", "limits.a_jerk", "limits.c_jerk",
+}  # fmt: skip
 WITH_ITS_TABLE = {"accuracy.tip_mm", "accuracy.axis_deg", "provenance.home", "provenance.accuracy", "provenance.rods"}
 TABLES = [name for name, value in CONTRACT.items() if isinstance(value, dict)]
 
@@ -475,11 +477,11 @@ def test_a_table_must_be_a_table(file, table, bad):
 
 
 def test_several_mistakes_are_all_reported(file):
-    tables = changed("limits.a_velocity", -1.0, without=["limits.c_jerk", "spindle"])
+    tables = changed("limits.a_velocity", -1.0, without=["limits.c_acceleration", "spindle"])
     tables["table"]["radius"] = math.nan
     tables["control"]["rate"] = 1.0
     messages = mistakes(file(tables))
-    for place in ("limits.a_velocity", "limits.c_jerk", "spindle", "table.radius", "control.rate"):
+    for place in ("limits.a_velocity", "limits.c_acceleration", "spindle", "table.radius", "control.rate"):
         assert sum(place in message for message in messages) == 1, (place, messages)
     assert len(messages) == 5
 
@@ -531,7 +533,7 @@ def test_an_unknown_machine_name_is_answered_with_the_known_ones():
     assert item.code == "VP501"
     assert "'vernee'" in item.message
     assert (
-        "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, linear_delta, serial, verne"
+        "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, linear_delta, serial, urane_sx, verne, verne_by_rods"
         in item.message
     )
 

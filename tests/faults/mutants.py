@@ -48,7 +48,7 @@ AREAS: Final = {
         ("gcode/arcs.py", "gcode/plain_arcs.py", "gcode/machining/spatial_arc.py", "gcode/rs274/cycles.py", "gcode/*/*cycle*.py"),
         ("gcode",),
     ),
-    "rows": (("trajectory/window_problem.py", "trajectory/row_limits.py", "trajectory/section_rows.py"), ("trajectory",)),
+    "rows": (("trajectory/window_problem.py", "trajectory/row_limits.py", "trajectory/continuous.py"), ("trajectory",)),
 }  # fmt: skip
 #: Tests of the whole pipeline, asked in every area.
 COMMON: Final = ("test_samples.py", "test_metamorphic.py", "golden")

@@ -17,7 +17,7 @@ import verne_post
 from tests.benchmarks.linuxcnc_run import run_program, stream, why_not
 from verne_post.config.load import machine_from_toml
 from verne_post.model.machine import Machine
-from verne_post.output.machine_format import CannotExport
+from verne_post.output.file_format import CannotExport
 from verne_post.output.machine_formats.linuxcnc_kins import write_component
 from verne_post.output.machine_formats.mtconnect import write_device
 

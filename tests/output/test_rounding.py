@@ -93,7 +93,7 @@ def test_decimals_whose_noise_is_below_every_limit_are_taken(decimals: int) -> N
 def test_noise_is_what_differences_of_rounded_numbers_can_show() -> None:
     """The bounds 2 q / dt^2 and 4 q / dt^3 are reached, and never exceeded, by errors of half a unit."""
     fmt = choose_setpoint_format(MACHINE, 0.001, 6, accept_rounding=False)
-    acceleration, jerk = rounding_noise(MACHINE, fmt)
+    acceleration, jerk = rounding_noise(fmt)
     half = 0.5e-6
     errors = np.random.default_rng(1).uniform(-half, half, 100000)
     worst = np.resize([half, -half], 8)

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 
 from verne_post.model.findings import InputError
-from verne_post.model.part_setup import Cylinder
+from verne_post.model.part_setup import Cylinder, Wanted
 from verne_post.part.bodies import build_pieces, measure_phi
 from verne_post.part.bound import find_clear, find_limit
 from verne_post.part.compare import CLEAR, GOUGE, UNDECIDED, compare, divide, is_inside, move_mesh
 from verne_post.part.motion import Motion, build_motion
 from verne_post.part.stl import Mesh, build_mesh
 from verne_post.part.sweep import find_nearest, load_accelerator
-from verne_post.part.wanted import Wanted
 
 PATHS = [False] if load_accelerator() is None else [False, True]
 LENGTH = 60.0

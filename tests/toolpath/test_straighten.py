@@ -11,9 +11,9 @@ import verne_post
 from verne_post.app.assemble import assemble
 from verne_post.model.contour import Contour
 from verne_post.model.options import Options
-from verne_post.toolpath.chords import find_cheapest_sequence
 from verne_post.toolpath.contour_pose import contour_pose
 from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.straighten import find_cheapest_sequence
 
 from ..builders import MACHINE
 from .polylines import contour_of

@@ -5,7 +5,7 @@ import numpy as np
 import verne_post
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.trajectory.local_slowdown import slow_down_locally
+from verne_post.trajectory.repair import slow_down_locally
 
 
 def smooth_rows(n: int = 4001) -> np.ndarray:

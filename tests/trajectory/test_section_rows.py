@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from verne_post.trajectory import tuning
+from verne_post.trajectory.continuous import _too_far, sample_rows
 from verne_post.trajectory.section_path import SectionTask
-from verne_post.trajectory.section_rows import _too_far, sample_rows
 from verne_post.trajectory.spline_profile import Profile, Times
 
 from .curves import Curve, limits, straight

@@ -1,13 +1,22 @@
 """Two solvers of one problem: the reachability passes and toppra agree, and toppra's silent failure is heard."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from verne_post import Options, convert
+from verne_post.config.load import machine_from_toml
+from verne_post.output.summary import facts
 from verne_post.trajectory import reachability, toppra_backend
+from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.section_path import grid_along
 
-from .curves import Curve, limits, straight, wavy
+from .curves import ACCEPTED, Curve, limits, straight, wavy, worst
+
+ROOT = Path(__file__).resolve().parents[2]
 
 #: Where a joint turns back its q' is zero, and its acceleration bounds the speed alone.
 TURNING = Curve(40.0, lambda s: [np.sin(s), np.cos(1.3 * s), np.sin(0.7 * s + 1)], elements=40)
@@ -47,3 +56,37 @@ def test_no_answer_is_an_error() -> None:
     lost = replace(grid, d2=np.full_like(grid.d2, np.nan))
     with pytest.raises(RuntimeError, match="toppra found no profile"):
         toppra_backend.solve(lost, top)
+
+
+SHORT = [
+    "blade_5axis.nc", "fanuc_nurbs.nc", "fanuc_tilted.nc", "inch.nc", "inverse_time.nc", "posted.nc", "slider_bound.nc", "wing.cls",
+]  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore")  # of toppra itself
+@pytest.mark.parametrize("sample", SHORT)
+def test_without_jerk_limits_samples_take_the_time_that_toppra_finds(sample: str) -> None:
+    """Rows come after the bound of both solvers: whole cycles, and no difference of them beyond a limit at a switch of acceleration."""
+    pytest.importorskip("toppra")
+    raw = re.sub(r"(?m)^\w+_jerk = .*$", "", (ROOT / "machine_configs/serial.toml").read_text(encoding="utf-8"))
+    machine = machine_from_toml(raw.encode(), "mine.toml")
+    summary = convert(ROOT / "gcode_samples" / sample, machine, Options(solver="both")).summary
+    bound, theirs = summary.second_order_bound_s, summary.toppra_bound_s
+    assert theirs == pytest.approx(bound, rel=1e-5)
+    # measured: 5 ms or less on all but the blade, whose acceleration switches in every second row
+    assert bound < summary.continuous_time <= theirs + max(0.0025 * theirs, 0.006)
+    assert ("not limited", machine.unlimited) in facts(summary)
+    assert not any("jerk " in text for key, text in facts(summary) if key == "limits")
+
+
+@pytest.mark.filterwarnings("ignore")  # of toppra itself
+@pytest.mark.parametrize("section", [straight(30.0), wavy(40.0, 2.0), wavy(40.0, 2.0, 25.0), TURNING])
+def test_both_solvers_plan_rows_without_jerk_limits(section) -> None:  # type: ignore[no-untyped-def]
+    top = limits(3, jerk=np.inf)
+    grid = grid_along(section)
+    theirs = reachability.duration(grid.s, toppra_backend.solve(grid, top))
+    for solver in (reachability.solve, toppra_backend.solve):
+        rows = plan_continuous(section, top, 0.001, solver=solver).s
+        # 0.1 per cent, and two cycles for the whole number of them
+        assert (len(rows) - 1) * 0.001 <= 1.001 * theirs + 0.002
+        assert (worst(section, rows, top, 0.001) <= ACCEPTED).all()

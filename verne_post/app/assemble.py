@@ -27,7 +27,7 @@ from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
 from verne_post.kinematics.jerk_limit import jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.kinematics.table_travel import MachineTravel
+from verne_post.kinematics.table_travel import MachineTravel, check_travel_of
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, InputError, UsageError, finding, merge_same
 from verne_post.model.machine import Home, Machine
@@ -39,17 +39,16 @@ from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import worst
 from verne_post.model.vibration import Shaper
-from verne_post.toolpath.approach import add_approach_and_departure, joints_at_place
+from verne_post.toolpath.approach import add_approach_and_departure, add_detours, joints_at_place
 from verne_post.toolpath.branch_choice import report_branch_changes
 from verne_post.toolpath.branches import BranchPlan
 from verne_post.toolpath.contour import Smoothing, make_exact_contour, smooth_contour
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
 from verne_post.toolpath.corner_rules import find_segment_tolerances
-from verne_post.toolpath.detour import add_detours
 from verne_post.toolpath.free_turn import choose_free_turn
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.rapids import make_rapids_joint
-from verne_post.toolpath.stops import insert_stops
+from verne_post.toolpath.splice import insert_stops
 from verne_post.toolpath.table_turns import report_table_turns
 from verne_post.trajectory import tuning
 from verne_post.trajectory.shaper import UNSHAPED, shaper_weights
@@ -322,7 +321,8 @@ def blend_corners(draft: Draft) -> Draft:
     cycle = options.cycle or draft.machine.cycle
     shaped = len(shaper_of(draft.machine, options, cycle)) > 1
     share = 1.0 - tuning.SHAPER_SHARE if shaped else 1.0
-    smoothing = Smoothing(options.smoothing == "spline", tip, axis, jerk_limit_along(draft.machine), cycle, share)
+    joints = jerk_limit_along(draft.machine, cycle), check_travel_of(draft.machine)
+    smoothing = Smoothing(options.smoothing == "spline", tip, axis, *joints, cycle, share)
     contour = smooth_contour(draft.path, draft.moves, smoothing, draft.team)
     if shaped:  # all motion is displaced, not corners alone
         tips, axes = find_segment_tolerances(draft.path, draft.moves, smoothing)

@@ -14,7 +14,7 @@ DISTANCES: Final = {"mm": (1.0, 100.0), "deg": (1.0, 90.0)}
 
 def describe_moves(machine: Machine) -> Iterator[str]:
     """One line a joint: how long single moves from rest to rest take, and its greatest speed."""
-    limits = machine.limits
+    limits = machine.limits.bound_jerk(machine.cycle)
     for k, column in enumerate(machine.columns):
         factor = abs(column.factor)
         velocity, acceleration, jerk = (

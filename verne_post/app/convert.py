@@ -1,6 +1,8 @@
 """A program becomes setpoints: checked as a whole, planned, sampled, rounded, and verified as it will be written.
 
 Everything is checked before the first row is made, and every row is verified; the Result is ok only when both have passed.
+
+A check makes no setpoints; its summary has the machining time.
 """
 
 from collections import deque
@@ -12,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
+from verne_post.app.machined import judge_blocks, load_part
 from verne_post.app.plan import Plan, plan_or_refuse
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.row_format import format_of
@@ -28,8 +31,7 @@ from verne_post.model.summary import TimedEvent
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import round_setpoints
 from verne_post.output.setpoints import column_names
-from verne_post.trajectory.event_rows import EventRows
-from verne_post.trajectory.sample import RowSampler
+from verne_post.trajectory.sample import EventRows, RowSampler
 from verne_post.trajectory.shaper import shape_rows
 from verne_post.verification.verifier import MeasuredBlock, VerifierPart, join_verdicts
 
@@ -79,14 +81,31 @@ def convert_program(
     take = collected.append if sink is None else sink
     try:
         fmt = format_of(machine, options, program.cycle)
+        body = load_part(program)
         plan = plan_or_refuse(source, program, progress)
     except InputError as error:
         return refused(error)
+    if body is not None and sink is not None:
+        take = _keep_too(collected, take)
     verification, timed = _write(plan, fmt, take, progress)
-    summary = replace(summarise(source, plan, fmt, verification), timed=timed)
-    findings = (*plan.findings, *_find_own_faults(verification, options))
-    setpoints = None if sink is not None or not verification.ok else _collect(collected, machine, fmt)
-    return Result(findings, summary, setpoints)
+    try:
+        part = judge_blocks(program, body, collected, progress)
+    except InputError as error:
+        return refused(error)
+    summary = replace(summarise(source, plan, fmt, verification, part), timed=timed)
+    findings = (*plan.findings, *_find_own_faults(verification, options), *(() if part is None else part.findings))
+    result = Result(findings, summary, None, part)
+    return result if sink is not None or not result.ok else replace(result, setpoints=_collect(collected, machine, fmt))
+
+
+def _keep_too(blocks: list[SetpointBlock], take: Sink) -> Sink:
+    """A sink that keeps what it hands over."""
+
+    def keep(block: SetpointBlock) -> None:
+        blocks.append(block)
+        take(block)
+
+    return keep
 
 
 def _write(
@@ -175,3 +194,33 @@ def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat)
     line = np.concatenate([block.line for block in blocks])
     t = fmt.cycle * np.arange(len(values), dtype=np.float64)
     return Setpoints(t, values, line, column_names(machine.columns, fmt.drives), fmt)
+
+
+def check_source(
+    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None
+) -> Result:
+    """Check a program against every limit, and plan it.
+
+    Returns
+    -------
+    Result
+        Never raises for bad input; see ``findings`` and ``exit_code``.
+
+    Raises
+    ------
+    UsageError
+        Options that no program can have.
+    """
+    options = options or Options()
+    with work_together(options.jobs) as team:
+        try:
+            program = assemble(source, machine, options, team)
+            fmt = format_of(machine, options, program.cycle)
+            body, report = load_part(program), progress if team.leads else None
+            plan = plan_or_refuse(source, program, report)
+            blocks = [] if body is None else [block for block, _move in setpoint_blocks(plan, fmt)]
+            part = judge_blocks(program, body, blocks, report)
+        except InputError as error:
+            return refused(error)
+        findings = (*plan.findings, *(() if part is None else part.findings))
+        return Result(findings, summarise(source, plan, fmt, None, part), part=part)

@@ -7,7 +7,7 @@ import numpy as np
 
 from verne_post import gcode
 from verne_post.app.assemble import machine_setup
-from verne_post.app.check import check_source
+from verne_post.app.convert import check_source
 from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out

@@ -17,15 +17,15 @@ from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_body, tool_of_moves
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import tool_names
-from verne_post.model.part_setup import tool_text
+from verne_post.model.part_setup import Wanted, tool_text
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
+from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.bodies import Piece, build_pieces, check_tool
 from verne_post.part.clearance import Contacts, find_contacts
 from verne_post.part.compare import compare, is_inside, move_mesh
 from verne_post.part.motion import Motion, build_motion
-from verne_post.part.stl import Mesh, describe_faults, require_closed
+from verne_post.part.stl import Mesh, describe_faults, read_stl, require_closed
 from verne_post.part.verdict import Datum, Judged, Machined, describe_place, list_contacts, list_findings
-from verne_post.part.wanted import Wanted
 
 #: Rows whose forward kinematics is solved at a time.
 _ROWS: Final = 1 << 14
@@ -37,6 +37,36 @@ class Body(Struct, frozen=True, eq=False):
 
     mesh: Mesh
     system: int | None
+
+
+def load_part(program: Program) -> Body | None:
+    """The nominal part of the options of a program.
+
+    Raises
+    ------
+    InputError
+        VP506.
+    """
+    part = program.options.part
+    return None if part is None else Body(read_stl(part.raw, part.name, part.unit), part.system)
+
+
+def judge_blocks(
+    program: Program, part: Body | None, blocks: Sequence[SetpointBlock], progress: Progress | None = None
+) -> Machined | None:
+    """Compare the rows of a program, as they are written, with its nominal part; None without one, and in processes that do not lead.
+
+    Raises
+    ------
+    InputError
+        As :func:`judge_rows`.
+    """
+    asked = program.options.part
+    if part is None or asked is None or not program.team.leads:
+        return None
+    factor = np.array([column.factor for column in program.machine.columns])
+    q, line = np.concatenate([one.values for one in blocks]) / factor, np.concatenate([one.line for one in blocks])
+    return judge_rows(program, q, line, part, (), asked.wanted, progress=progress)
 
 
 def judge_rows(

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import polars as pl
 
+    from verne_post.part.verdict import Machined
+
 Sink = Callable[[SetpointBlock], None]
 #: Called with (stage, done, total).
 Progress = Callable[[str, int, int], None]
@@ -114,11 +116,14 @@ class Result:
         Facts of the conversion; None where the program was refused.
     setpoints : Setpoints or None
         None when a sink took the rows, for a check, and when the result is not ok.
+    part : Machined or None
+        What the rows leave of the nominal part of the options.
     """
 
     findings: tuple[Finding, ...]
     summary: Summary | None = None
     setpoints: Setpoints | None = field(default=None)
+    part: "Machined | None" = field(default=None)
 
     @property
     def exit_code(self) -> int:

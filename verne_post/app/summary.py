@@ -18,8 +18,10 @@ from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.summary import Part, StopsWithin, Summary
 from verne_post.model.verification import NO_LIMIT_NEAR, Verification
 from verne_post.model.vibration import Shaped
+from verne_post.output.machined import describe_judged
 from verne_post.output.rounding import round_setpoints
 from verne_post.output.summary import summary_text, verdict_line
+from verne_post.part.verdict import Machined
 from verne_post.trajectory.shaper import vibration_left
 
 
@@ -80,7 +82,9 @@ def _count_stops_within(contour: Contour) -> StopsWithin:
     return StopsWithin(sum(counts.values()), worst, most)
 
 
-def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None) -> Summary:
+def summarise(
+    source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None, part: Machined | None = None
+) -> Summary:
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves
@@ -137,6 +141,7 @@ def summarise(source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verificati
         switched=program.restored,
         tools=tuple(tools),
         stock=moves.stock,
+        compared=() if part is None else (*part.notes, *describe_judged(part)),
         shaped=shaped,
         axis_error_deg=plan.axis_error_deg if isinstance(program.machine.five_axis, AxisCorrecting) else None,
     )

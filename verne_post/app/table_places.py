@@ -78,6 +78,8 @@ def lay_out(
 def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[float, float]:
     """Where the table really stands, as :class:`TablePlace` has it; under an upright tool as it was read."""
     at = int(np.searchsorted(path.move, place.before)) - 1
+    if place.by_words and at + 1 < len(path) and path.move[at + 1] == place.before:
+        at += 1  # a rewind may come right before it
     stands = np.zeros(len(AXES))
     stands[list(machine.coordinates.rotary)] = place.machine
     if at < 0 or machine.coordinates.find_other_side(stands) is None:

@@ -7,15 +7,15 @@ from typing import IO, Final
 MOST_BYTES: Final = 1 << 28
 
 
-def read_bounded(file: IO[bytes], most: int = MOST_BYTES) -> bytes:
+def read_bounded(file: IO[bytes]) -> bytes:
     """The bytes of an open file.
 
     Raises
     ------
     OSError
-        EFBIG: it has more than ``most``.
+        EFBIG: it has more than ``MOST_BYTES``.
     """
-    raw = file.read(most + 1)
-    if len(raw) > most:
-        raise OSError(errno.EFBIG, f"is larger than {most >> 20} MB")
+    raw = file.read(MOST_BYTES + 1)
+    if len(raw) > MOST_BYTES:
+        raise OSError(errno.EFBIG, f"is larger than {MOST_BYTES >> 20} MB")
     return raw

@@ -4,7 +4,8 @@ For the first motion of a machine whose senses, zeros and scales nobody has prov
 read from the drives to a small distance on either side and back; all other actuators keep their numbers.
 """
 
-from collections.abc import Iterator
+import textwrap
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -95,7 +96,7 @@ def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat
 
 def _plan_there_and_back(machine: Machine, joint: int, distance: float, cycle: float) -> Array:
     """Shares of a distance (mm or rad) row by row: 0, +1, 0, -1, 0, standing at each."""
-    limits = machine.limits
+    limits = machine.limits.bound_jerk(cycle)
     durations, jerks = rest_to_rest(
         np.array([distance]), SPEED * limits.velocity[[joint]], SPEED**2 * limits.acceleration[[joint]],
         SPEED**3 * limits.jerk[[joint]],
@@ -153,8 +154,9 @@ def _require_slow(machine: Machine, block: SetpointBlock, joint: int) -> None:
     dt, column = block.format.cycle, machine.columns[joint]
     moved = np.ptp(block.values, axis=0) > 0
     moved[joint] = False
-    noise = (block.format.quanta[joint] / dt, *(part[joint] for part in rounding_noise(machine, block.format)))
-    limits = (machine.limits.velocity, machine.limits.acceleration, machine.limits.jerk)
+    noise = (block.format.quanta[joint] / dt, *(part[joint] for part in rounding_noise(block.format)))
+    bounds = machine.limits.bound_jerk(dt)
+    limits = (bounds.velocity, bounds.acceleration, bounds.jerk)
     ratios = (VELOCITY_RATIO, ACCELERATION_RATIO, JERK_RATIO)
     difference = block.values[:, joint]
     slow = not moved.any()
@@ -220,3 +222,19 @@ def _describe_displacement(moved: Array) -> str:
     if abs(z) >= SEEN_MM:
         parts.append(f"{abs(z):.4f} mm {'up' if z > 0 else 'down'}")
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+
+
+def instructions(machine: Machine, moves: Sequence[AxisMove]) -> str:
+    """What to do with the files, and what one must see at each."""
+    head = (
+        f"Axis check of {machine.name}: run the files one by one, in this order, without a tool, one hand on the stop. Each moves one "
+        "actuator to its positive side, back, to its negative side and back, as at an override of 2 %, and stands for a second at each end. "
+        "Before every file all drives must read what the first row says. x, y and up are directions of the machine with z up: those of the table at A = C = 0. "
+        "Stop at the first difference, correct sign, zero or scale, and begin again with new files. Only when all small motions were right, run the large ones."
+    )
+    parts = [textwrap.fill(head, width=100)]
+    for move in moves:
+        seconds = (len(move.block.values) - 1) * move.block.format.cycle
+        text = f"{move.name}.csv ({seconds:.1f} s): {move.expected_motion}"
+        parts.append(textwrap.fill(text, width=100, initial_indent="[ ] ", subsequent_indent="    "))
+    return "\n\n".join(parts) + "\n"

@@ -138,7 +138,7 @@ def command(
 
 def _check_one(files: RunFiles, name: str, machine: "Machine", given: dict[str, Any], quiet: bool) -> "Report":
     """Check one program; what is wrong with its file or its set-up is a finding too."""
-    from verne_post.app.check import check_source
+    from verne_post.app.convert import check_source
     from verne_post.app.result import refused
     from verne_post.model.findings import InputError, finding
     from verne_post.output.findings import Report

@@ -9,7 +9,6 @@ import click
 from verne_post.cli.common import load, name_machine, refuse, sigma_option
 from verne_post.cli.files import RunFiles, shown_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
-from verne_post.cli.machine_export import export
 from verne_post.cli.numbers import NUMBER, Whole, numbers_of
 from verne_post.cli.options import FILE, FOLDER, MACHINE, build_options, machine_option, options_of
 from verne_post.cli.pictures import expect_picture
@@ -18,9 +17,53 @@ from verne_post.cli.streams import echo
 from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path
 from verne_post.model.part_setup import MAX_TOOL
 from verne_post.model.verdict import ExitStatus
+from verne_post.output.machine_formats import MACHINE_FORMATS
 
 if TYPE_CHECKING:
     from verne_post.model.machine import Machine
+
+
+@click.command("export")
+@click.argument("name", type=MACHINE, default=DEFAULT_MACHINE, metavar="NAME|FILE")
+@click.option(
+    "--format",
+    "format_name",
+    type=click.Choice([name.replace("_", "-") for name in MACHINE_FORMATS]),
+    required=True,
+    help="linuxcnc-kins: kinematics component in C and a simulation for LinuxCNC; mtconnect: a device for machine monitoring.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=FOLDER,
+    required=True,
+    metavar="DIR",
+    help="Folder for the files; must not exist, or be empty.",
+)
+def export(name: str, format_name: str, output: Path) -> int:
+    """Write a machine for another program: kinematics, axes and limits, from the machine file alone."""
+    if output.exists() and any(output.iterdir()):
+        raise click.UsageError(f"-o {output}: the folder is not empty; files of two machines must not be mixed")
+    files = RunFiles()
+    files.writes(output / "machine" if output.exists() else output, "-o")
+    from verne_post.model.findings import InputError
+    from verne_post.output.file_format import CannotExport
+
+    chosen = MACHINE_FORMATS[format_name.replace("-", "_")]
+    try:
+        machine = load(files, name, "NAME|FILE")
+        made = chosen.write(machine)
+    except InputError as error:
+        return refuse(name, error)
+    except CannotExport as error:
+        raise click.UsageError(f"{name}: --format {format_name}: {error}") from None
+    output.mkdir(exist_ok=True)
+    for file_name, text in made.items():
+        files.write(output / file_name, "-o", [text])
+    echo(
+        f"{output}: {machine.name} ({machine.kind}), {len(made)} {'file' if len(made) == 1 else 'files'}; next, there: {chosen.how(machine)}"
+    )
+    return 0
 
 
 @click.group("machine")
@@ -45,10 +88,7 @@ def list_() -> int:
 @command.command("show")
 @click.argument("name", type=MACHINE, default=DEFAULT_MACHINE, metavar="NAME|FILE")
 @click.option(
-    "--plot",
-    type=FILE,
-    metavar="OUT.png|OUT.svg",
-    help="Draw a slice of the workspace in place of printing the file.",
+    "--plot", type=FILE, metavar="OUT.png|OUT.svg", help="Draw a slice of the workspace in place of printing the file."
 )
 @click.option("--tool-length", type=NUMBER, metavar="MM", help="Of the slice: gauge line to tip; default 0.")
 @click.option("--tilt", type=NUMBER, metavar="DEG", help="Of the slice: A as a program would say it; default 0.")
@@ -158,6 +198,8 @@ def validate(name: str) -> int:
         echo(f"  {group}: {source}")
     for text in describe_moves(machine):
         echo(f"  {text}")
+    if machine.unlimited:
+        echo(f"  not limited: {machine.unlimited}")
     for item in machine.warnings:
         echo(f"{name}: {item.code} {item.severity}: {item.message}", err=True)
     return 0
@@ -190,8 +232,7 @@ def axis_check(
     files.writes(output / "README.txt" if output.exists() else output, "-o")
     place = tuple(numbers_of(at, f"--at {at}"))
     from verne_post.app.row_format import format_of
-    from verne_post.calibration.axis_check import axis_moves
-    from verne_post.calibration.axis_check_text import instructions
+    from verne_post.calibration.axis_check import axis_moves, instructions
     from verne_post.model.findings import InputError
     from verne_post.output.setpoints import csv_header, csv_rows
 

@@ -170,10 +170,7 @@ def tolerances(
 )
 @click.option("--seed", type=Whole(min=0), metavar="N", help="Of the noise of --simulate; default 0.")
 @click.option(
-    "--plot",
-    type=FILE,
-    metavar="OUT.png|OUT.svg",
-    help="Draw the tip error over the table before and after.",
+    "--plot", type=FILE, metavar="OUT.png|OUT.svg", help="Draw the tip error over the table before and after."
 )
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
 def calibrate(readings: str | None, machine_name: str | None, output: Path, plot: Path | None, **given: Any) -> int:

@@ -21,8 +21,7 @@ from verne_post.calibration.as_built.plan import plan_poses
 from verne_post.calibration.as_built.prediction import quantiles
 from verne_post.calibration.as_built.program import program_lines
 from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings, reading_lines
-from verne_post.calibration.as_built.report_json import calibration_json
-from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_text
+from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_json, calibration_text
 from verne_post.calibration.as_built.stations import align_stations
 from verne_post.cli.common import print_findings
 from verne_post.cli.files import RunFiles, shown_name
@@ -145,7 +144,7 @@ def run_plan(
     files: RunFiles, opened: OpenedMachine, tolerances: Array, readings: str | None, output: Path, given: dict[str, Any]
 ) -> int:
     """Choose poses, check the program that visits them, and write it with an empty file of readings."""
-    from verne_post.app.check import check_source
+    from verne_post.app.convert import check_source
     from verne_post.model.options import Options
 
     program = output.with_suffix(".nc")

@@ -14,9 +14,8 @@ from verne_post.cli.options import FILE, INPUT, GroupedCommand, program_options
 from verne_post.cli.pictures import SUFFIXES, expect_picture
 from verne_post.cli.progress import progress_line
 from verne_post.cli.streams import print_as_is
-from verne_post.model.part_setup import SYSTEM_NUMBERS
+from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.verdict import status_of
-from verne_post.part.wanted import UNITS, Wanted
 
 _ASKED = Wanted()
 

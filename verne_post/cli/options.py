@@ -276,6 +276,9 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         own = Offsets(_read_offsets(given.get("wcs") or ()), given.get("measured_offset"))
         values["wcs"] = _work_offsets(files, (*placed.offsets, own))
         values |= _merge_bodies(values, settings, placed)
+        if placed.part is not None:
+            file, path, place = placed.part
+            values["part"] = file.make_part(files.read(path, place), shown_name(path))
         return Options(**{**values, "source_name": name, "setup_source": placed.source})
     except UsageError as error:
         raise click.UsageError(f"{flag_of(error.option)} {error.reason}") from None

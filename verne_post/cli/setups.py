@@ -10,7 +10,7 @@ from msgspec import Struct, field
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 
 if TYPE_CHECKING:
-    from verne_post.config.box_file import BoxFile
+    from verne_post.config.box_file import BoxFile, PartFile
     from verne_post.config.program_setup import ProgramSetup
     from verne_post.config.settings import Settings
     from verne_post.model.part_setup import WorkOffset
@@ -55,6 +55,8 @@ class Placed(Struct, frozen=True):
         Of the set-ups, the weaker first.
     keep_out, stock
         Bodies of the set-ups.
+    part
+        Their nominal part, its file, and the key that names it, in messages; or None.
     source : str
         Which set-ups there are; empty without any.
     remap, control
@@ -67,6 +69,7 @@ class Placed(Struct, frozen=True):
     offsets: tuple[Offsets, ...] = ()
     keep_out: dict[str, "BoxFile"] = field(default_factory=dict)
     stock: "BoxFile | None" = None
+    part: "tuple[PartFile, Path, str] | None" = None
     source: str = ""
     named: dict[str, str] = field(default_factory=dict)
     remap: dict[str, str] = field(default_factory=dict)
@@ -98,6 +101,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     offsets: list[Offsets] = []
     keep_out: dict[str, BoxFile] = {}
     stock: BoxFile | None = None
+    part: tuple[PartFile, Path, str] | None = None
     for setup in setups:
         values = {
             **setup.options,
@@ -107,6 +111,8 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
             below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
         below |= values
         named |= {KEYS_OF_FILES[key]: setup.place_of(key) for key in setup.files if key in KEYS_OF_FILES}
+        if setup.part is not None:
+            part = setup.part, setup.files["part"], setup.place_of("part.nominal")
         offsets.append(
             Offsets(setup.wcs, setup.files.get("measured_offset"), setup.name, setup.place_of("measured_offset"))
         )
@@ -119,7 +125,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     named = {key: place for key, place in named.items() if key not in above}
     remap = {code: meaning for setup in setups for code, meaning in setup.remap.items()}
     control = tuple(setup.control for setup in setups)
-    return Placed({**given, **below, **above}, tuple(offsets), keep_out, stock, source, named, remap, control)
+    return Placed({**given, **below, **above}, tuple(offsets), keep_out, stock, part, source, named, remap, control)
 
 
 def _find_setups(

@@ -1,13 +1,16 @@
-"""A box in a file: fixtures and stock."""
+"""Bodies in the file of a set-up: fixtures and stock as boxes, and the nominal part."""
 
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Final, Literal
 
 from msgspec import Meta
 
 from verne_post.config.sentences import Checks, Table
-from verne_post.model.part_setup import MAX_PLACE, SYSTEM_NUMBERS, Box
+from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, SYSTEM_NUMBERS, Box, NominalPart, Wanted
 
 Point = Annotated[list[Annotated[float, Meta(ge=-MAX_PLACE, le=MAX_PLACE)]], Meta(min_length=3, max_length=3)]
+
+Depth = Annotated[float, Meta(gt=0, le=MAX_TOOL)]
+_ASKED: Final = Wanted()
 
 
 def check_system(value: str) -> None:
@@ -35,3 +38,26 @@ class BoxFile(Table, frozen=True, kw_only=True):
         """As the program has it."""
         low, high = tuple(self.min), tuple(self.max)
         return Box(name, low, high, SYSTEM_NUMBERS.get(self.system), self.distance_mm)  # type: ignore[arg-type]
+
+
+class PartFile(Table, frozen=True, kw_only=True):
+    """[part]: the part as it should be, an STL in a work system, and which deviations count."""
+
+    checks: ClassVar[Checks] = {"system": check_system}
+
+    nominal: Annotated[str, Meta(min_length=1)]
+    system: str
+    unit: Literal["mm", "cm", "m", "inch"] = "mm"
+    gouge_mm: Depth = _ASKED.gouge
+    excess_mm: Depth = _ASKED.excess
+    grid_mm: Depth = _ASKED.grid
+    search_mm: Depth = _ASKED.search
+
+    def check_together(self) -> None:
+        if self.search_mm < max(self.gouge_mm, self.excess_mm):
+            raise ValueError(f"search_mm {self.search_mm:g} must not be below gouge_mm and excess_mm")
+
+    def make_part(self, raw: bytes, name: str) -> NominalPart:
+        """As the program has it."""
+        wanted = Wanted(self.gouge_mm, self.excess_mm, self.grid_mm, self.search_mm)
+        return NominalPart(name, raw, SYSTEM_NUMBERS.get(self.system), self.unit, wanted)

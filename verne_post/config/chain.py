@@ -72,7 +72,7 @@ class JointFile(Table, frozen=True, kw_only=True):
     travel_deg: Range | None = None
     velocity: Positive
     acceleration: Positive
-    jerk: Positive
+    jerk: Positive | None = None
 
     def check_together(self) -> None:
         if (self.slides is None) == (self.turns is None):
@@ -267,7 +267,8 @@ def _convert_limits(file: ChainMachineFile, columns: tuple[Column, ...]) -> Limi
     )
     size = np.array([abs(column.factor) for column in columns])
     velocity, acceleration, jerk = (
-        np.array([getattr(joint, key) for joint in joints]) / size for key in ("velocity", "acceleration", "jerk")
+        np.array([getattr(joint, key) or math.inf for joint in joints]) / size
+        for key in ("velocity", "acceleration", "jerk")
     )
     return Limits(travel[:, 0], travel[:, 1], velocity, acceleration, jerk, 0.0)
 
@@ -281,7 +282,8 @@ def _find_implausible(file: ChainMachineFile) -> Iterator[Finding]:
             key = f"joints.{name}.travel_{'mm' if kind == 'linear' else 'deg'}"
             texts += compare(key, travel[1] - travel[0], f"{kind} {key[-3:].strip('_')}", "a travel of ")
         for ending in ("velocity", "acceleration", "jerk"):
-            texts += compare(f"joints.{name}.{ending}", getattr(joint, ending), f"{kind} {ending}")
+            if (value := getattr(joint, ending)) is not None:
+                texts += compare(f"joints.{name}.{ending}", value, f"{kind} {ending}")
         texts += compare_largest(f"joints.{name}.through", joint.through or (), "module")
     accuracy = file.accuracy or AccuracyFile()
     for key, value, what in (

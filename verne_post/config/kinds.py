@@ -8,12 +8,14 @@ from msgspec import Struct
 from verne_post.config.schema import (
     LinearDeltaModuleFile,
     RodsFile,
+    RodsModuleFile,
     SerialModuleFile,
     VerneModuleFile,
     VerneRodsFile,
 )
 from verne_post.config.sentences import Table
 from verne_post.kinematics.modules.linear_delta import LinearDeltaModule
+from verne_post.kinematics.modules.rods import RodsModule
 from verne_post.kinematics.modules.serial import SerialModule
 from verne_post.kinematics.modules.verne.module import VerneModule
 from verne_post.model.deviations import RodPlaces
@@ -34,19 +36,23 @@ class Kind(Struct, frozen=True):
         ``{group}_velocity``, ...
     rods : bool
         True where [limits] must say how close a rod may come to the horizontal (``serial_singularity_mm``).
-    rod_places : pair of types, or None
-        Schema of [rods], and what its places become; None where the kind does not know its rods as bodies.
+    bodies : type of RodsFile, or None
+        Schema of [rods]; None where the kind does not know its rods as bodies.
+    rod_places : type of RodPlaces, or None
+        What the places of [rods] become; None where there are none in it.
     """
 
     schema: type[Table]
     build: Callable[..., ParallelModule]
     group: str
     rods: bool
-    rod_places: tuple[type[RodsFile], type[RodPlaces]] | None = None
+    bodies: type[RodsFile] | None = None
+    rod_places: type[RodPlaces] | None = None
 
 
 KINDS: Final[dict[str, Kind]] = {
-    "verne": Kind(VerneModuleFile, VerneModule, group="rho", rods=True, rod_places=(VerneRodsFile, RodPlaces)),
+    "verne": Kind(VerneModuleFile, VerneModule, group="rho", rods=True, bodies=VerneRodsFile, rod_places=RodPlaces),
     "serial": Kind(SerialModuleFile, SerialModule, group="xyz", rods=False),
     "linear_delta": Kind(LinearDeltaModuleFile, LinearDeltaModule, group="rho", rods=True),
+    "rods": Kind(RodsModuleFile, RodsModule, group="rho", rods=True, bodies=RodsFile),
 }

@@ -30,13 +30,14 @@ from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
 from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
+from verne_post.kinematics.modules.rods import RodsModule
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
 from verne_post.model.findings import Finding, InputError, UsageError, finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Limits, Machine
 from verne_post.model.moves import Frame
-from verne_post.model.protocols import FiveAxis
+from verne_post.model.protocols import FiveAxis, RodModule
 
 if TYPE_CHECKING:
     from verne_post.kinematics.as_built.bodies import VerneRods
@@ -99,7 +100,10 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         from verne_post.config.as_built import build_as_built, read_as_built  # few machines have it
 
         as_built = read_as_built(content.as_built, file_name, read)
-    module = kind.build(**asdict(module_file))
+    try:
+        module = kind.build(**asdict(module_file))
+    except ValueError as error:
+        raise InputError(finding("VP501", f"{file_name}: module: {error}")) from None
     table = TiltingTable(
         pivot=np.array(content.table.pivot),
         rotary_offset=np.array(content.table.rotary_offset),
@@ -162,8 +166,8 @@ def _convert_tolerances(file: TolerancesFile) -> np.ndarray:
 def _convert_limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -> Limits:
     values = asdict(file)
 
-    def convert_actuators(value: float | list[float]) -> list[float]:
-        return list(value) if isinstance(value, list) else [value] * n
+    def convert_actuators(value: float | list[float] | None) -> list[float]:
+        return list(value) if isinstance(value, list) else [value or math.inf] * n
 
     travel = values[f"{kind.group}_mm"]
     ranges = travel if isinstance(travel[0], list) else [travel] * n
@@ -176,7 +180,7 @@ def _convert_limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -
     rows = np.array([*ranges, *angles], dtype=float)
 
     def joints(what: str) -> np.ndarray:
-        a, c = (RAD_PER_DEG * values[f"{joint}_{what}"] for joint in ("a", "c"))
+        a, c = (RAD_PER_DEG * (values[f"{joint}_{what}"] or math.inf) for joint in ("a", "c"))
         return np.array([*convert_actuators(values[f"{kind.group}_{what}"]), a, c])
 
     smallest_drop = values["serial_singularity_mm"] if kind.rods else 0.0
@@ -223,8 +227,8 @@ def _check_schemas(
             module = checked(kind.schema, groups["module"], "module", str(name))
         if groups["limits"] is not None:
             limits = checked(limits_file(kind.group, kind.rods), groups["limits"], "limits", str(name))
-        if groups["rods"] is not None and kind.rod_places is not None:
-            rods = checked(kind.rod_places[0], groups["rods"], "rods", str(name))
+        if groups["rods"] is not None and kind.bodies is not None:
+            rods = checked(kind.bodies, groups["rods"], "rods", str(name))
         elif groups["rods"] is not None:
             mistakes.append(finding("VP501", f"{file_name}: [rods]: kind {name!r} does not know its rods as bodies"))
     if mistakes:
@@ -240,7 +244,7 @@ def _find_rod_places(kind: Kind, rods: RodsFile | None) -> RodPlaces | None:
     """Where the rods are along x; None where the file or the kind does not say."""
     if rods is None or kind.rod_places is None:
         return None
-    return kind.rod_places[1](
+    return kind.rod_places(
         **{key: value for key, value in asdict(rods).items() if key not in RodsFile.__struct_fields__}
     )
 
@@ -274,7 +278,9 @@ def _make_clearance(
     measured = rods is not None and (rods.diameter_mm is not None or rods.cone_centre is not None)
     if file is None and not measured:
         return None
-    rod_module = _make_rod_bodies(five_axis, nominal, places) if places is not None and measured else None
+    rod_module: RodModule | None = nominal.module if measured and isinstance(nominal.module, RodsModule) else None
+    if measured and places is not None:
+        rod_module = _make_rod_bodies(five_axis, nominal, places)
     radius = None
     if rods is not None and rods.diameter_mm is not None and rod_module is not None:
         legs = list(dict.fromkeys(rod_module.rod_legs))

@@ -7,9 +7,8 @@ from typing import Annotated, Any, Final, Literal
 from msgspec import Meta, Struct, field
 
 from verne_post.config.beside import file_beside, lies_in
-from verne_post.config.box_file import BoxFile
+from verne_post.config.box_file import BoxFile, PartFile
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
-from verne_post.config.inline_tools import TO_MEASURE, InlineTool, number_tools
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
@@ -17,13 +16,59 @@ from verne_post.model.control_keys import KEYS, NAMING_TOOLS
 from verne_post.model.findings import InputError, finding
 from verne_post.model.option_checks import Meaning, check_work_offsets
 from verne_post.model.options import OPTIONS, about
-from verne_post.model.part_setup import MAX_PLACE, Tool, WorkOffset
+from verne_post.model.part_setup import FIRST_NAMED_TOOL, MAX_PLACE, MAX_TOOL, Tool, WorkOffset
+
+#: Stands for a size that is still to be measured: the tool is there, and its size is not known.
+TO_MEASURE: Final = "measure"
+
+#: A length or a diameter, mm.
+Size = Annotated[float, Meta(ge=0, le=MAX_TOOL)] | Literal["measure"]
+
+
+class InlineTool(Table, frozen=True, kw_only=True):
+    """One tool of [tools]; ``number`` is that of a tool which the program calls by its name."""
+
+    length: Size = TO_MEASURE
+    diameter: Size = 0.0
+    number: Annotated[int, Meta(ge=1)] | None = None
+
+
+def number_tools(entries: Mapping[str, InlineTool], place: str) -> tuple[dict[int, Tool], dict[str, int]]:
+    """Tools by their numbers, and the numbers of those that have names.
+
+    Parameters
+    ----------
+    entries : mapping
+        Number or name -> tool.
+    place : str
+        Where they stand, for messages.
+
+    Raises
+    ------
+    ValueError
+        Two of them have one number.
+    """
+    tools: dict[int, Tool] = {}
+    names: dict[str, int] = {}
+    for key, entry in entries.items():
+        number = int(key) if key.isdecimal() else entry.number or FIRST_NAMED_TOOL + len(names)
+        if key.isdecimal() and entry.number not in (None, number):
+            raise ValueError(f"tools.{key}.number = {entry.number}: the key is its number; leave the other out")
+        if number in tools or not number:
+            raise ValueError(f"tools.{key}: {f'there is a tool {number} already' if number else 'no tool is tool 0'}")
+        if not key.isdecimal():
+            names[key] = number
+        length, diameter = (0.0 if size == TO_MEASURE else float(size) for size in (entry.length, entry.diameter))
+        offset = (0.0, 0.0, length, *(0.0,) * 6)
+        tools[number] = Tool(number, number, offset, diameter, place if entry.length == TO_MEASURE else "")
+    return tools, names
+
 
 #: Keys that name files, relative to the folder of the set-up.
 FILE_KEYS: Final = ("tool_table", "tool_lengths", "measured_offset", "tool_shapes", "parameters")
 #: Keys that say which lengths the tools have: a set-up, or the command line, that has one of them has them all.
 TOOL_KEYS: Final = ("tool_length", "tool_table", "tool_lengths", "tools")
-_OWN: Final = ("wcs", "keep_out", "stock")
+_OWN: Final = ("wcs", "keep_out", "stock", "part")
 #: Stands for a code whose meaning is still to be decided: it is refused, as without the key.
 TO_DECIDE: Final = "decide"
 
@@ -48,6 +93,7 @@ class SetupFile(Table, frozen=True, kw_only=True):
     aptcl: dict[str, Any] = field(default_factory=dict)
     keep_out: dict[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
+    part: PartFile | None = None
     tool_table: FileName | None = None
     tool_lengths: FileName | None = None
     measured_offset: FileName | None = None
@@ -67,10 +113,11 @@ class ProgramSetup(Struct, frozen=True):
     wcs : mapping
         Number of a work system -> offset.
     files : mapping
-        Key of :data:`FILE_KEYS` -> path.
+        Key of :data:`FILE_KEYS`, or "part" -> path.
     keep_out : mapping
         Name -> box.
     stock : BoxFile or None
+    part : PartFile or None
     remap : mapping
         Meaning of user-defined codes.
     control : mapping
@@ -83,6 +130,7 @@ class ProgramSetup(Struct, frozen=True):
     files: Mapping[str, Path] = field(default_factory=dict)
     keep_out: Mapping[str, BoxFile] = field(default_factory=dict)
     stock: BoxFile | None = None
+    part: PartFile | None = None
     remap: Mapping[str, str] = field(default_factory=dict)
     control: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
@@ -167,10 +215,13 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *,
             control[dialect]["tools"] = {**control[dialect].get("tools", {}), **numbers}
     except ValueError as error:
         sentences.append(f"{place}{error}")
-    files = {key: folder / getattr(file, key) for key in FILE_KEYS if getattr(file, key) is not None}
-    for key in files if remedy else ():
+    named = {key: value for key in FILE_KEYS if (value := getattr(file, key)) is not None}
+    if file.part is not None:
+        named["part"] = file.part.nominal
+    files = {key: folder / value for key, value in named.items()}
+    for key, value in named.items() if remedy else ():
         try:
-            file_beside(folder, getattr(file, key), f"{place}{key}", remedy)
+            file_beside(folder, value, f"{place}{key}", remedy)
         except ValueError as error:
             sentences.append(str(error))
     if sentences:
@@ -178,7 +229,7 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *,
     options = {key: tuple(value) if isinstance(value, list) else value for key, value in rest.items()}
     if tools:
         options["tools"] = tools
-    return ProgramSetup(shown, options, wcs, files, file.keep_out, file.stock, remap, control)
+    return ProgramSetup(shown, options, wcs, files, file.keep_out, file.stock, file.part, remap, control)
 
 
 def options_of_a_setup() -> list[str]:

@@ -91,6 +91,34 @@ class LinearDeltaModuleFile(Table, frozen=True, kw_only=True):
                 )
 
 
+class RodFile(Table, frozen=True, kw_only=True):
+    """One of module.rod."""
+
+    platform: Point
+    slider: Point
+    rail: Point
+    length: Positive
+    by: Literal["rho1", "rho2", "rho3"]
+
+    def check_together(self) -> None:
+        if not any(self.rail):
+            raise ValueError("rail = [0, 0, 0] has no direction")
+
+
+class RodsModuleFile(Table, frozen=True, kw_only=True):
+    """[module] of kind "rods"."""
+
+    home: Point
+    home_mm: Point
+    rod: Annotated[list[RodFile], Meta(min_length=6, max_length=6)]
+    largest_tilt_deg: Annotated[float, Meta(gt=0, lt=90)] = 60.0
+
+    def check_together(self) -> None:
+        idle = sorted({"rho1", "rho2", "rho3"} - {rod.by for rod in self.rod})
+        if idle:
+            raise ValueError(f"rod: none is moved by {', '.join(idle)}")
+
+
 class SpindleFile(Table, frozen=True, kw_only=True):
     """[spindle]."""
 
@@ -139,10 +167,10 @@ class LimitsFile(Table, frozen=True, kw_only=True):
     c_deg: Range | None = None
     a_velocity: Positive
     a_acceleration: Positive
-    a_jerk: Positive
+    a_jerk: Positive | None = None
     c_velocity: Positive
     c_acceleration: Positive
-    c_jerk: Positive
+    c_jerk: Positive | None = None
 
 
 @cache
@@ -159,7 +187,8 @@ def limits_file(group: str, rods: bool) -> type[LimitsFile]:
         parallel_singularity allowed.
     """
     fields: list[Any] = [(f"{group}_mm", PerActuatorRange)]
-    fields += [(f"{group}_{what}", PerActuator) for what in ("velocity", "acceleration", "jerk")]
+    fields += [(f"{group}_{what}", PerActuator) for what in ("velocity", "acceleration")]
+    fields.append((f"{group}_jerk", PerActuator | None, None))
     if rods:
         fields += [("serial_singularity_mm", NotNegative), ("parallel_singularity", Positive | None, None)]
     checks = {**LimitsFile.checks, f"{group}_mm": check_ranges}

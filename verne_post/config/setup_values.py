@@ -75,7 +75,8 @@ def with_setup(options: Options, program: Path | None, setup: Setup) -> Options:
         box.name: box for box in options.keep_out
     }
     return Options(**{
-        "stock": None if file.stock is None else file.stock.box("the stock"), **below, **values_of_files(contents), **given,
+        "stock": None if file.stock is None else file.stock.box("the stock"),
+        "part": None if file.part is None else file.part.make_part(*contents["part"]), **below, **values_of_files(contents), **given,
         "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
         "remap": {**file.remap, **options.remap}, "control": merge_keys(file.control, options.control),
         "setup_source": file.name,

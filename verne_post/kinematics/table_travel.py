@@ -1,8 +1,14 @@
-"""Whether the travel of the table allows a place: what a control asks before it chooses one of two positions of the table."""
+"""Whether the travel of the table allows a place: what a control asks before it chooses one of two positions of the table.
 
+Likewise of all joints, before a corner may swing out.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
 from msgspec import Struct
 
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import LIMIT_SLACK
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Frame
@@ -25,3 +31,14 @@ class MachineTravel(Struct, frozen=True, eq=False):
         limits = machine.limits
         out = (table < limits.lower[-2:] - LIMIT_SLACK) | (table > limits.upper[-2:] + LIMIT_SLACK)
         return "".join(letter for letter, beyond in zip(machine.rotary_letters, out, strict=True) if beyond)
+
+
+def check_travel_of(machine: Machine) -> Callable[[Array, Array], Mask]:
+    """Whether poses (n, 5) with tool lengths (n,) keep the travel of every joint; those that are out of reach break none."""
+    solve, limits = machine.five_axis.solve, machine.limits
+
+    def check_travel(pose: Array, tool_length: Array) -> Mask:
+        q = solve(pose[:, :3], pose[:, 3:], tool_length)[0]
+        return np.asarray(~((q < limits.lower) | (q > limits.upper)).any(axis=1))
+
+    return check_travel

@@ -434,14 +434,14 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP218",
         "gouge",
         "error",
-        "Cutter, shank or holder cut into the nominal part, deeper than --gouge.",
+        "Cutter, shank or holder cut into the nominal part, deeper than --gouge, or gouge_mm of a set-up's [part].",
         "The message has place, depth along the normal, body and line: look at the tool, its length and the work offset of that line first.",
     ),
     (
         "VP219",
         "excess left on the part",
         "warning",
-        "More material than --excess stays on a facet of the nominal part that the cutter came near.",
+        "More material than --excess, or excess_mm of a set-up's [part], stays on a facet of the nominal part that the cutter came near.",
         "The message has the place and the nearest line: take a smaller stepover or a smaller cutter there.",
     ),
     (
@@ -449,7 +449,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "not decided",
         "error",
         "The certain bound of some facets is not good enough to call them clear of gouges deeper than --gouge; the message has the bound. Where a gouge was found elsewhere it is a warning.",
-        "Accept a larger --gouge, or look at the places that the message and --csv name.",
+        "Accept a larger --gouge (gouge_mm), or look at the places that the message and --csv of machined name.",
     ),
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
@@ -616,9 +616,9 @@ PARAMETERS: Final[dict[str, str]] = {
     "VP215": "--keep-out, [keep_out] of the settings file, --tool-shapes, clearance of the machine file; not checked without a box",
     "VP216": "--stock, [stock] of the settings file, --tool-shapes, clearance of the machine file; not checked without a box",
     "VP217": "accuracy.uncorrected_axis_deg of the machine file; not checked without it; --correct-axis",
-    "VP218": "--nominal, --gouge, --tool-shapes of machined",
-    "VP219": "--nominal, --excess, --tool-shapes of machined",
-    "VP220": "--nominal, --gouge of machined",
+    "VP218": "--nominal, --gouge of machined, [part] of a set-up, --tool-shapes; not checked without a part",
+    "VP219": "--nominal, --excess of machined, [part] of a set-up, --tool-shapes; not checked without a part",
+    "VP220": "--nominal, --gouge of machined, [part] of a set-up; not checked without a part",
     "VP301": "limits.a_deg, limits.c_deg of the machine file; --allow-rewind",
     "VP401": "the velocities in limits of the machine file; control.cycle_s, or --cycle; --decimals",
     "VP402": "the accelerations in limits of the machine file; control.cycle_s, or --cycle; --decimals",

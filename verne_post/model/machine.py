@@ -1,6 +1,6 @@
 """The machine as all packages see it: frozen values, lengths in mm, angles in rad, times in s."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,7 +39,8 @@ class Limits:
 
     ``lower`` and ``upper`` are infinite for an unlimited joint. ``serial_singularity`` is the
     smallest vertical drop of a rod, mm, 0 for a machine without rods; ``parallel_singularity`` the smallest scaled
-    determinant of the parallel Jacobian, minus infinity where the machine file names none.
+    determinant of the parallel Jacobian, minus infinity where the machine file names none. ``jerk`` is infinite where it names
+    none.
     """
 
     lower: Array
@@ -49,6 +50,14 @@ class Limits:
     jerk: Array
     serial_singularity: float
     parallel_singularity: float = -np.inf
+
+    def bound_jerk(self, cycle: float) -> "Limits":
+        """The same limits on rows of a control cycle (s), with a finite jerk where none is named.
+
+        Two accelerations within their limit differ by no more than twice it, so the third differences of rows never exceed
+        2 acceleration / cycle: planning with that jerk limits nothing.
+        """
+        return replace(self, jerk=np.minimum(self.jerk, 2.0 * self.acceleration / cycle))
 
 
 @dataclass(frozen=True)
@@ -139,6 +148,12 @@ class Machine:
     def assumed(self) -> tuple[str, ...]:
         """Groups of the machine file whose values nobody has measured."""
         return tuple(group for group, source in self.provenance.items() if source.startswith("assumed"))
+
+    @property
+    def unlimited(self) -> str:
+        """What the machine file does not limit: joints without a jerk; empty where all have one."""
+        joints = [column.joint for column, jerk in zip(self.columns, self.limits.jerk, strict=True) if np.isinf(jerk)]
+        return f"jerk of {', '.join(joints)}: the machine file names no limit" if joints else ""
 
     @property
     def margins(self) -> tuple[Margin, ...]:

@@ -201,7 +201,7 @@ def tool_of_event(event: Event) -> str:
 
 
 class TablePlace(Struct, frozen=True):
-    """Where a tool axis gave way to a place of the table: which one that is decides what place of the part the machine is at.
+    """Where the program names a place of the machine: the side on which the table stands decides what place of the part that is.
 
     Attributes
     ----------
@@ -209,10 +209,13 @@ class TablePlace(Struct, frozen=True):
         Index of the move that follows.
     machine : tuple of float
         A and C at which the table was taken to stand, machine coordinates, degrees.
+    by_words : bool
+        A and C words hold: another side is taken only with ``allow_rewind``. Else a tool axis gives way to a place of the table.
     """
 
     before: int
     machine: tuple[float, float]
+    by_words: bool = False
 
 
 class Arcs(Struct, frozen=True):

@@ -19,10 +19,13 @@ from verne_post.model.part_setup import (
     SYSTEM_NAMES,
     SYSTEM_NUMBERS,
     TOOL_PARTS,
+    UNITS,
     Box,
     Cylinder,
+    NominalPart,
     Tool,
     ToolShape,
+    Wanted,
     WorkOffset,
     describe_mistake,
 )
@@ -181,6 +184,29 @@ def check_boxes(value: object) -> tuple[Box, ...]:
         if names.count(name) > 1:
             raise ValueError(f"{name} is given twice; every box needs its own name")
     return boxes
+
+
+def check_part(value: object) -> NominalPart | None:
+    """The nominal part: its file is read when a program is compared with it."""
+    if value is None:
+        return None
+    if not isinstance(value, NominalPart):
+        raise ValueError(f"{value!r}: expected a NominalPart(name, raw, system, unit, wanted)")
+    if not isinstance(value.raw, bytes) or value.unit not in UNITS or value.system not in (None, *SYSTEM_NAMES):
+        raise ValueError(
+            f"{value.name}: expected the bytes of an STL, the number of a work system, and a unit of {', '.join(UNITS)}"
+        )
+    wanted = value.wanted
+    if not isinstance(wanted, Wanted):
+        raise ValueError(f"{wanted!r}: expected Wanted(gouge, excess, grid, search)")
+    sizes = check_numbers(
+        (wanted.gouge, wanted.excess, wanted.grid, wanted.search), (4,), f"depths of {value.name}", MAX_TOOL
+    )
+    if min(sizes) <= 0 or wanted.search < max(wanted.gouge, wanted.excess):
+        raise ValueError(
+            f"{value.name}: gouge, excess, grid and search must be above 0, and search not below gouge and excess"
+        )
+    return value
 
 
 def check_shapes(value: object) -> dict[int, ToolShape]:

@@ -28,6 +28,7 @@ from verne_post.model.option_checks import (
     check_boxes,
     check_override,
     check_parameters,
+    check_part,
     check_place,
     check_remap,
     check_shapes,
@@ -37,7 +38,7 @@ from verne_post.model.option_checks import (
     one_of,
     without_numpy,
 )
-from verne_post.model.part_setup import MAX_TOOL, SYSTEM_NAMES, Box, Cylinder, Tool, WorkOffset
+from verne_post.model.part_setup import MAX_TOOL, SYSTEM_NAMES, Box, Cylinder, NominalPart, Tool, WorkOffset
 
 
 class Group(StrEnum):
@@ -218,6 +219,8 @@ class Options:
     tool_shapes: Annotated[dict[int, Any], Checked(check_shapes), About(
         "Cutter, shank and holder of the tools.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = field(
         default_factory=dict)
+    part: Annotated[NominalPart | None, Checked(check_part), About(
+        "The part as it should be: rows are compared with it.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = None
     air: Annotated[float, Meta(ge=0, le=1000.0), About(
         "Dry run: lift the whole program by so much.", Group.SAFETY, unit="mm", in_settings=False)] = 0.0
     air_along: Annotated[Literal["tool", "table"], About(
@@ -430,6 +433,10 @@ def _convert_to_json(value: object) -> object:
         system = "table" if value.system is None else SYSTEM_NAMES[value.system]
         corners = {"min": list(value.low), "max": list(value.high)}
         return {"name": value.name, **corners, "system": system, "distance_mm": value.distance}
+    if isinstance(value, NominalPart):
+        system = "table" if value.system is None else SYSTEM_NAMES[value.system]
+        wanted = {f"{key}_mm": one for key, one in value.wanted.__dict__.items()}
+        return {"nominal": hashlib.sha256(value.raw).hexdigest(), "system": system, "unit": value.unit, **wanted}
     if isinstance(value, Cylinder):
         return [value.part, value.diameter, value.length]
     if isinstance(value, Mapping):

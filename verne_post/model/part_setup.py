@@ -28,6 +28,8 @@ COORDINATES: Final = "xyzc"
 MAX_PLACE: Final = 1e5
 #: Lengths and diameters of tools beyond this are mistakes, mm.
 MAX_TOOL: Final = 1e4
+#: mm of the units that a mesh may be in.
+UNITS: Final = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,50 @@ class Box:
     high: tuple[float, float, float]
     system: int | None = None
     distance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a comparison with the nominal part is asked for, mm.
+
+    Attributes
+    ----------
+    gouge, excess : float
+        Depths along the normal that count.
+    grid : float
+        No place of the surface is farther than this from one that is looked at.
+    search : float
+        How deep below and how high above the surface is looked; less than the thinnest wall.
+    """
+
+    gouge: float = 0.05
+    excess: float = 0.2
+    grid: float = 0.2
+    search: float = 2.0
+
+
+@dataclass(frozen=True)
+class NominalPart:
+    """The part as it should be, with which rows are compared as they are made.
+
+    Attributes
+    ----------
+    name : str
+        In messages.
+    raw : bytes
+        An STL file.
+    system : int or None
+        Number of the work system (1 = G54) that it is in, as ``--wcs`` gives it; None: the table frame.
+    unit : str
+        One of ``UNITS``: an STL does not say its unit.
+    wanted : Wanted
+    """
+
+    name: str
+    raw: bytes
+    system: int | None = None
+    unit: str = "mm"
+    wanted: Wanted = Wanted()
 
 
 @dataclass(frozen=True)

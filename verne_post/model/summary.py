@@ -100,6 +100,8 @@ class Summary:
         for a nominal machine.
     stock : Stock or None
         The stock that the program defines.
+    compared : tuple of str
+        What was found of the nominal part, a sentence for each comparison; the first one counts.
     arc_feeds : tuple of ArcFeedUse
         Arcs beside the contour whose feed rate is not F.
     shaped : Shaped or None
@@ -136,6 +138,7 @@ class Summary:
     tools: tuple[tuple[int, float], ...] = ()
     axis_error_deg: float | None = None
     stock: Stock | None = None
+    compared: tuple[str, ...] = ()
     shaped: Shaped | None = None
     placed_systems: frozenset[int] = frozenset()
     arc_feeds: tuple[ArcFeedUse, ...] = ()

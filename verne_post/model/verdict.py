@@ -100,6 +100,10 @@ def concerns_text(code: str) -> bool:
     return family_of(code) == Family.PROGRAM
 
 
+#: Codes of the comparison with the nominal part, which ``explain`` does not make.
+OF_THE_PART: Final = ("VP218", "VP219", "VP220")
+
+
 def concerns_pose(code: str) -> bool:
     """Whether a code is about poses of the machine: ``explain`` works them out."""
     return family_of(code) in (Family.POSITION, Family.GEOMETRY, Family.BRANCH)

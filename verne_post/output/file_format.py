@@ -1,4 +1,4 @@
-"""What a format of setpoint files is."""
+"""What a format of setpoint files is, and one of whole machines."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING
@@ -7,6 +7,12 @@ from msgspec import Struct, field
 
 if TYPE_CHECKING:
     from verne_post.output.spool import WrittenRows
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from verne_post.model.machine import Machine
+
 
 Writer = Callable[["WrittenRows"], Iterator[bytes]]
 
@@ -37,3 +43,22 @@ class FileFormat(Struct, frozen=True):
     def writer(self, suffix: str) -> Writer:
         """Choose the writer for a file whose name ends so; "" for standard output."""
         return self.variants.get(suffix.lower(), self.write)
+
+
+class MachineFormat(Struct, frozen=True):
+    """One format of `machine export`.
+
+    Attributes
+    ----------
+    write : callable
+        Texts of the files of a machine, by their names.
+    how : callable
+        What the user does next, in one line, from the machine.
+    """
+
+    write: Callable[["Machine"], Mapping[str, str]]
+    how: Callable[["Machine"], str]
+
+
+class CannotExport(Exception):
+    """A format cannot hold this machine: the message says what of it, and what would be right."""

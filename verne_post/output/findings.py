@@ -7,7 +7,7 @@ from msgspec import Struct
 from verne_post.base.printable import printable, printable_in_place
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import concerns_pose, concerns_text, counts
+from verne_post.model.verdict import OF_THE_PART, concerns_pose, concerns_text, counts
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -95,7 +95,7 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     if item.column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
     code = CODES[item.code]
-    if not concerns_pose(item.code):
+    if not concerns_pose(item.code) or item.code in OF_THE_PART:
         lines.append(f"  {blank} = {code.title}: {code.remedy}")
     else:
         lines += [f"  {blank} = tried: {printable(text)}" for text in item.remedies]

@@ -31,8 +31,7 @@ def describe_comparisons(name: str, machined: Machined) -> str:
             f"{name}: {rows} poses of {tools} against {first.mesh.name}: {len(first.state)} facets, {len(first.cells.facet)} places, none of the surface farther than {first.wanted.grid:g} mm from one"
         )
         lines += [f"  {note}" for note in machined.notes]
-        for k, one in enumerate(machined.judged):
-            lines += [f"  {_describe_one(one)}{' (counts)' if k == 0 else ''}"]
+        lines += [f"  {text}" for text in describe_judged(machined)]
         lines.append(
             f"  the statement is about the facets of {first.mesh.name}; how far they are from the surface that it stands for adds to it"
         )
@@ -47,6 +46,11 @@ def describe_comparisons(name: str, machined: Machined) -> str:
             f"{name}: {touched.mesh.name}, {len(touched.mesh.facets)} facets: {verdict}; nearest place seen {touched.least:.3f} mm"
         )
     return "\n".join(lines) + "\n"
+
+
+def describe_judged(machined: Machined) -> list[str]:
+    """Each comparison in a sentence."""
+    return [f"{_describe_one(one)}{' (counts)' if k == 0 else ''}" for k, one in enumerate(machined.judged)]
 
 
 def _describe_one(judged: Judged) -> str:

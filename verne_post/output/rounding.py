@@ -32,7 +32,7 @@ def choose_setpoint_format(
         VP018 when the noise of given decimals, or of whole numbers, exceeds a limit itself and ``accept_rounding`` is False.
     """
     size = np.abs([column.factor for column in machine.columns])
-    limits = machine.limits
+    limits = machine.limits.bound_jerk(cycle)
     jerk = limits.jerk * size
     whole = np.array([drive.integer for drive in drives] or [False] * len(jerk))
     scale = np.array([drive.scale for drive in drives] or [1.0] * len(jerk))
@@ -47,16 +47,14 @@ def choose_setpoint_format(
     fmt = SetpointFormat(cycle, tuple(int(d) for d in chosen), time_decimals(cycle), drives)
     if accept_rounding:
         return fmt
-    for index, (column, noise, limit) in enumerate(
-        zip(machine.columns, rounding_noise(machine, fmt)[1], jerk, strict=True)
-    ):
+    for index, (column, noise, limit) in enumerate(zip(machine.columns, rounding_noise(fmt)[1], jerk, strict=True)):
         if noise > limit and (whole[index] or decimals is not None):
             text = (
                 f"drives.{column.joint} wants whole numbers of {fmt.quanta[index]:g} {column.unit}: rounding" if whole[index]
                 else f"--decimals {decimals}: rounding {column_heading(column, drives, index)}"
             )  # fmt: skip
             remedy = "use --units joint" if whole[index] else "use --decimals auto"
-            text += f" alone makes a jerk of {noise:g} {column.unit}/s3, over its limit {limit:g}; {remedy}, or --accept-rounding"
+            text += f" alone makes a jerk of {noise:g} {column.unit}/s3, over {'its limit' if np.isfinite(machine.limits.jerk[index]) else 'what its acceleration allows,'} {limit:g}; {remedy}, or --accept-rounding"
             raise InputError(finding("VP018", text))
     return fmt
 
@@ -76,15 +74,15 @@ def choose_trusted_format(machine: Machine, seen: SetpointFormat, *, accept_roun
         return seen
     fine_drives = tuple(replace(drive, integer=False) for drive in seen.drives)
     auto = choose_setpoint_format(machine, seen.cycle, None, accept_rounding=True, drives=fine_drives)
-    jerk = machine.limits.jerk * np.abs([column.factor for column in machine.columns])
-    too_coarse = rounding_noise(machine, seen)[1] > jerk
+    jerk = machine.limits.bound_jerk(seen.cycle).jerk * np.abs([column.factor for column in machine.columns])
+    too_coarse = rounding_noise(seen)[1] > jerk
     decimals = tuple(
         fine if bad else as_seen for fine, as_seen, bad in zip(auto.decimals, seen.decimals, too_coarse, strict=True)
     )
     return replace(seen, decimals=decimals)
 
 
-def rounding_noise(machine: Machine, fmt: SetpointFormat) -> tuple[Array, Array]:
+def rounding_noise(fmt: SetpointFormat) -> tuple[Array, Array]:
     """Largest acceleration and jerk that rounding adds to each column's differences, mm or degrees."""
     return 2 * fmt.quanta / fmt.cycle**2, 4 * fmt.quanta / fmt.cycle**3
 

@@ -76,6 +76,8 @@ def side_car_text(summary: Summary) -> str:
         data["feed_on_arcs"] = [use.record() for use in summary.arc_feeds]
     if summary.stock is not None:
         data["stock"] = summary.stock.record()
+    if summary.compared:
+        data["part"] = list(summary.compared)
     if summary.free_turn is not None:
         data["free_c"] = _free_turn(summary.free_turn, machine)
     if summary.verification is not None:

@@ -64,7 +64,8 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("start position", _describe_first_row(summary)), *_restart(summary), *_describe_dry_run(summary),
         ("time", _describe_motion(summary)), *_bound(summary), *_describe_feed(summary), *_free_turn(summary),
         *_describe_tolerance(summary), *_describe_vibration(summary), *_describe_axis_error(summary), *_describe_limits(summary), *_describe_rounding(summary),
-        *_describe_setup(summary), *_describe_provisional(summary), *_describe_manual_stops(summary),
+        *_describe_setup(summary), *([("not limited", summary.machine.unlimited)] if summary.machine.unlimited else []),
+        *_describe_provisional(summary), *_describe_manual_stops(summary),
     ]  # fmt: skip
 
 
@@ -199,6 +200,7 @@ def _describe_worst_ratios(verdict: Verification, machine: Machine) -> str:
         f"{name} {ratio.max():.4f} ({machine.columns[int(np.argmax(ratio))].joint})"
         for name, ratio in (("velocity", verdict.velocity_ratio), ("acceleration", verdict.acceleration_ratio),
                             ("jerk", verdict.jerk_ratio))
+        if name != "jerk" or np.isfinite(machine.limits.jerk).any()
     )  # fmt: skip
 
 
@@ -300,6 +302,7 @@ def _describe_setup(summary: Summary) -> Facts:
         *_describe_arc_feeds(summary),
         *_describe_stock(summary),
         *_keep_out(summary),
+        *(("part", text) for text in summary.compared),
     ]
 
 
@@ -410,9 +413,7 @@ def _describe_rounding(summary: Summary) -> Facts:
         return []
     parts = [
         f"{column.joint} {acceleration:.3g} {column.unit}/s2 and {jerk:.3g} {column.unit}/s3"
-        for column, acceleration, jerk in zip(
-            summary.machine.columns, *rounding_noise(summary.machine, summary.format), strict=True
-        )
+        for column, acceleration, jerk in zip(summary.machine.columns, *rounding_noise(summary.format), strict=True)
     ]
     return [("rounding", f"may add {'; '.join(parts)} to the differences")]
 

@@ -13,11 +13,11 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.findings import InputError, finding
+from verne_post.model.part_setup import Wanted
 from verne_post.part.bound import find_clear, find_limit
 from verne_post.part.motion import Motion
 from verne_post.part.stl import Mesh
 from verne_post.part.sweep import Nearest, find_nearest
-from verne_post.part.wanted import Wanted
 
 CLEAR, GOUGE, UNDECIDED = range(3)
 #: Parts of the tool that cut, and the rest of it.

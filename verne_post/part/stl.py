@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.findings import InputError, finding
-from verne_post.part.wanted import UNITS
+from verne_post.model.part_setup import UNITS
 
 #: A part is neither smaller nor larger than this, mm: the file is in another unit.
 SMALLEST_MM: Final = 0.1

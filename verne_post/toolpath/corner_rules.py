@@ -34,6 +34,8 @@ class Smoothing(Struct, frozen=True):
         Tolerances of a G64 without P, mm and rad.
     jerk_limit : callable
         What the joints allow.
+    keeps_travel : callable
+        Whether poses (n, 5) with tool lengths (n,) keep the travel of every joint.
     cycle : float
         Control cycle, s.
     share : float
@@ -44,6 +46,7 @@ class Smoothing(Struct, frozen=True):
     tip: float
     axis: float
     jerk_limit: JerkLimit
+    keeps_travel: Callable[[Array, Array], Mask]
     cycle: float
     share: float = 1.0
 

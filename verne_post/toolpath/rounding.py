@@ -13,6 +13,7 @@ from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath import corners as blends
 from verne_post.toolpath.compensation import chain_reach
 from verne_post.toolpath.corner_rules import CornerRules, Smoothing
+from verne_post.toolpath.corner_shapes import OUTSIDE, shape_value
 from verne_post.toolpath.curved_corners import blend_curved_corners
 from verne_post.toolpath.deviations import find_bend_shares, narrow_blends
 from verne_post.toolpath.elements import find_feeds, measure_rotation, split_into_elements
@@ -65,6 +66,15 @@ class RoundedSegments(Struct, frozen=True):
         )  # fmt: skip
 
 
+def _find_swung_out(path: ToolPath, slope: Array, bend: Array, kind: Ints, reach: Array, smoothing: Smoothing) -> Ints:
+    """Corners whose wide shapes (n + 1,) swing beyond the travel of a joint, where they lie farthest on the outside."""
+    wide = np.flatnonzero(kind)
+    way, tool = OUTSIDE[kind[wide], None] * reach[wide, None], path.tool_length[wide - 1]
+    outside = path.end[wide - 1] + bend[wide] * (reach[wide] * shape_value(kind[wide], OUTSIDE[kind[wide]]))[:, None]
+    kept = smoothing.keeps_travel(outside - way * slope[wide - 1], tool)
+    return np.asarray(wide[~(kept & smoothing.keeps_travel(outside + way * slope[wide], tool))])
+
+
 def round_corners(
     path: ToolPath, left: Straightened, shape: ToolPath, s: Array, chain: Mask, rules: CornerRules, smoothing: Smoothing
 ) -> RoundedSegments:
@@ -102,6 +112,7 @@ def round_corners(
         lambda corner: smoothing.jerk_limit(shape.end[corner - 1], bend[corner], shape.tool_length[corner - 1]),
         smoothing.cycle,
     )
+    kind[_find_swung_out(shape, slope, bend, kind, blends.find_widest(kind, share), smoothing)] = 0
     wanted = np.where(blended, blends.find_widest(kind, share), 0.0)
     wanted = np.where(rules.curved, np.inf, wanted)
     reach = blends.share_segments(wanted, path.length)

@@ -1,4 +1,7 @@
-"""Paths cut and put together again: segments that no line of the program contains are put before, between and after others."""
+"""Paths cut and put together again: segments that no line of the program contains are put before, between and after others.
+
+Stops for a person become standstills (``--split-at-stops``): the file is cut there.
+"""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -13,9 +16,12 @@ from verne_post.base.rotations import axis_of_angles
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import ZERO9, Frame
+from verne_post.model.moves import MOVE_COLUMNS, ZERO9, Frame, MoveKind, Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath, sections_at
 from verne_post.toolpath.metric import metric_length
+
+#: A stop stands as a dwell of this length, which becomes one cycle.
+STOP_SECONDS: Final = 1e-9
 
 #: What a path keeps for each segment or dwell and takes over as it is when paths are joined.
 _COLUMNS: Final = (
@@ -135,3 +141,42 @@ def join_paths(parts: Sequence[ToolPath], like: ToolPath) -> ToolPath:
     return replace(
         like, **columns, joint=np.concatenate(joint), joints=np.concatenate(joints) if joints else like.joints
     )
+
+
+def insert_stops(
+    moves: Moves, path: ToolPath, stops: Sequence[tuple[int, int]]
+) -> tuple[Moves, ToolPath, tuple[int, ...]]:
+    """Put standstills among the moves and along their path; returns both, and the numbers of the standstills.
+
+    Parameters
+    ----------
+    path : ToolPath
+        Of these moves.
+    stops : sequence of (int, int)
+        Number of the move that follows, and source line; ascending, each number once.
+    """
+    at = np.array([before for before, _line in stops], dtype=np.intp)
+    rows = {name: np.insert(getattr(moves, name), at, getattr(moves, name)[at - 1], axis=0) for name in MOVE_COLUMNS}
+    new = at + np.arange(len(at))
+    rows["line"][new] = [line for _before, line in stops]
+    rows["kind"][new], rows["feed"][new], rows["arc"][new], rows["spline"][new] = MoveKind.DWELL, STOP_SECONDS, -1, -1
+    events = tuple(
+        replace(event, before=event.before + int(np.searchsorted(at, event.before, side="left")))
+        for event in moves.events
+    )
+    stopped = replace(moves, events=events, **rows)
+    return stopped, _insert_in_path(path, stopped, at), tuple(new.tolist())
+
+
+def _insert_in_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolPath:
+    """Put standstills into the path before the moves ``at``, which are counted without them."""
+    move = path.move + np.searchsorted(at, path.move, side="right")
+    new_section = np.diff(path.section, prepend=path.section[:1]) > 0
+    new_section[np.searchsorted(path.move, at)] = True
+    new_section[0] = False
+    section = np.cumsum(new_section).astype(np.int32)
+    dwell = moves.dwells
+    return replace(
+        path, move=move.astype(np.int32), section=section, dwell_section=sections_at(section, np.searchsorted(move, dwell)),
+        dwell_seconds=moves.feed[dwell], dwell_line=moves.line[dwell],
+    )  # fmt: skip

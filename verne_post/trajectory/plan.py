@@ -200,7 +200,9 @@ def plan_contour(
     """
     contour = joints.contour
     continuous = contour.continuous
-    profiles = plan_sections(contour, first, second, third, limits, ~continuous, planning.cycle)
+    profiles = plan_sections(
+        contour, first, second, third, limits.bound_jerk(planning.cycle), ~continuous, planning.cycle
+    )
     continuous |= _find_uneven(joints, limits, planning, profiles)
     if slower is not None and (slower > 1.0).any():
         profiles = profiles.stretch(slower)
@@ -304,7 +306,8 @@ class _Planner:
         s = profile.s
         timed = contour.path.timed[contour.segment[first:last]]
         if planning.playback == AS_PLANNED and timed.any():
-            s = follow_feed(SectionTask(path, self.limits, planning.cycle, planning.cycle), s, timed)
+            limits = self.limits.bound_jerk(planning.cycle)
+            s = follow_feed(SectionTask(path, limits, planning.cycle, planning.cycle), s, timed)
         return _SectionProfile(s, profile.bound, toppra_bound, self._find_feed_reached(path, s, team))
 
     def keep(self, section: int, planned: _SectionProfile) -> None:

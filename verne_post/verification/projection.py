@@ -379,13 +379,7 @@ def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tu
 
 
 def deviation_nearby(
-    path: ToolPath,
-    segment: Ints,
-    u: Array,
-    measured: Measured,
-    tip_bound: Array,
-    angle_bound: Array,
-    reach: Array,
+    path: ToolPath, segment: Ints, u: Array, measured: Measured, tip_bound: Array, angle_bound: Array, reach: Array
 ) -> tuple[Array, Array, Array]:
     """As :func:`deviation`, at the pose within ``reach`` (n,) of u whose larger share of the two bounds (mm, rad) is smallest.
 

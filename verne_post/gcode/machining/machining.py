@@ -401,7 +401,7 @@ class Machining:
 
         Returns True where the table has been settled.
         """
-        if self.state.tool_axis is None or (not set(axes) - {_Z} and not self._depends_on_side()):
+        if self.state.tool_axis is None or (not set(axes) - {_Z} and not self.depends_on_side()):
             return False
         if {_X, _Y, *self.setup.rotary} <= set(axes):
             self.state.tool_axis = None
@@ -409,7 +409,7 @@ class Machining:
         self.settle_table(at)
         return True
 
-    def _depends_on_side(self) -> bool:
+    def depends_on_side(self) -> bool:
         """Whether Z of the machine is another one on the other side of the table: where the axes of the table do not meet."""
         coordinates, frame = self.setup.coordinates, self.state.frame
         here = coordinates.to_machine(np.array(self.state.position), frame)
@@ -430,9 +430,7 @@ class Machining:
         state, coordinates, recorder = self.state, self.setup.coordinates, self.recorder
         machine = coordinates.to_machine(np.array(state.position), state.frame)
         tilt, turn = self.setup.rotary
-        places, number = self.setup.table_places, len(recorder.table_places)
-        pair = places[number] if number < len(places) else (float(machine[tilt]), float(machine[turn]))
-        recorder.table_places.append(TablePlace(recorder.count, pair))
+        pair = self.note_table_place(machine, by_words=False)
         state.tool_axis = None
         if pair == (machine[tilt], machine[turn]):
             return
@@ -442,6 +440,17 @@ class Machining:
         end[tilt], end[turn] = float(place[tilt]), float(place[turn])
         recorder.add(state, at.line, MoveKind.RAPID, end, math.nan)
         state.position = end
+
+    def note_table_place(self, machine: Array, *, by_words: bool) -> tuple[float, float]:
+        """Note that the place of what follows depends on the side of the table; returns where that stands, machine coordinates.
+
+        That is what the whole program has been found to say (``setup.table_places``), at first what ``machine`` (9,) says.
+        """
+        places, recorder, (tilt, turn) = self.setup.table_places, self.recorder, self.setup.rotary
+        number = len(recorder.table_places)
+        pair = places[number] if number < len(places) else (float(machine[tilt]), float(machine[turn]))
+        recorder.table_places.append(TablePlace(recorder.count, pair, by_words))
+        return pair
 
     def check_tcp_off(self, start: list[float], end: list[float]) -> None:
         """Without tool-centre-point control other controls mean other places, but for an upright, unturned table."""

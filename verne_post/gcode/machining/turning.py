@@ -42,14 +42,31 @@ def go_to_machine(core: Machining, at: At, kind: MoveKind, targets: dict[int, fl
     if turns:
         core.leave_beside()
         machine = find_machine_place(core)
+    if not turns and state.tool_axis is None and (not targets.keys().isdisjoint({0, 1}) or core.depends_on_side()):
+        machine = _find_place_on_side(core, machine)
     machine[list(targets)] = list(targets.values())
     if turns:
         move_machine_axes(core, at, kind, machine, list(targets), by_tip=any(axis in targets for axis in _LINEAR))
     else:
         end = [float(value) for value in core.setup.coordinates.to_program(machine, state.frame)]
+        for axis in core.setup.rotary:  # the words go on, also where the table stands on their other side
+            end[axis] = state.position[axis]
         core.frames.name_axes(end, list(targets), machine=True)
         core.line(at, kind, end, list(targets), absolute=False)
     core.frames.forget_programmed({*_LINEAR, *targets})
+
+
+def _find_place_on_side(core: Machining, machine: Array) -> Array:
+    """Machine coordinates (9,) of the present position, as the table really stands: on the other side of its words after a rewind."""
+    coordinates, state, rotary = core.setup.coordinates, core.state, list(core.setup.rotary)
+    pair = core.note_table_place(machine, by_words=True)
+    if np.array_equal(pair, machine[rotary]):
+        return machine
+    stands = machine.copy()
+    stands[rotary] = pair
+    position = np.array(state.position)
+    position[rotary] = coordinates.to_program(stands, state.frame)[rotary]
+    return np.array(coordinates.to_machine(position, state.frame))
 
 
 def move_machine_axes(

@@ -11,9 +11,8 @@ import numpy as np
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.output.file_format import FileFormat
-from verne_post.output.formats.pvt import choose_knots, describe
+from verne_post.output.formats.pvt import choose_knots, describe, velocities_at
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
-from verne_post.output.velocities import velocities_at
 
 _M_PER_MM: Final = 1e-3
 _NS_PER_S: Final = 1_000_000_000

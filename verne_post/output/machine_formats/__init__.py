@@ -3,6 +3,6 @@
 from typing import Final
 
 from verne_post.base.modules import ModuleTable
-from verne_post.output.machine_format import MachineFormat
+from verne_post.output.file_format import MachineFormat
 
 MACHINE_FORMATS: Final = ModuleTable[MachineFormat](__name__, __path__, "FORMAT")

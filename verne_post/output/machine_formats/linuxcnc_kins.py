@@ -17,7 +17,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.model.machine import Machine
-from verne_post.output.machine_format import CannotExport, MachineFormat
+from verne_post.output.file_format import CannotExport, MachineFormat
 
 _TEXTS: Final = files("verne_post.output.machine_formats") / "kins"
 _AXES: Final = "XYZAC"
@@ -46,7 +46,7 @@ def write_component(machine: Machine) -> dict[str, str]:
     values = {
         "name": _show_name(machine),
         "component": name,
-        "axes": "\n\n".join(_describe_axes(machine, whole)),
+        "axes": "\n\n".join(_describe_axes(machine)),
         "joints": "\n\n".join(_describe_joints(machine, whole)),
         "velocity": repr(float(machine.limits.velocity[:3].min())),
         "acceleration": repr(float(machine.limits.acceleration[:3].min())),
@@ -116,7 +116,7 @@ def _write_numbers(machine: Machine, whole: HybridMachine) -> str:
     return "\n".join([*lines, "", "#endif", ""])
 
 
-def _describe_axes(machine: Machine, whole: HybridMachine) -> Iterator[str]:
+def _describe_axes(machine: Machine) -> Iterator[str]:
     """Sections of the five axes of the world; X, Y and Z of it are as fast as the slowest actuator of the spindle."""
     limits, (low, high) = machine.limits, _find_travel(machine)
     wide = _WORLD_RADII * machine.table_radius
@@ -139,7 +139,12 @@ def _describe_joints(machine: Machine, whole: HybridMachine) -> Iterator[str]:
         scale = abs(column.factor)
         yield "\n".join(
             [
-                f"# {column.joint}; its jerk limit, {scale * limits.jerk[k]:.12g}, is not known to LinuxCNC 2.9",
+                f"# {column.joint}"
+                + (
+                    f"; its jerk limit, {scale * limits.jerk[k]:.12g}, is not known to LinuxCNC 2.9"
+                    if np.isfinite(limits.jerk[k])
+                    else ""
+                ),
                 f"[JOINT_{k}]",
                 f"TYPE = {'LINEAR' if k < 3 else 'ANGULAR'}",
                 *_bound(low[k], high[k]),

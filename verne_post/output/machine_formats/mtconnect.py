@@ -13,7 +13,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.model.machine import Machine
 from verne_post.model.protocols import Drawable, ParallelModule
-from verne_post.output.machine_format import CannotExport, MachineFormat
+from verne_post.output.file_format import CannotExport, MachineFormat
 
 VERSION: Final = "2.0"
 _SPACE: Final = f"urn:mtconnect.org:MTConnectDevices:{VERSION}"
@@ -78,9 +78,11 @@ def _add_axes(machine: Machine, axes: ET.Element) -> None:
         one = ET.SubElement(
             group, tag, id=column.joint, name=column.joint.upper() if len(column.joint) == 1 else column.joint
         )
-        _describe(
-            one, f"jerk limit {scale * limits.jerk[k]:.12g} {column.unit}/s3, for which MTConnect has no type of data"
-        )
+        if np.isfinite(limits.jerk[k]):
+            _describe(
+                one,
+                f"jerk limit {scale * limits.jerk[k]:.12g} {column.unit}/s3, for which MTConnect has no type of data",
+            )
         settings = ET.SubElement(one, "Configuration")
         direction, origin, parent = motion
         bounded = bool(np.isfinite([low, high]).all())

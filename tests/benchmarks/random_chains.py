@@ -1,0 +1,173 @@
+"""Random programs on the machines of one chain, judged by matrices of its own: python -m tests.benchmarks.random_chains [--programs 500].
+
+The judge moves points by the joints of the machine file. It finds where the words of a program put the joints: at 65 places of each
+move, tip and words linear. A program is legal where all of them keep their travel, and illegal where one is beyond it by more than
+the corners may be rounded off; what lies between is not judged. Legal programs must be accepted. What is accepted must not be
+illegal, its rows must keep the travel and follow the programmed tip and tool axis, and after G53 Z0 z must stand at 0. A part of
+the programs may rewind: these may be refused, but what is written is judged alike.
+"""
+
+import argparse
+import tomllib
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+import verne_post as vp
+from tests.kinematics.test_chain import CHAINS, judge
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+#: Where the part is on a machine, mm.
+PLACES: Final = {"ca_fork_head": (1000.0, 1000.0, -200.0)}
+LENGTH: Final = 100.0
+#: Bounds of [accuracy], and what a joint may move by them: a pivot is at most half a metre away.
+TIP_MM: Final = 0.01
+AXIS_DEG: Final = 0.05
+JOINT_MM: Final = TIP_MM + 500.0 * np.radians(AXIS_DEG)
+#: Rows are written to so many mm and degrees.
+LAST_DIGIT: Final = 1e-6
+
+Table = np.ndarray[Any, np.dtype[np.float64]]
+
+
+class Kind:
+    """A machine file and its judge."""
+
+    def __init__(self, name: str) -> None:
+        self.name, self.text = name, (ROOT / f"machine_configs/{name}.toml").read_text(encoding="utf-8")
+        self.machine, self.place = vp.load_machine(name), np.array(PLACES.get(name, (0.0, 0.0, 0.0)))
+        self.joints = tomllib.loads(self.text)["joints"]
+        self.tilt, self.turn = (letter.lower() for letter in self.machine.rotary_letters)
+        self.names = ["x", "y", "z", self.tilt, self.turn]
+
+    def travel(self, name: str) -> tuple[float, float]:
+        joint = self.joints[name]
+        low, high = joint.get("travel_mm") or joint.get("travel_deg") or (-np.inf, np.inf)
+        return float(low), float(high)
+
+    def place_tool(self, joints: Table) -> tuple[Table, Table]:
+        """Tip in the work frame and tool axis (n, 3) of joint values (n, 5)."""
+        tip, axis = judge(self.text, dict(zip(self.names, joints.T, strict=True)), LENGTH)
+        return tip - self.place, axis
+
+    def find_joints(self, tip: Table, words: Table) -> Table:
+        """Joint values (n, 5) of tips (n, 3) and words (n, 2): the tip is linear in x, y and z."""
+        joints = np.column_stack([np.zeros((len(tip), 3)), words])
+        base, slopes = self.place_tool(joints)[0], []
+        for axis in range(3):
+            moved = joints.copy()
+            moved[:, axis] = 1.0
+            slopes.append(self.place_tool(moved)[0] - base)
+        joints[:, :3] = np.linalg.solve(np.stack(slopes, axis=2), (tip - base)[..., None])[..., 0]
+        return joints
+
+    def find_excess(self, joints: Table) -> Table:
+        """How far each joint (5,) goes beyond its travel; below 0 where it keeps it."""
+        low, high = np.array([self.travel(name) for name in self.names]).T
+        return np.maximum(joints - high, low - joints).max(axis=0)
+
+
+def write_program(kind: Kind, random: np.random.Generator) -> tuple[str, list[Table], bool]:
+    """A program, the pose (5: tip, words) at the end of each line from the second on, and whether it ends with G53 Z0."""
+    low, high = kind.travel(kind.tilt)
+    first, last = kind.travel(kind.turn)
+    size = random.choice([40.0, 150.0, 350.0])
+    tilts = random.uniform(max(low - 4, -100), min(high + 4, 100))
+    pose = np.array([0.0, 0.0, 60.0, 0.0, 0.0])
+    lines, poses = ["G21 G90 G94", f"G0 X0 Y0 Z60 {kind.tilt}0 {kind.turn}0 F6000"], [pose.copy()]
+    for _ in range(random.integers(2, 7)):
+        pose = pose.copy()
+        words = ""
+        if random.random() < 0.8:
+            pose[:3] = [*random.uniform(-size, size, 2), random.uniform(10.0, 80.0)]
+            words += "".join(f"{name}{value:.4f} " for name, value in zip("XYZ", pose, strict=False))
+            pose[:3] = np.round(pose[:3], 4)
+        if random.random() < 0.7 or not words:
+            pose[3] = np.round(
+                random.choice([tilts * random.random(), low, high])
+                if random.random() < 0.9 and np.isfinite(low)
+                else 0.0,
+                3,
+            )
+            turn = random.uniform(max(first, -400) - 10, min(last, 400) + 10)
+            pose[4] = np.round(random.choice([turn, first if np.isfinite(first) else turn, pose[4]]), 3)
+            words += f"{kind.tilt}{pose[3]:.3f} {kind.turn}{pose[4]:.3f} "
+        lines.append(f"{random.choice(['G0', 'G1', 'G1'])} {words}".strip())
+        poses.append(pose)
+    ends = bool(random.random() < 0.5)
+    return "\n".join([*lines, *(["G53 G0 Z0"] if ends else []), "M2", ""]), poses, ends
+
+
+def judge_rows(kind: Kind, result: vp.Result, poses: list[Table], ends: bool) -> str:
+    """What is wrong with accepted rows; empty where nothing is."""
+    rows = result.setpoints
+    assert rows is not None
+    joints = np.asarray(rows.values)
+    line = np.asarray(rows.line)
+    if (kind.find_excess(joints) > LAST_DIGIT).any():
+        return f"rows beyond the travel: {kind.find_excess(joints)}"
+    tip, axis = kind.place_tool(joints)
+    wanted = np.array(poses)
+    want_axis = kind.place_tool(kind.find_joints(wanted[:, :3], wanted[:, 3:]))[1]
+    for number, (pose, leans) in enumerate(zip(wanted[1:], want_axis[1:], strict=True), start=3):
+        near = np.abs(line - number) <= 1
+        if not near.any():
+            continue  # a line without motion
+        away = np.linalg.norm(tip[near] - pose[:3], axis=1)
+        turned = np.degrees(np.linalg.norm(axis[near] - leans, axis=1))
+        step = np.linalg.norm(np.diff(tip[near], axis=0), axis=1).max(initial=0.0)
+        swing = np.degrees(np.linalg.norm(np.diff(axis[near], axis=0), axis=1).max(initial=0.0))
+        if not ((away <= TIP_MM + step) & (turned <= AXIS_DEG + swing)).any():
+            return f"line {number} is not reached: {away.min():.4f} mm, {turned.min():.4f} deg"
+    if ends and abs(joints[-1, 2]) > 1e-4:
+        return f"G53 Z0 ends at z {joints[-1, 2]:.4f}"
+    return ""
+
+
+def try_program(kind: Kind, seed: int) -> tuple[str, str]:
+    """What became of a program, and what is wrong with that."""
+    random = np.random.default_rng(seed)
+    text, poses, ends = write_program(kind, random)
+    rewinds = bool(random.random() < 0.25)
+    options = vp.Options(tool_length=LENGTH, wcs={"G54": tuple(kind.place)}, allow_rewind=rewinds)
+    result = vp.convert(text, kind.machine, options)
+    shares = np.linspace(0.0, 1.0, 65)[:, None]
+    way = np.concatenate([a + shares * (b - a) for a, b in pairwise(poses)])
+    joints = kind.find_joints(way[:, :3], way[:, 3:])
+    if ends:
+        joints = np.concatenate([joints, joints[-1:] * [1, 1, 0, 1, 1]])
+    excess = kind.find_excess(joints)
+    legal = (excess <= 0.0).all()
+    illegal = (excess[:3] > JOINT_MM).any() or (excess[3:] > AXIS_DEG).any()
+    if any(one.code == "VP210" for one in result.findings):
+        return "refused", ""  # below the table face, which the judge does not know
+    if not result.ok:
+        said = [one.message for one in result.findings if one.severity == "error"][:2]
+        return ("legal, refused" if legal else "refused"), (f"legal, and refused: {said}" if legal else "")
+    if illegal and not rewinds:
+        return "illegal, accepted", f"illegal by {excess}, and accepted"
+    wrong = judge_rows(kind, result, poses, ends)
+    return ("accepted, wrong" if wrong else "accepted with rewinds" if illegal else "accepted"), wrong
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--programs", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--machine", choices=CHAINS)
+    given = parser.parse_args()
+    for name in [given.machine] if given.machine else CHAINS:
+        kind, became = Kind(name), Counter[str]()
+        for seed in range(given.seed, given.seed + given.programs):
+            what, wrong = try_program(kind, seed)
+            became[what] += 1
+            if wrong:
+                print(f"{name} seed {seed}: {wrong}", flush=True)
+        print(f"{name}: {dict(became)}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,336 @@
+"""A carrier described by its rods: three actuators that slide on straight rails, six rods of fixed length.
+
+Rod k has its ball joints at a_k on the platform and at b_k + rho u_k on the slider of its actuator:
+
+    w_k = P + Rx(alpha) a_k - b_k,        |w_k - rho u_k| = L_k.
+
+Given P and alpha, each rod alone has its slider in closed form, ``rho = w.u - s sqrt(L^2 - |w|^2 + (w.u)^2)``, on the side s on
+which home has it. The rods of one slider must agree; where the platform tilts, alpha follows from that by Newton steps from 0, and
+from larger tilts where a rod does not reach at 0.
+Forward is Newton from home, or along the way of the sliders from home where that does not close. Other assemblies of the same
+sliders can have the same sides and the same sign of the Jacobian; what excludes them is the way from home, and a bound on alpha.
+
+Base frame (z down); mm, rad. The platform may tilt about x alone; a mechanism that turns otherwise is refused when it is loaded.
+"""
+
+import math
+from functools import cached_property
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array, Mask
+from verne_post.base.rotations import rotate_x, rotate_x_rate
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.kinematics.modules.rod_geometry import CLOSED, RodGeometry
+from verne_post.kinematics.modules.solutions import triple, upright_position
+from verne_post.model.poses import Platform
+from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
+
+#: A Newton step of less (mm, rad times mm) leaves nothing to gain.
+STILL: Final = 1e-12
+#: Newton steps at most, and the longest turn of one, rad.
+STEPS: Final = 30
+LONGEST_TURN: Final = 0.3
+#: Tilts from which the search begins anew, rad, smallest first.
+STARTS: Final = tuple(side * 0.1 * k for k in range(1, 11) for side in (1, -1))
+#: From there steps are no longer than this, rad: a longer one can leave the tilts at which every rod reaches.
+SHORT_TURN: Final = 0.05
+#: Steps of the sliders from home where Newton at once does not close.
+WALK: Final = 16
+#: Smallest measure of the Jacobian at home: a singular one is some 1e-17.
+SINGULAR: Final = 1e-6
+#: How far from home the rods are tried when a machine is loaded, over the shortest rod.
+TRIED: Final = (-0.1, 0.0, 0.1)
+_IN_PLACE: Final = np.zeros(3)
+
+
+class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
+    """Implements ``ParallelModule``, ``RodModule`` and ``Drawable``.
+
+    Raises
+    ------
+    ValueError
+        At home the rods are open or the Jacobian is singular; away from home they do not close, or not as the way there says.
+    """
+
+    def __post_init__(self) -> None:
+        home = np.array(self.home, dtype=float)
+        asked, drops2 = self.find_sliders(home, np.zeros(()), self.ends)
+        if not (drops2 > 0).all():
+            k = int(np.argmin(drops2))
+            raise ValueError(f"rod.{k}: at home it is {math.sqrt(-drops2[k]):.6g} mm too short to reach its rail")
+        gaps = asked - asked[self.first_rods][self.slider_of]
+        if np.abs(gaps).max() > CLOSED:
+            k = int(np.argmax(np.abs(gaps)))
+            raise ValueError(
+                f"rod.{k}: at home it asks {self.rod[k].by} for {asked[k]:.6f}, another rod for {asked[k] - gaps[k]:.6f}: open"
+            )
+        measure = abs(float(self._measure(home, np.zeros(()), asked[self.first_rods])))
+        if not measure > SINGULAR:
+            raise ValueError(
+                f"at home the rods leave the platform free to move: their Jacobian is singular ({measure:.1g})"
+            )
+        self._try_around_home(home, asked[self.first_rods])
+
+    def _try_around_home(self, home: Array, sliders: Array) -> None:
+        """Refuse rods that do not close around home, or whose sliders lead to another pose than the way from home does."""
+        shares = np.array(list(product(TRIED, repeat=3)))
+        points = home + shares * self.shortest_rod
+        rho, alpha, ok = self.inverse(points)
+        drops = self.find_sliders(points, np.zeros(len(points)), self.ends)[1]
+        open_ = ~ok & (drops > 0).all(axis=-1)
+        if open_.all() or (open_ & (np.abs(shares).sum(axis=-1) < 0.15)).any():
+            raise ValueError(
+                "away from home the rods do not close with a platform that tilts about x alone; other turns are not executed "
+                "over a tilting rotary table"
+            )
+        way = self._follow_sliders(np.broadcast_to(sliders, rho[ok].shape), rho[ok])
+        pose = np.concatenate([points[ok], alpha[ok, None]], axis=-1)
+        found, tilt, reached = self.forward(rho[ok])
+        if not reached.all() or max(np.abs(way - pose).max(), np.abs(np.c_[found, tilt] - pose).max()) > CLOSED:
+            raise ValueError(
+                "around home the same sliders hold the platform in more than one place: home is no working pose"
+            )
+
+    # --- inverse -----------------------------------------------------------------------------------------------
+
+    def _solve(self, centre: Array, arms: Array) -> tuple[Array, Array, Mask, Mask]:
+        """Sliders (..., 3) and tilt (...) of ``P = centre + Rx(alpha) (arm - a)``; whether the rods close, and are the machine's.
+
+        Where a rod does not reach at tilt 0 the search begins at larger tilts; the first that is the machine's is taken.
+        """
+        shape = np.broadcast_shapes(centre.shape[:-1], arms.shape[:-2])
+        with np.errstate(all="ignore"):
+            found = self._solve_from(centre, arms, np.zeros(shape))
+            if self.tilts and not found[3].all():
+                centre, arms = np.broadcast_to(centre, (*shape, 3)), np.broadcast_to(arms, (*shape, 6, 3))
+                for start in STARTS:
+                    left = ~found[3]
+                    again = self._solve_from(centre[left], arms[left], np.full(np.count_nonzero(left), start))
+                    for kept, new in zip(found, again, strict=True):
+                        closed = again[2].reshape(-1, *[1] * (new.ndim - 1))
+                        kept[left] = np.where(closed, new, kept[left])
+        return found
+
+    def _solve_from(self, centre: Array, arms: Array, alpha: Array) -> tuple[Array, Array, Mask, Mask]:
+        """:meth:`_solve` from one tilt (...) on."""
+        if self.tilts:
+            alpha = self._find_tilt(centre, arms, alpha, LONGEST_TURN if not alpha.any() else SHORT_TURN)
+        sliders, drops2 = self.find_sliders(centre, alpha, arms)
+        rho = sliders[..., self.first_rods]
+        misses = np.abs(sliders - rho[..., self.slider_of]) > CLOSED
+        closed: Mask = np.array(~(misses | ~(drops2 > 0)).any(axis=-1))
+        position = centre + rotate_x(arms[..., 0, :] - self.ends[0], alpha)
+        return rho, np.array(alpha), closed, np.array(closed & self._is_own(position, alpha, rho))
+
+    def _find_tilt(self, centre: Array, arms: Array, alpha: Array, longest: float) -> Array:
+        """The tilt for which the rods of each actuator ask for the same slider: Newton from ``alpha``, least squares."""
+        for _ in range(STEPS):
+            sliders, drops2 = self.find_sliders(centre, alpha, arms)
+            gaps = sliders - sliders[..., self.first_rods][..., self.slider_of]
+            turned = rotate_x(arms, alpha[..., None])
+            rods = centre[..., None, :] + turned - self.feet - sliders[..., None] * self.rails
+            rates = (rods * rotate_x_rate(arms, alpha[..., None])).sum(axis=-1) / (self.sides * np.sqrt(drops2))
+            rates = rates - rates[..., self.first_rods][..., self.slider_of]
+            step = (gaps * rates).sum(axis=-1) / (rates**2).sum(axis=-1)
+            alpha = alpha - np.clip(step, -longest, longest)
+            if not (np.abs(step) * self.arm > STILL).any():
+                break
+        return alpha
+
+    def _is_own(self, position: Array, alpha: Array, rho: Array) -> Mask:
+        """Whether closed rods are the machine's: little tilt, and the sign of the Jacobian that home has."""
+        own = np.isfinite(rho).all(axis=-1) & (np.abs(alpha) < RAD_PER_DEG * self.largest_tilt_deg)
+        return np.asarray(own & (np.linalg.det(self._scale_jacobian(position, alpha, rho)) * self._home_sign > 0))
+
+    def inverse(self, position: Array) -> tuple[Array, Array, Mask]:
+        """Sliders (..., 3), tilt and ok for positions (..., 3) of P, in the working mode of home."""
+        return _mark(*self._solve(np.asarray(position, dtype=float), self.ends))
+
+    def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
+        """Sliders, tilt and ok for ``P = pivot + F Rx(alpha) gauge``; see ``ParallelModule``."""
+        return _mark(*self._solve(np.asarray(pivot, dtype=float), self._carry_arms(gauge)))
+
+    def _carry_arms(self, gauge: Array) -> Array:
+        """Joints of the platform (..., 6, 3) seen from the pivot, at tilt 0; F commutes with turns about x."""
+        return upright_position(_IN_PLACE, gauge)[..., None, :] + self.ends
+
+    def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
+        """Why poses (m, 3) have no solution: "VP110" where the rods do not close, "VP203" beyond a parallel singularity."""
+        closed = self._solve(np.asarray(pivot, dtype=float), self._carry_arms(gauge))[2]
+        return ["VP203" if one else "VP110" for one in closed]
+
+    # --- forward -----------------------------------------------------------------------------------------------
+
+    def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
+        """Position (..., 3) of P, tilt and ok for sliders (..., 3): the assembly that home leads to."""
+        sliders = np.asarray(rho, dtype=float)
+        flat = sliders.reshape(-1, 3)
+        with np.errstate(all="ignore"):
+            pose = self._assemble(np.tile([*self.home, 0.0], (len(flat), 1)), flat)
+            ok = self._is_closed(pose, flat)
+            far = np.flatnonzero(~ok & np.isfinite(flat).all(axis=-1))
+            if len(far):
+                start = np.broadcast_to(self.inverse(np.array(self.home))[0], flat[far].shape)
+                pose[far] = self._follow_sliders(start, flat[far])
+                ok[far] = self._is_closed(pose[far], flat[far])
+        pose[~ok] = np.nan
+        pose, ok = pose.reshape(*sliders.shape[:-1], 4), ok.reshape(sliders.shape[:-1])
+        return pose[..., :3], pose[..., 3], ok
+
+    def _follow_sliders(self, start: Array, end: Array) -> Array:
+        """Poses (n, 4) at sliders ``end`` (n, 3), led there from home in steps from the sliders of home."""
+        pose = np.tile([*self.home, 0.0], (len(end), 1))
+        for share in np.arange(1, WALK + 1) / WALK:
+            pose = self._assemble(pose, start + share * (end - start))
+        return pose
+
+    @np.errstate(all="ignore")
+    def _assemble(self, pose: Array, rho: Array) -> Array:
+        """Newton on the six rods from poses (n, 4) on, least squares: x, y, z and tilt; rows that cannot move on stay."""
+        going = np.arange(len(pose))
+        pose = pose.copy()
+        for _ in range(STEPS):
+            rods, rows = self._differentiate_rods(pose[going, :3], pose[going, 3], rho[going])
+            misfit = 0.5 * ((rods**2).sum(axis=-1) / self.rod_lengths - self.rod_lengths)
+            across = rows.swapaxes(-1, -2)
+            square = across @ rows
+            sound = np.isfinite(square).all(axis=(-2, -1)) & (np.linalg.det(square) > 0)
+            going = going[sound]
+            step = np.linalg.solve(square[sound], (across[sound] @ misfit[sound, :, None]))[..., 0]
+            step *= np.minimum(1.0, LONGEST_TURN * self.arm / np.abs(step[:, 3]))[:, None]
+            pose[going] -= step / [1.0, 1.0, 1.0, self.arm]
+            going = going[(np.abs(step) > STILL * self.shortest_rod).any(axis=-1)]
+            if not len(going):
+                break
+        return pose
+
+    def _differentiate_rods(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Vectors along the rods (..., 6, 3), and derivatives (..., 6, 4) of their lengths by P and by the tilt times the arm."""
+        rods = self.find_vectors(position, alpha, rho)
+        by_tilt = (rods * rotate_x_rate(self.ends, alpha[..., None])).sum(axis=-1, keepdims=True) / self.arm
+        return rods, np.concatenate([rods, by_tilt], axis=-1) / self.rod_lengths[:, None]
+
+    def _is_closed(self, pose: Array, rho: Array) -> Mask:
+        """Whether poses (n, 4) are those of the sliders, with every rod on the side of home."""
+        rods = self.find_vectors(pose[:, :3], pose[:, 3], rho)
+        closed = (np.abs(np.linalg.norm(rods, axis=-1) - self.rod_lengths) <= CLOSED).all(axis=-1)
+        on_side = ((rods * self.rails).sum(axis=-1) * self.sides > 0).all(axis=-1)
+        return closed & on_side & self._is_own(pose[:, :3], pose[:, 3], rho)
+
+    # --- every solution that is known ----------------------------------------------------------------------------
+
+    def inverse_all(self, position: Array) -> list[InverseSolution]:
+        """The solution in use of one position (3,); others have no closed form."""
+        return self._list_solution(*self.inverse(position))
+
+    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
+        """The solution in use of one gauge point (3,)."""
+        return self._list_solution(*self.inverse_coupled(pivot, gauge))
+
+    def _list_solution(self, rho: Array, alpha: Array, ok: Mask) -> list[InverseSolution]:
+        signs = tuple(int(-side) for side in self.sides[self.first_rods])
+        return [InverseSolution(float(alpha), signs, triple(rho), None)] if ok else []
+
+    def forward_all(self, rho: Array) -> list[ForwardSolution]:
+        """The assembly in use of one set of sliders (3,)."""
+        position, alpha, ok = self.forward(rho)
+        return [ForwardSolution(triple(position), float(alpha), None)] if ok else []
+
+    # --- velocities, margins -------------------------------------------------------------------------------------
+
+    def _scale_jacobian(self, position: Array, alpha: Array, rho: Array) -> Array:
+        """Derivatives (..., 6, 6) of the rods' lengths by all six motions of the platform, turns times its mean radius."""
+        unit = self.find_vectors(position, alpha, rho) / self.rod_lengths[:, None]
+        arms = rotate_x(np.broadcast_to(self.ends - self.ends.mean(axis=0), unit.shape), alpha[..., None])
+        return np.concatenate([unit, np.cross(arms, unit) / self.arm], axis=-1)
+
+    @cached_property
+    def _home_sign(self) -> float:
+        """Sign of the Jacobian's determinant at home."""
+        rho = self.find_sliders(np.array(self.home, dtype=float), np.zeros(()), self.ends)[0][self.first_rods]
+        return float(np.sign(np.linalg.det(self._scale_jacobian(np.array(self.home), np.zeros(()), rho))))
+
+    def _measure(self, position: Array, alpha: Array, rho: Array) -> Array:
+        """1 over the norm of the scaled Jacobian's inverse, with its sign: smooth through 0, at most its smallest singular value."""
+        matrix = self._scale_jacobian(position, alpha, rho)
+        determinant = np.linalg.det(matrix)
+        sound = np.isfinite(determinant) & (determinant != 0.0)
+        inverse = np.linalg.inv(np.where(sound[..., None, None], matrix, np.eye(6)))
+        size = np.sqrt((inverse**2).sum(axis=(-2, -1)))
+        return np.where(sound, np.sign(determinant) / size, np.where(determinant == 0.0, 0.0, np.nan))
+
+    def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Closure equations of the six rods' lengths, projected on the four motions: (..., 4, 4) by pose, (..., 4, 3) by rho."""
+        rods, rows = self._differentiate_rods(position, alpha, rho)
+        by_slider = -(rods * self.rails).sum(axis=-1, keepdims=True) / self.rod_lengths[:, None]
+        by_rho = by_slider * (self.slider_of[:, None] == np.arange(3))
+        across = rows.swapaxes(-1, -2)
+        return across @ (rows * [1.0, 1.0, 1.0, self.arm]), across @ by_rho
+
+    def conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        """Reciprocal condition numbers of the scaled Jacobian and of the rods' shares along the rails, each (...)."""
+        singular = np.linalg.svd(self._scale_jacobian(position, alpha, rho), compute_uv=False)
+        shares = np.abs((self.find_vectors(position, alpha, rho) * self.rails).sum(axis=-1)) / self.rod_lengths
+        return singular[..., -1] / singular[..., 0], shares.min(axis=-1) / shares.max(axis=-1)
+
+    def geometry_margins(self, position: Array, alpha: Array) -> Array:
+        """Drops of rods along their rails (mm), one for each that no other stays parallel to, then the Jacobian's measure."""
+        with np.errstate(all="ignore"):
+            sliders, drops2 = self.find_sliders(position, np.asarray(alpha), self.ends)
+            measure = self._home_sign * self._measure(position, np.asarray(alpha), sliders[..., self.first_rods])
+        return np.concatenate([np.sqrt(np.maximum(drops2, 0.0))[..., self.distinct], measure[..., None]], axis=-1)
+
+    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`geometry_margins` measures, with thresholds (mm; the Jacobian's measure has no unit)."""
+        drops = [
+            Margin(
+                f"drop of rod {k + 1} along its rail",
+                "VP202",
+                self.rod[k].by,
+                "mm",
+                serial_singularity,
+                2 * serial_singularity,
+            )
+            for k in self.distinct.tolist()
+        ]
+        what = "measure of the parallel Jacobian"
+        return (*drops, Margin(what, "VP203", None, "", parallel_singularity, 2 * parallel_singularity))
+
+    # --- the rods as bodies ----------------------------------------------------------------------------------------
+
+    @property
+    def rod_legs(self) -> tuple[str, ...]:
+        """Name of the leg of each rod: the number of its actuator."""
+        return tuple(rod.by.removeprefix("rho") for rod in self.rod)
+
+    @property
+    def parallelograms(self) -> tuple[str, ...]:
+        """Legs whose rods stay parallel."""
+        alone = [self.rod_legs[k] for k in self.distinct]
+        return tuple(leg for leg in dict.fromkeys(alone) if alone.count(leg) == 1)
+
+    def directions(self, position: Array) -> tuple[Array, Array]:
+        """Directions of the rods (6, 3) at a position (3,) of P: in the base frame, and in the platform's."""
+        rho, alpha, _ok = self.inverse(position)
+        unit = self.find_vectors(position, alpha, rho) / self.rod_lengths[:, None]
+        return unit, rotate_x(unit, -alpha)
+
+    def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
+        """Ends of the rods at slider and platform, each (n, 6, 3), base frame, mm."""
+        return self._find_ends(platform.position, platform.alpha, rho)
+
+    def _find_ends(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+        end = position[:, None, :] + rotate_x(np.broadcast_to(self.ends, (len(rho), 6, 3)), alpha[:, None])
+        return end - self.find_vectors(position, alpha, rho), end
+
+    def sketch(self, position: Array, alpha: Array, rho: Array) -> Array:
+        """Rods (n, 6, 2, 3) for a picture."""
+        return np.stack(self._find_ends(position, alpha, rho), axis=-2)
+
+
+def _mark(rho: Array, alpha: Array, _closed: Mask, ok: Mask) -> tuple[Array, Array, Mask]:
+    """Sliders, tilt and ok; NaN where not ok."""
+    return np.where(ok[..., None], rho, np.nan), np.where(ok, alpha, np.nan), ok
