@@ -19,7 +19,7 @@ from verne_post.gcode.text import Chunk, ProgramText, decode_line
 def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
     """Execute the blocks of a program from the first on, until it ends or a stop condition is met."""
     execution = Execution(state, Recorder())
-    execution.recorder.says_tcp = False  # until a code does
+    execution.recorder.tcp_changes.clear()  # until a code says it
     interpreter = language(setup, state, execution.recorder)
     main = ProgramText(source, setup, language)
     if main.first_line > 1:
