@@ -310,11 +310,13 @@ def test_a_new_kind_is_one_entry_and_runs_through_everything(
 
 
 def test_limits_of_a_new_kind_take_its_own_name(toy: Path, run: Callable[..., Any]) -> None:
-    toy.write_text(toy.read_text(encoding="utf-8").replace("slide_jerk", "slide_jrk"), encoding="utf-8")
+    toy.write_text(toy.read_text(encoding="utf-8").replace("slide_velocity", "slide_velocty"), encoding="utf-8")
     answer = run("machine", "validate", toy)
     assert answer.code == 2
-    assert "limits.slide_jerk is missing" in answer.err
-    assert "limits.slide_jrk is not a key of a machine file of kind 'toy'; did you mean slide_jerk?" in answer.err
+    assert "limits.slide_velocity is missing" in answer.err
+    assert (
+        "limits.slide_velocty is not a key of a machine file of kind 'toy'; did you mean slide_velocity?" in answer.err
+    )
 
 
 @pytest.mark.parametrize("name", [*MACHINES, "verne"])

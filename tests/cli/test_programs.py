@@ -198,7 +198,7 @@ POSITIONAL = "G21 G90 F600\n{code}\nG0 X0 Y0 Z60 A0 C0\nG1 X10\nG0 Z90\n{turn}\n
         ("G43", "G0 A0 C360", "", None),
         ("G43", "G0 A0 C0", "", None),
         ("G43.4", "G0 A30 C60", "", None),
-        ("G43.5\nG43", "G0 A30 C60", "", None),
+        ("G43.5\nG43", "G0 A30 C60", "", "A30 C60"),  # what counts is what holds at the cut
         ("M428", "G0 A30 C60", "", None),
         ("G43", "G0 A30 C60", "G1 X15 A31\n", None),  # it turns while it cuts: no positional program
     ],
@@ -213,14 +213,14 @@ def test_a_positional_program_that_does_not_say_tool_centre_point_control(
     assert answer.code == 0, answer.out
     assert answer.out.count("VP037 warning") == (warned is not None)
     if warned is not None:
-        line = 8 if more else 7
+        line = 7 + bool(more) + code.count("\n")
         assert f"main.ngc:{line}: VP037 warning: X Y Z cut while the table stands at {warned}, " in answer.out
         assert "write G43.4 for G43 where the part is meant" in answer.out
 
 
 @pytest.mark.parametrize(
     ("head", "warned"),
-    [("G43 H1", True), ("G43.4 H1", False), ("G68.2 X0 Y0 Z0 I0 J30 K0\nG53.1\nG69\nG43 H1", False)],
+    [("G43 H1", True), ("G43.4 H1", False), ("G68.2 X0 Y0 Z0 I0 J30 K0\nG53.1\nG69\nG43 H1", True)],
 )
 def test_a_positional_fanuc_program(run: Callable[..., Any], tmp_path: Path, head: str, warned: bool) -> None:
     path = tmp_path / "p.nc"
@@ -230,6 +230,30 @@ def test_a_positional_fanuc_program(run: Callable[..., Any], tmp_path: Path, hea
     answer = run("check", path, *PLACE)
     assert answer.code == 0, answer.out
     assert ("VP037 warning" in answer.out) == warned
+
+
+@pytest.mark.parametrize(
+    ("words", "warned"),
+    [
+        ("G43.4 H1\nG0 A30. C60. X5. Y0. Z50.\nG1 X20.\nG0 Z90.\nG43 H1\nG0 Z50.\nG1 X0.\n", 11),
+        ("G43.4 H1\nG0 A30. C60. X5. Y0. Z50.\nG1 X20. A31.\nG0 Z90.\nG43 H1\nG0 Z50.\nG1 X0.\n", 11),
+        ("G43 H1\nG0 A30. C60. X5. Y0. Z50.\nG1 X20.\nG43.4 H1\nG0 X0. Y0. Z50.\nG1 X9.\n", 7),
+        ("G43.4 H1\nG0 A30. C60. X5. Y0. Z50.\nM98 P2\nG0 X0. Y0. Z50.\nG1 X9.\n", None),
+        ("G68.2 X0 Y0 Z0 I0 J30. K0\nG53.1\nG43 H1\nG0 X5. Y0. Z50.\nG1 X20.\nG0 Z99.\nG69\n", None),
+    ],
+)
+def test_each_cut_is_judged_by_what_holds_there(
+    run: Callable[..., Any], tmp_path: Path, words: str, warned: int | None
+) -> None:
+    """G43.4 or a plane elsewhere in the program says nothing of a cut under G43."""
+    path = tmp_path / "p.nc"
+    path.write_text(f"%\nO1\nG21 G90 F600.\nG0 X0 Y0 Z60. A0 C0\n{words}M30\nO2\nG1 X9.\nM99\n%\n")
+    answer = run("check", path, *PLACE, "--dialect", "fanuc")
+    assert answer.code == 0, answer.out
+    assert [line for line in answer.out.splitlines() if "VP037 warning" in line][:1] == [
+        line for line in answer.out.splitlines() if f"p.nc:{warned}: VP037" in line
+    ]
+    assert answer.out.count("VP037 warning") == (warned is not None)
 
 
 @pytest.mark.parametrize(("text", "part"), [

@@ -99,7 +99,8 @@ def test_a_length_or_a_plane_in_force_holds_what_it_held():
 
 @pytest.mark.parametrize(("tail", "found"), [
     ("G53 G0 Z0\nG49\nG0 A0 C0", [9]), ("G53 G0 Z0\nG49\nG0 A0 C0\nA20\nA0", [9]), ("G53 G0 Z0\nG49\nG0 X0 Y0 A0 C0", [9]),
-    ("G53 G0 Z0\nG49\nG53 G0 A0 C0", []), ("G53 G0 Z0\nG0 A0 C0", []), ("G53 G0 Z0\nG49\nG0 X0 Y0 Z200 A0 C0", []),
+    ("G53 G0 Z0\nG49\nG53 G0 A0 C0", []), ("G53 G0 Z0\nG0 A0 C0", [8]), ("G53 G0 Z0\nG49\nG0 X0 Y0 Z200 A0 C0", []),
+    ("G91 G28 Z0\nG90\nX0 Y0 A0 C0\nA9", [9]), ("G53 G0 Z0\nG53 G0 A0 C0", []), ("G53 G0 Z0\nG0 X0 Y0 Z200\nA0 C0", []),
 ])  # fmt: skip
 def test_rs274_names_axes_that_go_along(tail, found):
     """The tip is held there, also without a length: one warning, at the first turn, with the way of each axis."""
@@ -107,11 +108,25 @@ def test_rs274_names_axes_that_go_along(tail, found):
     assert [(item.line, item.code) for item in result.findings if item.code == "VP046"] == [
         (line, "VP046") for line in found
     ]
-    if found and "X0" not in tail:
+    if found == [9] and "X0" not in tail:
         (item,) = [item for item in result.findings if item.code == "VP046"]
         assert (
             "X+148.763 Y+215.579 Z-51.753 mm" in item.message
         )  # the serial machine's own joints: from X15.3 Y-43.9 Z0
+
+
+@pytest.mark.parametrize(("block", "length", "warned"), [
+    ("G1 X30. F500.", 120, True), ("G0 X30.", 120, True), ("G1 X30. F500.", 60, False), ("G1 X30. Z50. F500.", 120, False),
+    ("G53 G0 Z0.", 120, False), ("G53 G0 Z0.\nG43.1 Z130.\nG1 X30. F500.", 120, False),
+])  # fmt: skip
+def test_a_longer_tool_goes_on_below_the_programmed_place(block, length, warned):
+    """Under a level table the spindle stays where it is until Z is named: a longer tool is deeper by the difference."""
+    text = f"G21 G90\nG43.1 Z80.\nG0 X10. Y0. Z50. A0. C0.\nG1 X20. F500.\nG43.1 Z{length}.\n{block}\nM30\n"
+    result = vp.check(text, vp.load_machine("serial"), options("rs274"))
+    found = [(item.line, item.message) for item in result.findings if item.code == "VP046"]
+    assert [line for line, _ in found] == [6] * warned
+    if warned:
+        assert "the tip goes on at Z10, 40 mm below the place that was programmed before; name Z" in found[0][1]
 
 
 def test_plain_lines_and_single_ones_stand_alike():

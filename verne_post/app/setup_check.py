@@ -66,11 +66,11 @@ def _find_implausible(options: Options) -> Iterator[str]:
 
 
 def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Finding]:
-    """VP037: cuts under a table that stands turned, in G-code that says nothing of tool-centre-point control.
+    """VP037: cuts under a table that stands turned, where no code in force says in which directions X Y Z count.
 
-    A program that turns the table while the tip cuts has no other reading that could be told from this one.
+    A program that turns the table while the tip cuts so has no other reading that could be told from this one.
     """
-    if moves.says_tcp:
+    if moves.tcp_changes == (0,):
         return []
     first, (tilt, turn) = -1, machine.coordinates.rotary
     for begin, end in blocks(len(path)):
@@ -80,6 +80,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         cuts = (
             (path.feed_time[begin:end] > 0)
             & (move >= 0)
+            & ~moves.find_said_tcp(move)
             & ((travel > ZERO_LENGTH_MM) | (path.kind[begin:end] != SegmentKind.LINE))
         )
         turns = (np.abs(finish[:, 3:] - start[:, 3:]) > ZERO_ANGLE).any(axis=1)

@@ -7,10 +7,11 @@ from functools import partial
 from msgspec import Struct
 
 from verne_post.base.long_text import Text
-from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
+from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.run import execute_blocks
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import whole_lines
 

@@ -1,30 +1,24 @@
-"""Execution of a program of blocks: chunks, stretches of plain lines, single blocks; errors are collected."""
+"""Execution of a program line by line, in any language: the loop, its errors, where it stops, and what it traces."""
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from msgspec import Struct, field
 
-from verne_post.base.long_text import Text
-from verne_post.gcode import plain
-from verne_post.gcode.block import Block
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import ONE_TOOL
-from verne_post.gcode.plain_vectors import end_of_vectors, pointing
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
-from verne_post.gcode.rs274.flow import Flow
-from verne_post.gcode.rs274.interpreter import Rs274
-from verne_post.gcode.rs274.recovery import FATAL, Recovery
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.templates import word_columns
-from verne_post.gcode.text import Chunk, ProgramText, decode_line
+from verne_post.gcode.text import Chunk
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import AXES
 
 #: So many things that errors of one cause are about are named.
 _NAMED: Final = 8
+#: Errors after which a program does not go on: the next line is not known.
+FATAL: Final = ("VP023", "VP024", "VP027")
 #: At most so many findings, and errors that they count: a file with more is not G-code, or has one mistake in every line.
 MAX_ERRORS, MAX_COUNTED = 50, 1_000
 
@@ -147,43 +141,73 @@ class StopConditions(Struct, frozen=True):
         return passed or (self.all_known and all_known(state, setup))
 
 
-def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
-    """Execute the blocks of a program from the first on, until it ends or a stop condition is met."""
-    execution = Execution(state, Recorder())
-    execution.recorder.says_tcp = False  # until a code does
-    interpreter = language(setup, state, execution.recorder)
-    main = ProgramText(source, setup, language)
-    flow = Flow(main, interpreter)
-    recovery = None if stop.first_error else Recovery(interpreter)
-    if main.first_line > 1:
-        execution.recorder.event(1, "not executed", text=f"lines 1 to {main.first_line - 1}, before the %")
+class Flow(Protocol):
+    """Where a program goes on: the text and the line that come next, and the line of the program that stands for lines of another file."""
+
+    main: Any
+    line: int
+    shown_line: int | None
+
+    @property
+    def text(self) -> Any:
+        """The text that is executed."""
+
+    @property
+    def in_call(self) -> bool:
+        """True inside a subprogram."""
+
+
+class Run(Protocol):
+    """A program of one language in execution; :func:`run_program` asks it for one line, or a stretch of lines, after the other."""
+
+    @property
+    def flow(self) -> Flow:
+        """Where it goes on."""
+
+    @property
+    def ended(self) -> bool:
+        """True after its end."""
+
+    def may_restart(self) -> bool:
+        """True where nothing of earlier lines is still to come."""
+
+    def find_chunk(self) -> Chunk | None:
+        """The chunk of the next line; None where the text ends."""
+
+    def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
+        """Execute the next line, or a stretch at once; returns the line after the last one, as the text is written, and the errors."""
+
+    def end_text(self, execution: Execution) -> bool:
+        """The text ends; True where the program goes on elsewhere."""
+
+
+def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditions) -> Execution:
+    """Execute a program from its next line on, until it ends or a stop condition is met; its errors are collected."""
+    flow, state = run.flow, execution.state
     watched = stop.all_known or stop.after_line is not None
-    while not interpreter.ended:
-        text, line, shown_line = flow.text, flow.line, flow.shown_line  # a return may already have left them
-        chunk = text.chunk(line)
-        if chunk is None or line == text.closing:
-            _end_text(execution, flow)
-            break
-        in_main = text is main and not flow.in_call
-        if in_main and line == stop.before_line:
-            break
-        restart = stop.trace is not None and may_restart(state) and interpreter.may_restart()
+    while not run.ended:
+        text, line, shown_line = flow.text, flow.line, flow.shown_line  # a return may leave them
         errors: list[ProgramError] = []
         try:
-            if not _execute_stretch(flow, chunk, stop):
-                errors = _execute_line(flow, chunk, recovery)
-                last = line + 1
-            else:
-                last = flow.line
+            chunk = run.find_chunk()
+            if chunk is None:
+                if run.end_text(execution):
+                    continue
+                break
+            in_main = text is flow.main and not flow.in_call
+            if in_main and line == stop.before_line:
+                break
+            restart = stop.trace is not None and may_restart(state) and run.may_restart()
+            last, errors = run.execute(chunk, stop)
             if in_main and stop.trace is not None:
                 stop.trace.add(line, last, may_restart=restart)
         except ProgramError as error:
-            errors.append(error)
+            errors = [error]
         if errors and (
             not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error
         ):
             break
-        if watched and stop.is_met(state, setup, line, flow.line, in_main=text is main):
+        if watched and stop.is_met(state, setup, line, flow.line, in_main=text is flow.main):
             break
     return execution
 
@@ -196,113 +220,3 @@ def may_restart(state: State) -> bool:
 def all_known(state: State, setup: Setup) -> bool:
     """True when the position of every axis of the machine is known."""
     return all(state.known[AXES.index(letter)] for letter in setup.axes)
-
-
-def _execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions) -> bool:
-    """Execute a stretch of plain lines at once; False where there is none."""
-    interpreter, row = flow.interpreter, flow.line - chunk.first_line
-    last = chunk.lines.end(row)
-    if last - row < plain.MIN_LINES:
-        return False
-    if flow.text.closing is not None:
-        last = min(last, flow.text.closing - chunk.first_line)
-    last = stop.cut(flow.line, last + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
-    view = interpreter.view_plain_lines(has_vector=bool(chunk.lines.has_offsets[row]))
-    if view is None:
-        return False
-    if not view.turning:
-        last = min(last, chunk.lines.find_turning(row))
-    if view.pointed:
-        last = end_of_vectors(interpreter.core, view, chunk.lines, row, last)
-    if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, view, chunk.lines, row):
-        return False
-    point = pointing(interpreter.core, chunk.lines) if view.pointed else None
-    done = plain.execute(chunk.lines, row, last, interpreter.core, view, flow.shown_line, point)
-    if done > row:
-        interpreter.go_on_after_plain_lines(view)
-        first, flow.line = flow.line, flow.line + done - row
-        flow.repeats.count(flow.text, first, flow.line - 1, 0)
-    return done > row
-
-
-def _execute_line(flow: Flow, chunk: Chunk, recovery: Recovery | None) -> list[ProgramError]:
-    """Execute a line; with recovery its errors are returned, without the first is raised."""
-    text, line, interpreter = flow.text, flow.line, flow.interpreter
-    moves, row = interpreter.recorder.count, line - chunk.first_line
-    errors: list[ProgramError] = []
-    flow.line += 1
-    interpreter.parameters.line = line
-    block = chunk.block(row, line) if interpreter.reads_plain_words else None
-    try:
-        if block is not None:
-            errors = _execute_block(flow, block, line, recovery)
-        elif line != text.opening and _is_executed(raw := chunk.raw(row), interpreter.setup):
-            errors = _read_and_execute(flow, decode_line(raw), line, recovery)
-    except ProgramError as error:
-        _find_column(error, chunk.raw(row))
-        raise
-    for found in errors:
-        _find_column(found, chunk.raw(row))
-    flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
-    return errors
-
-
-def _is_executed(raw: bytes, setup: Setup) -> bool:
-    """False for blank lines, and for those that block delete leaves out."""
-    return bool(raw.strip()) and not (setup.block_delete and raw.lstrip().startswith(b"/"))
-
-
-def _find_column(error: ProgramError, raw: bytes) -> None:
-    """Put the column of a word in place of its number in the line."""
-    if error.column is not None and error.column < 0:
-        error.column = word_columns(decode_line(raw))[-error.column - 1]
-
-
-def _read_and_execute(flow: Flow, text: str, line: int, recovery: Recovery | None) -> list[ProgramError]:
-    try:
-        block = flow.interpreter.read(text, line)
-    except ProgramError as error:
-        if recovery is None:
-            raise
-        recovery.pass_unread(text, line)
-        return [error]
-    return _execute_block(flow, block, line, recovery)
-
-
-def _execute_block(flow: Flow, block: Block, line: int, recovery: Recovery | None) -> list[ProgramError]:
-    interpreter, errors = flow.interpreter, []
-    if block.o is not None:
-        flow.step(block)
-        return []
-    if block.macro is not None:
-        flow.macros.step(block.macro, line)
-        return []
-    block.line = flow.shown_line or line
-    if recovery is None:
-        interpreter.execute(block)
-    else:
-        errors = recovery.execute(block)
-    if interpreter.call is not None and not interpreter.ended:
-        try:
-            flow.follow(interpreter.call, line)
-        except ProgramError as error:
-            if recovery is None:
-                raise
-            errors.append(error)
-    return errors
-
-
-def _end_text(execution: Execution, flow: Flow) -> None:
-    """The text ends without M2 or M30: an error but for a pair of %."""
-    text = flow.text
-    percent = text.opening is not None
-    if (unfinished := flow.interpreter.find_unfinished()) is not None:
-        what = f"the text ends before {unfinished}"
-    elif flow.in_call:
-        what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
-    elif text.closing is not None or flow.interpreter.ends_with_text:
-        execution.recorder.event(flow.line, "end", code="%")
-        return
-    else:
-        what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}"
-    execution.report_at_line("VP010", what, flow.shown_line or max(text.n_lines, 1))

@@ -137,8 +137,8 @@ class Recorder(Struct):
     warnings: dict[tuple[int, str], Finding] = field(default_factory=dict)
     #: First line that names C, or sends X or Y to machine coordinates.
     fixes_c: int | None = None
-    #: As in Moves; the text of G-code says it with a code, or does not.
-    says_tcp: bool = True
+    #: As in Moves; in RS274 codes say it.
+    tcp_changes: list[int] = field(default_factory=lambda: [0])
     #: Work systems to which the program has given an origin.
     placed: set[int] = field(default_factory=set)
     #: Where tool axes gave way to places of the table.
@@ -155,6 +155,11 @@ class Recorder(Struct):
     settled_arcs: int = 0
     #: The frame and the path control that were recorded last, and their rows.
     _last: tuple[Frame | None, int, PathControl | None, int] = (None, -1, None, -1)
+
+    def say_tcp(self, said: bool) -> None:
+        """From the next move on, codes say in which directions X Y Z count, or no longer do."""
+        if said != len(self.tcp_changes) % 2:
+            self.tcp_changes.append(self.count)
 
     def frame_index(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""
@@ -369,6 +374,6 @@ class Recorder(Struct):
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
             placed_systems=frozenset(self.placed), arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
-            says_tcp=self.says_tcp,
+            tcp_changes=tuple(self.tcp_changes),
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

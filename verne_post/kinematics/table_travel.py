@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.tolerances import LIMIT_SLACK
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Frame
 
@@ -36,9 +36,10 @@ class MachineTravel(Struct, frozen=True, eq=False):
 def check_travel_of(machine: Machine) -> Callable[[Array, Array], Mask]:
     """Whether poses (n, 5) with tool lengths (n,) keep the travel of every joint; those that are out of reach break none."""
     solve, limits = machine.five_axis.solve, machine.limits
+    slack = np.append(np.full(len(limits.lower) - 2, LIMIT_SLACK_MM), [LIMIT_SLACK, LIMIT_SLACK])
 
     def check_travel(pose: Array, tool_length: Array) -> Mask:
         q = solve(pose[:, :3], pose[:, 3:], tool_length)[0]
-        return np.asarray(~((q < limits.lower) | (q > limits.upper)).any(axis=1))
+        return np.asarray(~((q < limits.lower - slack) | (q > limits.upper + slack)).any(axis=1))
 
     return check_travel

@@ -266,7 +266,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP037",
         "tool-centre-point control not said",
         "warning",
-        "G-code cuts while A and C stand turned, and no code of the program says in which directions X Y Z count. Here they are "
+        "G-code cuts while A and C stand turned, and no code that holds there says in which directions X Y Z count. Here they are "
         "places of the part, as under G43.4; a control without tool-centre-point control reads them in the directions of the machine.",
         "Where places of the part are meant, write G43.4 for G43, or post with G68.2; a code that the control has for it can be "
         'given the meaning "tcp on" ([remap]). Where directions of the machine are meant, post the program again for one of these.',
@@ -298,9 +298,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP046",
         "axes move that are not named",
         "warning",
-        "While no tool length is in force (before G43, after G49) a block turns the table, and the spindle goes along to hold the tip at "
-        "its place of the part: it moves axes that the block does not name. A control without tool-centre-point control lets them stand. Or the length has changed under a tilted table, and the next block does not name Z: "
-        "the tip goes to the place that was programmed before.",
+        "While no tool length is in force (before G43, after G49), or after a retract in machine coordinates, a block turns the table, and the "
+        "spindle goes along to hold the tip at its place of the part: it moves axes that the block does not name. A control without tool-centre-point "
+        "control lets them stand. Or the length has changed, and the next block does not name Z: under a tilted table the tip goes to the place "
+        "that was programmed before; under a level one it goes on where it is, below that place with a longer tool.",
         "Name X, Y and Z in the block, turn the table with G53, or retract before; in a Fanuc program (--dialect fanuc) the axes stand while no length is in force.",
     ),
     (

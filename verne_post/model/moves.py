@@ -14,7 +14,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.findings import Finding
 from verne_post.model.part_setup import SYSTEM_NAMES, Vector9, tool_text
 from verne_post.model.splines import Splines, no_splines
@@ -331,9 +331,10 @@ class Moves(Struct, frozen=True):
         The stock that the program defines.
     arc_feeds : tuple of ArcFeedUse
         Arcs beside the contour whose feed rate is not F, by the word that says so.
-    says_tcp : bool
-        False for G-code without a code that turns tool-centre-point control on or off: a control would read X Y Z in its
-        own directions under a turned table. Other languages say in each case which directions are meant.
+    tcp_changes : tuple of int
+        Numbers of the moves from which on codes say in which directions X Y Z count (tool-centre-point control, a plane), and
+        no longer do, in turn. Where none says so, a control would read X Y Z in its own directions under a turned table.
+        Languages other than RS274 say it from move 0 on.
     splines : Splines
         Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins where the
         move before it ends, and each ends at its ``end``.
@@ -365,10 +366,14 @@ class Moves(Struct, frozen=True):
     stock: Stock | None = None
     arc_feeds: tuple[ArcFeedUse, ...] = ()
     table_places: tuple[TablePlace, ...] = ()
-    says_tcp: bool = True
+    tcp_changes: tuple[int, ...] = (0,)
 
     def __len__(self) -> int:
         return len(self.line)
+
+    def find_said_tcp(self, move: Ints) -> Mask:
+        """Whether codes say, at each of some moves, in which directions X Y Z count."""
+        return np.searchsorted(self.tcp_changes, move, side="right") % 2 == 1
 
     @property
     def dwells(self) -> NDArray[np.intp]:
@@ -382,7 +387,15 @@ class Moves(Struct, frozen=True):
             return replace(self, events=(*switched, *kept))
         rows = {name: getattr(self, name)[first:] for name in MOVE_COLUMNS}
         start_frame = self.frames[self.frame[first - 1]]
-        return replace(self, **rows, events=(*switched, *kept), start=self.end[first - 1], start_frame=start_frame)
+        changes = tuple(max(change - first, 0) for change in self.tcp_changes)
+        return replace(
+            self,
+            **rows,
+            events=(*switched, *kept),
+            start=self.end[first - 1],
+            start_frame=start_frame,
+            tcp_changes=changes,
+        )
 
 
 #: What Moves keep for every move: type, and width where it is not one number.

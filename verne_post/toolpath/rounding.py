@@ -67,8 +67,12 @@ class RoundedSegments(Struct, frozen=True):
 
 
 def _find_swung_out(path: ToolPath, slope: Array, bend: Array, kind: Ints, reach: Array, smoothing: Smoothing) -> Ints:
-    """Corners whose wide shapes (n + 1,) swing beyond the travel of a joint, where they lie farthest on the outside."""
+    """Corners whose wide shapes (n + 1,) swing beyond the travel of a joint, where they lie farthest on the outside.
+
+    Where the programmed corner itself is beyond it, no shape helps.
+    """
     wide = np.flatnonzero(kind)
+    wide = wide[smoothing.keeps_travel(path.end[wide - 1], path.tool_length[wide - 1])]
     way, tool = OUTSIDE[kind[wide], None] * reach[wide, None], path.tool_length[wide - 1]
     outside = path.end[wide - 1] + bend[wide] * (reach[wide] * shape_value(kind[wide], OUTSIDE[kind[wide]]))[:, None]
     kept = smoothing.keeps_travel(outside - way * slope[wide - 1], tool)

@@ -16,7 +16,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import TAKES_AXES, CodeTable, g_name
 from verne_post.gcode.dialect import Dialect, dialect_of_blocks
-from verne_post.gcode.execution import Execution, StopConditions, execute_blocks
+from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainView
@@ -56,6 +56,7 @@ from verne_post.gcode.rs274.macro_calls import find_local_call, find_macro_call,
 from verne_post.gcode.rs274.macro_text import read_statement
 from verne_post.gcode.rs274.modes import NO_MAPS
 from verne_post.gcode.rs274.nurbs import NURBS, NurbsCodes
+from verne_post.gcode.rs274.run import execute_blocks
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import whole
 from verne_post.gcode.setup import Setup

@@ -9,11 +9,9 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
-from verne_post.gcode.execution import Execution, StopConditions, may_restart
+from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import whole_lines
 
@@ -43,43 +41,9 @@ def _recognise(source: Text) -> bool:
 
 def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     # most programs speak another language, and every run loads all dialects
-    from verne_post.gcode.siemens.executor import Executor
-    from verne_post.gcode.siemens.flow import Flow
-    from verne_post.gcode.siemens.program import SiemensText
-    from verne_post.gcode.siemens.stretch import execute_stretch
+    from verne_post.gcode.siemens.run import execute_siemens
 
-    execution = Execution(state, Recorder())
-    executor = Executor(setup, state, execution.recorder)
-    main = SiemensText(source, setup)
-    flow = Flow(main, executor)
-    while not flow.ended:
-        frame, line, shown_line = flow.frame, flow.line, flow.shown_line
-        text = frame.section.text
-        chunk = text.chunk(line) if line <= frame.section.last else None
-        try:
-            if chunk is None:
-                if flow.end_section():
-                    continue
-                executor.finish()
-                execution.recorder.event(max(line - 1, 1), "end", code="end of file")
-                break
-            in_main = text is main and not flow.in_call
-            if in_main and line == stop.before_line:
-                break
-            restart = may_restart(state) and executor.can_restart
-            last = execute_stretch(flow, chunk, stop, in_main=in_main)
-            if last is None:
-                flow.step(chunk.raw(line - chunk.first_line))
-            if in_main and stop.trace is not None:
-                stop.trace.add(line, last or line + 1, may_restart=restart)
-        except ProgramError as error:
-            if chunk is not None and executor.pass_failed(chunk.raw(line - chunk.first_line), error):
-                continue
-            if not execution.report(error, line, shown_line=shown_line, file=text.name) or stop.first_error:
-                break
-        if stop.is_met(state, setup, line, flow.line, in_main=text is main):
-            break
-    return execution
+    return execute_siemens(source, setup, state, stop)
 
 
 def _names_axis(source: Text, letter: str, setup: Setup) -> bool:

@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
-from verne_post.gcode.execution import Execution, StopConditions, may_restart
+from verne_post.gcode.execution import Execution, StopConditions, run_program
 from verne_post.gcode.klartext.program import Jump, Klartext
 from verne_post.gcode.klartext.recovery import KlartextRecovery
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
@@ -42,7 +42,7 @@ class KlartextFlow:
     def __init__(self, main: KlartextText, interpreter: Klartext) -> None:
         self.main, self.interpreter, self.recovery = main, interpreter, KlartextRecovery(interpreter)
         self.text, self.line = main, 1
-        self.shown: int | None = None
+        self.shown_line: int | None = None
         self.ended = False
         self._calls = [_Call(main, _NO_LINE)]
         self._files: dict[str, KlartextText] = {}
@@ -71,7 +71,7 @@ class KlartextFlow:
             self.line = self._label(jump.name)
         elif jump.kind == "call":
             target = self._label(jump.name)
-            self._enter(_Call(self.text, self.line, shown=self.shown))
+            self._enter(_Call(self.text, self.line, shown=self.shown_line))
             self.line = target
         elif jump.kind == "repeat":
             counters = self._calls[-1].repeats
@@ -99,7 +99,7 @@ class KlartextFlow:
 
     def _leave(self) -> None:
         call = self._calls.pop()
-        self.text, self.line, self.shown = call.text, call.line, call.shown
+        self.text, self.line, self.shown_line = call.text, call.line, call.shown
         if call.program:
             self.interpreter.q.local.pop()
 
@@ -118,80 +118,115 @@ class KlartextFlow:
             raise ProgramError("VP023", f"CALL PGM {name}: there is no file {name}.h in the folder of the program")
         if name not in self._files:
             self._files[name] = KlartextText(texts[name], self.interpreter.setup, f"{name}.h")
-        self._enter(_Call(self.text, self.line, program=True, shown=self.shown))
-        self.shown = self.shown or line
+        self._enter(_Call(self.text, self.line, program=True, shown=self.shown_line))
+        self.shown_line = self.shown_line or line
         self.text, self.line = self._files[name], 1
 
 
 def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     """Execute a Klartext program from its first line on, until it ends or a stop condition is met."""
     execution = Execution(state, Recorder())
-    interpreter = Klartext(setup, state, execution.recorder)
-    main = KlartextText(source, setup)
-    flow = KlartextFlow(main, interpreter)
-    while not (interpreter.functions.ended or flow.ended):
-        text, line, shown_line = flow.text, flow.line, flow.shown
-        chunk = text.chunk(line)
-        if chunk is None:
-            what = (
-                f"the text ends inside a call{f' ({text.name})' if text.name else ''}"
-                if flow.in_call
-                else "the file ends"
-            )
-            execution.report_at_line("VP010", f"{what} without END PGM, M2 or M30", flow.shown or max(text.n_lines, 1))
-            break
-        in_main = text is main and not flow.in_call
-        if in_main and line == stop.before_line:
-            break
-        restart = may_restart(state) and interpreter.waiting.is_empty and not interpreter.patterns.modal
-        try:
-            if not _execute_stretch(flow, chunk, stop):
-                _execute_statement(flow)
-            if in_main and stop.trace is not None:
-                last = flow.line if flow.text is main and not flow.in_call and flow.line > line else line + 1
-                stop.trace.add(line, last, may_restart=restart)
-        except ProgramError as error:
-            if not execution.report(error, line, shown_line=shown_line, file=text.name) or stop.first_error:
-                break
-        if stop.is_met(state, setup, line, flow.line, in_main=text is main):
-            break
-    return execution
+    flow = KlartextFlow(KlartextText(source, setup), Klartext(setup, state, execution.recorder))
+    return run_program(_KlartextRun(flow), execution, setup, stop)
 
 
-def _execute_stretch(flow: KlartextFlow, chunk: Chunk, stop: StopConditions) -> bool:
-    """Execute a stretch of plain lines at once; False where there is none."""
-    interpreter, row = flow.interpreter, flow.line - chunk.first_line
-    end, view = chunk.lines.end(row), plain.PlainView()
-    last = stop.cut(flow.line, end + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
-    if (
-        last - row < plain.MIN_LINES
-        or not _is_ready(interpreter)
-        or not plain.is_ready(interpreter.state, view, chunk.lines, row)
-    ):
+class _KlartextRun:
+    """A Klartext program in execution."""
+
+    def __init__(self, flow: KlartextFlow) -> None:
+        self.flow = flow
+
+    @property
+    def ended(self) -> bool:
+        """True after END PGM, M2 or M30."""
+        return self.flow.interpreter.functions.ended or self.flow.ended
+
+    def may_restart(self) -> bool:
+        """True where nothing of earlier lines is still to come."""
+        interpreter = self.flow.interpreter
+        return interpreter.waiting.is_empty and not interpreter.patterns.modal
+
+    def find_chunk(self) -> Chunk | None:
+        """The chunk of the next line; None where the text ends."""
+        return self.flow.text.chunk(self.flow.line)
+
+    def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
+        """Execute the next statement, which may take several lines, or a stretch at once."""
+        flow, line = self.flow, self.flow.line
+        if not self._execute_stretch(chunk, stop):
+            self._execute_statement()
+        goes_on = flow.text is flow.main and not flow.in_call and flow.line > line
+        return flow.line if goes_on else line + 1, []
+
+    def end_text(self, execution: Execution) -> bool:
+        """The text ends without END PGM: an error."""
+        flow, text = self.flow, self.flow.text
+        inside = f"the text ends inside a call{f' ({text.name})' if text.name else ''}"
+        what = f"{inside if flow.in_call else 'the file ends'} without END PGM, M2 or M30"
+        execution.report_at_line("VP010", what, flow.shown_line or max(text.n_lines, 1))
         return False
-    while last > row and not chunk.lines.moves[last - 1]:
-        last -= 1  # comments
-    if last < end or chunk.first_line + last == chunk.end_line or flow.text.is_corner_next(chunk.first_line + last):
-        last -= 1  # RND or CHF may begin at its end
-    if (
-        not interpreter.modes.tcp
-        or interpreter.modes.along_vectors
-        or any(interpreter.frames.wraps.values())
-        or interpreter.paths.shortest
-    ):
-        last = chunk.lines.first_named(row, last, list(interpreter.setup.rotary))
-    if last - row < plain.MIN_LINES:
-        return False
-    interpreter.frames.block.line = flow.shown or flow.line
-    state = interpreter.state
-    start = state.position[0], state.position[1]
-    done = plain.execute(chunk.lines, row, last, interpreter.core, view, flow.shown)
-    if done > row:
-        first, flow.line = flow.line, flow.line + done - row
-        interpreter.contour.last_rapid = view.motion == 0
-        interpreter.paths.direction = _find_last_direction(chunk.lines, row, done, start, interpreter.setup.rotary)
-        flow.repeats.count(flow.text, first, flow.line - 1, 0)
-    return done > row
+
+    def _execute_stretch(self, chunk: Chunk, stop: StopConditions) -> bool:
+        """Execute a stretch of plain lines at once; False where there is none."""
+        flow = self.flow
+        interpreter, row = flow.interpreter, flow.line - chunk.first_line
+        end, view = chunk.lines.end(row), plain.PlainView()
+        last = stop.cut(flow.line, end + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
+        if (
+            last - row < plain.MIN_LINES
+            or not _is_ready(interpreter)
+            or not plain.is_ready(interpreter.state, view, chunk.lines, row)
+        ):
+            return False
+        while last > row and not chunk.lines.moves[last - 1]:
+            last -= 1  # comments
+        if last < end or chunk.first_line + last == chunk.end_line or flow.text.is_corner_next(chunk.first_line + last):
+            last -= 1  # RND or CHF may begin at its end
+        if (
+            not interpreter.modes.tcp
+            or interpreter.modes.along_vectors
+            or any(interpreter.frames.wraps.values())
+            or interpreter.paths.shortest
+        ):
+            last = chunk.lines.first_named(row, last, list(interpreter.setup.rotary))
+        if last - row < plain.MIN_LINES:
+            return False
+        interpreter.frames.block.line = flow.shown_line or flow.line
+        state = interpreter.state
+        start = state.position[0], state.position[1]
+        done = plain.execute(chunk.lines, row, last, interpreter.core, view, flow.shown_line)
+        if done > row:
+            first, flow.line = flow.line, flow.line + done - row
+            interpreter.contour.last_rapid = view.motion == 0
+            interpreter.paths.direction = _find_last_direction(chunk.lines, row, done, start, interpreter.setup.rotary)
+            flow.repeats.count(flow.text, first, flow.line - 1, 0)
+        return done > row
+
+    def _execute_statement(self) -> None:
+        flow = self.flow
+        text, line, interpreter = flow.text, flow.line, flow.interpreter
+        moves = interpreter.recorder.count
+        flow.line += 1
+        parts = text.parts(line)
+        flow.line = line + len(parts)
+        statement = read_statement(parts, line)
+        shown = flow.shown_line or line
+        if not (statement.deleted and interpreter.setup.block_delete):
+            following = flow.line
+            try:
+                interpreter.execute_statement(statement, shown, corner_next=lambda: text.is_corner_next(following))
+            except ProgramError as error:
+                if not flow.recovery.pass_failed(statement, error):
+                    raise
+                return
+            interpreter.failed = interpreter.failed and statement.keyword in ("RND", "CHF", "DEP", "")
+            if interpreter.jump is not None and not interpreter.functions.ended:
+                if interpreter.jump.kind == "end":
+                    interpreter.waiting.refuse("END PGM")
+                    if not flow.in_call:
+                        interpreter.recorder.event(shown, "end", code="END PGM")
+                flow.follow(interpreter.jump, line)
+        flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
 
 
 def _find_last_direction(
@@ -222,29 +257,3 @@ def _is_ready(interpreter: Klartext) -> bool:
         and bool((interpreter.frames.factors == 1.0).all())
         and (interpreter.modes.tcp or interpreter.maps.tilt is None)
     )
-
-
-def _execute_statement(flow: KlartextFlow) -> None:
-    text, line, interpreter = flow.text, flow.line, flow.interpreter
-    moves = interpreter.recorder.count
-    flow.line += 1
-    parts = text.parts(line)
-    flow.line = line + len(parts)
-    statement = read_statement(parts, line)
-    shown = flow.shown or line
-    if not (statement.deleted and interpreter.setup.block_delete):
-        following = flow.line
-        try:
-            interpreter.execute_statement(statement, shown, corner_next=lambda: text.is_corner_next(following))
-        except ProgramError as error:
-            if not flow.recovery.pass_failed(statement, error):
-                raise
-            return
-        interpreter.failed = interpreter.failed and statement.keyword in ("RND", "CHF", "DEP", "")
-        if interpreter.jump is not None and not interpreter.functions.ended:
-            if interpreter.jump.kind == "end":
-                interpreter.waiting.refuse("END PGM")
-                if not flow.in_call:
-                    interpreter.recorder.event(shown, "end", code="END PGM")
-            flow.follow(interpreter.jump, line)
-    flow.repeats.count(text, line, line, interpreter.recorder.count - moves)

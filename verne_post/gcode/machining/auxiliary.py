@@ -147,7 +147,7 @@ class Auxiliary:
             return False
         if meaning in ("tcp on", "tcp off"):
             self.state.tcp_off = meaning == "tcp off"
-            self.recorder.says_tcp = True
+            self.recorder.say_tcp(True)
         if meaning != "ignore":
             shown = {key: value for key, value in words.items() if key in REMAPPED_WORDS}
             self.recorder.event(at.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **shown)

@@ -193,6 +193,12 @@ class Machining:
             return state.position
         machine_position = self.setup.coordinates.to_machine(np.array(state.position), state.frame)
         if self.setup.coordinates.is_upright(machine_position):
+            deeper = held[_Z] - state.position[_Z]  # NaN where Z was not programmed
+            if at is not None and axes is not None and _Z not in axes and deeper > UNNAMED_MOTION_MM and not machine:
+                self.recorder.warn(
+                    "VP046", "the tool length has changed, and the block does not name Z: the tip goes on at "
+                    f"Z{state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z in it", at.line, None,
+                )  # fmt: skip
             return state.position
         letter, tilt = AXES[self.setup.rotary[0]], machine_position[self.setup.rotary[0]]
         if kind != MoveKind.RAPID or not (absolute or machine):

@@ -71,8 +71,8 @@ class State(Struct):
     centre: list[float] | None = None
     #: False after G40, until a straight move has led back to the programmed contour.
     arc_may_follow: bool = True
-    #: A user-defined code has ended tool-centre-point control.
-    tcp_off: bool = False
+    #: A user-defined code has ended tool-centre-point control; None before one has ended or begun it.
+    tcp_off: bool | None = None
     store: ParameterStore = field(default_factory=ParameterStore)
     selected_tool: int | None = None
     loaded_tool: int | None = None

@@ -161,7 +161,7 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
     core.frames.forget_programmed(set(stand))
 
 
-def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int]) -> None:
+def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], when: str) -> None:
     """VP046, once a program: a turn of the table since machine coordinates (9,) has moved linear axes that it does not name."""
     moved = find_machine_place(core) - before
     beyond = [axis for axis in _LINEAR if axis not in axes and abs(moved[axis]) > UNNAMED_MOTION_MM]
@@ -169,6 +169,6 @@ def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int]) -> 
         ways = " ".join(f"{AXES[axis]}{moved[axis]:+.3f}" for axis in beyond)
         core.recorder.warn(
             "VP046",
-            f"while no tool length is in force, a turn of the table holds the tip at its place of the part: the spindle goes by {ways} mm, "
+            f"{when}, a turn of the table holds the tip at its place of the part: the spindle goes by {ways} mm, "
             "and the block does not name these axes; name X, Y and Z in it, or turn the table with G53", at.line, None,
         )  # fmt: skip

@@ -17,6 +17,7 @@ from verne_post.gcode.machining.turning import turn_table
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, PLANE_OFF, ROTATION
 from verne_post.gcode.rs274.modes import NO_MAPS, Modes
+from verne_post.gcode.rs274.offsets import TCP_CODES, say_directions
 from verne_post.gcode.rs274.values import WordValues, whole
 from verne_post.gcode.standing_table import standing_table
 from verne_post.gcode.table_positions import choose_position, find_positions
@@ -50,7 +51,7 @@ class FanucPlanes:
         if code == ROTATION:
             self._rotate(block)
             return
-        self.recorder.says_tcp = True  # a plane of the part
+        self.recorder.say_tcp(True)  # a plane of the part
         self.refuse_under_plane(name)
         if code == OF_TOOL:
             origin, rotation = self._find_plane_of_tool(block)
@@ -82,6 +83,7 @@ class FanucPlanes:
         self.core.frames.set_frame(replace(self.state.frame, feature=None))
         if self.modes.turns:
             self.modes.turns, self.modes.after_turn = 0, "G69"
+        say_directions(self.core)
 
     def _set_feature(self, origin: Array, rotation: Array) -> None:
         feature = Feature(
@@ -257,6 +259,7 @@ class FanucPlanes:
             if modes.follows_table:
                 self.core.frames.set_frame(replace(state.frame, feature=None))
                 modes.follows_table = False
+                say_directions(self.core)
             return
         self.refuse_under_plane("G254")
         if modes.maps is not NO_MAPS:
@@ -264,7 +267,8 @@ class FanucPlanes:
         self.core.require_known(block, [*self.setup.rotary], "G254")
         if state.tool_axis is not None:
             self.core.settle_table(block)
-        modes.follows_table = self.recorder.says_tcp = True
+        modes.follows_table = True
+        self.recorder.say_tcp(True)
         standing = standing_table(self.setup.coordinates, state.frame, state.position)
         if standing is not None:
             self._set_feature(np.zeros(3), np.array(standing.rotation).reshape(3, 3))
@@ -298,7 +302,7 @@ class FanucPlanes:
             return
         tilt, turn = self.setup.rotary
         self.core.end_tool_axis(block, [tilt, turn])
-        tcp = self.modes.length_code in (434, 435)
+        tcp = self.modes.length_code in TCP_CODES
         here = state.position
         positions = find_positions(self.setup, here, upright, state.frame, tip_stays=tcp)
         end = choose_position(

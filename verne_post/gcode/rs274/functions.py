@@ -10,6 +10,7 @@ from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.settings import restore_settings, save_settings
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.modes import Modes, Saved
+from verne_post.gcode.rs274.offsets import say_directions
 from verne_post.gcode.rs274.values import WordValues, whole
 from verne_post.model.moves import FeedMode
 
@@ -145,6 +146,7 @@ class FunctionCodes:
             self.core.frames.apply_shift(on=saved.g92_on)
         if saved.tool != state.frame.tool:
             frames.set_frame(replace(state.frame, tool=saved.tool))
+        say_directions(self.core)
 
     def leave_call(self, line: int) -> None:
         """Back from a call: bring back what M73 has saved in it."""

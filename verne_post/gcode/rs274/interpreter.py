@@ -112,7 +112,7 @@ class Rs274(Language):
             modes.inch,
             arcs=not modes.absolute_centers,
             pointed=modes.vectors,
-            turning=not self.motion.is_without_tcp(),
+            turning=not (self.motion.is_without_tcp() or self.motion.is_retracted()),
         )
 
     def find_unfinished(self) -> str | None:

@@ -169,10 +169,16 @@ class MotionCodes:
             self._move_straight(block, kind, end, axes)
 
     def _move_straight(self, block: Block, kind: MoveKind, end: list[float], axes: list[int]) -> None:
-        before = find_machine_place(self.core) if self._is_turned_alone(axes) else None
+        retracted = self.is_retracted() and _Z not in axes and any(axis in axes for axis in _ROTARY)
+        before = find_machine_place(self.core) if retracted or self._is_turned_alone(axes) else None
         self.draw_line(block, kind, end, axes, absolute=self.modes.absolute)
         if before is not None:
-            warn_of_unnamed(self.core, block, before, axes)
+            warn_of_unnamed(self.core, block, before, axes, "after a retract in machine coordinates" if retracted
+                            else "while no tool length is in force")  # fmt: skip
+
+    def is_retracted(self) -> bool:
+        """True where Z of the tip was not programmed, but follows from machine coordinates (G53, G28)."""
+        return self.setup.machine and self.state.placed and not self.state.named[_Z]
 
     def _is_turned_alone(self, axes: list[int]) -> bool:
         """True where A or C are named, not all of X Y Z, and the tip is not held, or would not be on a control."""
@@ -183,7 +189,7 @@ class MotionCodes:
         code = self.modes.length_code
         if not self.setup.machine or code in (434, 435):
             return False
-        if code == 490 or (self.traits.turns_table_alone and self.recorder.says_tcp):
+        if code == 490 or (self.traits.turns_table_alone and self.recorder.tcp_changes):
             return True  # where the program knows G43.4 or G68.2, it has not written G43.4 here
         return code is None and not any(self.state.frame.tool)
 

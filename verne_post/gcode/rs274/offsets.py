@@ -17,6 +17,15 @@ from verne_post.model.moves import AXES, ZERO9
 from verne_post.model.part_setup import Tool, Vector9
 
 _Z: Final = 2
+#: G43.4 and G43.5, times ten: tool-centre-point control.
+TCP_CODES: Final = (434, 435)
+
+
+def say_directions(core: Machining) -> None:
+    """Record whether a code in force says in which directions X Y Z count: G43.4, G43.5, a plane of the part, one of the user."""
+    state = core.state
+    plane = state.frame.feature is not None and not state.modes.turns  # G68 turns it where it is
+    core.recorder.say_tcp(state.modes.length_code in TCP_CODES or plane or state.tcp_off is not None)
 
 
 class OffsetCodes:
@@ -27,10 +36,9 @@ class OffsetCodes:
         self.setup, self.state = core.setup, core.state
 
     def set_tool_length(self, block: Block, code: int) -> None:
-        if code in (434, 435):
-            self.core.recorder.says_tcp = True
         if code != 490 or self.state.modes.length_code is not None:
             self.state.modes.length_code = code
+        say_directions(self.core)
         find = {490: lambda: ZERO9, 431: lambda: self._read_offset(block), 432: lambda: self._add_offset(block)}.get(
             code
         )

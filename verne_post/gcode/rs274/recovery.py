@@ -13,6 +13,7 @@ from typing import Final
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, TAKES_AXES
+from verne_post.gcode.execution import FATAL
 from verne_post.gcode.machining.assumptions import (
     assume_homes,
     assume_length,
@@ -29,8 +30,6 @@ from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.values import LINEAR
 from verne_post.model.moves import AXES, ZERO9
 
-#: Errors after which a program does not go on: the next line is not known.
-FATAL: Final = ("VP023", "VP024", "VP027")
 #: So many errors of one block.
 _MAX_TRIES: Final = 8
 _COMMENTS: Final = re.compile(r"\([^()]*\)?|;.*", re.DOTALL)

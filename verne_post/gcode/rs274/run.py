@@ -1,0 +1,165 @@
+"""Execution of a program of RS274/NGC blocks: stretches of plain lines, single blocks."""
+
+from verne_post.base.long_text import Text
+from verne_post.gcode import plain
+from verne_post.gcode.block import Block
+from verne_post.gcode.execution import Execution, StopConditions, run_program
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.plain_vectors import end_of_vectors, pointing
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.rs274.flow import Flow
+from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.recovery import Recovery
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.templates import word_columns
+from verne_post.gcode.text import Chunk, ProgramText, decode_line
+
+
+def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
+    """Execute the blocks of a program from the first on, until it ends or a stop condition is met."""
+    execution = Execution(state, Recorder())
+    execution.recorder.tcp_changes.clear()  # until a code says it
+    interpreter = language(setup, state, execution.recorder)
+    main = ProgramText(source, setup, language)
+    if main.first_line > 1:
+        execution.recorder.event(1, "not executed", text=f"lines 1 to {main.first_line - 1}, before the %")
+    recovery = None if stop.first_error else Recovery(interpreter)
+    return run_program(_BlockRun(Flow(main, interpreter), recovery), execution, setup, stop)
+
+
+class _BlockRun:
+    """A program of blocks in execution; with recovery all errors of a block are found."""
+
+    def __init__(self, flow: Flow, recovery: Recovery | None) -> None:
+        self.flow, self.recovery = flow, recovery
+
+    @property
+    def ended(self) -> bool:
+        """True after M2 or M30."""
+        return self.flow.interpreter.ended
+
+    def may_restart(self) -> bool:
+        """True where nothing of earlier blocks is still to come."""
+        return self.flow.interpreter.may_restart()
+
+    def find_chunk(self) -> Chunk | None:
+        """The chunk of the next line; None where the text ends."""
+        flow = self.flow
+        return None if flow.line == flow.text.closing else flow.text.chunk(flow.line)
+
+    def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
+        """Execute the next line, or a stretch at once."""
+        line = self.flow.line
+        if self._execute_stretch(chunk, stop):
+            return self.flow.line, []
+        return line + 1, self._execute_line(chunk)
+
+    def _execute_stretch(self, chunk: Chunk, stop: StopConditions) -> bool:
+        """Execute a stretch of plain lines at once; False where there is none."""
+        flow = self.flow
+        interpreter, row = flow.interpreter, flow.line - chunk.first_line
+        last = chunk.lines.end(row)
+        if last - row < plain.MIN_LINES:
+            return False
+        if flow.text.closing is not None:
+            last = min(last, flow.text.closing - chunk.first_line)
+        last = stop.cut(flow.line, last + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
+        view = interpreter.view_plain_lines(has_vector=bool(chunk.lines.has_offsets[row]))
+        if view is None:
+            return False
+        if not view.turning:
+            last = min(last, chunk.lines.find_turning(row))
+        if view.pointed:
+            last = end_of_vectors(interpreter.core, view, chunk.lines, row, last)
+        if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, view, chunk.lines, row):
+            return False
+        point = pointing(interpreter.core, chunk.lines) if view.pointed else None
+        done = plain.execute(chunk.lines, row, last, interpreter.core, view, flow.shown_line, point)
+        if done > row:
+            interpreter.go_on_after_plain_lines(view)
+            first, flow.line = flow.line, flow.line + done - row
+            flow.repeats.count(flow.text, first, flow.line - 1, 0)
+        return done > row
+
+    def _execute_line(self, chunk: Chunk) -> list[ProgramError]:
+        """Execute a line; with recovery its errors are returned, without the first is raised."""
+        flow = self.flow
+        text, line, interpreter = flow.text, flow.line, flow.interpreter
+        moves, row = interpreter.recorder.count, line - chunk.first_line
+        errors: list[ProgramError] = []
+        flow.line += 1
+        interpreter.parameters.line = line
+        block = chunk.block(row, line) if interpreter.reads_plain_words else None
+        try:
+            if block is not None:
+                errors = self._execute_block(block, line)
+            elif line != text.opening and _is_executed(raw := chunk.raw(row), interpreter.setup):
+                errors = self._read_and_execute(decode_line(raw), line)
+        except ProgramError as error:
+            _find_column(error, chunk.raw(row))
+            raise
+        for found in errors:
+            _find_column(found, chunk.raw(row))
+        flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
+        return errors
+
+    def _read_and_execute(self, text: str, line: int) -> list[ProgramError]:
+        try:
+            block = self.flow.interpreter.read(text, line)
+        except ProgramError as error:
+            if self.recovery is None:
+                raise
+            self.recovery.pass_unread(text, line)
+            return [error]
+        return self._execute_block(block, line)
+
+    def _execute_block(self, block: Block, line: int) -> list[ProgramError]:
+        flow, recovery = self.flow, self.recovery
+        interpreter, errors = flow.interpreter, []
+        if block.o is not None:
+            flow.step(block)
+            return []
+        if block.macro is not None:
+            flow.macros.step(block.macro, line)
+            return []
+        block.line = flow.shown_line or line
+        if recovery is None:
+            interpreter.execute(block)
+        else:
+            errors = recovery.execute(block)
+        if interpreter.call is not None and not interpreter.ended:
+            try:
+                flow.follow(interpreter.call, line)
+            except ProgramError as error:
+                if recovery is None:
+                    raise
+                errors.append(error)
+        return errors
+
+    def end_text(self, execution: Execution) -> bool:
+        """The text ends without M2 or M30: an error but for a pair of %."""
+        flow, text = self.flow, self.flow.text
+        percent = text.opening is not None
+        if (unfinished := flow.interpreter.find_unfinished()) is not None:
+            what = f"the text ends before {unfinished}"
+        elif flow.in_call:
+            what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
+        elif text.closing is not None or flow.interpreter.ends_with_text:
+            execution.recorder.event(flow.line, "end", code="%")
+            return False
+        else:
+            what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}"
+        execution.report_at_line("VP010", what, flow.shown_line or max(text.n_lines, 1))
+        return False
+
+
+def _is_executed(raw: bytes, setup: Setup) -> bool:
+    """False for blank lines, and for those that block delete leaves out."""
+    return bool(raw.strip()) and not (setup.block_delete and raw.lstrip().startswith(b"/"))
+
+
+def _find_column(error: ProgramError, raw: bytes) -> None:
+    """Put the column of a word in place of its number in the line."""
+    if error.column is not None and error.column < 0:
+        error.column = word_columns(decode_line(raw))[-error.column - 1]

@@ -1,0 +1,61 @@
+"""Execution of a Siemens program: stretches of plain lines, single lines, and the ends of its sections."""
+
+from verne_post.base.long_text import Text
+from verne_post.gcode.execution import Execution, StopConditions, run_program
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.recorder import Recorder
+from verne_post.gcode.setup import Setup
+from verne_post.gcode.siemens.executor import Executor
+from verne_post.gcode.siemens.flow import Flow
+from verne_post.gcode.siemens.program import SiemensText
+from verne_post.gcode.siemens.stretch import execute_stretch
+from verne_post.gcode.text import Chunk
+
+
+def execute_siemens(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
+    """Execute a Siemens program from its first line on, until it ends or a stop condition is met."""
+    execution = Execution(state, Recorder())
+    flow = Flow(SiemensText(source, setup), Executor(setup, state, execution.recorder))
+    return run_program(_SiemensRun(flow), execution, setup, stop)
+
+
+class _SiemensRun:
+    """A Siemens program in execution."""
+
+    def __init__(self, flow: Flow) -> None:
+        self.flow = flow
+
+    @property
+    def ended(self) -> bool:
+        """True after M2, M30, or M17 of the program itself."""
+        return self.flow.ended
+
+    def may_restart(self) -> bool:
+        """True where nothing of earlier blocks is still to come."""
+        return self.flow.executor.can_restart
+
+    def find_chunk(self) -> Chunk | None:
+        """The chunk of the next line; None where the section ends."""
+        flow = self.flow
+        return flow.text.chunk(flow.line) if flow.line <= flow.frame.section.last else None
+
+    def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
+        """Execute the next line, or a stretch at once; a line that only follows from an error before it is passed."""
+        flow, line = self.flow, self.flow.line
+        raw = chunk.raw(line - chunk.first_line)
+        try:
+            last = execute_stretch(flow, chunk, stop, in_main=flow.text is flow.main and not flow.in_call)
+            if last is None:
+                flow.step(raw)
+        except ProgramError as error:
+            return line + 1, [] if flow.executor.pass_failed(raw, error) else [error]
+        return last or line + 1, []
+
+    def end_text(self, execution: Execution) -> bool:
+        """The section ends: return from it, or end the program."""
+        if self.flow.end_section():
+            return True
+        self.flow.executor.finish()
+        execution.recorder.event(max(self.flow.line - 1, 1), "end", code="end of file")
+        return False
