@@ -392,13 +392,16 @@ def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) ->
         "joints": {"NAME"},  # of a chain
     }
     options = run("convert", "--help").out + run("machined", "--help").out
+    told = 0
     for code in CODES:
         shown = " ".join(run("explain", code).out.split())
         text = shown.partition("Parameters: ")[2].partition(". Related: ")[0]
+        told += bool(text)
         for group, key in re.findall(r"\b([a-z]+)\.(\w+)", text):
             assert key in groups[group], (code, group, key)
         for option in re.findall(r"--[a-z-]+", text):
             assert option in options, (code, option)
+    assert told >= 28
 
 
 def test_main_is_what_the_command_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
