@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 import click
@@ -18,6 +19,7 @@ from verne_post import __version__
 from verne_post.base.type_words import alternatives, bare
 from verne_post.cli.main import cli
 from verne_post.cli.options import GroupedCommand, GroupedOption
+from verne_post.model.codes import CODES
 
 if TYPE_CHECKING:
     from mkdocs.structure.files import Files
@@ -130,6 +132,20 @@ def _bounds(kind: Any) -> str:
     return ", ".join(f"{sign} {getattr(meta, key):g}" for key, sign in signs.items() if getattr(meta, key) is not None)
 
 
+def codes_page() -> str:
+    """Every finding code with a link to its page."""
+    out = ["# Finding codes", "", "This page is made from the program. How findings are read is in [findings](../findings.md).",
+           "`verne-post explain CODE` prints the page of a code.", "", "| code | severity | title | meaning |", "|---|---|---|---|"]  # fmt: skip
+    out += [cells(f"[{code}]({code}.md)", one.severity, one.title, one.meaning) for code, one in CODES.items()]
+    return "\n".join(out) + "\n"
+
+
+def _code_page(code: str) -> str:
+    from verne_post.output.code_pages import write_markdown
+
+    return write_markdown(code, "[{0}]({0}.md)")
+
+
 def man_page() -> str:
     """The man page, in the macros of man(7)."""
     out = [f'.TH VERNE-POST 1 "" "verne-post {__version__}" "User commands"', ".SH NAME",
@@ -158,7 +174,10 @@ def _roff(text: str) -> str:
 
 
 #: Page of the site -> what makes it.
-PAGES: dict[str, Callable[[], str]] = {"reference/options.md": options_page, "reference/machine-keys.md": keys_page}
+PAGES: dict[str, Callable[[], str]] = {
+    "reference/options.md": options_page, "reference/machine-keys.md": keys_page, "reference/codes.md": codes_page,
+    **{f"reference/{code}.md": partial(_code_page, code) for code in CODES},
+}  # fmt: skip
 
 
 def on_files(files: Files, config: Any) -> Files:

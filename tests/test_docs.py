@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from verne_post.model.codes import CODES
+from verne_post.output.code_pages import find_example
 from verne_post.trajectory import tuning
 
 from .builders import load_maker
@@ -47,12 +48,34 @@ def test_the_smoke_set_names_tests_that_exist() -> None:
             assert name.split("[")[0] in functions, line
 
 
-def test_every_finding_code_stands_in_its_table() -> None:
-    page = (ROOT / "docs" / "findings.md").read_text(encoding="utf-8")
-    rows = [line for line in page.splitlines() if re.match(r"\| VP\d{3} \|", line)]
-    assert rows == [
-        f"| {code} | {item.severity} | {item.title} | {item.meaning} | {item.remedy} |" for code, item in CODES.items()
+def test_every_finding_code_has_a_page_whose_links_lead_to_codes() -> None:
+    pages = load_maker("make_reference").PAGES
+    table = pages["reference/codes.md"]()
+    assert set(re.findall(r"\]\((VP\d{3})\.md\)", table)) == set(CODES)
+    for code in CODES:
+        page = pages[f"reference/{code}.md"]()
+        assert set(re.findall(r"\]\((VP\d{3})\.md\)", page)) <= set(CODES) - {code}
+        assert re.findall("^## (Example|Why it matters|Remedy|Related codes)$", page, re.MULTILINE) == [
+            "Example", "Why it matters", "Remedy", "Related codes"
+        ]  # fmt: skip
+
+
+@pytest.mark.parametrize("code", [code for code in CODES if find_example(code) is not None])
+def test_the_example_of_a_code_produces_it(code: str, run: Callable[..., Any], tmp_path: Path) -> None:
+    example = find_example(code)
+    assert example is not None
+    program, machine = tmp_path / "example.nc", tmp_path / "changed.toml"
+    program.write_text(example.program, encoding="utf-8")
+    text = (ROOT / "machine_configs" / "verne.toml").read_text(encoding="utf-8")
+    for old, new in example.change:
+        assert old in text
+        text = text.replace(old, new, 1)
+    machine.write_text(text, encoding="utf-8")
+    words = [
+        {"example.nc": str(program), "changed.toml": str(machine)}.get(one, one) for one in example.command.split()[1:]
     ]
+    found = run(*words, "--output-format", "jsonl").out
+    assert f'"code":"{code}"' in found.replace(" ", ""), found
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])

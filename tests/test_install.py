@@ -72,14 +72,16 @@ def test_machine_files_of_a_wheel(unpacked, tmp_path):
 def test_a_wheel_has_the_whole_package_and_nothing_else(wheel):
     """Every module and the typing marker are in; tests, programs and caches are not."""
     source = {p.relative_to(ROOT).as_posix() for p in (ROOT / "verne_post").rglob("*.py")} | {
-        "verne_post/py.typed", "verne_post/report/page.html", "verne_post/report/style.css",
+        "verne_post/py.typed", "verne_post/output/codes.toml", "verne_post/report/page.html", "verne_post/report/style.css",
         "verne_post/report/solids.js", "verne_post/report/scene.js", "verne_post/report/charts.js", "verne_post/report/app.js",
     }  # fmt: skip
     source |= {p.relative_to(ROOT).as_posix() for p in (ROOT / "verne_post/output/machine_formats/kins").iterdir()}
     with zipfile.ZipFile(wheel) as archive:  # not the unpacked files: importing them adds caches
         inside = set(archive.namelist())
     assert source <= inside
-    rest = {name for name in inside - source if not name.startswith("verne_post/machine_configs/")}
+    rest = {
+        name for name in inside - source if not name.startswith(("verne_post/machine_configs/", "verne_post/rejected/"))
+    }
     assert all(name.split("/")[0].endswith(".dist-info") for name in rest if not name.endswith(MAN)), rest
 
 

@@ -12,7 +12,7 @@ import pytest
 from verne_post import load_machine
 from verne_post.cli.main import main
 from verne_post.config import machine_files, schema
-from verne_post.model.codes import CODES, PARAMETERS
+from verne_post.model.codes import CODES
 
 ROOT = Path(__file__).resolve().parents[2]
 OPTIONS = ("--tool-length", "120", "--wcs", "G54=0,0,60")
@@ -392,14 +392,16 @@ def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) ->
         "joints": {"NAME"},  # of a chain
     }
     options = run("convert", "--help").out + run("machined", "--help").out
-    for code, text in PARAMETERS.items():
-        assert code in CODES
+    told = 0
+    for code in CODES:
         shown = " ".join(run("explain", code).out.split())
-        assert f"Parameters: {text}." in shown
+        text = shown.partition("Parameters: ")[2].partition(". Related: ")[0]
+        told += bool(text)
         for group, key in re.findall(r"\b([a-z]+)\.(\w+)", text):
             assert key in groups[group], (code, group, key)
         for option in re.findall(r"--[a-z-]+", text):
             assert option in options, (code, option)
+    assert told >= 28
 
 
 def test_main_is_what_the_command_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,7 +2,6 @@
 
 import os
 import re
-import textwrap
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -41,18 +40,14 @@ def command(what: str, **given: Any) -> int:
 
     INPUT:LINE works the end of the line's motion through from words to joints, prints the findings of the line and what
     would make it legal, both table solutions with their margins, and every solution of the machine with the reasons why
-    it is refused. CODE (VP102) prints meaning, response, remedy and parameters.
+    it is refused. CODE (VP102) prints meaning, an example, why it matters, remedy, response, parameters and related codes.
     """
-    from verne_post.model.codes import CODES, PARAMETERS, response
+    from verne_post.model.codes import CODES
 
-    code = CODES.get(what.upper())
-    if code is not None:
-        echo(f"{code.code} {code.severity}: {code.title}\n")
-        echo(textwrap.fill(code.meaning, width=90))
-        echo(textwrap.fill(f"Response: {response(code)}", width=90))
-        echo(textwrap.fill(f"Remedy: {code.remedy}", width=90))
-        if code.code in PARAMETERS:
-            echo(textwrap.fill(f"Parameters: {PARAMETERS[code.code]}.", width=90, break_on_hyphens=False))
+    if what.upper() in CODES:
+        from verne_post.output.code_pages import write_text
+
+        echo(write_text(what.upper()), nl=False)
         return ExitStatus.CLEAN
     name, colon, number = what.rpartition(":")
     if os.path.exists(what):

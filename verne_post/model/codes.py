@@ -595,38 +595,6 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
 )
 
-#: Keys of the machine file and options that set the threshold of a code, where there are any.
-PARAMETERS: Final[dict[str, str]] = {
-    "VP012": "--tool-length, --tool-table",
-    "VP014": "--optional-stop (for M1)",
-    "VP015": "home.g28, home.g30, home.park of the machine file",
-    "VP035": "--max-rows; control.cycle_s of the machine file, or --cycle",
-    "VP101": "limits.rho_mm of the machine file (limits.xyz_mm of a serial machine, joints.NAME.travel_mm of a chain); --wcs and --tool-length move the part and the platform",
-    "VP102": "limits.a_deg of the machine file; joints.NAME.travel_deg of a chain",
-    "VP103": "limits.c_deg of the machine file, joints.NAME.travel_deg of a chain; unlimited without it",
-    "VP110": "the lengths in module, table.pivot, spindle.nose_offset_mm of the machine file; --wcs, --tool-length",
-    "VP201": "module.R1, module.r1 of the machine file",
-    "VP202": "limits.serial_singularity_mm of the machine file",
-    "VP203": "limits.parallel_singularity of the machine file; not checked without it",
-    "VP210": "table.radius of the machine file; --wcs, --tool-length",
-    "VP211": "clearance.minimum_mm, rods.diameter_mm of the machine file; not checked without them",
-    "VP212": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.spindle_top_mm, rods.diameter_mm of the machine file; not checked without them",
-    "VP213": "clearance.minimum_mm, clearance.spindle_diameter_mm, clearance.tool_diameter_mm, table.radius of the machine file; not checked without them",
-    "VP214": "rods.slider_cone_deg, rods.platform_cone_deg, rods.cone_centre of the machine file; not checked without them",
-    "VP215": "--keep-out, [keep_out] of the settings file, --tool-shapes, clearance of the machine file; not checked without a box",
-    "VP216": "--stock, [stock] of the settings file, --tool-shapes, clearance of the machine file; not checked without a box",
-    "VP217": "accuracy.uncorrected_axis_deg of the machine file; not checked without it; --correct-axis",
-    "VP218": "--nominal, --gouge, --tool-shapes of machined",
-    "VP219": "--nominal, --excess, --tool-shapes of machined",
-    "VP220": "--nominal, --gouge of machined",
-    "VP301": "limits.a_deg, limits.c_deg of the machine file; --allow-rewind",
-    "VP401": "the velocities in limits of the machine file; control.cycle_s, or --cycle; --decimals",
-    "VP402": "the accelerations in limits of the machine file; control.cycle_s, or --cycle; --decimals",
-    "VP403": "the jerks in limits of the machine file; control.cycle_s, or --cycle; --decimals",
-    "VP404": "F of the program",
-    "VP420": "control.cycle_s of the machine file, or --cycle",
-}
-
 #: Codes that are errors in some cases and warnings in others.
 _EITHER: Final = ("VP202", "VP203", "VP301")
 

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from verne_post.base.printable import json_text
-from verne_post.model.codes import CODES, PARAMETERS, response
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
+from verne_post.output.code_pages import write_markdown, write_text
 from verne_post.output.findings import Report
 from verne_post.output.policy import fingerprint_of, uri
 
@@ -64,14 +65,11 @@ def _write_document(run: dict[str, Any]) -> str:
 
 def _make_rule(code: str) -> dict[str, Any]:
     known = CODES[code]
-    help_text = f"{known.remedy} Response: {response(known)}"
-    if code in PARAMETERS:
-        help_text += f" Parameters: {PARAMETERS[code]}."
     return {
         "id": code,
         "shortDescription": {"text": known.title},
         "fullDescription": {"text": known.meaning},
-        "help": {"text": help_text},
+        "help": {"text": write_text(code), "markdown": write_markdown(code)},
         "defaultConfiguration": {"level": known.severity},
     }
 

@@ -1,0 +1,103 @@
+"""The page of a finding code, made once for `explain CODE`, for the rules of SARIF and for the documentation site.
+
+Title, severity, meaning and remedy are those of :data:`verne_post.model.codes.CODES`; the rest stands in ``codes.toml``, and an example
+that is refused in its file of tests/rejected, which wheels hold as verne_post/rejected.
+"""
+
+import re
+import textwrap
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+from msgspec import Struct
+
+from verne_post.model.codes import CODES, response
+
+#: Where examples stand that name no work offset, and so that nothing else is found in them.
+_AT_ZERO: Final = "--wcs G54=0,0,0"
+_EXPECTED: Final = re.compile(r"\(expect: VP\d+[^,)]*(?:, options: (?P<options>[^)]*))?\)")
+_WIDTH: Final = 90
+
+
+class Example(Struct, frozen=True):
+    """A program that has a code: its text, options of `check`, and (old, new) texts of the machine file."""
+
+    program: str
+    options: str
+    change: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def command(self) -> str:
+        """What shows the code."""
+        machine = " --machine changed.toml" if self.change else ""
+        return " ".join(f"verne-post check example.nc{machine} {self.options}".split())
+
+
+@cache
+def _read_pages() -> dict[str, dict[str, Any]]:
+    return tomllib.loads(Path(__file__).with_name("codes.toml").read_text(encoding="utf-8"))
+
+
+def find_example(code: str) -> Example | None:
+    """The example of a code; None where a few lines of a program cannot show it."""
+    page = _read_pages()[code]
+    if "program" in page:
+        options = page["options"] if "--wcs" in page["options"] else f"{page['options']} {_AT_ZERO}".strip()
+        return Example(page["program"], options, tuple((old, new) for old, new in page.get("change", ())))
+    package = Path(__file__).resolve().parents[1]
+    for folder in (package / "rejected", package.parent / "tests" / "rejected"):
+        for file in sorted(folder.glob(f"{code.lower()}_*.nc")):
+            text = file.read_text(encoding="utf-8")
+            expected = _EXPECTED.match(text)
+            assert expected is not None
+            return Example(text, " ".join(filter(None, (expected["options"], _AT_ZERO))))
+    return None
+
+
+def _list_parts(code: str) -> list[tuple[str, str, bool]]:
+    """Heading and text of each part of a page; whether the text is code."""
+    known, page = CODES[code], _read_pages()[code]
+    parts = [("", known.meaning, False)]
+    example = find_example(code)
+    if example is None:
+        parts.append(("Example", page.get("shown", "The package was installed without its examples."), False))
+    else:
+        parts.append(("Example", example.program.rstrip(), True))
+        if example.change:
+            news = "\n".join(new for _old, new in example.change)
+            parts.append(("In a copy of verne.toml (verne-post machine show)", news, True))
+        parts.append(("Shown by", example.command, True))
+    parts += [("Why it matters", page["why"], False), ("Remedy", known.remedy, False)]
+    parts.append(("Response", response(known), False))
+    if "parameters" in page:
+        parts.append(("Parameters", f"{page['parameters']}.", False))
+    return parts
+
+
+def write_text(code: str) -> str:
+    """The page as `explain CODE` prints it."""
+    known = CODES[code]
+    lines = [f"{code} {known.severity}: {known.title}", ""]
+    for heading, text, is_code in _list_parts(code):
+        if is_code:
+            lines += ["", f"{heading}:", textwrap.indent(text, "    ")]
+        else:
+            begin = f"{heading}: " if heading else ""
+            lines += [
+                *([""] if lines[-1].startswith("    ") else []),
+                textwrap.fill(begin + text, _WIDTH, break_on_hyphens=False),
+            ]
+    related = ", ".join(f"{one} ({CODES[one].title})" for one in _read_pages()[code]["related"])
+    return "\n".join([*lines, textwrap.fill(f"Related: {related}.", _WIDTH), ""])
+
+
+def write_markdown(code: str, link: str = "{0}") -> str:
+    """The page in Markdown; ``link`` is how a related code is written."""
+    known = CODES[code]
+    lines = [f"# {code}: {known.title}", "", f"Severity: {known.severity}."]
+    for heading, text, is_code in _list_parts(code):
+        lines += ["", *([f"## {heading}", ""] if heading else []), f"```text\n{text}\n```" if is_code else text]
+    related = [f"- {link.format(one)}: {CODES[one].title}" for one in _read_pages()[code]["related"]]
+    return "\n".join([*lines, "", "## Related codes", "", *related, ""])
