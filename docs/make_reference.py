@@ -141,9 +141,9 @@ def codes_page() -> str:
 
 
 def _code_page(code: str) -> str:
-    from verne_post.output.code_pages import write_markdown
+    from verne_post.output.code_pages import make_markdown
 
-    return write_markdown(code, "[{0}]({0}.md)")
+    return make_markdown(code, "[{0}]({0}.md)")
 
 
 def man_page() -> str:

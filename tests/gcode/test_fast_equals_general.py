@@ -4,7 +4,7 @@ from math import cos, sin
 from unittest.mock import patch
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from verne_post.app.assemble import interpreter_view, machine_setup
@@ -204,6 +204,7 @@ def vector_programs(draw):
 
 @settings(SETTINGS, max_examples=250)
 @given(vector_programs())
+@example(b"G17 G49 F300\nG0 X0 Y0\nG49\nG43.5\n I0 J0 K1\nG1 X2 F99\n I0.198669 J0 K0.980067\nG2 X5 I2\nM2")
 def test_generated_vectors(machine, source):
     for answers in (
         fast_and_general(as_interpreter, source),

@@ -11,7 +11,7 @@ import pytest
 
 from verne_post.model.codes import CODES
 from verne_post.model.findings import finding
-from verne_post.output.code_pages import write_markdown, write_text
+from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report
 from verne_post.output.reports import github, junit, sarif
 
@@ -80,7 +80,7 @@ def test_sarif_has_what_its_standard_requires(run: Callable[..., Any], files: li
     assert ids == sorted(set(ids))
     for rule in driver["rules"]:
         assert rule["shortDescription"]["text"] == CODES[rule["id"]].title
-        assert rule["help"] == {"text": write_text(rule["id"]), "markdown": write_markdown(rule["id"])}
+        assert rule["help"] == {"text": make_text(rule["id"]), "markdown": make_markdown(rule["id"])}
         assert rule["defaultConfiguration"]["level"] in ("error", "warning", "note")
     prints = []
     for item in one["results"]:

@@ -45,9 +45,9 @@ def command(what: str, **given: Any) -> int:
     from verne_post.model.codes import CODES
 
     if what.upper() in CODES:
-        from verne_post.output.code_pages import write_text
+        from verne_post.output.code_pages import make_text
 
-        echo(write_text(what.upper()), nl=False)
+        echo(make_text(what.upper()), nl=False)
         return ExitStatus.CLEAN
     name, colon, number = what.rpartition(":")
     if os.path.exists(what):

@@ -76,7 +76,7 @@ def _list_parts(code: str) -> list[tuple[str, str, bool]]:
     return parts
 
 
-def write_text(code: str) -> str:
+def make_text(code: str) -> str:
     """The page as `explain CODE` prints it."""
     known = CODES[code]
     lines = [f"{code} {known.severity}: {known.title}", ""]
@@ -93,7 +93,7 @@ def write_text(code: str) -> str:
     return "\n".join([*lines, textwrap.fill(f"Related: {related}.", _WIDTH), ""])
 
 
-def write_markdown(code: str, link: str = "{0}") -> str:
+def make_markdown(code: str, link: str = "{0}") -> str:
     """The page in Markdown; ``link`` is how a related code is written."""
     known = CODES[code]
     lines = [f"# {code}: {known.title}", "", f"Severity: {known.severity}."]

@@ -173,12 +173,12 @@ class MotionCodes:
         before = find_machine_place(self.core) if retracted or self._is_turned_alone(axes) else None
         self.draw_line(block, kind, end, axes, absolute=self.modes.absolute)
         if before is not None:
-            warn_of_unnamed(self.core, block, before, axes, "after a retract in machine coordinates" if retracted
+            warn_of_unnamed(self.core, block, before, axes, "where no Z of the tip is programmed, as after G53 and G28" if retracted
                             else "while no tool length is in force")  # fmt: skip
 
     def is_retracted(self) -> bool:
-        """True where Z of the tip was not programmed, but follows from machine coordinates (G53, G28)."""
-        return self.setup.machine and self.state.placed and not self.state.named[_Z]
+        """True where Z of the tip was not programmed, but follows from machine coordinates (G53, G28); tool vectors always hold the tip."""
+        return self.setup.machine and self.state.placed and not self.state.named[_Z] and not self.modes.vectors
 
     def _is_turned_alone(self, axes: list[int]) -> bool:
         """True where A or C are named, not all of X Y Z, and the tip is not held, or would not be on a control."""

@@ -9,7 +9,7 @@ from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
-from verne_post.output.code_pages import write_markdown, write_text
+from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report
 from verne_post.output.policy import fingerprint_of, uri
 
@@ -69,7 +69,7 @@ def _make_rule(code: str) -> dict[str, Any]:
         "id": code,
         "shortDescription": {"text": known.title},
         "fullDescription": {"text": known.meaning},
-        "help": {"text": write_text(code), "markdown": write_markdown(code)},
+        "help": {"text": make_text(code), "markdown": make_markdown(code)},
         "defaultConfiguration": {"level": known.severity},
     }
 
