@@ -2,11 +2,11 @@
 
 Everything is checked before the first row is made, and every row is verified; the Result is ok only when both have passed.
 
-A check makes no setpoints; its summary has the machining time.
+A check hands no rows over, and makes them only where they are compared with a nominal part; its summary has the machining time.
 """
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -61,13 +61,20 @@ def convert_source(
     UsageError
         Options that no program can have.
     """
+    return _assemble_then(source, machine, options, lambda program: convert_program(source, program, sink, progress))
+
+
+def _assemble_then(
+    source: Text, machine: Machine, options: Options | None, go_on: Callable[[Program], Result]
+) -> Result:
+    """Assemble a program, with the processes of its team, and go on with it; a refusal is a Result too."""
     options = options or Options()
     with work_together(options.jobs) as team:
         try:
             program = assemble(source, machine, options, team)
         except InputError as error:
             return refused(error)
-        return convert_program(source, program, sink, progress)
+        return go_on(program)
 
 
 def convert_program(
@@ -211,16 +218,19 @@ def check_source(
     UsageError
         Options that no program can have.
     """
-    options = options or Options()
-    with work_together(options.jobs) as team:
-        try:
-            program = assemble(source, machine, options, team)
-            fmt = format_of(machine, options, program.cycle)
-            body, report = load_part(program), progress if team.leads else None
-            plan = plan_or_refuse(source, program, report)
-            blocks = [] if body is None else [block for block, _move in setpoint_blocks(plan, fmt)]
-            part = judge_blocks(program, body, blocks, report)
-        except InputError as error:
-            return refused(error)
-        findings = (*plan.findings, *(() if part is None else part.findings))
-        return Result(findings, summarise(source, plan, fmt, None, part), part=part)
+    return _assemble_then(source, machine, options, lambda program: _check_program(source, program, progress))
+
+
+def _check_program(source: Text, program: Program, progress: Progress | None) -> Result:
+    """:func:`check_source` of a program that has been assembled from its text."""
+    report = progress if program.team.leads else None
+    try:
+        fmt = format_of(program.machine, program.options, program.cycle)
+        body = load_part(program)
+        plan = plan_or_refuse(source, program, report)
+        blocks = [] if body is None else [block for block, _move in setpoint_blocks(plan, fmt)]
+        part = judge_blocks(program, body, blocks, report)
+    except InputError as error:
+        return refused(error)
+    findings = (*plan.findings, *(() if part is None else part.findings))
+    return Result(findings, summarise(source, plan, fmt, None, part), part=part)

@@ -30,7 +30,6 @@ from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
 from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.five_axis import HybridMachine
-from verne_post.kinematics.modules.rods import RodsModule
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
@@ -278,9 +277,11 @@ def _make_clearance(
     measured = rods is not None and (rods.diameter_mm is not None or rods.cone_centre is not None)
     if file is None and not measured:
         return None
-    rod_module: RodModule | None = nominal.module if measured and isinstance(nominal.module, RodsModule) else None
+    rod_module: RodModule | None = None
     if measured and places is not None:
         rod_module = _make_rod_bodies(five_axis, nominal, places)
+    elif measured and isinstance(nominal.module, RodModule):
+        rod_module = nominal.module
     radius = None
     if rods is not None and rods.diameter_mm is not None and rod_module is not None:
         legs = list(dict.fromkeys(rod_module.rod_legs))

@@ -148,6 +148,7 @@ class ParallelModule(Protocol):
         """Reciprocal condition numbers of the scaled parallel and serial part, each (...)."""
 
 
+@runtime_checkable
 class RodModule(Protocol):
     """A machine whose legs are rods with a ball joint at both ends."""
 
