@@ -129,6 +129,24 @@ def test_a_longer_tool_goes_on_below_the_programmed_place(block, length, warned)
         assert "the tip goes on at Z10, 40 mm below the place that was programmed before; name Z" in found[0][1]
 
 
+@pytest.mark.parametrize("tilt", [0, 20])
+@pytest.mark.parametrize(("dialect", "head", "second", "blocks"), [
+    ("siemens", "G71 G90 G54\nT1 M6\nD1\nG0 X0 Y0 Z40 A{tilt} C0\nG1 X10 F500\n", "T2 M6\nD1\n", ("G0 X20", "G0 X20 Z40")),
+    ("heidenhain", "BEGIN PGM B MM\nTOOL CALL 1 Z S5000\nL Z+40 R0 FMAX\nM128\nL X+0 Y+0 A+{tilt} C+0 R0 FMAX\nL X+10 R0 F500\n",
+     "TOOL CALL 2 Z S5000\n", ("L X+20 R0 FMAX", "L X+20 Z+40 R0 FMAX")),
+])  # fmt: skip
+@pytest.mark.parametrize(("length", "named"), [(80.0, 0), (80.0, 1), (60.0, 0)])
+def test_a_longer_tool_of_siemens_and_klartext_is_told(dialect, head, second, blocks, tilt, length, named):
+    """As in RS274: the spindle stands until Z is named, also under a tilted table, so the tip is deeper; Z names it, a shorter tool is none."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 60.0) + (0.0,) * 6, 10.0), 2: Tool(2, 2, (0.0, 0.0, length) + (0.0,) * 6, 10.0)}
+    text = f"{head.format(tilt=tilt)}{second}{blocks[named]}\n{'END PGM B MM' if dialect == 'heidenhain' else 'M30'}\n"
+    setup = Options(tools=tools, wcs={1: WorkOffset((0, 0, 60))}, dialect=dialect, split_at_stops=True)
+    result = vp.check(text, vp.load_machine("serial"), setup)
+    found = [item.line for item in result.findings if item.code == "VP046"]
+    line = next(number for number, block in enumerate(text.splitlines(), start=1) if block == blocks[named])
+    assert (result.ok, found) == (True, [line] * (length > 60.0 and not named))
+
+
 def test_plain_lines_and_single_ones_stand_alike():
     """A stretch that is long enough to be read at once breaks at the turn of the table."""
     text = "O1\nG21 G90\nG53 G0 Z0.\nG0 X0. Y0. A0. C0.\n" + "".join(f"X{n}.\nA{n}.\n" for n in range(12)) + "M30\n"

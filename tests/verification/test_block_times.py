@@ -74,6 +74,17 @@ def test_many_short_blocks_take_the_sum_of_their_times() -> None:
     assert max(inner) <= SHARE * 0.2 + CYCLES * CYCLE
 
 
+def test_a_place_that_holds_the_motion_back_slows_only_its_own_rows() -> None:
+    """Between a fast block and a slow one a joint is at its limit in the corner; the rest of the slow block took 16 ms longer."""
+    blocks = ["Y0.0003 Z39.9999 A20.0552 C0.0018 F512.01", "X30.0012 C1.9623 F512.01"]
+    blocks += [
+        "X30.0011 Y-0.0004 Z39.9943 A20.0652 C1.9729 F110.64",
+        "X30.0021 Y-0.0082 Z40.0077 A20.0393 C1.9733 F110.64",
+    ]
+    taken, _result = block_times(HEAD + "G93\nG1 " + "\n".join(blocks) + "\nM2\n", "verne")
+    assert 60 / 110.64 - CYCLE <= taken[6] <= SHARE * 60 / 110.64 + CYCLES * CYCLE
+
+
 @pytest.mark.parametrize(
     ("head", "blocks", "seconds"),
     [

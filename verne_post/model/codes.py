@@ -119,8 +119,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP015",
         "machine coordinates unknown",
         "error",
-        "G28 or G30 needs a [home] position in the machine file, or the words do not fit the state.",
-        "Add [home] to the machine file, or use G53.",
+        "A motion to a reference position (G28, G30, G75, M92, a retract of CYCLE800, GOHOME) needs a [home] position in the machine file, or its words do not fit the state.",
+        "Add [home] to the machine file, or go to machine coordinates: G53, SUPA, M91.",
     ),
     (
         "VP016",
@@ -246,7 +246,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "no tool length",
         "warning",
         "The program cuts with a tool of no length: none is in force (after G49 or D0), and no --tool-length was given.",
-        "Put the length of a tool table in force (G43 H; M6 and D1; TOOL CALL), or give --tool-length; where the gauge line is meant, --tool-length 0.",
+        "Put the length of a tool table in force (G43 H; M6 and D1; TOOL CALL; LOADTL), or give --tool-length; where the gauge line is meant, --tool-length 0.",
     ),
     (
         "VP035",
@@ -302,7 +302,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "spindle goes along to hold the tip at its place of the part: it moves axes that the block does not name. A control without tool-centre-point "
         "control lets them stand. Or the length has changed, and the next block does not name Z: under a tilted table the tip goes to the place "
         "that was programmed before; under a level one it goes on where it is, below that place with a longer tool.",
-        "Name X, Y and Z in the block, turn the table with G53, or retract before; in a Fanuc program (--dialect fanuc) the axes stand while no length is in force.",
+        "Name X, Y and Z in the block, turn the table in machine coordinates (G53, SUPA, M91), or retract before; in a Fanuc program (--dialect fanuc) the axes stand while no length is in force.",
     ),
     (
         "VP047",

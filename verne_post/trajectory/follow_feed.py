@@ -22,6 +22,8 @@ from verne_post.trajectory.section_path import SectionTask, check_joints
 _PLACES: Final = 8
 #: A row at which a joint has more than this share of a limit is as slow as that joint makes it.
 SLACK_SHARE: Final = 0.9
+#: A stretch of at least so many rows that cannot be made faster whole is tried in halves.
+_SPLIT_ROWS: Final = 8
 #: Over so many rows a change of the feed rate is evened out, one after the other: fewer lose less time, more take less jerk.
 EVEN_ROWS: Final = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
 
@@ -29,7 +31,7 @@ EVEN_ROWS: Final = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
 def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     """Rows that take no longer than such rows s (n,) from rest to rest, and keep every limit as these do.
 
-    Stretches that are slower than the feed rate are replaced one by one, on ``timed`` elements (m,) of the section: those whose
+    Stretches that are slower than the feed rate, or halves of them, are replaced one by one, on ``timed`` elements (m,) of the section: those whose
     feed rate is a time. Rows at which a joint comes near a limit stay.
     """
     z = at_rest(s)
@@ -44,13 +46,17 @@ def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     for k in range(REST_ROWS):  # a difference that begins at a row is of so many steps
         slow[held + k] = False
     parts, done = list[Array](), 0
-    for first, last in _find_stretches(slow):
-        if others[element[last] + 1] > others[element[first]]:
-            continue
+    stretches = [(a, b) for a, b in _find_stretches(slow) if others[element[b] + 1] == others[element[a]]]
+    stretches.reverse()
+    while stretches:
+        first, last = stretches.pop()
         found = next(_legal(task, z, first, last), None)
         if found is not None:
             parts += [z[done:first], found]
             done = last + 1
+        elif last - first >= _SPLIT_ROWS:  # one place that holds the motion back does not keep the rest slow
+            middle = (first + last) // 2
+            stretches += [(middle + REST_ROWS, last), (first, middle)]
     return np.concatenate([*parts, z[done:]])[REST_ROWS:-REST_ROWS]
 
 

@@ -193,12 +193,8 @@ class Machining:
             return state.position
         machine_position = self.setup.coordinates.to_machine(np.array(state.position), state.frame)
         if self.setup.coordinates.is_upright(machine_position):
-            deeper = held[_Z] - state.position[_Z]  # NaN where Z was not programmed
-            if at is not None and axes is not None and _Z not in axes and deeper > UNNAMED_MOTION_MM and not machine:
-                self.recorder.warn(
-                    "VP046", "the tool length has changed, and the block does not name Z: the tip goes on at "
-                    f"Z{state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z in it", at.line, None,
-                )  # fmt: skip
+            if at is not None and axes is not None and not machine:
+                self.warn_of_depth(at, held, axes)
             return state.position
         letter, tilt = AXES[self.setup.rotary[0]], machine_position[self.setup.rotary[0]]
         if kind != MoveKind.RAPID or not (absolute or machine):
@@ -224,6 +220,15 @@ class Machining:
                 at.line, None,
             )  # fmt: skip
         return begin
+
+    def warn_of_depth(self, at: At, held: list[float] | None, axes: Iterable[int]) -> None:
+        """VP046: a tool is longer than where axes were held (9), the spindle stands, and the motion does not name Z."""
+        deeper = 0.0 if held is None else held[_Z] - self.state.position[_Z]  # NaN where Z was not programmed
+        if _Z not in axes and deeper > UNNAMED_MOTION_MM:
+            self.recorder.warn(
+                "VP046", "the tool length has changed, and the block does not name Z: the tip goes on at "
+                f"Z{self.state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z in it", at.line, None,
+            )  # fmt: skip
 
     def line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight to an end (9) in the active frame; under cutter compensation beside it.

@@ -193,6 +193,8 @@ class SiemensMotion:
         state = self.state
         if state.tool_axis is not None and not self.follows_part:
             self.settle_table(block)
+        if not self.follows_part:
+            self.core.warn_of_depth(block, state.held, places)
         held = self.core.start_of_motion(
             kind, absolute=True, machine=False, axes=places, at=block if self.follows_part else None
         )
