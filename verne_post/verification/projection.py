@@ -196,7 +196,7 @@ def _turn_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
     """As :func:`lengths_to`, on turns of the table, whose tip does not move evenly."""
     row, even = path.turn[segment], RADIAN_MM * row_norm(path.end[segment, 3:] - path.start[segment, 3:])
     length = np.zeros(len(segment))
-    for place, weight in zip(_GAUSS_PLACES, _GAUSS_WEIGHTS, strict=True):
+    for place, weight in zip(_GAUSS_PLACES, _GAUSS_WEIGHTS, strict=True) if len(segment) else ():
         slope = _turn_point(path.turns, row, place * u)[1]
         length += weight * u * np.hypot(row_norm(slope), even)
     return length
