@@ -55,6 +55,8 @@ OTHER_DIALECTS = {"fanuc_tilted", "two_faces", "two_faces_fanuc"}
 SAMPLES = sorted(path for path in FOLDER.glob("*.nc") if path.stem not in OTHER_DIALECTS)
 REFUSED = [sample for sample in SAMPLES if "exit 1" in header(sample)]
 GOOD = [sample for sample in SAMPLES if sample not in REFUSED]
+#: Every sample that converts, in whatever dialect: those with a set-up beside them.
+CONVERTED = sorted(path for path in {setup.with_suffix("") for setup in FOLDER.glob("*.toml")} - set(REFUSED))
 
 
 def named(samples: list[Path]) -> pytest.MarkDecorator:
@@ -440,7 +442,7 @@ def test_samples_cover_both_outcomes_and_a_slider_bound() -> None:
     assert any("worst ratios are those of rho" in header(sample) for sample in GOOD)
 
 
-@named(GOOD)
+@pytest.mark.parametrize("sample", CONVERTED, ids=lambda sample: sample.name)
 def test_the_least_time_without_jerk_is_that_of_toppra(sample: Path, run: Callable[..., Any], tmp_path: Path) -> None:
     """Where planning starts: two solvers of one problem, one of them not ours. toppra's programs are solved to 1e-6 of their scale."""
     pytest.importorskip("toppra")

@@ -9,6 +9,7 @@ twenty solutions in a row, so that interruptions by other programs do not count;
 import argparse
 import ctypes
 import subprocess
+import sys
 import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
@@ -33,6 +34,13 @@ def compile_machine(machine: verne_post.Machine, folder: Path) -> ctypes.CDLL:
     words = ["gcc", "-O2", "-shared", "-fPIC", "-I", str(folder), str(HARNESS), "-o", str(folder / "kins.so"), "-lm"]
     subprocess.run(words, check=True)
     return ctypes.CDLL(str(folder / "kins.so"))
+
+
+def perturb(folder: Path) -> verne_post.Machine:
+    """The VERNE of `machine perturb --seed 1`: parts off by 0.05 mm and 0.1 mrad."""
+    path = folder / "built.toml"
+    subprocess.run([sys.executable, "-m", "verne_post", "machine", "perturb", "--seed", "1", "-o", path], check=True)
+    return verne_post.load_machine(path)
 
 
 def draw(machine: verne_post.Machine, n: int, reached: bool) -> list[Array]:
@@ -74,9 +82,9 @@ def study(n: int) -> str:
         "| machine | | closed form | Newton, cold | Newton, warm |",
         "| --- | --- | --- | --- | --- |",
     ]
-    for kind in ("verne", "linear_delta", "serial"):
-        machine = verne_post.load_machine(kind)
+    for kind in ("verne", "verne, as built", "linear_delta", "serial"):
         with tempfile.TemporaryDirectory() as name:
+            machine = perturb(Path(name)) if kind.endswith("as built") else verne_post.load_machine(kind)
             library = compile_machine(machine, Path(name))
             for title, forward, warms in (("inverse", False, 1), ("forward", True, 1), ("inverse, refused", False, 0)):
                 world, near, tool, joints, near_joints = (one[:n] for one in draw(machine, 10 * n, bool(warms)))

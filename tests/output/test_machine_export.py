@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 import verne_post
 from tests.benchmarks.linuxcnc_run import run_program, stream, why_not
+from tests.kinematics.six_rods import as_toml, random_table
 from verne_post.config.load import machine_from_toml
+from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.machine import Machine
-from verne_post.output.file_format import CannotExport
 from verne_post.output.machine_formats.linuxcnc_kins import write_component
 from verne_post.output.machine_formats.mtconnect import write_device
 
@@ -72,8 +73,8 @@ def _at(array: NDArray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
 
 
-def other_places(kind: str) -> Machine:
-    """A machine whose every place is off zero, with axes in the tool's sense."""
+def other_places(kind: str) -> str:
+    """The file of a machine whose every place is off zero, with axes in the tool's sense."""
     text = (ROOT / "machine_configs" / f"{kind}.toml").read_text(encoding="utf-8")
     for old, new in (
         ("nose_offset_mm = 0.0", "nose_offset_mm = 31.0"),
@@ -85,13 +86,22 @@ def other_places(kind: str) -> Machine:
     ):
         assert old in text
         text = text.replace(old, new)
-    return machine_from_toml(text.encode(), "other.toml")
+    return text
 
 
-@pytest.fixture(scope="module", params=[*KINDS, "other verne", "other linear_delta", "other serial"])
+def built(text: str) -> Machine:
+    """A VERNE whose 58 deviations are those of parts made badly: ten times the tolerances of the page."""
+    return machine_from_toml((text + as_toml(random_table(3, mm=0.5, mrad=1.0))).encode(), "built.toml")
+
+
+@pytest.fixture(
+    scope="module",
+    params=[*KINDS, "other verne", "other linear_delta", "other serial", "other built verne"],
+)
 def machine(request: pytest.FixtureRequest) -> Machine:
-    *other, kind = request.param.split()
-    return other_places(kind) if other else verne_post.load_machine(kind)
+    *words, kind = request.param.split()
+    text = other_places(kind) if "other" in words else (ROOT / "machine_configs" / f"{kind}.toml").read_text("utf-8")
+    return built(text) if "built" in words else machine_from_toml(text.encode(), f"{request.param}.toml")
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +153,7 @@ def test_c_solves_what_python_solves(machine: Machine, compiled: Compiled, solve
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_c_refuses_what_python_cannot_reach_and_writes_nothing(machine: Machine, compiled: Compiled, solver: str):
     """Far tips, so that most poses are out of reach; a pose that C solves and Python does not has sliders beyond travel."""
-    poses = draw_poses(machine, 50_000, 900.0)
+    poses = draw_poses(machine, 20_000, 900.0)
     found, ok = compiled.solve("inverse_rows", poses.world, poses.tool, SOLVERS[solver])
     assert ok[poses.reached].all()
     travel = np.sort(
@@ -173,18 +183,21 @@ def test_c_never_answers_with_a_number_that_is_none(machine: Machine, compiled: 
 
 @needs_compiler
 def test_forward_agrees_on_sliders_that_belong_to_no_pose(machine: Machine, compiled: Compiled):
-    """Random sliders: both refuse the same, but beside the crossing of rods, where Python's iteration gives up."""
+    """Random sliders: both refuse the same, but beside the crossing of rods, where Python's iteration gives up.
+
+    As built Python leaves sliders below the platform to the margins.
+    """
     random = np.random.default_rng(7)
     sliders = random.uniform(machine.limits.lower[:3], machine.limits.upper[:3], (50_000, 3))
-    position, alpha, ok = machine.module.forward(sliders)
     joints = np.column_stack([sliders, np.zeros((len(sliders), 2))])
+    _tip, angles, ok = machine.five_axis.nominal(joints, 0.0)
+    margins = machine.five_axis.geometry_margins(joints, angles, machine.five_axis.platform(joints)[0])
+    ok &= (margins[:, [one.unit == "mm" for one in machine.margins]] > 0.0).all(axis=1)
     for solver in SOLVERS.values():
         found, solved = compiled.solve("forward_rows", joints, np.zeros(len(joints)), solver)
         assert solved[ok].all()
         assert (solved & ~ok).sum() <= 0.001 * len(ok)
-        # alpha is what is between joint A and nominal A
-        assert np.abs(found[ok, 3] + machine.columns[3].factor * alpha[ok]).max() < SHARE * 57.3
-    assert np.isfinite(position[ok]).all()
+        assert np.abs(found[ok, 3] - machine.columns[3].factor * angles[ok, 0]).max() < SHARE * 57.3
 
 
 @needs_compiler
@@ -196,8 +209,9 @@ def test_jacobian_of_the_actuators_is_pythons(machine: Machine, compiled: Compil
     tip[:, 2] -= tool
     expected = machine.five_axis.jacobian(tip, world[:, 3:] / factors[3:], tool)
     expected *= factors[:, None] / np.array([1.0, 1.0, 1.0, *factors[3:]])
-    # both solve the same linear systems, whose conditions are some tens
-    assert np.abs(compiled.jacobian(world, tool) - expected).max() < 1e-10
+    # both solve the same linear systems, whose conditions are some tens; as built both are differences, good to 1e-8 a unit
+    slack = 2e-7 if isinstance(machine.five_axis, AsBuiltMachine) else 1e-10
+    assert np.abs(compiled.jacobian(world, tool) - expected).max() < slack
 
 
 # --- the files ----------------------------------------------------------------------------------------------
@@ -224,13 +238,6 @@ def test_home_of_the_simulation_is_g28():
     settings = configparser.ConfigParser(strict=False)
     settings.read_string(write_component(verne_post.load_machine("serial"))["machine.ini"])
     assert [settings[f"JOINT_{k}"].getfloat("home") for k in range(5)] == [0.0] * 5  # zero is machine zero there
-
-
-def test_parts_as_built_are_refused(tmp_path: Path):
-    text = (ROOT / "machine_configs" / "verne.toml").read_text(encoding="utf-8")
-    text = text.replace("[control]", '[as_built]\nsource = "test"\nrod_lengths_mm = [0.1, 0, 0, 0, 0, 0]\n\n[control]')
-    with pytest.raises(CannotExport, match="as_built"):
-        write_component(machine_from_toml(text.encode(), "built.toml"))
 
 
 def test_the_command_writes_one_folder_and_none_into_another(run: Callable[..., Any], tmp_path: Path):
@@ -335,7 +342,7 @@ M2
 @pytest.mark.skipif(why_not() is not None, reason=f"LinuxCNC: {why_not()}")
 def test_linuxcnc_runs_a_program_with_the_component(tmp_path: Path):
     """Poses under tool-centre-point control, joints beside them, and back: each stands where Python says."""
-    machine = verne_post.load_machine("verne")
+    machine = built((ROOT / "machine_configs" / "verne.toml").read_text(encoding="utf-8"))
     factors = np.array([column.factor for column in machine.columns])
 
     def joints(tip: list[float], a: float, c: float) -> NDArray[np.float64]:

@@ -1,7 +1,8 @@
 """For LinuxCNC 2.9: the machine as a kinematics component in C, and a simulation of it (INI, HAL, tool table).
 
 The C stands in ``kins/`` as it is compiled; only ``machine.h`` is written here, the numbers of the machine file under their
-own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls.
+own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls; the
+whole machine around it is ``kins/ideal.h``, or ``kins/as_built.h`` where the file has [as_built].
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,6 +16,7 @@ from msgspec.structs import asdict
 
 from verne_post.base.arrays import Array
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.model.machine import Machine
 from verne_post.output.file_format import CannotExport, MachineFormat
@@ -33,13 +35,11 @@ def write_component(machine: Machine) -> dict[str, str]:
     Raises
     ------
     CannotExport
-        The kind has no C, or the parts are as built.
+        The kind has no C.
     """
     whole, name = machine.five_axis, name_component(machine)
-    if not isinstance(whole, HybridMachine):
-        raise CannotExport(
-            "[as_built]: the component knows ideal parts only; export the file without [as_built], and stream setpoints"
-        )
+    ideal = whole.nominal_machine if isinstance(whole, AsBuiltMachine) else whole
+    assert isinstance(ideal, HybridMachine)
     carrier = _TEXTS / f"{machine.kind}.h"
     if not carrier.is_file():
         raise CannotExport(f"kind = {machine.kind!r}: there is no C for this kind of machine")
@@ -47,7 +47,7 @@ def write_component(machine: Machine) -> dict[str, str]:
         "name": _show_name(machine),
         "component": name,
         "axes": "\n\n".join(_describe_axes(machine)),
-        "joints": "\n\n".join(_describe_joints(machine, whole)),
+        "joints": "\n\n".join(_describe_joints(machine, ideal)),
         "velocity": repr(float(machine.limits.velocity[:3].min())),
         "acceleration": repr(float(machine.limits.acceleration[:3].min())),
         "tip": repr(machine.accuracy.tip),
@@ -60,8 +60,9 @@ def write_component(machine: Machine) -> dict[str, str]:
     made["tool.tbl"] = "T1 P1 Z0 ; length of tool 1, mm\n"
     return made | {
         f"{name}.c": _read("kins.c"),
-        "machine.h": _write_numbers(machine, whole),
+        "machine.h": _write_numbers(machine, ideal),
         "model.h": _read("model.h"),
+        "whole.h": _read("as_built.h" if isinstance(whole, AsBuiltMachine) else "ideal.h"),
         "carrier.h": _read(f"{machine.kind}.h"),
     }
 
@@ -84,16 +85,18 @@ def _fill(name: str, values: Mapping[str, object]) -> str:
     return Template(_read(f"{name}.in")).substitute(values)
 
 
-def _write_numbers(machine: Machine, whole: HybridMachine) -> str:
-    """C definitions of everything that the equations need, by the names of the machine file."""
+def _write_numbers(machine: Machine, ideal: HybridMachine) -> str:
+    """C definitions of everything that the equations need, by the names of the machine file or of ``AsBuiltGeometry``."""
     a, c = (column.factor for column in machine.columns[3:])
-    assert isinstance(whole.module, Struct)  # as every module that has C
+    whole = machine.five_axis
+    assert isinstance(ideal.module, Struct)  # as every module that has C
     numbers: dict[str, Any] = {
-        **asdict(whole.module),
-        "pivot": whole.table.pivot,
-        "rotary_offset": whole.table.rotary_offset,
-        "machine_zero": whole.table.machine_zero,
-        "nose_offset": whole.nose_offset,
+        **asdict(ideal.module),
+        **(asdict(whole.geometry) if isinstance(whole, AsBuiltMachine) else {}),
+        "pivot": ideal.table.pivot,
+        "rotary_offset": ideal.table.rotary_offset,
+        "machine_zero": ideal.table.machine_zero,
+        "nose_offset": ideal.nose_offset,
         "serial_singularity_mm": machine.limits.serial_singularity,
         "a_factor": a,
         "c_factor": c,
@@ -132,9 +135,9 @@ def _describe_axes(machine: Machine) -> Iterator[str]:
         yield "\n".join(lines)
 
 
-def _describe_joints(machine: Machine, whole: HybridMachine) -> Iterator[str]:
+def _describe_joints(machine: Machine, ideal: HybridMachine) -> Iterator[str]:
     """Sections of the five joints: limits of the machine file, home at G28."""
-    limits, (low, high), home = machine.limits, _find_travel(machine), _find_home(machine, whole)
+    limits, (low, high), home = machine.limits, _find_travel(machine), _find_home(machine, ideal)
     for k, column in enumerate(machine.columns):
         scale = abs(column.factor)
         yield "\n".join(
@@ -173,19 +176,19 @@ def _find_travel(machine: Machine) -> Array:
     return np.sort(np.stack([machine.limits.lower, machine.limits.upper]) * factors, axis=0)
 
 
-def _find_home(machine: Machine, whole: HybridMachine) -> Array:
+def _find_home(machine: Machine, ideal: HybridMachine) -> Array:
     """Joints (5,) at G28, or else in the middle of travel, in units and sense of the machine file."""
     factors = np.array([column.factor for column in machine.columns])
     if machine.home is None:
         travel = _find_travel(machine)
         joints = np.where(np.isfinite(travel).all(axis=0), travel.mean(axis=0), 0.0)
-        if not whole.nominal(joints / factors, 0.0)[2]:
+        if not machine.five_axis.nominal(joints / factors, 0.0)[2]:
             raise CannotExport("[home] is missing, and the platform cannot stand in the middle of travel; give [home]")
         return joints
-    table, place = whole.table, np.array(machine.home.g28)
+    table, place = ideal.table, np.array(machine.home.g28)
     angles = RAD_PER_DEG * place[3:] * [table.a_sign, table.c_sign]
     tip = table.tip_of_gauge(place[:3] + table.rotary_offset + table.machine_zero, angles, 0.0)
-    joints = whole.joints(tip, angles, 0.0)
+    joints = machine.five_axis.joints(tip, angles, 0.0)
     if not np.isfinite(joints).all():
         raise CannotExport("[home] g28 is out of reach; verne-post machine validate says more")
     return np.asarray(joints * factors)

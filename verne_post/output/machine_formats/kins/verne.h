@@ -50,7 +50,7 @@ static void middle_drops(double drop[3])
 }
 
 /* Where Newton's method starts without a solution before: sliders over P, and P under the sliders, as in the middle. */
-static void carrier_guess_sliders(const double p[3], double rho[3])
+static inline void carrier_guess_sliders(const double p[3], double rho[3])
 {
     int k;
     middle_drops(rho);
