@@ -26,12 +26,15 @@ from verne_post.gcode.rs274.corners import FanucCorners
 from verne_post.gcode.rs274.fanuc_codes import (
     ADDITIONAL,
     ALONE,
+    ARC_OF_HOLES,
+    CIRCLE_OF_HOLES,
     HIGH_SPEED,
     MIRROR,
     MIRROR_OFF,
     NAMES_AXES,
     OF_FRAMES,
     PLANE,
+    POCKETS,
     TABLE,
     TWINS,
     WORDS_OF_FRAMES,
@@ -51,6 +54,7 @@ from verne_post.gcode.rs274.fanuc_points import (
 )
 from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, prepare_line, read_corner
 from verne_post.gcode.rs274.fanuc_words import FanucWords
+from verne_post.gcode.rs274.haas import HaasCodes
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.macro_calls import find_local_call, find_macro_call, read_macro_call, set_control_variable
 from verne_post.gcode.rs274.macro_text import read_statement
@@ -110,6 +114,7 @@ class FanucInterpreter(Rs274):
         self.planes = FanucPlanes(self.core, self.values, self.keys)
         self.maps = FanucMaps(self.core, self.values)
         self.corners = FanucCorners(self.core)
+        self.haas = HaasCodes(self.core, self.values, self.motion, self.cycles)
         self.motion.draw_line, self.motion.draw_arc = self.corners.add_line, self.corners.add_arc
         self.cycles.bore_shift = self.keys.bore_shift
         least = 0.01 * self.keys.inside_arc_percent
@@ -339,6 +344,8 @@ class FanucInterpreter(Rs274):
             self.fanuc_offsets.store_offset(block)
         elif code in (520, 920):
             self.fanuc_offsets.shift_system(block, code)
+        elif code in (*POCKETS, CIRCLE_OF_HOLES, ARC_OF_HOLES):
+            self.haas.execute(block, code)
         else:
             super()._execute_non_modal(block, code)
 
