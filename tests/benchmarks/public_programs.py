@@ -3,7 +3,7 @@
     python -m tests.benchmarks.public_programs FOLDER [--rows]
 
 FOLDER has a copy of each repository as ``owner+name``; programs that are not there are left out. ``--rows`` prints the rows of
-the table as they would be now, also for files that no row names yet, given as further arguments: FOLDER/owner+name/path.
+the table as they would be now, or those of files that no row names yet, given as further arguments: FOLDER/owner+name/path.
 """
 
 import argparse
@@ -17,6 +17,7 @@ from typing import Any
 
 import verne_post
 from verne_post.app.assemble import interpreter_view
+from verne_post.config.subprograms import subprograms_of
 from verne_post.model.findings import Finding
 from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
@@ -64,11 +65,12 @@ def table_rows() -> list[Row]:
     return rows
 
 
-def judge(row: Row, raw: bytes, machine: verne_post.Machine) -> Row:
-    """The row as it is now."""
+def judge(row: Row, raw: bytes, machine: verne_post.Machine, folder: Path | None = None) -> Row:
+    """The row as it is now; subprograms stand in ``folder``."""
     given: dict[str, Any] = tomllib.loads(row.setup.replace("; ", "\n"))
     tools = {number: Tool(number, number, (0.0, 0.0, LENGTH, *ZERO9[3:]), 6.0) for number in range(100)}
-    common = {"tools": tools, "source_name": Path(row.path).name, **given}
+    beside = {} if folder is None else subprograms_of(raw, folder, (), lambda path, _called: path.read_bytes())
+    common = {"tools": tools, "source_name": Path(row.path).name, "subroutines": beside, **given}
     errors = [item for item in interpreter_view(raw, Options(**common))[1] if item.severity == "error"]
     read = not errors
     if read:
@@ -105,19 +107,17 @@ def main() -> int:
     parser.add_argument("--setup", default="")
     arguments = parser.parse_intermixed_args()
     rows, machine, differ = table_rows(), wide_machine(), 0
-    known = {(row.repository, row.path) for row in rows}
-    for file in arguments.files:
-        owner, *path = file.relative_to(arguments.folder).parts
-        if (owner.replace("+", "/"), "/".join(path)) not in known:
-            rows.append(
-                Row(arguments.dialect, owner.replace("+", "/"), "/".join(path), arguments.setup, "", "", "", "")
-            )
+    if arguments.files:
+        rows = [
+            Row(arguments.dialect, owner.replace("+", "/"), "/".join(path), arguments.setup, "", "", "", "")
+            for owner, *path in (file.relative_to(arguments.folder).parts for file in arguments.files)
+        ]
     for row in rows:
         file = arguments.folder / row.repository.replace("/", "+") / row.path
         if not file.is_file():
             continue
         print(f"{row.repository}: {row.path}", file=sys.stderr)
-        now = judge(row, file.read_bytes(), machine)
+        now = judge(row, file.read_bytes(), machine, file.parent)
         if arguments.rows:
             print(now.shown())
         elif now != row:

@@ -8,7 +8,7 @@ import numpy as np
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.model.control_keys import KEYS, FanucKeys, read_keys
+from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import ZERO9, Moves
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, tool_text
@@ -63,7 +63,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         VP012: there is a tool table, and the name has no number.
     """
     names, keys = state.tool_names, read_keys(KEYS[dialect], setup.control.get(dialect, {}))
-    numbers = {} if isinstance(keys, FanucKeys) else keys.tools  # tools of Fanuc have no names
+    numbers = {} if isinstance(keys, FanucKeys | Rs274Keys) else keys.tools  # their tools have no names
     if name in numbers:
         number = numbers[name]
     elif setup.tools is not None:

@@ -97,6 +97,7 @@ class FanucInterpreter(Rs274):
         turns_table_alone=True,
         keeps_words=True,
         taps_rigidly=True,
+        speaking_remarks=(),
     )
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"
@@ -107,10 +108,10 @@ class FanucInterpreter(Rs274):
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
         self.nurbs = NurbsCodes(self.core, self.values, self.motion)
-        self.words = FanucWords(self.modes, self.table)
         self.fanuc_offsets = FanucOffsets(self.offsets)
         given = setup.control.get("fanuc", {})
         self.keys: FanucKeys = read_keys(FanucKeys, given)
+        self.words = FanucWords(self.modes, self.table, self.keys)
         self.planes = FanucPlanes(self.core, self.values, self.keys)
         self.maps = FanucMaps(self.core, self.values)
         self.corners = FanucCorners(self.core)
@@ -138,9 +139,6 @@ class FanucInterpreter(Rs274):
                 "VP039", "R of a canned cycle is above the tool: it goes up to R first and then over the hole, and stays "
                 "at R after it, also under G98; a control may go over the hole first", block.line,
             )  # fmt: skip
-
-    def _show_comment(self, block: Block) -> None:
-        """These controls have no messages in comments."""
 
     @classmethod
     def prepare(cls, text: str) -> str:
