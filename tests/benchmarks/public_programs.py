@@ -26,8 +26,8 @@ from verne_post.model.part_setup import Tool
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "reliability.md"
 HEADER = "| dialect | repository | path | set-up | read | run | first refusal | right |"
-#: Every tool is this long (mm), and the part stands high above the table.
-LENGTH, OFFSET = 80.0, dict.fromkeys(("G54", "G55", "G56", "G57", "G58", "G59"), (0.0, 0.0, 900.0))
+#: Every tool is this long and wide (mm; the set-up may have another ``diameter``), and the part stands high above the table.
+LENGTH, DIAMETER, OFFSET = 80.0, 6.0, dict.fromkeys(("G54", "G55", "G56", "G57", "G58", "G59"), (0.0, 0.0, 900.0))
 #: No travel ends: how large a part is, and on which side it is cut, is not what is tried.
 TRAVEL = {"xyz_mm": "[[-9000.0, 9000.0], [-9000.0, 9000.0], [-9000.0, 9000.0]]", "a_deg": "[-200.0, 200.0]"}
 
@@ -68,7 +68,8 @@ def table_rows() -> list[Row]:
 def judge(row: Row, raw: bytes, machine: verne_post.Machine, folder: Path | None = None) -> Row:
     """The row as it is now; subprograms stand in ``folder``."""
     given: dict[str, Any] = tomllib.loads(row.setup.replace("; ", "\n"))
-    tools = {number: Tool(number, number, (0.0, 0.0, LENGTH, *ZERO9[3:]), 6.0) for number in range(400)}
+    diameter = given.pop("diameter", DIAMETER)
+    tools = {number: Tool(number, number, (0.0, 0.0, LENGTH, *ZERO9[3:]), diameter) for number in range(400)}
     beside = {} if folder is None else subprograms_of(raw, folder, (), lambda path, _called: path.read_bytes())
     common = {"tools": tools, "source_name": Path(row.path).name, "subroutines": beside, **given}
     errors = [item for item in interpreter_view(raw, Options(**common))[1] if item.severity == "error"]

@@ -21,7 +21,7 @@ ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
 
 def find_tool_key(number: int, what: str, names: Mapping[int, str]) -> tuple[str, ...]:
     """The key of a set-up that says something of a tool; one without a number of its own is called by its name."""
-    return "tools", names[number] if number >= FIRST_NAMED_TOOL else str(number), what
+    return "tools", names.get(number, str(number)) if number >= FIRST_NAMED_TOOL else str(number), what
 
 
 def missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -> ProgramError:
