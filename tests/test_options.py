@@ -218,6 +218,7 @@ def controls(value: Any) -> Any:
     allowed: dict[str, dict[str, tuple[Any, ...]]] = {
         "siemens": {"rotation": ("rpy", "euler"), "orientation_by_group": (True, False)},
         "fanuc": {"decimal_point": ("", "calculator", "conventional")},
+        "rs274": {"flavour": ("", "linuxcnc", "pathpilot", "mach3", "grbl"), "dwell": ("seconds", "milliseconds")},
         "aptcl": {
             "units": ("", "mm", "inch"),
             "msys": ("", "one clamping"),

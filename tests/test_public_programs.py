@@ -1,9 +1,14 @@
-"""The list of public programs: its rows can be read, and the script judges a program as they say."""
+"""The list of public programs: its rows can be read, and the script judges a program as they say; and programs of ours in place of them."""
 
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from tests.benchmarks.public_programs import ROOT, judge, table_rows, wide_machine
+from tests.gcode.conftest import make_tool
+from verne_post import convert
+from verne_post.model.options import Options
 
 CORPUS = ROOT / "tests" / "corpus" / "apt"
 
@@ -27,3 +32,21 @@ def test_a_program_is_judged_as_the_list_has_it():
     assert (bad.read, bad.run, bad.refusal) == ("no", "no", "VP002, line 10")
     far = judge(row, raw.replace(b"GOTO/0,20.,60.", b"GOTO/0,20.,29000."), machine)
     assert (far.read, far.run, far.refusal[:5]) == ("yes", "no", "VP101")
+
+
+def test_one_part_of_four_controls_has_the_same_setpoints(machine):
+    """Slot, round pocket, holes on a circle, thread and five axes: written out, as macros and cycles of Fanuc, as cycles of Siemens and of Klartext.
+
+    Setpoints are compared to 1e-6 mm and degrees: none of these cycles differs between the controls in where the tool goes.
+    """
+    given = {
+        "tools": {1: make_tool(1, 80.0, 8.0)}, "wcs": {"G54": (0.0, 0.0, 40.0)}, "cycle": 0.01, "smoothing": "off", "tapping": "feed",
+    }  # fmt: skip
+    values = []
+    for name in ("rs274/plate.ngc", "fanuc/plate.nc", "siemens/plate.mpf", "heidenhain/plate.h"):
+        options = Options(source_name=name, **given)
+        result = convert((CORPUS.parent / name).read_bytes(), machine, options)
+        assert result.ok, (name, result.findings)
+        values.append(result.setpoints.values)
+    assert np.ptp(values[0], axis=0).min() > 1  # every axis moves
+    assert max(np.abs(each - values[0]).max() for each in values[1:]) < 1e-6

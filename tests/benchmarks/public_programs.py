@@ -3,7 +3,7 @@
     python -m tests.benchmarks.public_programs FOLDER [--rows]
 
 FOLDER has a copy of each repository as ``owner+name``; programs that are not there are left out. ``--rows`` prints the rows of
-the table as they would be now, also for files that no row names yet, given as further arguments: FOLDER/owner+name/path.
+the table as they would be now, or those of files that no row names yet, given as further arguments: FOLDER/owner+name/path.
 """
 
 import argparse
@@ -17,6 +17,7 @@ from typing import Any
 
 import verne_post
 from verne_post.app.assemble import interpreter_view
+from verne_post.config.subprograms import subprograms_of
 from verne_post.model.findings import Finding
 from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
@@ -25,8 +26,8 @@ from verne_post.model.part_setup import Tool
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "reliability.md"
 HEADER = "| dialect | repository | path | set-up | read | run | first refusal | right |"
-#: Every tool is this long (mm), and the part stands high above the table.
-LENGTH, OFFSET = 80.0, {"G54": (0.0, 0.0, 900.0)}
+#: Every tool is this long and wide (mm; the set-up may have another ``diameter``), and the part stands high above the table.
+LENGTH, DIAMETER, OFFSET = 80.0, 6.0, dict.fromkeys(("G54", "G55", "G56", "G57", "G58", "G59"), (0.0, 0.0, 900.0))
 #: No travel ends: how large a part is, and on which side it is cut, is not what is tried.
 TRAVEL = {"xyz_mm": "[[-9000.0, 9000.0], [-9000.0, 9000.0], [-9000.0, 9000.0]]", "a_deg": "[-200.0, 200.0]"}
 
@@ -64,11 +65,13 @@ def table_rows() -> list[Row]:
     return rows
 
 
-def judge(row: Row, raw: bytes, machine: verne_post.Machine) -> Row:
-    """The row as it is now."""
+def judge(row: Row, raw: bytes, machine: verne_post.Machine, folder: Path | None = None) -> Row:
+    """The row as it is now; subprograms stand in ``folder``."""
     given: dict[str, Any] = tomllib.loads(row.setup.replace("; ", "\n"))
-    tools = {number: Tool(number, number, (0.0, 0.0, LENGTH, *ZERO9[3:]), 6.0) for number in range(100)}
-    common = {"tools": tools, "source_name": Path(row.path).name, **given}
+    diameter = given.pop("diameter", DIAMETER)
+    tools = {number: Tool(number, number, (0.0, 0.0, LENGTH, *ZERO9[3:]), diameter) for number in range(400)}
+    beside = {} if folder is None else subprograms_of(raw, folder, (), lambda path, _called: path.read_bytes())
+    common = {"tools": tools, "source_name": Path(row.path).name, "subroutines": beside, **given}
     errors = [item for item in interpreter_view(raw, Options(**common))[1] if item.severity == "error"]
     read = not errors
     if read:
@@ -105,19 +108,17 @@ def main() -> int:
     parser.add_argument("--setup", default="")
     arguments = parser.parse_intermixed_args()
     rows, machine, differ = table_rows(), wide_machine(), 0
-    known = {(row.repository, row.path) for row in rows}
-    for file in arguments.files:
-        owner, *path = file.relative_to(arguments.folder).parts
-        if (owner.replace("+", "/"), "/".join(path)) not in known:
-            rows.append(
-                Row(arguments.dialect, owner.replace("+", "/"), "/".join(path), arguments.setup, "", "", "", "")
-            )
+    if arguments.files:
+        rows = [
+            Row(arguments.dialect, owner.replace("+", "/"), "/".join(path), arguments.setup, "", "", "", "")
+            for owner, *path in (file.relative_to(arguments.folder).parts for file in arguments.files)
+        ]
     for row in rows:
         file = arguments.folder / row.repository.replace("/", "+") / row.path
         if not file.is_file():
             continue
         print(f"{row.repository}: {row.path}", file=sys.stderr)
-        now = judge(row, file.read_bytes(), machine)
+        now = judge(row, file.read_bytes(), machine, file.parent)
         if arguments.rows:
             print(now.shown())
         elif now != row:

@@ -52,6 +52,12 @@ def test_subroutines_are_found_beside_the_program_and_on_the_path(run: Callable[
     assert "main.ngc:2: VP023 error" in refused.err
 
 
+def test_macros_of_g65_are_found_beside_the_program(run: Callable[..., Any], program: Any) -> None:
+    file = program("%\nO1\nG65 P9010 X3.\nM30\n%\n")
+    (file.parent / "O9010.nc").write_text("O9010\nG0 X#24\nM99\n")
+    assert [row["end"][:3] for row in moves(run("dump", "moves", file))] == [[3, 0, 0]]
+
+
 def test_nothing_outside_the_folder_is_read(run: Callable[..., Any], program: Any, tmp_path: Path) -> None:
     file = program("o<secret> call\nM2\n")
     (tmp_path / "secret.ngc").write_text("o<secret> sub\nG0 X1\no<secret> endsub\n")

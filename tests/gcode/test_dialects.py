@@ -17,6 +17,7 @@ from tests.gcode.conftest import make_tool
 from verne_post import convert
 from verne_post.app.assemble import interpreter_view, read_draft
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
+from verne_post.model.control_keys import Rs274Keys, read_keys
 from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
@@ -840,3 +841,58 @@ def test_what_controls_do_otherwise_is_said_once():
     )
     notes = [(item.line, item.severity) for item in result.findings if item.code == "VP039"]
     assert notes == [(6, "note"), (13, "note")]
+
+
+# --- controls of the family -------------------------------------------------------------------------------
+
+
+def read_family():
+    """Rows of the table of docs/gcode.md: name, dialect, keys, and the cells."""
+    text = (Path(__file__).parents[2] / "docs" / "gcode.md").read_text(encoding="utf-8")
+    for line in text.split("## Controls of the family\n")[1].split("\n## ")[0].splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if len(cells) == 7 and cells[0] not in ("control", "---"):
+            keys = dict(re.findall(r'`(\w+) = "(\w+)"`', cells[1]))
+            dialect = "fanuc" if "--dialect fanuc" in cells[1] else "rs274"
+            yield pytest.param(dialect, {dialect: keys} if keys else {}, cells, id=cells[0])
+
+
+@pytest.mark.parametrize(("dialect", "control", "cells"), list(read_family()))
+def test_each_control_of_the_family_is_what_the_table_says(dialect, control, cells):
+    _name, _option, end, repeats, remarks, motion, dwell = cells
+
+    def run(text):
+        return interpreter_view(text.encode(), Options(dialect=dialect, control=control))
+
+    assert (run("G0 X1\n")[1] == ()) == ("its text" in end)
+    assert (run("G0 X1\n%\nG0 X2\n")[1] == ()) == ("`%`" in end and "pair" not in end)
+    for letter in "LQ":
+        moves, findings = run(f"G91\nM98 P10 {letter}3\nM30\nO10\nG0 X1\nM99\n")
+        assert (findings == ()) == (letter in repeats.split(", "))
+        assert findings or len(moves) == 3
+    spoken = []
+    for word in ("MSG", "DEBUG", "PRINT", "LOG", "ABORT", "LOGOPEN"):
+        moves, findings = run(f"G0 X1 ({word}, a)\nM30\n")
+        assert all(item.code == "VP027" for item in findings)
+        spoken += [word] if findings or any(event.kind == "message" for event in moves.events) else []
+    assert spoken == ([] if remarks == "none" else remarks.split())
+    assert (run("X1\nM30\n")[1] == ()) == (motion == "G0")
+    for text in ("G4 P500", "G0 Z9\nG82 X1 Z-1 R2 P500 F90"):
+        moves = run(f"{text}\nM30\n")[0]
+        assert moves.feed[moves.kind == MoveKind.DWELL].tolist() == [500.0 if dwell == "s" else 0.5]
+    arc, absolute = (
+        run("G0 X10 Y0\nG3 X0 Y10 I0 J0 F90\nM30\n"),
+        control.get("rs274", {}).get("arc_centres") == "absolute",
+    )
+    assert (arc[1] == ()) == absolute
+    assert not absolute or run("G0 X10 Y0\nG91.1 G3 X0 Y10 I-10 J0 F90\nM30\n")[0].arcs.center[0][:2].tolist() == [
+        0.0,
+        0.0,
+    ]
+
+
+def test_keys_of_the_family_are_checked():
+    with pytest.raises(ValueError, match="flavour: expected linuxcnc or pathpilot or mach3 or grbl"):
+        read_keys(Rs274Keys, {"flavour": "mach9"})
+    with pytest.raises(ValueError, match="dwell: expected seconds or milliseconds"):
+        read_keys(Rs274Keys, {"dwell": "ms"})

@@ -547,3 +547,21 @@ def test_feed_rates_per_turn_and_per_minute_need_a_number_of_their_own(run, view
     ):
         with pytest.raises(AssertionError, match="VP009"):
             run(*lines)
+
+
+@pytest.mark.parametrize(
+    "words", ["DWELL 0.5", "V.ZEIT0.5", "V.IDO 0.5", "TIME.5", "TEMPO ATTESA 0,5", "Q1", "DWELL Q1", "0.5"]
+)
+def test_words_before_a_dwell_are_those_of_the_controls_language(view, words):
+    moves, findings = view(
+        f"BEGIN PGM A MM\nQ1 = 0.5\nCYCL DEF 9.0 DWELL\nCYCL DEF 9.1 {words}\nCYCL DEF 13.1 ANGULO 90\nL X+5 FMAX\nEND PGM A MM\n",
+        dialect="heidenhain",
+    )
+    assert findings == ()
+    assert moves.feed[moves.kind == MoveKind.DWELL].tolist() == [0.5]
+
+
+@pytest.mark.parametrize("words", ["TIME", "5 5", "T 0.5 S", "--5"])
+def test_a_dwell_needs_its_number(view, words):
+    text = f"BEGIN PGM A MM\nCYCL DEF 9.0 DWELL\nCYCL DEF 9.1 {words}\nL X+5 FMAX\nEND PGM A MM\n"
+    assert [item.code for item in view(text, dialect="heidenhain")[1]] == ["VP001"]

@@ -34,6 +34,8 @@ def found(machine, program, **options):
     ("G49\nG1 X1\nX2\nG93 G1 X3\nG1 X4", [("VP009", 4, 4, 1), ("VP009", 6, 7, 2)]),
     ("G49\nF100 G2 X1 Y8 I5\nG3 X5 I2\nG91 G1 X1", [("VP008", 4, 4, 1)]),
     ("G49\nG80\nX1\nY5\nG1 X2 F100", [("VP005", 5, 5, 1)]),
+    # numbers as large as those that tools with names get here
+    ("T3090588 M6\nG43\nG1 X5 F100", [("VP012", 4, 4, 1)]),
     ("G49\nG68 X0 Y0 R30\nG1 X5 F100\nG91 X2\nG2 X4 I2", [("VP002", 4, 4, 1)]),
     ("G49 F100\nG41.1 D9\nG1 X4\nX9\nX20\nG40\nG2 X30 I5", [("VP026", 5, 5, 1)]),
     # a second mistake is not hidden by the first

@@ -282,3 +282,62 @@ def test_the_page_names_every_parameter():
     assert {name for number in CYCLES for name in (*MACHINING[number][0], *MACHINING[number][1])} == {
         name for name, *_rest in rows()
     }
+
+
+# --- circles of Haas controls ---------------------------------------------------------------------------
+
+HAAS = "%\nO1\nG21 G90 G17 G54\nT1 M6\nG43 H1 G0 X10. Y20. Z2.\nS1000 M3 F500.\n"
+
+
+def run_haas(view, text):
+    return view(f"{HAAS}{text}\nM30\n%\n", dialect="fanuc", tools={1: make_tool(1, 10.0, TOOL)})
+
+
+@pytest.mark.parametrize("turn", ["G12", "G13"])
+def test_circles_of_haas_mill_a_pocket_whole_and_no_further(view, turn):
+    """Circles of the tool's centre at 2, 5, 8 ... 16 mm: with 8 mm of tool all of the circle of 20 mm, on two levels, back in the middle."""
+    moves, findings = run_haas(view, f"G91 {turn} I6. K20. Q3. D1 Z-4. L2\nG90 G0 Z50.")
+    assert findings == ()
+    judge(moves, 0.5 * TOOL, circle(20, HERE), 2.0, -6.0)
+    sweep = moves.arcs.sweep
+    assert (sweep * (1 if turn == "G13" else -1) > 0).all()
+    last = moves.end[:, :3][moves.kind == MoveKind.ARC][-1]
+    np.testing.assert_allclose(last, (*HERE, -6.0), atol=1e-9)
+
+
+def test_a_circle_of_haas_worked_out_by_hand(view):
+    """I10 with a tool of 4 mm radius: down, half circle to the wall of 6 mm, round in two halves, half circle back; exactly those moves."""
+    moves, _ = run_haas(view, "G13 I10. D1 Z-1. F300")
+    rows = [(*end[:3].round(9), feed) for end, feed in zip(moves.end, moves.feed, strict=True)]
+    assert rows[1:] == [(10, 20, -1, 300), (10, 14, -1, 300), (10, 26, -1, 300), (10, 14, -1, 300), (10, 20, -1, 300)]
+    np.testing.assert_allclose(moves.arcs.center[:, :2], [(10, 17), HERE, HERE, (10, 17)], atol=1e-12)
+    assert moves.arcs.sweep.tolist() == [180.0] * 4
+
+
+@pytest.mark.parametrize("mode", ["G90", "G91", "G20"])
+def test_holes_on_a_circle_of_haas(view, mode):
+    """Five at 15 + 72 k degrees about X10 Y20, and three 20 degrees apart: the same as holes written out in G81."""
+    given = {"G90": ("X10. Y20.", "8.", ""), "G91": ("", "8.", "G91"), "G20": ("", f"{8 / 25.4:.12f}", "")}[mode]
+    unit = 25.4 if mode == "G20" else 1.0
+    begin = f"{mode.replace('91', '90')} G99 G81 Z{-4 / unit:.12f} R{1 / unit:.12f} L0 F90\n"
+    circle_of_holes = run_haas(view, f"{begin}{given[2]}\nG70 {given[0]} I{given[1]} J15. L5\nG80 G21 G90")[0]
+    arc_of_holes = run_haas(view, f"{begin}{given[2]}\nG71 {given[0]} I{given[1]} J15. K-20. L3\nG80 G21 G90")[0]
+    for moves, angles in ((circle_of_holes, 15 + 72 * np.arange(5)), (arc_of_holes, 15 - 20 * np.arange(3))):
+        bottoms = moves.end[np.abs(moves.end[:, 2] + 4) < 1e-9, :2]
+        angles = np.radians(angles)
+        np.testing.assert_allclose(
+            bottoms, np.column_stack([10 + 8 * np.cos(angles), 20 + 8 * np.sin(angles)]), atol=1e-9
+        )
+
+
+@pytest.mark.parametrize(("text", "code", "part"), [
+    ("G13 I3. D1", "VP007", "no room"), ("G13 I9.", "VP005", "needs D"), ("G12 D1", "VP005", "needs I"), ("G13 I9. K12. D1", "VP005", "together"), ("G13 I9. K7. Q1. D1", "VP007", "K7"),
+    ("G13 I9. D1 L2", "VP007", "G91"), ("G13 I9. X1. D1", "VP006", "X"), ("G18 G13 I9. D1", "VP017", "G17"), ("G13 I6. K20. Q0.0001 D1", "VP007", "more than"), ("G41 D1 G1 X40.\nG13 I9. D1", "VP017", "compensation"),
+    ("G13 Z-1.", "VP005", "needs I"), ("G70 I8. L5", "VP005", "L0"), ("G81 Z-4. R1. L0\nG70 I8.", "VP005", "needs L"), ("G81 Z-4. R1. L0\nG71 I8. L3", "VP005", "needs K"), ("G81 Z-4. R1. L0\nG70 I-8. L3", "VP007", "I-8"),
+    ("G81 Z-4. R1. L0\nG70 I8. L99999", "VP007", "holes"), ("G51 X0 Y0 Z0 P2.\nG81 Z-4. R1. L0\nG70 I8. L3", "VP017", "G5"),
+])  # fmt: skip
+def test_what_circles_of_haas_need(view, text, code, part):
+    findings = run_haas(view, text)[1]
+    assert findings
+    assert findings[0].code == code, findings
+    assert part in findings[0].message

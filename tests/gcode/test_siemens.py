@@ -36,7 +36,7 @@ def same_moves(view, siemens, rs274):
     ("X=POT(3)+SQRT(16) Y=ABS(-2) Z=TRUNC(-2.7)", "G0 X13 Y2 Z-2"), ("X=ROUND(2.5) Y=ROUND(-2.5) Z=ROUNDUP(2.1)", "G0 X3 Y-3 Z3"),
     ("X=10*SIN(30) Y=10*COS(60) Z=ATAN2(1,1)", "G0 X5 Y5 Z45"), ("X=MINVAL(3,4) Y=MAXVAL(3,4) Z=BOUND(0,2,5)", "G0 X3 Y4 Z2"),
     ("X=6 B_AND 3 Y=6 B_OR 3 Z=6 B_XOR 3", "G0 X2 Y7 Z5"), ("X=2+3*2==8 Y=(1<2) AND (2<1) Z=NOT 0", "G0 X1 Y0 Z1"), ("X=1==5 AND 3", "G0 X1"), ("X=STRLEN(\"ab\"<<12)", "G0 X4"),
-    ("DEF REAL A1=4, B1\nDEF INT N1=2.6\nX=A1 Y=N1 Z=B1", "G0 X4 Y3 Z0"), ("DEF REAL L1[2,2]=SET(1,2,3,4)\nX=L1[1,0]", "G0 X3"),
+    ("DEF REAL A1=4, B1\nDEF INT N1=2.6\nX=A1 Y=N1 Z=B1", "G0 X4 Y3 Z0"), ("DEF REAL L1[2,2]=SET(1,2,3,4)\nX=L1[1,0]", "G0 X3"), ("DEF REAL L1[4]=SET(1,,3)\nL1[1]=SET(7,,9)\nX=L1[0] Y=L1[1] Z=L1[2]", "G0 X1 Y7 Z3"), ("DEF REAL L1[4]=REP(5,2)\nL1[2]=REP(4)\nX=L1[1] Y=L1[2] Z=L1[3]", "G0 X5 Y4 Z4"),
     ("DEF BOOL Q=5\nDEF STRING[8] S1A=\"3.5\"\nX=Q Y=NUMBER(S1A)", "G0 X1 Y3.5"), ("X=$P_EP[Z]", "G0 X5"), ("X=$PI", "G0 X3.141592653589793"),
     # distances
     ("G91 X1\nX1 Y2", "G91 G0 X1\nX1 Y2"), ("X=IC(2)\nX=IC(2)", "G0 X2\nX4"), ("G91 X=AC(7) Y3", "G0 X7 Y3"), ("C=350\nC=DC(10)", "G0 C350\nC370"),

@@ -1,4 +1,4 @@
-"""Tables of settings and set-ups that say what a control's builder has chosen: [remap], [siemens], [heidenhain], [fanuc]."""
+"""Tables of settings and set-ups that say what a control's builder has chosen: [remap], [siemens] and the like."""
 
 from collections.abc import Iterator, Mapping
 

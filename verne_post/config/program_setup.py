@@ -89,6 +89,7 @@ class SetupFile(Table, frozen=True, kw_only=True):
     remap: dict[str, Meaning | Literal["decide"]] = field(default_factory=dict)
     siemens: dict[str, Any] = field(default_factory=dict)
     fanuc: dict[str, Any] = field(default_factory=dict)
+    rs274: dict[str, Any] = field(default_factory=dict)
     heidenhain: dict[str, Any] = field(default_factory=dict)
     aptcl: dict[str, Any] = field(default_factory=dict)
     keep_out: dict[str, BoxFile] = field(default_factory=dict)

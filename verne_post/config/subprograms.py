@@ -14,10 +14,11 @@ from verne_post.model.findings import UsageError
 ENDINGS: Final = (".ngc", ".nc", ".h", ".spf", ".mpf")
 #: Endings of files that are called by their bare names (Siemens).
 _CALLED_BY_NAME: Final = (".spf", ".mpf")
-_CALLS: Final = re.compile(rb"CALL|M98", re.IGNORECASE)
+_CALLS: Final = re.compile(rb"CALL|M98|G0*6[56]", re.IGNORECASE)
 _NAMED: Final = re.compile(rb"O\s*<([^<>\n]+)>\s*CALL", re.IGNORECASE)
 _NUMBERED: Final = re.compile(
-    rb"(?:O\s*([0-9]+)\s*CALL)|(?:M98[^\n]*?P\s*([0-9]+))|(?:P\s*([0-9]+)[^\n]*?M98)", re.IGNORECASE
+    rb"(?:O\s*([0-9]+)\s*CALL)|(?:(?:M98|G0*6[56](?![0-9]))[^\n]*?P\s*([0-9]+))|(?:P\s*([0-9]+)[^\n]*?M98)",
+    re.IGNORECASE,
 )
 #: CALL PGM of Klartext, perhaps with a path of the control.
 _PROGRAM: Final = re.compile(rb"CALL[ \t]+PGM[ \t]+\"?(?:[^\"\n;~]*[\\/:])?([^\"\n;~\\/:]+)", re.IGNORECASE)

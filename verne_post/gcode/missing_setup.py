@@ -8,7 +8,7 @@ import numpy as np
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.model.control_keys import KEYS, FanucKeys, read_keys
+from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import ZERO9, Moves
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, tool_text
@@ -21,7 +21,7 @@ ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
 
 def find_tool_key(number: int, what: str, names: Mapping[int, str]) -> tuple[str, ...]:
     """The key of a set-up that says something of a tool; one without a number of its own is called by its name."""
-    return "tools", names[number] if number >= FIRST_NAMED_TOOL else str(number), what
+    return "tools", names.get(number, str(number)) if number >= FIRST_NAMED_TOOL else str(number), what
 
 
 def missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -> ProgramError:
@@ -63,7 +63,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         VP012: there is a tool table, and the name has no number.
     """
     names, keys = state.tool_names, read_keys(KEYS[dialect], setup.control.get(dialect, {}))
-    numbers = {} if isinstance(keys, FanucKeys) else keys.tools  # tools of Fanuc have no names
+    numbers = {} if isinstance(keys, FanucKeys | Rs274Keys) else keys.tools  # their tools have no names
     if name in numbers:
         number = numbers[name]
     elif setup.tools is not None:

@@ -11,8 +11,27 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
     "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"),
     "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
+    "flavour": ("", "linuxcnc", "pathpilot", "mach3", "grbl"), "arc_centres": ("incremental", "absolute"), "dwell": ("seconds", "milliseconds"),
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
 }  # fmt: skip
+
+
+class Rs274Keys(Struct, frozen=True):
+    """Keys of [rs274], with their defaults: which of the controls that speak it.
+
+    Attributes
+    ----------
+    flavour : str
+        How programs end, which comments speak, what M98 takes, what holds at the start. Empty: as "linuxcnc".
+    arc_centres : str
+        What I J K are before G90.1 or G91.1: "incremental", from the start of the arc, or "absolute".
+    dwell : str
+        What P of G4 and of cycles is: "seconds" or "milliseconds".
+    """
+
+    flavour: Literal["", "linuxcnc", "pathpilot", "mach3", "grbl"] = ""
+    arc_centres: Literal["incremental", "absolute"] = "incremental"
+    dwell: Literal["seconds", "milliseconds"] = "seconds"
 
 
 class SiemensKeys(Struct, frozen=True):
@@ -86,12 +105,15 @@ class FanucKeys(Struct, frozen=True):
         Empty: several angles are refused where that differs.
     bore_shift : str
         Where the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y", "-Y". Empty: Q is refused.
+    dwell : str
+        What P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it.
     """
 
     inside_arc_percent: float = 0.0
     decimal_point: Literal["", "calculator", "conventional"] = ""
     roll_pitch_yaw: Literal["", "fixed", "moving"] = ""
     bore_shift: Literal["", "+X", "-X", "+Y", "-Y"] = ""
+    dwell: Literal["milliseconds", "seconds"] = "milliseconds"
 
 
 class AptKeys(Struct, frozen=True):
@@ -128,7 +150,10 @@ class AptKeys(Struct, frozen=True):
 
 
 #: By the dialect that has them.
-KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys] | type[FanucKeys] | type[AptKeys]]] = {
+KEYS: Final[
+    Mapping[str, type[Rs274Keys] | type[SiemensKeys] | type[HeidenhainKeys] | type[FanucKeys] | type[AptKeys]]
+] = {
+    "rs274": Rs274Keys,
     "siemens": SiemensKeys,
     "heidenhain": HeidenhainKeys,
     "fanuc": FanucKeys,
@@ -136,7 +161,7 @@ KEYS: Final[Mapping[str, type[SiemensKeys] | type[HeidenhainKeys] | type[FanucKe
 }
 #: Controls whose programs may call tools by names.
 NAMING_TOOLS: Final = tuple(dialect for dialect, keys in KEYS.items() if "tools" in keys.__struct_fields__)
-_Keys = TypeVar("_Keys", bound=SiemensKeys | HeidenhainKeys | FanucKeys | AptKeys)
+_Keys = TypeVar("_Keys", bound=Rs274Keys | SiemensKeys | HeidenhainKeys | FanucKeys | AptKeys)
 
 
 def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:

@@ -154,7 +154,7 @@ class Options:
         "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False)] = field(
         default_factory=dict)
     control: Annotated[dict[str, dict[str, Any]], Checked(check_control), About(
-        "What builders of machines choose, by controller dialect: [siemens], [heidenhain], [fanuc] and [aptcl] of the settings file.", Group.PROGRAM, flag="",
+        "What builders of machines choose, by controller dialect: [siemens], [heidenhain], [fanuc], [rs274] and [aptcl] of the settings file.", Group.PROGRAM, flag="",
         in_settings=False)] = field(default_factory=dict)
     tapping: Annotated[Literal["refuse", "feed"], About(
         "Rigid tapping. feed: in and out at pitch times speed, for a control that couples the spindle; refuse: setpoints do not "

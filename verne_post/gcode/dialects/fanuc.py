@@ -26,12 +26,15 @@ from verne_post.gcode.rs274.corners import FanucCorners
 from verne_post.gcode.rs274.fanuc_codes import (
     ADDITIONAL,
     ALONE,
+    ARC_OF_HOLES,
+    CIRCLE_OF_HOLES,
     HIGH_SPEED,
     MIRROR,
     MIRROR_OFF,
     NAMES_AXES,
     OF_FRAMES,
     PLANE,
+    POCKETS,
     TABLE,
     TWINS,
     WORDS_OF_FRAMES,
@@ -51,6 +54,7 @@ from verne_post.gcode.rs274.fanuc_points import (
 )
 from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, prepare_line, read_corner
 from verne_post.gcode.rs274.fanuc_words import FanucWords
+from verne_post.gcode.rs274.haas import HaasCodes
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.macro_calls import find_local_call, find_macro_call, read_macro_call, set_control_variable
 from verne_post.gcode.rs274.macro_text import read_statement
@@ -93,6 +97,7 @@ class FanucInterpreter(Rs274):
         turns_table_alone=True,
         keeps_words=True,
         taps_rigidly=True,
+        speaking_remarks=(),
     )
     percent: ClassVar[bytes] = rb"[^\n]*"
     o_letters: ClassVar[bytes] = b"O:"
@@ -103,13 +108,14 @@ class FanucInterpreter(Rs274):
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
         self.nurbs = NurbsCodes(self.core, self.values, self.motion)
-        self.words = FanucWords(self.modes, self.table)
         self.fanuc_offsets = FanucOffsets(self.offsets)
         given = setup.control.get("fanuc", {})
         self.keys: FanucKeys = read_keys(FanucKeys, given)
+        self.words = FanucWords(self.modes, self.table, self.keys)
         self.planes = FanucPlanes(self.core, self.values, self.keys)
         self.maps = FanucMaps(self.core, self.values)
         self.corners = FanucCorners(self.core)
+        self.haas = HaasCodes(self.core, self.values, self.motion, self.cycles)
         self.motion.draw_line, self.motion.draw_arc = self.corners.add_line, self.corners.add_arc
         self.cycles.bore_shift = self.keys.bore_shift
         least = 0.01 * self.keys.inside_arc_percent
@@ -133,9 +139,6 @@ class FanucInterpreter(Rs274):
                 "VP039", "R of a canned cycle is above the tool: it goes up to R first and then over the hole, and stays "
                 "at R after it, also under G98; a control may go over the hole first", block.line,
             )  # fmt: skip
-
-    def _show_comment(self, block: Block) -> None:
-        """These controls have no messages in comments."""
 
     @classmethod
     def prepare(cls, text: str) -> str:
@@ -339,6 +342,8 @@ class FanucInterpreter(Rs274):
             self.fanuc_offsets.store_offset(block)
         elif code in (520, 920):
             self.fanuc_offsets.shift_system(block, code)
+        elif code in (*POCKETS, CIRCLE_OF_HOLES, ARC_OF_HOLES):
+            self.haas.execute(block, code)
         else:
             super()._execute_non_modal(block, code)
 

@@ -21,6 +21,8 @@ _COORDINATE: Final = re.compile(rf"[ \t]*(I?)([XYZABCUVW])[ \t]*({VALUE})(?=[ \t
 _ROTATION: Final = re.compile(rf"[ \t]*(I?)ROT[ \t]*({VALUE})[ \t]*$")
 _SCALE: Final = re.compile(rf"[ \t]*SCL[ \t]*({VALUE})[ \t]*$")
 _LAST_NAMED_SYSTEM: Final = 9
+#: Words before the number of a dwell or an angle: the control writes them in its own language (DWELL, V.ZEIT, V.IDO).
+_WORDS: Final = r"[ \t]*(?:(?!Q[LR]?\d)[^\W\d_]++(?:\.[^\W\d_]++)*+[ \t]*+)*+"
 _Handler = Callable[["KlartextSettings", Statement, Head], None]
 
 
@@ -234,7 +236,7 @@ class KlartextSettings:
         self.core.set_path_control(PathControl(PathMode.BLEND, value) if value else PathControl())
 
     def _dwell_time(self, statement: Statement, head: Head) -> None:
-        match = re.fullmatch(rf"[ \t]*(?:DWELL|V\.ZEIT|V\.ZT|VERW\.ZEIT)?[ \t]*({VALUE})[ \t]*", head.rest)
+        match = re.fullmatch(rf"{_WORDS}({VALUE})[ \t]*", head.rest)
         if match is None:
             raise statement.error("VP001", "expected DWELL and the time in seconds")
         self.core.dwell(
@@ -243,7 +245,7 @@ class KlartextSettings:
 
     def _orient(self, statement: Statement, head: Head) -> None:
         """13: the angle to which M19 orients the spindle."""
-        match = re.fullmatch(rf"[ \t]*(?:ANGLE|WINKEL)?[ \t]*({VALUE})[ \t]*", head.rest)
+        match = re.fullmatch(rf"{_WORDS}({VALUE})[ \t]*", head.rest)
         if match is None:
             raise statement.error("VP001", "expected ANGLE and degrees")
         self.functions.spindle_angle = read_value(match.group(1), self.q)

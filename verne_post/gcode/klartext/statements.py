@@ -19,10 +19,15 @@ KEYWORDS: Final = (
     "CALL SELECTED PGM", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "APPR", "DEP", "RND", "CHF",
     "CTP", "CT", "CP", "CR", "CC", "LP", "LN", "L", "C", "M", "Q", "F", "S", "R0", "RL", "RR",
 )  # fmt: skip
+#: Why contours of cycles, and probing, are refused.
+SL: Final = "contours of SL cycles; write cycles 251 to 257, or the contour with RL or RR, or let the CAM system write the moves"
+PROBING: Final = (
+    "touch probes: where the tool touches is only known at the machine; take them out, and give the datum with --wcs"
+)
 #: Words that begin statements which are not executed, and why.
 _REFUSED: Final = {
-    "TCH": "touch probes: where the tool touches is only known at the machine", **dict.fromkeys(("FPOL", "FL", "FLT", "FC", "FCT"), "free contour programming; let the CAM system write lines and arcs"),
-    **dict.fromkeys(("SEL", "OPEN", "POLARKIN"), "files and kinematics of the control"), "ERROR": "the control has marked this block as one that it could not read",
+    "TCH": PROBING, "CONTOUR": SL, **dict.fromkeys(("FPOL", "FL", "FLT", "FC", "FCT"), "free contour programming; let the CAM system write lines and arcs"),
+    "SEL": "files of the control; write CALL PGM for a program, cycles 251 to 257 for a contour", **dict.fromkeys(("OPEN", "POLARKIN"), "files and kinematics of the control"), "ERROR": "the control has marked this block as one that it could not read",
 }  # fmt: skip
 _NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
 _KEYWORD: Final = re.compile(

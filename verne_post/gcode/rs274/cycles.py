@@ -7,7 +7,7 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import g_name
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import Machining, check_dwell
+from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
@@ -145,7 +145,7 @@ class CycleCodes:
                 raise ProgramError("VP005", f"{name} needs Q, the depth of one peck")
             if step <= 0:
                 raise block.error("VP007", f"Q{step:g}: the depth of a peck is greater than 0", "Q")
-        dwell = check_dwell(block, block.words["P"]) if "P" in block.words else before.dwell if before else None
+        dwell = self.values.read_dwell(block) if "P" in block.words else before.dwell if before else None
         if motion in self.traits.needs_dwell and dwell is None:
             raise ProgramError("VP005", f"{name} needs P, the dwell at the bottom")
         shift = before.shift if before else None

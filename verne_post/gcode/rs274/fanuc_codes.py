@@ -31,18 +31,21 @@ TWINS: Final = {431: 434, 2340: 434, 1540: ADDITIONAL}
 #: Codes of Haas controls: how corners are smoothed, and how far a control reads ahead.
 LOOK_AHEAD: Final = (1870, 1030)
 #: Ends of modes that cannot be begun: nothing to do.
-ENDS: Final = (401, 670, 130, 131, 970)
+ENDS: Final = (401, 670, 131, 970)
+#: Round pockets of Haas (G12, G13), and circles of holes.
+POCKETS: Final = (120, 130)
+CIRCLE_OF_HOLES, ARC_OF_HOLES = 700, 710
 #: Codes that name axes without moving them, and those that take none.
 NAMES_AXES: Final = (51, MIRROR_OFF)
 ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
 #: Cycles that mean what they mean in RS274/NGC.
-CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 890)
+CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 880, 890)
 
 
 def make_table() -> CodeTable:
     groups = {name: tuple(code for code in codes if code not in (70, 80)) for name, codes in RS274.g_groups.items()}
     del groups["lathe diameter"], groups["spindle mode"]
-    groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921)
+    groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921, *POCKETS, CIRCLE_OF_HOLES, ARC_OF_HOLES)
     groups["motion"] = (0, 10, 20, 30, NURBS, *CYCLES)
     groups["arc distance"] = ()
     groups["tool length"] = (430, 434, 435, 490, 431, 2340)
@@ -74,20 +77,24 @@ def make_table() -> CodeTable:
         g_groups=groups,
         m_groups=m_groups,
         refused_g={
-            310: "skip and probing", 370: "automatic tool measurement",
-            **dict.fromkeys((120, 1500, 470, 700, 710, 720), "milling cycles, engraving and patterns of Haas; let the CAM system write the moves"),
+            **dict.fromkeys((310, 350, 360, 370, 1360), "probing and tool measurement: where the tool touches is only known at the machine; take it out"),
+            1500: "pockets of Haas inside a contour; write G12 or G13 for a round one, or let the CAM system write the moves",
+            470: "engraving; let the CAM system write the lines of the letters", 720: "holes along a line; write their places",
+            770: "back boring of Haas, from below; write the moves", **dict.fromkeys((*range(1100, 1300, 10),), "work offsets of Haas, whose numbers differ between its controls, or polar axes; write G154 P"),
+            **dict.fromkeys((1070, 71, 121), "coordinates on a cylinder or by polar axes; let the CAM system write X Y Z A C"),
+            **dict.fromkeys((1410, 1430), "offsets for a program that is made for one machine and one tool length; let the CAM system write G43.4 or G234"),
             **dict.fromkeys((1000, 1010), "mirror images of Haas; write G51.1"),
             **dict.fromkeys((681, 684), "tilted planes on planes; write one G68.2"),
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
             661: "a macro call after every block; write G66",
-            **dict.fromkeys((870, 880), "boring from below, and by hand; write the moves"),
+            870: "back boring from below on Fanuc, a stop for a person in the hole on Haas; write the moves of the one, G88 for the other",
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H as RS274/NGC has not"),
             960: "constant surface speed",
             **dict.fromkeys((611, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },
         refused_m={},
         words_of_g={
-            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ",
+            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ", **dict.fromkeys(POCKETS, "DIKLQ"), CIRCLE_OF_HOLES: "IJL", ARC_OF_HOLES: "IJKL",
         },
         words_of_m={**RS274.words_of_m, 97: "PL", 99: "P"},
     )  # fmt: skip

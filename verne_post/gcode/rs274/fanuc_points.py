@@ -9,6 +9,7 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.rs274.fanuc_codes import ARC_OF_HOLES, CIRCLE_OF_HOLES, PLANE, POCKETS
 from verne_post.gcode.rs274.nurbs import NURBS
 from verne_post.gcode.words import whole_lines
 from verne_post.model.findings import Finding, finding
@@ -21,7 +22,6 @@ _INCREMENT_INCH: Final = 1e-4
 _WHOLE_INCREMENTS: Final = 1e-6
 _ANGLES: Final = "ABC"
 _LENGTHS: Final = "XYZUVWIJKRQ"
-_PLANE: Final = 682
 #: What is no word: comments, what follows a %, and levels of G5.1.
 _SILENT: Final = rb"\([^)\n]*|;[^\n]*|^[ \t]*%[^\n]*|G0*5\.1[^\n]*"
 _LETTER: Final = rb"|(?<![A-Z])([A-CFI-KQRU-Z])[ \t]*[+-]?[ \t]*"
@@ -106,13 +106,14 @@ def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
                     "VP007", "F per turn without a decimal point: controls count it in increments of their own", "F"
                 )
             continue
-        if letter == "Q" and not drills:
+        if letter == "Q" and not drills and not codes.intersection(POCKETS):
             continue
         if (letter == "K" and drills) or (spline and letter in "KR"):
             continue  # repeats, knots and weights
         if letter in "IJK" and (state.modes.vectors or 435 in codes):
             continue  # a direction has no unit
-        angle = letter in _ANGLES or (letter in "IJK" and _PLANE in codes)
+        of_circle = codes & {CIRCLE_OF_HOLES, ARC_OF_HOLES}
+        angle = letter in _ANGLES or (letter in "IJK" and PLANE in codes) or (letter in "JK" and of_circle)
         time = 40 in codes and letter in "XU"
         block.words[letter] *= _INCREMENT_INCH if inch and not angle and not time else INCREMENT
 

@@ -8,6 +8,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, SMOOTHING
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.values import whole
+from verne_post.model.control_keys import FanucKeys
 
 _SECONDS_PER_P: Final = 1e-3
 
@@ -15,11 +16,11 @@ _SECONDS_PER_P: Final = 1e-3
 class FanucWords:
     """Puts the words of a block into those of RS274/NGC; the block changes in place."""
 
-    def __init__(self, modes: Modes, table: CodeTable) -> None:
-        self.modes, self.table = modes, table
+    def __init__(self, modes: Modes, table: CodeTable, keys: FanucKeys) -> None:
+        self.modes, self.table, self.keys = modes, table, keys
 
     def convert_times(self, block: Block, codes: set[int]) -> None:
-        """G4 X or U in seconds, P in milliseconds, also in cycles."""
+        """G4 X or U in seconds; P, also in cycles, in milliseconds, or as the key ``dwell`` says."""
         words, columns = block.words, block.columns
         if 40 in codes:
             for letter in "XU":
@@ -28,7 +29,8 @@ class FanucWords:
                         raise ProgramError("VP003", f"G4 with {letter} and P; one of them is the time", columns[letter])
                     words["P"], columns["P"] = words.pop(letter), columns.pop(letter)
                     return
-        if "P" in words and (40 in codes or self.has_cycle(block, codes)):
+        has_dwell = "P" in words and (40 in codes or self.has_cycle(block, codes))
+        if has_dwell and self.keys.dwell == "milliseconds":
             whole(block, "P")
             words["P"] *= _SECONDS_PER_P
 

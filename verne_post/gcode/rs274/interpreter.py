@@ -15,7 +15,7 @@ from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import POLAR, Block, read_block
 from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name, read_m_code
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
-from verne_post.gcode.machining.machining import Machining, check_dwell
+from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.plain import PlainView
@@ -203,7 +203,7 @@ class Rs274(Language):
             raise ProgramError(error.code, error.message, column) from None
 
     def _show_comment(self, block: Block) -> None:
-        answer = read_message(block.comment or "", self.parameters)
+        answer = read_message(block.comment or "", self.parameters, self.traits.speaking_remarks)
         if answer is None:
             return
         channel, text = answer
@@ -268,6 +268,7 @@ class Rs274(Language):
         for codes in m.values():
             for code in codes:
                 letters |= set(self.table.words_of_m.get(code, ""))
+                letters |= set(self.traits.repeats_of_calls if code == 98 else "")
         if self._has_user_code(block):
             letters |= set(REMAPPED_WORDS)
         return letters
@@ -337,7 +338,7 @@ class Rs274(Language):
     def _dwell(self, block: Block) -> None:
         if "P" not in block.words:
             raise ProgramError("VP005", "G4 needs P, the time")
-        self.core.dwell(block, check_dwell(block, block.words["P"]))
+        self.core.dwell(block, self.values.read_dwell(block))
 
     def _execute_non_modal(self, block: Block, code: int) -> None:
         if code == 100:
@@ -388,7 +389,8 @@ class Rs274(Language):
                 return
             if "P" not in block.words:
                 raise ProgramError("VP005", "M98 needs P, the number of the subprogram", column)
-            repeats = whole(block, "L") if "L" in block.words else 1
+            named = next((letter for letter in self.traits.repeats_of_calls if letter in block.words), None)
+            repeats = 1 if named is None else whole(block, named)
             self.call = Call(str(whole(block, "P")), column, repeats)
 
     # --- polar words -------------------------------------------------------------------------------

@@ -1,12 +1,12 @@
 """Comments with a message: (MSG,..), (DEBUG,..), (PRINT,..), (LOG,..), (ABORT,..), and those that would open files."""
 
 import re
+from collections.abc import Sequence
 from typing import Final
 
 from verne_post.gcode.expressions import Values
 from verne_post.gcode.program_error import ProgramError
 
-_CHANNELS: Final = ("MSG", "DEBUG", "PRINT", "LOG", "ABORT")
 #: They write to files or read from them: a program names no files here.
 _FILES: Final = ("LOGOPEN,", "LOGAPPEND,", "LOGCLOSE", "PROBEOPEN", "PROBECLOSE")
 _PARAMETER: Final = re.compile(r"#<([^<>]*)>|#([0-9]+)|%(l?f|d|\.[0-9]l?f)")
@@ -14,16 +14,15 @@ _PARAMETER: Final = re.compile(r"#<([^<>]*)>|#([0-9]+)|%(l?f|d|\.[0-9]l?f)")
 _DEBUG_SWITCH: Final = 5599
 
 
-def read_message(comment: str, values: Values) -> tuple[str, str] | None:
-    """The message of a comment: (channel, text); None for a plain comment.
+def read_message(comment: str, values: Values, channels: Sequence[str]) -> tuple[str, str] | None:
+    """The message of a comment: (channel, text); None for a plain comment. ``channels`` are those that the control has.
 
     The channel is "msg", "debug", "print", "log", "abort", or "file" for what is never executed.
     """
     upper = comment.upper()
-    for name in _FILES:
-        if upper.startswith(name):
-            return "file", comment
-    for name in _CHANNELS:
+    if "FILE" in channels and upper.startswith(_FILES):
+        return "file", comment
+    for name in channels:
         if upper.startswith(name + ","):
             text = comment[len(name) + 1 :]
             if name == "DEBUG" and values.value(_DEBUG_SWITCH) == 0:

@@ -103,6 +103,8 @@ class Modes(Struct):
     motion: int | None = None
     absolute: bool = True
     absolute_centers: bool = False
+    #: Seconds of P1 of G4 and of cycles.
+    dwell_unit: float = 1.0
     inch: bool = False
     #: What of it is Fanuc's G52, which has a store of its own there.
     local_shift: tuple[float, ...] = (0.0,) * 9

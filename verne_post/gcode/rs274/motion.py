@@ -276,7 +276,7 @@ class MotionCodes:
         self.core.check_compensation(name)
         if self.modes.vectors:
             raise ProgramError("VP017", f"{name} while a tool axis (I J K) holds")
-        radius = 0.5 * self._cutter_diameter(block, code)
+        radius = 0.5 * self.find_cutter_diameter(block, code)
         self.core.start_compensation(
             Compensation(
                 code,
@@ -287,7 +287,7 @@ class MotionCodes:
             )
         )
 
-    def _cutter_diameter(self, block: Block, code: int) -> float:
+    def find_cutter_diameter(self, block: Block, code: int) -> float:
         state = self.state
         if code % 10:  # in the block
             if "D" not in block.words:

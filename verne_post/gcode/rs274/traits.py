@@ -35,6 +35,12 @@ class Traits(Struct, frozen=True, kw_only=True):
         R, the bottom, Q and P hold for other cycles too, until G80.
     taps_rigidly : bool
         G84 and G74 couple the spindle; else they need a floating holder.
+    speaking_remarks : tuple of str
+        Comments that are messages, or stop the program, by their first word; those of "FILE" would open files.
+    starts_with_rapid : bool
+        G0 holds at the start.
+    repeats_of_calls : str
+        Words of M98 that say how often.
     """
 
     zero_is_no_offset: bool = False
@@ -50,3 +56,6 @@ class Traits(Struct, frozen=True, kw_only=True):
     turns_table_alone: bool = False
     keeps_words: bool = False
     taps_rigidly: bool = False
+    speaking_remarks: tuple[str, ...] = ("MSG", "DEBUG", "PRINT", "LOG", "ABORT", "FILE")
+    starts_with_rapid: bool = False
+    repeats_of_calls: str = "L"

@@ -6,6 +6,7 @@ from typing import Final
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block
+from verne_post.gcode.machining.machining import check_dwell
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.setup import Setup
@@ -52,6 +53,10 @@ class WordValues:
     def length(self, value: float) -> float:
         """A length of the program in mm."""
         return value * MM_PER_INCH if self.modes.inch else value
+
+    def read_dwell(self, block: Block) -> float:
+        """P, the time of a dwell, s."""
+        return check_dwell(block, block.words["P"] * self.modes.dwell_unit)
 
     def axis_value(self, block: Block, axis: int) -> float:
         """The word of an axis, mm or degrees; refuses (VP007) what is beyond any machine."""

@@ -119,7 +119,11 @@ class Variables(Struct):
         cursor.expect("=", f"and a value after {name}")
         if name.startswith("$") and self.system.assign_frame(name, index, cursor, at, self):
             return
-        self.write(name, index, read_value(cursor, self), cursor, at)
+        variable = self.find(name)
+        if variable is not None and variable.bounds and cursor.peek_name() in ("SET", "REP"):
+            self._fill(variable, name, self._check_index(variable, name, index, cursor, at), cursor, at)
+        else:
+            self.write(name, index, read_value(cursor, self), cursor, at)
 
     # --- defining -------------------------------------------------------------------------------------
 
@@ -151,25 +155,34 @@ class Variables(Struct):
                 return
 
     def _initialise(self, variable: Variable, name: str, cursor: Cursor, at: int) -> None:
-        """A value, or the values of an array: in brackets, or REP(value)."""
-        if variable.bounds and cursor.peek_name() == "REP":
-            cursor.name()
-            cursor.expect("(", "after REP")
-            value = variable.convert(read_value(cursor, self), name, cursor, at)
-            cursor.expect(")", "after the value of REP")
-            variable.values = dict.fromkeys(_every_index(variable.bounds), value)
-            return
+        """A value, or the values of an array: in brackets, SET or REP."""
         if variable.bounds:
-            if cursor.peek_name() == "SET":
-                cursor.name()
-            cursor.expect("(", f"and the values of the array {name}")
-            for index in _every_index(variable.bounds):
-                variable.values[index] = variable.convert(read_value(cursor, self), name, cursor, at)
+            self._fill(variable, name, (0,) * len(variable.bounds), cursor, at)
+        else:
+            variable.values[()] = variable.convert(read_value(cursor, self), name, cursor, at)
+
+    def _fill(self, variable: Variable, name: str, first: tuple[Index, ...], cursor: Cursor, at: int) -> None:
+        """Values of the elements from one on: SET(1,,3), in which a gap leaves its element, or REP(value, how many)."""
+        places = _every_index(variable.bounds)
+        places = places[places.index(first) :]
+        if (word := cursor.peek_name()) in ("SET", "REP"):
+            cursor.name()
+        cursor.expect("(", f"and the values of the array {name}")
+        if word == "REP":
+            value, count = variable.convert(read_value(cursor, self), name, cursor, at), len(places)
+            if cursor.take(","):
+                given = read_value(cursor, self)
+                if given not in range(1, count + 1):
+                    raise cursor.error("VP007", f"REP: {given} elements; from here on {name} has {count}", at)
+                count = int(given)
+            variable.values.update(dict.fromkeys(places[:count], value))
+        else:
+            for index in places:
+                if cursor.skip() not in (",", ")"):
+                    variable.values[index] = variable.convert(read_value(cursor, self), name, cursor, at)
                 if not cursor.take(","):
                     break
-            cursor.expect(")", "after the values of an array")
-            return
-        variable.values[()] = variable.convert(read_value(cursor, self), name, cursor, at)
+        cursor.expect(")", "after the values of an array")
 
     @staticmethod
     def _check_r(number: Index, cursor: Cursor, at: int) -> int:

@@ -87,12 +87,14 @@ REFUSED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("SPOSA", "SVC", "GWPSON", "GWPSOF", "M70", "M41", "M42", "M43", "M44", "M45"), "gears and further spindles: there is one spindle"),
     **dict.fromkeys(("DEFINE", "REDEF", "MODAXVAL", "GOTOS", "CALLPATH", "PCALL", "EXECTAB", "EXECSTRING", "INDICATE", "READ", "WRITE", "DELETE", "ISFILE", "FILEDATE", "ICYCON", "ICYCOF", "REPOSA", "REPOSL", "REPOSQ", "REPOSH", "REPOSHA", "ASPL", "ISOCALL", "SETDNO", "GETT", "GETSELT", "NEWT", "DELT", "SETPIECE", "DELDL", "TOOLENV", "SAVE_TOOLENV", "CONTPRON", "CONTDCON", "EXECUTE", "INTERSEC", "G291", "CALL", "PROTA", "PROTS", "NPROT", "NPROTDEF", "COLLPAIR"),
                     "changes what the program is while it runs, or reads and writes files of the control"),
-    **dict.fromkeys(("CYCLE62", "CYCLE63", "CYCLE64", "CYCLE72", "CYCLE73", "CYCLE74", "CYCLE75"), "contours of cycles; write the contour with G41 or G42, a POCKET cycle, or let the CAM system write the moves"),
-    **dict.fromkeys(("CYCLE60", "CYCLE70", "CYCLE78", "CYCLE79", "CYCLE90"), "engraving, threads and polygons; let the CAM system write the moves"),
+    **dict.fromkeys(("CYCLE62", "CYCLE63", "CYCLE64", "CYCLE72", "CYCLE73", "CYCLE74", "CYCLE75"), "contours of cycles; call the subprogram of the contour at each depth under G41 or G42, write a POCKET cycle, or let the CAM system write the moves"),
+    "CYCLE60": "engraving; let the CAM system write the lines of the letters",
+    **dict.fromkeys(("CYCLE70", "CYCLE78", "CYCLE90"), "thread milling; let the CAM system write the helix, or write G2 or G3 with TURN="),
+    "CYCLE79": "polygons; write the sides with G41 or G42",
     **dict.fromkeys(("CYCLE95", "CYCLE951", "CYCLE952", "CYCLE99"), "turning"),
     **dict.fromkeys(("CYCLE971", "CYCLE976", "CYCLE977", "CYCLE978", "CYCLE979", "CYCLE982", "CYCLE994", "CYCLE996", "CYCLE998"), "probing: where the tool touches is only known at the machine"),
     "CONTOUR": "milling of contours by cycles; let the CAM system write the moves",
-    **dict.fromkeys(("CYCLE87", "CYCLE88"), "cycles that stop for a person in the hole"),
+    **dict.fromkeys(("CYCLE87", "CYCLE88"), "cycles that stop for a person in the hole; write the moves with M5 and M0"),
 }  # fmt: skip
 #: Cycles that are executed.
 CYCLES: Final = (
