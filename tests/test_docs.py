@@ -22,6 +22,14 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"])
 
 
+def test_the_first_page_is_short_and_names_every_page_of_a_control() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert text.count("\n") <= 120
+    assert text.index("## What goes in") < text.index("<!-- main command -->") < text.index("<!-- test command -->")
+    for page in ("gcode", "fanuc", "siemens", "heidenhain", "apt", "limits", "install", "results"):
+        assert f"](docs/{page}.md)" in text, page
+
+
 def test_every_promise_names_tests_that_exist() -> None:
     page = (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
     named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page)

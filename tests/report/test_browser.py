@@ -24,6 +24,8 @@ pytest.importorskip("jupyter_threejs_sage")
 webdriver = pytest.importorskip("selenium.webdriver")
 
 WHOLE_MACHINE = ("fit", "top", "front", "tool")
+#: A4 without the margins of 12 mm, in pixels of the page.
+PAPER_WIDTH = 703
 SIZES = {"desktop": (1400, 900), "tablet": (1024, 768), "phone": (390, 844)}
 
 
@@ -54,6 +56,7 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "delta": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "linear_delta", Options(tool_length=60.0)),
     "nasty": (NASTY_PROGRAM, "verne", Options(tool_length=60.0)),
     "many": (ONE_IN_3000, "verne", Options(tool_length=60.0)),
+    "many findings": ("G21 G90\n" + "".join(f"G1 X{k} Q{k}\nG99{k}\n" for k in range(1, 8)) + "M2\n", "verne", Options()),
     "unreadable": ("G21 G90\nG1 X\nM2\n", "verne", Options()),
 }  # fmt: skip
 
@@ -246,6 +249,51 @@ def test_paper_is_white(browser: Any, show: Callable[..., Any]) -> None:
         assert js(browser, "document.documentElement.dataset.theme") == scheme
 
 
+@pytest.mark.parametrize(("name", "size"), [("pocket", "desktop"), ("travel", "phone")])
+def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any], name: str, size: str) -> None:
+    """A4 has machine, set-up, findings and tiles, all inside its width, and nothing is stretched: first what is needed at the machine."""
+    show(name, size)
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+        tops = js(
+            browser,
+            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#code', '#charts'].map(s => document.querySelector(s).getBoundingClientRect().top)",
+        )
+        assert tops == sorted(tops)
+        boxes = js(
+            browser,
+            "[...document.querySelectorAll('#findings li, #places li, #sheet-parts > div, canvas, #code-lines div')].map(e => [e.getBoundingClientRect().toJSON(), e.width / e.height || 0])",
+        )
+        assert len(boxes) > 25
+        for box, aspect in boxes:
+            assert box["width"] > 20
+            assert box["height"] > 10
+            assert -1 <= box["left"] < box["right"] <= PAPER_WIDTH + 1
+            # a canvas has whole pixels
+            assert aspect == 0 or box["width"] / box["height"] == pytest.approx(aspect, rel=0.02)
+        lines = len(PROGRAMS[name][0].splitlines())
+        assert len(browser.find_elements("css selector", "#code-lines div")) == min(lines + 1, 50)
+        if name == "pocket":
+            assert "assumed" in browser.find_element("css selector", "#sheet .whole").text
+        assert canvas_pixels(browser)[..., :3].std() > 0.02  # the machine is drawn before the paper is taken
+    finally:
+        js(browser, "window.dispatchEvent(new Event('afterprint'))")
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_many_findings_are_few_on_the_screen_until_one_asks(browser: Any, show: Callable[..., Any]) -> None:
+    show("many findings")
+    shown_now = "[...document.querySelectorAll('#findings li')].filter(e => e.getClientRects().length).length"
+    number = js(browser, "document.querySelectorAll('#findings li').length")
+    assert number > 8
+    assert js(browser, shown_now) == 6
+    button = browser.find_element("id", "all-findings")
+    assert button.text == f"show all {number} findings"
+    button.click()
+    assert js(browser, shown_now) == number
+
+
 def test_a_finding_leads_to_its_place(browser: Any, show: Callable[..., Any]) -> None:
     data = show("travel")
     entries = browser.find_elements("css selector", "#findings button")
@@ -295,6 +343,16 @@ def test_everybody_can_read_it(browser: Any, show: Callable[..., Any], name: str
     for label in ("verdict", "transport"):
         box = js(browser, "document.getElementById(arguments[0]).getBoundingClientRect().toJSON()", label)
         assert 0 <= box["top"] < box["bottom"] <= SIZES[size][1] + 1, label
+    # the bar covers nothing, wherever one scrolls to; findings have no window of their own
+    assert js(browser, "getComputedStyle(document.getElementById('transport')).position") == "static"
+    assert js(browser, "(e => e.scrollHeight - e.clientHeight)(document.getElementById('findings'))") <= 0
+    assert (
+        js(
+            browser,
+            "[...document.querySelectorAll('#places button')].filter(e => e.scrollWidth > e.clientWidth).length",
+        )
+        == 0
+    )
     nameless = js(
         browser,
         "[...document.querySelectorAll('button, select, input, canvas, [role]')].filter(e => e.getClientRects().length"

@@ -163,7 +163,11 @@ def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:
         text = re.sub("<[^>]*>", "|", verdict_html(MACHINE, seen))
         assert text.startswith(f"|{word}{', on assumed limits' * assumed}|")
         assert "spindle, table, limits" in text
-        assert re.sub("<[^>]*>", "|", verdict_html(measured, seen)).startswith(f"|{word}|")
+        assert re.sub("<[^>]*>", "|", verdict_html(measured, seen)).startswith(
+            f"|{word}{', on measured limits' * assumed}|"
+        )
+        assert "|tool length||80 mm|" in text
+        assert "|work offset||G54 at 0, 0, " in text
     assert f"{good.x[-1]:.3f} s" in verdict_html(MACHINE, good)
     assert "1 error, " in verdict_html(MACHINE, bad)
 
@@ -202,6 +206,7 @@ def test_worst_places_are_where_the_rows_are_worst() -> None:
         limit = getattr(MACHINE.limits, name) * np.abs([column.factor for column in MACHINE.columns])
         share = np.abs(np.diff(values, order, axis=0)[3 - order :]) / CYCLE**order / limit
         place = places[f"peak {name}"]
+        assert place.what.endswith(f", allowed {(100.1, 100.5, 102)[order - 1]} %")
         assert place.value == f"{100 * share.max():.1f} %"
         row = int(np.unravel_index(share.argmax(), share.shape)[0])
         assert seen.x[place.frame] <= row * CYCLE + 1e-9

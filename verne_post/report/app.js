@@ -52,10 +52,14 @@
   for (let i = n - 1; i >= 0; i--) firstFrame.set(arrays.line[i], i);
   byId("code-size").style.height = ROW * lines.length + "px";
   byId("code-size").style.minWidth = Math.min(7 + lines.reduce((most, line) => Math.max(most, line.length), 0), 120) + "ch";
-  let lineNow = 0;
+  let lineNow = 0, onPaper = false;
+  // so many lines of the program are on the sheet
+  const PAPER_LINES = 50;
   function drawCode() {
-    const pane = byId("code"), first = Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0);
-    const last = Math.min(first + Math.ceil(pane.clientHeight / ROW) + 10, lines.length), rows = [];
+    const pane = byId("code"), first = onPaper ? 0 : Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0);
+    const last = Math.min(onPaper ? PAPER_LINES : first + Math.ceil(pane.clientHeight / ROW) + 10, lines.length), rows = [];
+    byId("left-out").hidden = !onPaper || last === lines.length;
+    byId("left-out").textContent = `lines ${numberOf(last - 1) + 1} to ${numberOf(lines.length - 1)} are not printed`;
     for (let row = first; row < last; row++) {
       const element = document.createElement("div"), number = numberOf(row);
       const mark = data.marks.find(one => number >= one[0] && number <= one[1]);
@@ -114,7 +118,7 @@
       if (mark) mark.style.left = 100 * Math.min(Math.max((q - joint.low) / (joint.high - joint.low), 0), 1) + "%";
     });
     const list = [["tip on the table", [0, 1, 2].map(k => fixed(arrays.tip[3 * i + k], 3)).join("  ")]];
-    if (Number.isFinite(arrays.speed[i])) list.push(["tip speed", arrays.speed[i].toFixed(2) + " mm/s"]);
+    if (Number.isFinite(arrays.speed[i])) list.push(["tip speed", fixed(arrays.speed[i], 2) + " mm/s"]);
     const name = data.marginNames[arrays.nearest[i]];
     list.push(["margin", shown(arrays.margin[i], 3, "") + (name ? ", " + name : "")], ["platform tilt", shown(arrays.alpha_deg[i], 2, "°")]);
     if (data.limits.length) list.push(["governs", data.limits[arrays.governing[i]]]);
@@ -251,15 +255,18 @@
     waiting = true;
     requestAnimationFrame(() => {
       waiting = false;
-      if (!n) return;
-      if (strip) strip.title = data.limits[arrays.governing[cursor]];
-      charts.draw(arrays.x[cursor]);
-      if (bands) {
-        Charts.spectrum(bands, data.bands, data.joints.map((joint, k) => ({
-          name: joint.name, colour: jointColour(k), y: arrays.spectrum.subarray(k * (data.bands.length - 1), (k + 1) * (data.bands.length - 1)) })), "Acceleration by frequency, rms in mm/s² and deg/s²");
-      }
-      if (data.slice) Charts.slice(byId("slice"), data.slice, arrays.reach, data.shapes.reach[0], arrays["trail.tip"], arrays.tip.subarray(3 * cursor, 3 * cursor + 3));
+      drawCharts();
     });
+  }
+  function drawCharts() {
+    if (!n) return;
+    if (strip) strip.title = data.limits[arrays.governing[cursor]];
+    charts.draw(arrays.x[cursor]);
+    if (bands) {
+      Charts.spectrum(bands, data.bands, data.joints.map((joint, k) => ({
+        name: joint.name, colour: jointColour(k), y: arrays.spectrum.subarray(k * (data.bands.length - 1), (k + 1) * (data.bands.length - 1)) })), "Acceleration by frequency, mm/s², deg/s²");
+    }
+    if (data.slice) Charts.slice(byId("slice"), data.slice, arrays.reach, data.shapes.reach[0], arrays["trail.tip"], arrays.tip.subarray(3 * cursor, 3 * cursor + 3));
   }
 
   // --- the cursor -------------------------------------------------------------------------------------------
@@ -351,11 +358,28 @@
     redraw();
   }
   byId("theme").addEventListener("click", () => theme(!dark()));
-  // paper is white
-  let onPaper = false;
-  window.addEventListener("beforeprint", () => { onPaper = dark(); theme(false); });
-  window.addEventListener("afterprint", () => theme(onPaper));
+  // paper is white and as wide as A4; what is drawn is drawn for it before the browser takes it
+  let wasDark = false;
+  function paper(on) {
+    if (on) wasDark = dark();
+    onPaper = on;
+    root.classList.toggle("paper", on);
+    theme(on ? false : wasDark);
+    drawCode();
+    if (scene) { scene.resize(); if (viewNow) scene.view(viewNow); scene.render(); }
+    drawCharts();
+  }
+  window.addEventListener("beforeprint", () => paper(true));
+  window.addEventListener("afterprint", () => paper(false));
+  const list = byId("findings"), more = byId("all-findings");
+  if (list.children.length > 8) {
+    list.classList.add("few");
+    more.textContent = `show all ${list.children.length} findings`;
+    more.hidden = false;
+    more.addEventListener("click", () => { list.classList.remove("few"); more.hidden = true; });
+  }
   function resized() {
+    if (onPaper) return;  // drawn already, and its height follows from what is drawn
     if (scene) { scene.resize(); if (viewNow) scene.view(viewNow); }
     drawCode();
     redraw();

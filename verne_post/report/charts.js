@@ -9,7 +9,8 @@ const Charts = (() => {
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   function fit(canvas) {
-    const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+    const onPaper = document.documentElement.classList.contains("paper");
+    const ratio = onPaper ? 3 : window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
     if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
       canvas.width = Math.round(width * ratio);
       canvas.height = Math.round(height * ratio);

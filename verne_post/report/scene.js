@@ -285,7 +285,8 @@ const Scene = (() => {
     function resize() {
       const width = canvas.clientWidth, height = canvas.clientHeight;
       if (!width || !height) return;
-      renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+      const onPaper = document.documentElement.classList.contains("paper");
+      renderer.setPixelRatio(onPaper ? 2 : Math.min(window.devicePixelRatio || 1, 2));
       renderer.setSize(width, height, false);
       camera.aspect = width / height;
       camera.updateProjectionMatrix();

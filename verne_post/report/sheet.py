@@ -10,6 +10,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import fixed
 from verne_post.base.printable import printable
+from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.kinematics.checks.keep_out import tool_of_moves
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, tool_names, tool_of_event
@@ -21,6 +22,10 @@ from verne_post.report.table import Governing, Study
 
 #: Stretches that lose time against the programmed feed, shown among the worst places.
 _SLOW_STRETCHES: Final = 2
+#: So many tools and work offsets are in the head.
+_IN_HEAD: Final = 2
+#: What verification accepts of each limit, for the differences of rounded rows.
+_ALLOWED: Final = {"velocity": VELOCITY_RATIO, "acceleration": ACCELERATION_RATIO, "jerk": JERK_RATIO}
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 Row = tuple[str, ...]
 
@@ -55,15 +60,26 @@ def verdict_html(machine: Machine, study: Study) -> str:
         shown = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
     else:
         shown = [("program", "refused, nothing is laid out")]
+    if study.program is not None:
+        tools = [f"{tool}: {length} mm".removeprefix("not named: ") for tool, length, _diameter in _list_tools(study)]
+        offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in _list_offsets(machine, study)]
+        shown += [("tool length", _join_few(tools)), ("work offset", _join_few(offsets))]
     shown.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
     shown.append(("assumed, not measured", ", ".join(machine.assumed) or "nothing"))
     word, kind = ("Go, with warnings", "warned") if warnings else ("Go", "go")
-    if "limits" in machine.assumed:
-        word += ", on assumed limits"  # it says that the numbers of the file hold, not that the machine does
+    # it says that the numbers of the file hold, not that the machine does
+    source = machine.provenance.get("limits", "").partition(" ")[0].strip(":,;")
+    word += f", on {source} limits" if source else ", on limits of unknown source"
     if not study.timed:
         word, kind = "No go", "no-go"
     cells = "".join(f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}</dd></div>" for name, value in shown)
     return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
+
+
+def _join_few(texts: list[str]) -> str:
+    """Join as many texts as the head has room for; the set-up sheet has all."""
+    rest = len(texts) - _IN_HEAD
+    return "; ".join([*texts[:_IN_HEAD], *([f"{rest} more on the set-up sheet"] if rest > 0 else [])]) or "none"
 
 
 def _count(number: int, what: str) -> str:
@@ -109,14 +125,13 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         frame = _find_frame(study, float(curve.x[at]))
         name = study.margin_names[study.nearest[frame]] if study.nearest[frame] >= 0 else "out of reach"
         yield Place(f"smallest margin: {name}", fixed(curve.values[at], 3), frame)
-    for name in ("velocity", "acceleration", "jerk") if study.timed else ():
+    for name, allowed in _ALLOWED.items() if study.timed else ():
         shares_of = list(shares(machine, study, name))
         joint = int(np.argmax([np.abs(share).max() for _x, share in shares_of]))
         x, share = shares_of[joint]
         at = int(np.abs(share).argmax())
-        yield Place(
-            f"peak {name}: {machine.columns[joint].joint}", f"{abs(share[at]):.1f} %", _find_frame(study, float(x[at]))
-        )
+        what = f"peak {name}: {machine.columns[joint].joint}, allowed {100.0 * allowed:g} %"
+        yield Place(what, f"{abs(share[at]):.1f} %", _find_frame(study, float(x[at])))
     if study.governing is not None:
         yield from _slow_stretches(study, study.governing)
     if study.summary is not None and (within := study.summary.stops_within).count:
@@ -196,7 +211,7 @@ def sheet_html(machine: Machine, study: Study) -> str:
         rows = "".join(
             f"<div><dt>{escaped(key)}</dt><dd>{escaped(text)}</dd></div>" for key, text in facts(study.summary)
         )
-        parts.append(f"<details><summary>Summary of the conversion</summary><dl>{rows}</dl></details>")
+        parts.append(f"<div class=whole><h3>Summary of the conversion</h3><dl>{rows}</dl></div>")
     return "".join(parts)
 
 
