@@ -676,6 +676,7 @@ HELP = {
     "explain": ["CODE"],
     "machined": ["--against", "--nominal", "--gouge", "--excess", "--datum", "--csv"],
     "setup": ["-o", *PROGRAM_OPTIONS],
+    "lsp": ["--select", "--baseline", *PROGRAM_OPTIONS],
     "batch": [
         "-o",
         "--jobs",

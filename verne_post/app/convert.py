@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
@@ -203,6 +204,14 @@ def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat)
     return Setpoints(t, values, line, column_names(machine.columns, fmt.drives), fmt)
 
 
+class Inspection(Struct):
+    """What a check has made on the way: the program where it could be read, and its plan where nothing refused it."""
+
+    result: Result
+    program: Program | None = None
+    plan: Plan | None = None
+
+
 def check_source(
     source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None
 ) -> Result:
@@ -218,16 +227,26 @@ def check_source(
     UsageError
         Options that no program can have.
     """
-    return _assemble_then(source, machine, options, lambda program: _check_program(source, program, progress))
+    return check_and_keep(source, machine, options, progress).result
 
 
-def _check_program(source: Text, program: Program, progress: Progress | None) -> Result:
+def check_and_keep(
+    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None
+) -> Inspection:
+    """As :func:`check_source`, and keep what was made."""
+    made = Inspection(Result(()))
+    made.result = _assemble_then(source, machine, options, lambda program: _check(source, program, progress, made))
+    return made
+
+
+def _check(source: Text, program: Program, progress: Progress | None, made: Inspection) -> Result:
     """:func:`check_source` of a program that has been assembled from its text."""
+    made.program = program
     report = progress if program.team.leads else None
     try:
         fmt = format_of(program.machine, program.options, program.cycle)
         body = load_part(program)
-        plan = plan_or_refuse(source, program, report)
+        made.plan = plan = plan_or_refuse(source, program, report)
         blocks = [] if body is None else [block for block, _move in setpoint_blocks(plan, fmt)]
         part = judge_blocks(program, body, blocks, report)
     except InputError as error:

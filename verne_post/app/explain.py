@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from msgspec.structs import replace
 
-from verne_post.app.assemble import assemble, modal_state
+from verne_post.app.assemble import Program, assemble, modal_state
 from verne_post.app.constraints import check_line, guarded_joints
 from verne_post.app.explain_line import explain_line, lines_near
 from verne_post.app.line_remedies import Line
@@ -43,6 +43,18 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
     """Explain one line of a program; errors as of :func:`verne_post.explain`."""
     program = assemble(source, machine, options)
     feed_override(options.override, options.slow_start, machine.limits)  # refuses too short a slow start, as check does
+    shown = look_at_line(source, program, line)
+    return Explanation(line, shown.findings, "\n".join(explain_line(shown)) + "\n")
+
+
+def look_at_line(source: Text, program: Program, line: int) -> Line:
+    """What there is to say about one line of a program.
+
+    Raises
+    ------
+    UsageError
+        For a line without motion.
+    """
     whole = guarded_joints(program)
     joints = of_line(whole, line)
     if not len(joints.contour):
@@ -52,5 +64,5 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
     state = None if line == 0 else modal_state(source, program, line)
     exact = of_line(replace(whole, contour=make_exact_contour(program.path)), line)
     findings = tuple(check_line(program, joints, line))
-    shown = Line(line, text.decode("utf-8", errors="replace"), joints, program.moves, state, options, findings, exact)
-    return Explanation(line, findings, "\n".join(explain_line(shown)) + "\n")
+    words = text.decode("utf-8", errors="replace")
+    return Line(line, words, joints, program.moves, state, program.options, findings, exact)

@@ -53,6 +53,17 @@ def explain_line(line: Line) -> Iterator[str]:
     yield from explain_solutions(machine, tip, angles, solved.q[0], tool, joints.lift)
 
 
+def describe_pose(line: Line) -> Iterator[str]:
+    """The words of a line, and the pose at the end of its motion: joints with their margins, and the margins of the machine."""
+    joints, machine = line.exact, line.exact.machine
+    solved = joints.solve(np.array([line.last]), np.array([1.0]))
+    tool = float(joints.contour.tool_length(np.array([line.last]))[0])
+    yield from _describe_words(line, tool - joints.lift)
+    yield f"  tip on the table     {mm_text(solved.tip[0])}"
+    yield f"  words                {machine.name_angles(solved.angles[0], 6)} deg"
+    yield from explain_table_solution(machine, "pose", solved.tip[0], solved.angles[0], tool, joints.lift)
+
+
 # --- words -------------------------------------------------------------------------------------
 
 

@@ -1,7 +1,7 @@
 """`verne-post check`: check programs, in any of the report formats."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 from msgspec.structs import replace
@@ -26,7 +26,7 @@ from verne_post.cli.streams import print_as_is
 from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, verdict_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from verne_post.base.long_text import Text
     from verne_post.config.settings import Settings
@@ -35,6 +35,35 @@ if TYPE_CHECKING:
     from verne_post.model.verdict import Severity
     from verne_post.output.findings import Report
     from verne_post.output.policy import Policy
+
+
+#: Options that say which findings count.
+_POLICY: Final = (
+    click.option(
+        "--select",
+        envvar="VERNE_POST_SELECT",
+        metavar="VP1,VP202,...",
+        help="Only these codes count, by their beginnings.",
+    ),
+    click.option("--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="These codes do not count."),
+    click.option(
+        "--severity", multiple=True, metavar="VP202=error", help="Weigh a code as error, warning or note; repeatable."
+    ),
+    click.option(
+        "--baseline",
+        type=FILE,
+        envvar="VERNE_POST_BASELINE",
+        metavar="FILE",
+        help="Findings that are known and do not count.",
+    ),
+)
+
+
+def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
+    """The options that say which findings count, for the commands that show them."""
+    for option in reversed(_POLICY):
+        command = option(command)
+    return command
 
 
 @click.command("check", cls=GroupedCommand)
@@ -52,20 +81,7 @@ if TYPE_CHECKING:
     envvar="VERNE_POST_FAIL_LEVEL",
     help="Severity from which findings make exit status 1; default: error.",
 )
-@click.option(
-    "--select", envvar="VERNE_POST_SELECT", metavar="VP1,VP202,...", help="Only these codes count, by their beginnings."
-)
-@click.option("--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="These codes do not count.")
-@click.option(
-    "--severity", multiple=True, metavar="VP202=error", help="Weigh a code as error, warning or note; repeatable."
-)
-@click.option(
-    "--baseline",
-    type=FILE,
-    envvar="VERNE_POST_BASELINE",
-    metavar="FILE",
-    help="Findings that are known and do not count.",
-)
+@add_policy_options
 @click.option("--write-baseline", type=FILE, metavar="FILE", help="Write all findings of now as a baseline.")
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
 @quiet_option
@@ -103,7 +119,7 @@ def command(
         machine_name = name_machine(files, given["machine_name"], given)
         expect_machine(machine_name)
         build_options(files, "", **given)  # a mistake of the command line is no finding of a program
-        policy, level = _make_policy(files, settings_of(files, given.get("settings")), fail_level, **asked)
+        policy, level = make_policy(files, settings_of(files, given.get("settings")), fail_level, **asked)
         machine = load(files, machine_name)
     except InputError as error:
         verdict = verdict_of(status_of(error.findings), error.findings)
@@ -184,7 +200,7 @@ def _emit_failure(
     _emit(files, output_file, FAILURES[output_format](verdict, message, findings))
 
 
-def _make_policy(
+def make_policy(
     files: RunFiles, settings: "Settings | None", fail_level: "Severity | None", select: str | None, ignore: str | None, severity: tuple[str, ...],
     baseline: Path | None,
 ) -> "tuple[Policy, Severity]":  # fmt: skip

@@ -8,8 +8,9 @@ import os
 import re
 import stat
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -59,9 +60,12 @@ class RunFiles:
 
     ``what`` says in messages what a file is for: an option such as "--meta", a key of a file such as "part.nc.toml: tool_table", or words
     such as "the rows of a.nc".
+
+    ``texts`` are read in place of the files of these resolved names: what an editor shows and has not saved.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, texts: Mapping[str, bytes] | None = None) -> None:
+        self.texts: Mapping[str, bytes] = texts or {}
         self._read: dict[object, tuple[str, _Name]] = {}
         self._written: dict[object, tuple[str, _Name]] = {}
         #: (folder, stem) -> outputs that are cut into parts
@@ -99,16 +103,22 @@ class RunFiles:
         Unreadable
         """
         self.reads(name, what)
-        if is_dash(name):
+        if is_dash(name) or os.path.realpath(name) in self.texts:
             return
         with reading(name, what):
             # a pipe is opened once: who writes to it ends when it is closed
             if not stat.S_ISFIFO(os.stat(name).st_mode):
                 Path(name).open("rb").close()
 
+    def has(self, path: Path) -> bool:
+        """Whether there is such a file, or a text in its place."""
+        return os.path.realpath(path) in self.texts or path.is_file()
+
     def opened(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:
         """A file, or standard input for "-", to be read in parts within :func:`reading`."""
         self.reads(name, what)
+        if not is_dash(name) and (text := self.texts.get(os.path.realpath(name))) is not None:
+            return BytesIO(text)
         with reading(name, what):
             return nullcontext(sys.stdin.buffer) if is_dash(name) else Path(name).open("rb")
 

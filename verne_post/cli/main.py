@@ -26,7 +26,7 @@ from verne_post.model.verdict import ExitStatus
 COMMANDS: Final = {
     "convert": "convert", "check": "check", "dump": "dump", "verify": "verify", "machine": "machine",
     "explain": "explain", "fit": "fit", "batch": "batch",
-    "report": "report", "setup": "setup", "machined": "machined",
+    "report": "report", "setup": "setup", "machined": "machined", "lsp": "lsp.command",
 }  # fmt: skip
 
 #: The command of a command line that names none.

@@ -139,7 +139,7 @@ def _find_setups(
     if asked is None and (not program or is_dash(program)):
         return
     path = Path(asked) if asked is not None else Path(f"{program}.toml")
-    if asked is None and not path.is_file():
+    if asked is None and not files.has(path):
         return
     if path.suffix != ".toml" and not is_dash(path):
         raise click.UsageError(f"--setup {path}: expected {NONE}, -, or a file that ends in .toml")

@@ -1,0 +1,272 @@
+"""`verne-post lsp`, driven by a client over its standard streams: what an editor sends and shows."""
+
+import json
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from verne_post.cli.files import RunFiles
+
+pytest.importorskip("pygls", reason="needs the extra lsp")
+
+#: Long enough on a loaded machine; nothing waits for it when the server answers, s.
+PATIENCE = 120
+SETUP = "tool_length = 120\n\n[wcs]\nG54 = [0, 0, 60]\n"
+TILTED = "G21 G90 G94 G17 G40 G49 G80\nG0 X0 Y0 Z120 A0 C0\nG1 Z100 A60 F2000\nG1 A101\nG1 A60\nG0 Z160 A0\nM2\n"
+LEGAL = TILTED.replace("A101", "A80")
+
+
+class Client:
+    """The editor's side of the protocol, message by message."""
+
+    def __init__(self, *options: str, **capabilities: Any) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "verne_post", "lsp", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )  # fmt: skip
+        self.came: queue.Queue[dict[str, Any]] = queue.Queue()
+        self.kept: list[dict[str, Any]] = []
+        self.asked = 0
+        threading.Thread(target=self._read, daemon=True).start()
+        self.answer = self.ask("initialize", processId=None, rootUri=None, capabilities=capabilities)
+        self.tell("initialized")
+
+    def _read(self) -> None:
+        stream = self.process.stdout
+        assert stream is not None
+        length = 0
+        for line in stream:
+            if line.startswith(b"Content-Length:"):
+                length = int(line.split(b":")[1])
+            elif not line.strip():
+                self.came.put(json.loads(stream.read(length)))
+
+    def write(self, raw: bytes) -> None:
+        stream = self.process.stdin
+        assert stream is not None
+        stream.write(raw)
+        stream.flush()
+
+    def _send(self, **message: Any) -> None:
+        body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+        self.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+
+    def tell(self, method: str, **params: Any) -> None:
+        self._send(method=method, params=params)
+
+    def take(self, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        """The first message that is wanted; others are kept."""
+        for message in self.kept:
+            if wanted(message):
+                self.kept.remove(message)
+                return message
+        while True:
+            message = self.came.get(timeout=PATIENCE)
+            if wanted(message):
+                return message
+            self.kept.append(message)
+
+    def send_request(self, method: str, **params: Any) -> Any:
+        self.asked += 1
+        self._send(id=self.asked, method=method, params=params)
+        return self.asked
+
+    def ask_raw(self, method: str, **params: Any) -> dict[str, Any]:
+        number = self.send_request(method, **params)
+        return self.take(lambda message: message.get("id") == number and "method" not in message)
+
+    def ask(self, method: str, **params: Any) -> Any:
+        answer = self.ask_raw(method, **params)
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def open(self, path: Path, text: str | None = None) -> str:
+        if text is None:
+            text = path.read_text("utf-8")
+        document = {"uri": path.as_uri(), "languageId": "gcode", "version": 1, "text": text}
+        self.tell("textDocument/didOpen", textDocument=document)
+        return path.as_uri()
+
+    def change(self, uri: str, version: int, text: str) -> None:
+        self.tell(
+            "textDocument/didChange", textDocument={"uri": uri, "version": version}, contentChanges=[{"text": text}]
+        )
+
+    def diagnostics(self, uri: str) -> dict[str, Any]:
+        """The next ones of a text."""
+        found: dict[str, Any] = self.take(
+            lambda one: one.get("method") == "textDocument/publishDiagnostics" and one["params"]["uri"] == uri
+        )["params"]
+        return found
+
+    def end(self) -> str:
+        """End it as editors do; what it has written on standard error."""
+        self.ask("shutdown")
+        self.tell("exit")
+        assert self.process.wait(PATIENCE) == 0
+        with self.process:
+            assert self.process.stderr is not None
+            return self.process.stderr.read().decode()
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    """One server for all tests; none of them makes it write more than lines of a log."""
+    workspace = {"workspaceEdit": {"documentChanges": True, "resourceOperations": ["create"]}}
+    client = Client(workspace=workspace, textDocument={"publishDiagnostics": {"codeDescriptionSupport": True}})
+    yield client
+    assert "Traceback" not in client.end()
+
+
+def make_program(folder: Path, text: str, name: str = "part.nc", setup: str | None = SETUP) -> Path:
+    path = folder / name
+    path.write_text(text, "utf-8")
+    if setup is not None:
+        (folder / f"{name}.toml").write_text(setup, "utf-8")
+    return path
+
+
+def text_at(text: str, place: dict[str, Any]) -> str:
+    """What a range of one line covers."""
+    assert place["start"]["line"] == place["end"]["line"]
+    return text.split("\n")[place["start"]["line"]][place["start"]["character"] : place["end"]["character"]]
+
+
+def test_findings_stand_at_their_words_and_their_codes_have_pages(client: Client, tmp_path: Path) -> None:
+    """Of the text that is shown, not of the file; a set-up beside it counts."""
+    path = make_program(tmp_path, LEGAL)
+    uri = client.open(path, TILTED)
+    told = client.diagnostics(uri)
+    (tilt,) = told["diagnostics"]
+    assert (tilt["code"], tilt["severity"], tilt["source"], told["version"]) == ("VP102", 1, "verne-post", 1)
+    assert text_at(TILTED, tilt["range"]) == "A101"
+    assert "tried: line 4 alone: the line ended at A" in tilt["message"]
+    page = Path(tilt["codeDescription"]["href"].removeprefix("file://"))
+    assert page.read_text("utf-8").startswith("# VP102: tilt range")
+    client.change(uri, 2, LEGAL)
+    assert client.diagnostics(uri) == {"uri": uri, "version": 2, "diagnostics": []}
+    wrong = "(größe 🙂) G1 X1.2.3\n" + LEGAL
+    client.change(uri, 3, wrong)
+    (unreadable,) = client.diagnostics(uri)["diagnostics"]
+    # positions of the protocol count the face as two
+    assert unreadable["code"] == "VP001"
+    begin = unreadable["range"]["start"]
+    assert wrong.encode("utf-16-le")[2 * begin["character"] :].decode("utf-16-le").startswith(("X1.2.3", "1.2.3", ".3"))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code", "word"),
+    [
+        ("a.mpf", "N10 G90 G17 G71 G94\nN20 TRAORI\nN30 G1 X=10 Q7 F500\nM30\n", "VP", ""),
+        ("a.h", "0 BEGIN PGM A MM\n1 L X+10 Y+0 Z+100 R0 FMAX\n2 L QX+10\n3 END PGM A MM\n", "VP", ""),
+    ],
+)
+def test_the_language_of_a_text_is_that_which_check_finds(
+    client: Client, tmp_path: Path, name: str, text: str, code: str, word: str, run: Callable[..., Any]
+) -> None:
+    path = make_program(tmp_path, text, name)
+    shown = client.diagnostics(client.open(path))["diagnostics"]
+    report = json.loads(run("check", path, "--output-format", "json").out)
+    (program,) = report["programs"]
+    assert [(one["code"], one["range"]["start"]["line"] + 1) for one in shown] == [
+        (one["code"], one["worst_line"] or one["line"]) for one in program["findings"]
+    ]
+    assert shown
+
+
+def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path) -> None:
+    uri = client.open(make_program(tmp_path, LEGAL))
+    shown = client.ask("textDocument/hover", textDocument={"uri": uri}, position={"line": 3, "character": 0})
+    text = shown["contents"]["value"]
+    # 20 degrees at 2000 degrees a minute take 0.6 s, and ramps at both ends
+    seconds = float(text.removeprefix("**").partition(" s")[0])
+    assert 0.6 < seconds < 1.2
+    assert "the feed rate is reached" in text
+    assert "line 4: G1 A80" in text
+    assert "rho1_mm" in text and "margin to its travel" in text
+    nothing = client.ask("textDocument/hover", textDocument={"uri": uri}, position={"line": 0, "character": 0})
+    assert nothing is None
+
+
+def test_newer_text_supersedes_the_check_of_an_older_one(client: Client, tmp_path: Path) -> None:
+    cuts = "".join(f"X{k % 7} Y{k % 5} A{60 + k % 11}\n" for k in range(4000))
+    long = LEGAL.replace("G1 A60\n", f"G1 A60\nG64 P0.1\n{cuts}")
+    uri = client.open(make_program(tmp_path, long))
+    for version in range(2, 6):
+        client.change(uri, version, long + "(x)\n" * version)
+    client.change(uri, 6, TILTED)
+    told = client.diagnostics(uri)
+    assert told["version"] == 6
+    assert [one["code"] for one in told["diagnostics"]] == ["VP102"]
+
+
+def test_a_superseded_check_ends_at_its_next_report(tmp_path: Path) -> None:
+    from verne_post.cli.lsp.inspector import Inspector, SupersededError
+
+    class Soon(threading.Event):
+        """Set when it is asked for the third time: reading is over, checking has begun."""
+
+        asked = 0
+
+        def is_set(self) -> bool:
+            self.asked += 1
+            return self.asked > 2
+
+    given: dict[str, Any] = dict.fromkeys(("select", "ignore", "baseline", "machine_name", "settings"))
+    path, soon = make_program(tmp_path, LEGAL), Soon()
+    inspector = Inspector({**given, "severity": (), "subroutine_path": ()})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        with pytest.raises(SupersededError):
+            inspector.check(path, {path: LEGAL}, soon)
+    assert soon.asked == 3
+
+
+def test_what_is_no_message_is_logged_in_one_line_and_the_next_one_is_answered(client: Client, tmp_path: Path) -> None:
+    uri = client.open(make_program(tmp_path, LEGAL))
+    client.write(b"Content-Length: 5\r\n\r\n{bad}")
+    client.write(b"Content-Length: many\r\n\r\n")
+    client.write(b'Content-Length: 17\r\n\r\n{"jsonrpc":"2.0"}')
+    client.write(b"Content-Length: 2\r\n\r\n[]")
+    client.tell("textDocument/didOpen", textDocument=7)
+    assert client.ask_raw("nothing/such")["error"]["code"] == -32601
+    place = {"line": 3, "character": 0}
+    assert client.ask("textDocument/hover", textDocument={"uri": uri}, position=place) is not None
+    assert client.ask("textDocument/hover", textDocument={"uri": "file:///not/open.nc"}, position=place) is None
+
+
+def test_set_up_and_settings_are_those_of_the_folder_and_of_other_open_texts(client: Client, tmp_path: Path) -> None:
+    path = make_program(tmp_path, TILTED)
+    (tmp_path / "verne-post.toml").write_text('[check.severity]\nVP102 = "warning"\n', "utf-8")
+    uri = client.open(path)
+    assert [one["severity"] for one in client.diagnostics(uri)["diagnostics"]] == [2]
+    client.open(tmp_path / "part.nc.toml", SETUP + "G55 = 7\n")
+    (wrong,) = client.diagnostics(uri)["diagnostics"]
+    assert wrong["code"] == "VP503" and "G55" in wrong["message"]
+
+
+def test_texts_stand_in_place_of_files(tmp_path: Path) -> None:
+    path = tmp_path / "not there.nc"
+    files = RunFiles({str(path.resolve()): b"G0"})
+    files.expects(path, "INPUT")
+    assert files.has(path) and files.read(path, "INPUT") == b"G0"
+    assert not RunFiles().has(path)
+
+
+def test_the_command_says_what_it_needs(run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda _name: None)
+    answer = run("lsp")
+    assert answer.code == 2
+    assert answer.err.strip().endswith(
+        "lsp needs pygls, which is not installed; install it with: pip install 'verne-post[lsp]'"
+    )
+
+
+def test_standard_input_belongs_to_the_editor(run: Callable[..., Any]) -> None:
+    answer = run("lsp", "--tool-table", "-")
+    assert (answer.code, "--tool-table -: standard input belongs to the editor" in answer.err) == (2, True)

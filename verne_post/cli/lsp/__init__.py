@@ -1,0 +1,1 @@
+"""`verne-post lsp`: a language server for programs."""

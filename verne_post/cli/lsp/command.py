@@ -1,0 +1,46 @@
+"""`verne-post lsp`: the command; what needs the extra is imported when it runs."""
+
+import io
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from verne_post.cli.check import add_policy_options
+from verne_post.cli.files import is_dash
+from verne_post.cli.options import FILES, GroupedCommand, options_of, program_options
+from verne_post.cli.pictures import require_package
+from verne_post.model.verdict import ExitStatus
+
+
+@click.command("lsp", cls=GroupedCommand)
+@add_policy_options
+@options_of("decimals", "accept_rounding")
+@program_options("jobs")
+def command(**given: Any) -> int:
+    """Serve an editor: findings while one types, poses and times of lines, edits that settle a finding.
+
+    Speaks the Language Server Protocol over standard input and output; an editor starts it (docs/editors.md). Each program
+    is read as by `check` in its folder, with set-up and settings; options hold for all of them.
+    """
+    require_package("pygls", "lsp", "lsp")
+    for one in FILES:
+        if is_dash(given.get(one.name)):
+            raise click.UsageError(f"{one.flag} -: standard input belongs to the editor; name a file")
+    from verne_post.cli.lsp.server import serve
+
+    assert isinstance(sys.stdout, io.TextIOWrapper)
+    sys.stdout.flush()
+    output = sys.stdout.detach()
+    sys.stdout = sys.stderr  # whatever is printed is no message
+    serve({name: _make_absolute(value) for name, value in given.items()}, output)
+    return ExitStatus.CLEAN
+
+
+def _make_absolute(value: Any) -> Any:
+    """Names of files count from where the server was started, whatever the folder of a program is."""
+    if isinstance(value, Path):
+        return value.absolute()
+    is_file = isinstance(value, str) and value.endswith(".toml") and Path(value).is_file()
+    return str(Path(value).absolute()) if is_file else value

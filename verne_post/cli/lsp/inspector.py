@@ -1,0 +1,147 @@
+"""What a program of an editor comes to: read and checked as `check` does, with texts in place of files."""
+
+import os
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+from msgspec import Struct
+
+from verne_post.app.convert import Inspection, check_and_keep
+from verne_post.app.explain import look_at_line
+from verne_post.app.explain_line import describe_pose
+from verne_post.app.line_facts import LineFacts, measure_lines
+from verne_post.app.plan import Plan
+from verne_post.app.result import refused
+from verne_post.base.long_text import Text
+from verne_post.cli.check import make_policy
+from verne_post.cli.common import read_program
+from verne_post.cli.files import FileError, RunFiles
+from verne_post.cli.options import settings_of
+from verne_post.model.findings import Finding, InputError, UsageError, finding
+from verne_post.model.machine import Machine
+from verne_post.model.options import Options
+from verne_post.output.findings import Report
+from verne_post.output.policy import apply_policy
+
+#: Options that say which findings count.
+POLICY = ("select", "ignore", "severity", "baseline")
+
+
+class SupersededError(Exception):
+    """Newer text has come: nobody waits for what is being computed."""
+
+
+class Inspected(Struct):
+    """A program as one text of it was checked.
+
+    Attributes
+    ----------
+    path : Path
+    text : str
+    findings : tuple of Finding
+        Those that count.
+    made : Inspection
+    machine, options
+        None where they could not be read.
+    facts : LineFacts or None
+        Made when it is asked for.
+    """
+
+    path: Path
+    text: str
+    findings: tuple[Finding, ...]
+    made: Inspection
+    machine: Machine | None = None
+    options: Options | None = None
+    source: Text = b""
+    facts: LineFacts | None = None
+
+    def measure(self) -> LineFacts | None:
+        """Facts of the lines; None without a plan."""
+        if self.facts is None and self.made.plan is not None:
+            self.facts = measure_lines(self.made.plan)
+        return self.facts
+
+
+class Inspector:
+    """Reads and checks programs; one at a time, because the current folder is that of the program.
+
+    Parameters
+    ----------
+    given : dict
+        Values of the command line.
+    """
+
+    def __init__(self, given: dict[str, Any]) -> None:
+        self.given = {name: value for name, value in given.items() if name not in POLICY} | {"jobs": 1}
+        self.asked = {name: given[name] for name in POLICY}
+        self.files = RunFiles()
+        self.start = Path.cwd()
+
+    def check(self, path: Path, texts: Mapping[Path, str], superseded: threading.Event) -> Inspected:
+        """Check a program.
+
+        Parameters
+        ----------
+        texts : mapping
+            What stands in place of files: that of ``path`` too.
+        superseded : Event
+            Nobody waits any more.
+
+        Raises
+        ------
+        SupersededError
+        """
+
+        def report(_stage: str, _done: int, _total: int) -> None:
+            if superseded.is_set():
+                raise SupersededError
+
+        report("", 0, 0)
+        os.chdir(path.parent if path.parent.is_dir() else self.start)
+        self.files.texts = {os.path.realpath(name): text.encode() for name, text in texts.items()}
+        found = Inspected(path, texts[path], (), Inspection(refused(InputError())))
+        try:
+            settings = settings_of(self.files, self.given.get("settings"))
+            policy, _level = make_policy(self.files, settings, None, **self.asked)
+            found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
+            report("", 0, 0)
+            found.made = check_and_keep(found.source, found.machine, found.options, report)
+            found.findings = apply_policy(
+                Report(path.name, found.made.result.findings, source=found.source), policy
+            ).findings
+        except InputError as error:
+            found.findings = error.findings
+        except (click.UsageError, UsageError, FileError) as error:
+            text = error.message if isinstance(error, click.UsageError) else str(error)
+            found.findings = (finding("VP022", text),)
+        return found
+
+    def describe_line(self, found: Inspected, line: int) -> str | None:
+        """Time, feed, and pose of a 1-based line; None for one without motion."""
+        if found.made.program is None:
+            return None
+        try:
+            shown = look_at_line(found.source, found.made.program, line)
+        except (UsageError, InputError):
+            return None
+        pose = "\n".join(describe_pose(shown))
+        return f"{_describe_time(found.made.plan, found.measure(), line)}\n\n```text\n{pose}\n```"
+
+
+def _describe_time(plan: Plan | None, facts: LineFacts | None, line: int) -> str:
+    """``0.532 s; the feed rate is reached, fastest tip 2400 mm/min``."""
+    at = None if facts is None else facts.find(line)
+    if plan is None or facts is None or at is None:
+        return "no time: the program is refused" if plan is None else "no time of its own: less than a control cycle"
+    path = plan.program.path
+    own = path.line == line
+    feeds = own & (path.feed_time > 0)
+    reached = ""
+    if feeds.any():
+        reached = f"the feed rate is {'reached' if plan.profiles.reached[feeds].all() else 'not reached'}, "
+    nearest = f"nearest limit: {facts.names[facts.nearest[at]]}, {100 * facts.margin[at]:.0f} % left"
+    return f"**{facts.seconds[at]:.3f} s**; {reached}fastest tip {60 * facts.speed[at]:.0f} mm/min; {nearest}"

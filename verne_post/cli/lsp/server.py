@@ -1,0 +1,207 @@
+"""The language server: what an editor asks, by the Language Server Protocol; one program is checked at a time, in a worker.
+
+Newer text of a program supersedes the check of an older one, which ends at its next report of progress.
+"""
+
+import asyncio
+import logging
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+from lsprotocol import types as lsp
+from pygls.exceptions import FeatureRequestError
+from pygls.lsp.server import LanguageServer
+from pygls.uris import from_fs_path, to_fs_path
+
+from verne_post import __version__
+from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
+from verne_post.cli.lsp.places import make_diagnostic, split_lines
+from verne_post.cli.temporary import temporary_folder
+from verne_post.model.codes import CODES
+from verne_post.output.code_pages import make_markdown
+
+_Answer = TypeVar("_Answer")
+#: Endings of texts that programs read, and that are no programs.
+_READ_BY_PROGRAMS: Final = (".toml", ".tbl", ".csv", ".json", ".var")
+
+
+class _Log(logging.Handler):
+    """Warnings of the protocol on standard error, a line each: a message that cannot be read is no fault of ours."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        error = record.exc_info[1] if record.exc_info else None
+        sys.stderr.write(f"verne-post lsp: {record.getMessage().splitlines()[0]}{f': {error}' if error else ''}\n")
+
+
+class _Server(LanguageServer):
+    """Errors of single messages are for the log: a window for each would be in the way."""
+
+    def report_server_error(self, error: Exception, source: Any) -> None:
+        """Log an error."""
+        if source is not FeatureRequestError:  # those are answered
+            logging.getLogger("pygls").warning("%s", error)
+
+
+class Session:
+    """The programs that are open in an editor, and the newest check of each."""
+
+    def __init__(self, server: LanguageServer, given: dict[str, Any], pages: Path) -> None:
+        self.server, self.inspector, self.pages = server, Inspector(given), pages
+        self.worker = ThreadPoolExecutor(1)
+        self.checks: dict[str, tuple[asyncio.Task[Inspected | None], threading.Event]] = {}
+
+    # --- checks ------------------------------------------------------------------------------------
+
+    def begin_check(self, uri: str) -> None:
+        """Check the newest text of a program; that of an older one ends."""
+        self.end_check(uri)
+        superseded = threading.Event()
+        self.checks[uri] = asyncio.ensure_future(self.run_check(uri, superseded)), superseded
+
+    def end_check(self, uri: str) -> None:
+        """Forget a program."""
+        if uri in self.checks:
+            self.checks.pop(uri)[1].set()
+
+    def begin_checks(self) -> None:
+        """Check every program again: a file that they may read has changed."""
+        for uri in list(self.checks):
+            self.begin_check(uri)
+
+    async def run_check(self, uri: str, superseded: threading.Event) -> Inspected | None:
+        """Check, and tell the editor what is found; None where newer text has come."""
+        document = self.server.workspace.get_text_document(uri)
+        texts = {_find_path(one): other.source for one, other in self.server.workspace.text_documents.items()}
+        version = document.version
+        try:
+            found = await self.work(self.inspector.check, _find_path(uri), texts, superseded)
+        except SupersededError:
+            return None
+        if superseded.is_set():
+            return None
+        lines = split_lines(found.text)
+        shown = [make_diagnostic(item, lines, self._address_page(item.code)) for item in found.findings]
+        for one in shown:
+            one.range = self.server.workspace.position_codec.range_to_client_units(lines, one.range)
+        self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown, version))
+        return found
+
+    async def work(self, function: Callable[..., _Answer], *arguments: Any) -> _Answer:
+        """Run a function in the worker, after what it is doing."""
+        return await asyncio.get_running_loop().run_in_executor(self.worker, function, *arguments)
+
+    async def find_newest(self, uri: str) -> Inspected | None:
+        """The check of the newest text of a program, when it is done; None where it is not open."""
+        while uri in self.checks:
+            task = self.checks[uri][0]
+            found = await asyncio.shield(task)
+            if uri in self.checks and self.checks[uri][0] is task:
+                return found
+        return None
+
+    def _address_page(self, code: str) -> str | None:
+        """The address of the page of a code, for editors that show it."""
+        capabilities = self.server.client_capabilities.text_document
+        diagnostics = capabilities.publish_diagnostics if capabilities else None
+        if not diagnostics or not diagnostics.code_description_support:
+            return None
+        if not any(self.pages.iterdir()):
+            for known in CODES:
+                (self.pages / f"{known}.md").write_text(make_markdown(known, "[{0}]({0}.md)"), "utf-8", newline="\n")
+        return from_fs_path(str(self.pages / f"{code}.md"))
+
+    # --- what an editor tells ------------------------------------------------------------------------
+
+    async def open_text(self, told: lsp.DidOpenTextDocumentParams) -> None:
+        """A text is shown: programs are checked."""
+        self._read_again(told.text_document.uri)
+
+    async def change_text(self, told: lsp.DidChangeTextDocumentParams) -> None:
+        """A text is typed."""
+        self._read_again(told.text_document.uri)
+
+    async def save_text(self, _told: lsp.DidSaveTextDocumentParams) -> None:
+        """A text is saved: other programs may call it."""
+        self.begin_checks()
+
+    async def change_files(self, _told: lsp.DidChangeWatchedFilesParams) -> None:
+        """A file has changed."""
+        self.begin_checks()
+
+    async def close_text(self, told: lsp.DidCloseTextDocumentParams) -> None:
+        """A text is no longer shown, and what has been said of it neither."""
+        self.end_check(told.text_document.uri)
+        self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(told.text_document.uri, []))
+
+    async def watch_files(self, _told: lsp.InitializedParams) -> None:
+        """Ask an editor that can to tell when set-ups, settings and tool tables change."""
+        workspace = self.server.client_capabilities.workspace
+        watched = workspace.did_change_watched_files if workspace else None
+        if not watched or not watched.dynamic_registration:
+            return
+        options = lsp.DidChangeWatchedFilesRegistrationOptions(
+            [lsp.FileSystemWatcher(f"**/*{ending}") for ending in _READ_BY_PROGRAMS]
+        )
+        asked = lsp.Registration("files", lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES, options)
+        await self.server.client_register_capability_async(lsp.RegistrationParams([asked]))
+
+    def _read_again(self, uri: str) -> None:
+        if _find_path(uri).suffix.lower() in _READ_BY_PROGRAMS:
+            self.begin_checks()
+        else:
+            self.begin_check(uri)
+
+    # --- what an editor asks -------------------------------------------------------------------------
+
+    async def show_line(self, asked: lsp.HoverParams) -> lsp.Hover | None:
+        """Time, feed and pose of a line."""
+        found = await self.find_newest(asked.text_document.uri)
+        if found is None:
+            return None
+        text = await self.work(self.inspector.describe_line, found, asked.position.line + 1)
+        return None if text is None else lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text))
+
+
+def _find_path(uri: str) -> Path:
+    """The file of a text; one that has none yet is in the folder where the server was started, by its name alone."""
+    path = to_fs_path(uri)
+    return Path(path if path else Path(uri).name).absolute()
+
+
+def serve(given: dict[str, Any], output: Any) -> None:
+    """Serve an editor over standard input and ``output`` until it ends.
+
+    Parameters
+    ----------
+    given : dict
+        Values of the command line.
+    """
+    log = logging.getLogger("pygls")
+    log.addHandler(_Log(logging.WARNING))
+    log.propagate = False
+    # whole texts: changes of parts count lines as editors do, which end none at a form feed
+    server = _Server("verne-post", __version__, lsp.TextDocumentSyncKind.Full)
+    with temporary_folder(Path(tempfile.gettempdir())) as pages:
+        session = Session(server, given, pages)
+        for name, function in (
+            (lsp.INITIALIZED, session.watch_files),
+            (lsp.TEXT_DOCUMENT_DID_OPEN, session.open_text),
+            (lsp.TEXT_DOCUMENT_DID_CHANGE, session.change_text),
+            (lsp.TEXT_DOCUMENT_DID_SAVE, session.save_text),
+            (lsp.TEXT_DOCUMENT_DID_CLOSE, session.close_text),
+            (lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES, session.change_files),
+            (lsp.TEXT_DOCUMENT_HOVER, session.show_line),
+        ):
+            server.feature(name)(partial(function))  # the protocol notes its name on what it is given
+        with suppress(SystemExit):
+            server.start_io(stdout=output)
+        for uri in list(session.checks):
+            session.end_check(uri)
+        session.worker.shutdown(cancel_futures=True)
