@@ -15,6 +15,7 @@ from verne_post.app.constraints import check_program
 from verne_post.base import spans
 from verne_post.kinematics.checks.clearance import _bound_convex
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_keep_out
+from verne_post.kinematics.checks.moving import Moving
 from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.options import Options
@@ -151,10 +152,9 @@ def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., ver
     axis = machine.five_axis.tool_axis(q[ok], angles[ok], placed)
     pose = Pose(q[ok], placed, tip[ok], axis, length[ok], np.zeros(ok.sum(), dtype=int))
     box = Placed("post", np.array([30.0, -10.0, 160.0]), np.array([15.0, 25.0, 40.0]), math.radians(33.0), 0.0, False)
-    model = KeepOut(
-        [box], [SHAPE], np.array([np.nan]), np.zeros(1, int), np.zeros(1, bool), machine.bodies, machine.five_axis
-    )
-    assert model.bodies_known == ["cutter", "shank", "holder", "spindle", "platform"]
+    moving = Moving([SHAPE], np.array([np.nan]), np.zeros(1, int), machine)
+    model = KeepOut([box], moving, np.zeros(1, bool))
+    assert moving.known == ["cutter", "shank", "holder", "spindle", "platform"]
     margins, _points = model.evaluate(pose)
     turn = np.array(
         [[math.cos(-box.turn), -math.sin(-box.turn), 0], [math.sin(-box.turn), math.cos(-box.turn), 0], [0, 0, 1]]

@@ -15,6 +15,7 @@ from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_body, tool_of_moves
+from verne_post.kinematics.checks.moving import build_spindle
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import tool_names
 from verne_post.model.part_setup import Wanted, tool_text
@@ -110,7 +111,7 @@ def judge_rows(
     for one in fixtures:
         motions = _build_motions(program, five_axis, q, line, tools, one, with_spindle=True)
         found += _find_starts_inside(one.mesh, motions, "VP215")
-        contacts.append(find_contacts(one.mesh, motions, allowed, accelerate=accelerate))
+        contacts.append(find_contacts(one.mesh, motions, allowed, with_least=True, accelerate=accelerate))
         found += list_contacts(contacts[-1], motions)
     for name, kinematics in machines if nominal is not None else ():
         assert nominal is not None
@@ -229,7 +230,7 @@ def _build_motions(
         lengths = length[own_rows]
         pieces = _build_tool(program, one, float(lengths.min()), float(lengths.max()))
         if with_spindle:
-            pieces += _build_spindle(program, float(lengths.max()))
+            pieces += build_spindle(program.machine, float(lengths.max()))
         motions.append(
             build_motion(
                 tool_text(one, names) if one else "the tool",
@@ -259,17 +260,6 @@ def _build_tool(program: Program, number: int, shortest: float, longest: float) 
         raise InputError(finding("VP018", text))
     check_tool(f"tool {number}", shape, shortest, 0.0 if table is None else table.diameter)
     return build_pieces(shape, longest)
-
-
-def _build_spindle(program: Program, length: float) -> tuple[Piece, ...]:
-    """The spindle above a tool, a capsule; none where the machine file has no size of it."""
-    bodies = program.machine.bodies
-    if bodies is None or bodies.spindle_radius is None or bodies.spindle_top is None:
-        return ()
-    top = length + program.machine.five_axis.nose_offset + bodies.spindle_top
-    radius = bodies.spindle_radius
-    core = np.array([(0.0, length), (0.0, length), (0.0, top), (0.0, top)])
-    return (Piece("spindle", core, radius, length - radius, top + radius, radius),)
 
 
 def _find_starts_inside(mesh: Mesh, motions: tuple[Motion, ...], code: str) -> list[Finding]:

@@ -12,7 +12,7 @@ from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.part_setup import SYSTEM_NAMES, Box
 from verne_post.model.plausibility import compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.work_systems import placed_by
@@ -61,8 +61,9 @@ def _find_implausible(options: Options) -> Iterator[str]:
             yield from compare_largest(f"tool {number}", tool.offset[2:3], "tool length", "a length of ")
     for system, offset in options.wcs.items():
         yield from compare_largest(f"wcs {SYSTEM_NAMES[system]}", offset.origin_mm, "work offset")
-    for box in (*options.keep_out, *(() if options.stock is None else (options.stock,))):
-        yield from compare_largest(box.name, np.subtract(box.high, box.low).tolist(), "box", "a size of ")
+    for box in (*options.keep_out, options.stock):
+        if isinstance(box, Box):
+            yield from compare_largest(box.name, np.subtract(box.high, box.low).tolist(), "box", "a size of ")
 
 
 def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Finding]:

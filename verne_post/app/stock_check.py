@@ -9,11 +9,12 @@ from verne_post.app.assemble import Program
 from verne_post.base.ragged import find_runs, ragged
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut
+from verne_post.kinematics.checks.moving import build_spindle
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
-from verne_post.model.part_setup import Cylinder, ToolShape
-from verne_post.part.bodies import Piece, build_pieces
+from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
+from verne_post.part.bodies import build_pieces
 from verne_post.part.cutting import Cut, Spans, Tool, Touch, cut_stock, group_pieces
 from verne_post.part.stock_forms import make_box
 
@@ -30,7 +31,7 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     """Findings where VP216 is about the stock as it is cut, in place of its box.
 
     A body that keeps out of the box keeps out of what is left of it, so that only programs with such a finding are cut. The
-    box counts for the platform, which is no body of revolution. A tool of unknown size counts as a wire.
+    box counts for platform and legs, which are not about the tool's axis. A tool of unknown size counts as a wire.
     """
     keep_out = joints.keep_out
     if not isinstance(keep_out, KeepOut) or not any(item.code == "VP216" for item in found):
@@ -39,7 +40,7 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     left = tuple(
         name.name
         for (body, at), name in zip(keep_out.pairs, keep_out.names, strict=True)
-        if at is box and body == "platform"
+        if at is box and body not in (*TOOL_PARTS, "spindle")
     )
     open_ = [item for item in found if item.code == "VP216" and not item.message.startswith(left or ("\0",))]
     if not open_:
@@ -71,28 +72,24 @@ def list_spans(program: Program, joints: JointPath, keep_out: KeepOut, last: int
     for begin in range(0, len(owner), SOLVED):
         rows = slice(begin, begin + SOLVED)
         pose = joints.bodies(owner[rows], joints.solve(owner[rows], index[rows] / parts[owner[rows]]))
-        tip[rows], _nose, length[rows] = keep_out.place_tools(pose)
+        tip[rows], _nose, length[rows] = keep_out.moving.place_tools(pose)
         axis[rows] = pose.axis
     first = np.flatnonzero(
         (index < parts[owner]) & np.isfinite(tip).all(axis=1) & np.isfinite(np.roll(tip, -1, axis=0)).all(axis=1)
     )
     segment = contour.segment[owner[first]]
     used, tool = np.unique(
-        np.column_stack([keep_out.tool[segment], np.round(length[first], 6)]), axis=0, return_inverse=True
+        np.column_stack([keep_out.moving.tool[segment], np.round(length[first], 6)]), axis=0, return_inverse=True
     )
-    tools = [build_tool(keep_out.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
+    tools = [build_tool(keep_out.moving.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
     tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
     return Spans(tips, axes, contour.line(owner[first]), tool.reshape(-1), path.feed_time[segment] == 0), tools
 
 
 def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
     """Cutter, shank, holder and spindle about the axis of a tool of this length, mm."""
-    pieces, bodies = list(build_pieces(shape or (WIRE,), length, joined=False)), machine.bodies
-    if bodies is not None and bodies.spindle_radius is not None:
-        radius, top = bodies.spindle_radius, length + machine.five_axis.nose_offset + bodies.spindle_top
-        core = np.array([(0.0, length), (0.0, length), (0.0, top), (0.0, top)])
-        pieces.append(Piece("spindle", core, radius, length - radius, top + radius, radius))
-    return group_pieces(pieces)
+    pieces = build_pieces(shape or (WIRE,), length, joined=False)
+    return group_pieces([*pieces, *build_spindle(machine, length)])
 
 
 def report_touches(cut: Cut, name: str, keep_off: float, cell: float) -> Iterator[Finding]:

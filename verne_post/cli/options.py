@@ -26,6 +26,7 @@ from verne_post.model.options import OPTIONS, About, Group, Option, Options, abo
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, WorkOffset
 
 if TYPE_CHECKING:
+    from verne_post.config.box_file import FixtureFile
     from verne_post.config.settings import Settings
 
 
@@ -275,7 +276,7 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         values |= _parse_texts(values) | _read_option_files(files, given, placed.named)
         own = Offsets(_read_offsets(given.get("wcs") or ()), given.get("measured_offset"))
         values["wcs"] = _work_offsets(files, (*placed.offsets, own))
-        values |= _merge_bodies(values, settings, placed)
+        values |= _merge_bodies(files, values, settings, placed)
         if placed.part is not None:
             file, path, place = placed.part
             values["part"] = file.make_part(files.read(path, place), shown_name(path))
@@ -313,10 +314,18 @@ def _read_option_files(files: RunFiles, given: dict[str, Any], named: dict[str, 
     return values_of_files(contents)
 
 
-def _merge_bodies(values: dict[str, Any], settings: "Settings | None", placed: Placed) -> dict[str, Any]:
+def _merge_bodies(
+    files: RunFiles, values: dict[str, Any], settings: "Settings | None", placed: Placed
+) -> dict[str, Any]:
     """Fixtures and stock: those of the command line before those of the same name in the set-up, and these before the settings file's."""
-    files = {**({} if settings is None else settings.file.keep_out), **placed.keep_out}
-    fixtures = {name: file.box(name) for name, file in files.items()}
+    given: dict[str, tuple[FixtureFile, Path | None, str]] = {}
+    for name, one in ({} if settings is None else settings.file.keep_out).items():
+        path = None if settings is None or one.file is None else settings.folder / one.file
+        given[name] = one, path, f"settings file: keep_out.{name}.file"
+    fixtures = {
+        name: one.make(name, None if path is None else (files.read(path, place), shown_name(path)))
+        for name, (one, path, place) in {**given, **placed.keep_out}.items()
+    }
     named = set()
     for text in values.get("keep_out", ()):
         place, equals, corners = text.partition("=")

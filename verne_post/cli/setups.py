@@ -10,7 +10,7 @@ from msgspec import Struct, field
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 
 if TYPE_CHECKING:
-    from verne_post.config.box_file import BoxFile, PartFile
+    from verne_post.config.box_file import BoxFile, FixtureFile, PartFile
     from verne_post.config.program_setup import ProgramSetup
     from verne_post.config.settings import Settings
     from verne_post.model.part_setup import WorkOffset
@@ -53,8 +53,9 @@ class Placed(Struct, frozen=True):
         By the names of the command's parameters.
     offsets : tuple of Offsets
         Of the set-ups, the weaker first.
-    keep_out, stock
-        Bodies of the set-ups.
+    keep_out
+        Fixtures of the set-ups: each with its file, where it names one, and the key that does, in messages.
+    stock
     part
         Their nominal part, its file, and the key that names it, in messages; or None.
     source : str
@@ -67,7 +68,7 @@ class Placed(Struct, frozen=True):
 
     given: dict[str, Any]
     offsets: tuple[Offsets, ...] = ()
-    keep_out: dict[str, "BoxFile"] = field(default_factory=dict)
+    keep_out: "dict[str, tuple[FixtureFile, Path | None, str]]" = field(default_factory=dict)
     stock: "BoxFile | None" = None
     part: "tuple[PartFile, Path, str] | None" = None
     source: str = ""
@@ -99,7 +100,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     below: dict[str, Any] = {}
     named: dict[str, str] = {}
     offsets: list[Offsets] = []
-    keep_out: dict[str, BoxFile] = {}
+    keep_out: dict[str, tuple[FixtureFile, Path | None, str]] = {}
     stock: BoxFile | None = None
     part: tuple[PartFile, Path, str] | None = None
     for setup in setups:
@@ -112,11 +113,13 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
         below |= values
         named |= {KEYS_OF_FILES[key]: setup.place_of(key) for key in setup.files if key in KEYS_OF_FILES}
         if setup.part is not None:
-            part = setup.part, setup.files["part"], setup.place_of("part.nominal")
+            part = setup.part, setup.files["part.nominal"], setup.place_of("part.nominal")
         offsets.append(
             Offsets(setup.wcs, setup.files.get("measured_offset"), setup.name, setup.place_of("measured_offset"))
         )
-        keep_out |= setup.keep_out
+        for name, one in setup.keep_out.items():
+            key = f"keep_out.{name}.file"
+            keep_out[name] = one, setup.files.get(key), setup.place_of(key)
         stock = setup.stock or stock
     above = {key: value for key, value in given.items() if value not in (None, (), [])}
     if any(key in above for key in TOOL_KEYS):

@@ -1,14 +1,16 @@
-"""Bodies in the file of a set-up: fixtures and stock as boxes, and the nominal part."""
+"""Bodies in the file of a set-up: fixtures, the stock, and the nominal part."""
 
+from collections.abc import Mapping, Sequence
 from typing import Annotated, ClassVar, Final, Literal
 
 from msgspec import Meta
 
 from verne_post.config.sentences import Checks, Table
-from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, SYSTEM_NUMBERS, Box, NominalPart, Wanted
+from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, SYSTEM_NUMBERS, Box, FixtureMesh, NominalPart, Wanted
 
 Point = Annotated[list[Annotated[float, Meta(ge=-MAX_PLACE, le=MAX_PLACE)]], Meta(min_length=3, max_length=3)]
-
+Distance = Annotated[float, Meta(ge=0, le=MAX_PLACE)]
+Unit = Literal["mm", "cm", "m", "inch"]
 Depth = Annotated[float, Meta(gt=0, le=MAX_TOOL)]
 _ASKED: Final = Wanted()
 
@@ -19,25 +21,66 @@ def check_system(value: str) -> None:
         raise ValueError("expected table, or a work system such as G54")
 
 
+def _check_corners(low: Sequence[float], high: Sequence[float]) -> None:
+    for letter, first, last in zip("xyz", low, high, strict=True):
+        if first >= last:
+            raise ValueError(f"{letter} of min, {first:g}, must be below that of max, {last:g}")
+
+
 class BoxFile(Table, frozen=True, kw_only=True):
-    """[keep_out.NAME] and [stock]: a box in the table frame, or in a work system as --wcs gives it."""
+    """[stock]: a box in the table frame, or in a work system as --wcs gives it."""
 
     checks: ClassVar[Checks] = {"system": check_system}
 
     min: Point
     max: Point
     system: str = "table"
-    distance_mm: Annotated[float, Meta(ge=0, le=MAX_PLACE)] = 0.0
+    distance_mm: Distance = 0.0
 
     def check_together(self) -> None:
-        for letter, low, high in zip("xyz", self.min, self.max, strict=True):
-            if low >= high:
-                raise ValueError(f"{letter} of min, {low:g}, must be below that of max, {high:g}")
+        _check_corners(self.min, self.max)
 
     def box(self, name: str) -> Box:
         """As the program has it."""
         low, high = tuple(self.min), tuple(self.max)
         return Box(name, low, high, SYSTEM_NUMBERS.get(self.system), self.distance_mm)  # type: ignore[arg-type]
+
+
+class FixtureFile(Table, frozen=True, kw_only=True):
+    """[keep_out.NAME]: a box as [stock], or an STL in its place."""
+
+    checks: ClassVar[Checks] = {"system": check_system}
+
+    min: Point | None = None
+    max: Point | None = None
+    file: Annotated[str, Meta(min_length=1)] | None = None
+    unit: Unit | None = None
+    system: str = "table"
+    distance_mm: Distance = 0.0
+
+    def check_together(self) -> None:
+        box = self.min is not None or self.max is not None
+        if box == (self.file is not None):
+            raise ValueError("expected min and max of a box, or the file of an STL")
+        if self.unit is not None and self.file is None:
+            raise ValueError("a unit goes with a file; boxes are in mm")
+        if self.file is None:
+            if self.min is None or self.max is None:
+                raise ValueError(f"{'min' if self.min is None else 'max'} is missing")
+            _check_corners(self.min, self.max)
+
+    def make(self, name: str, content: tuple[bytes, str] | None) -> Box | FixtureMesh:
+        """As the program has it; ``content`` are bytes and name of the file, where it has one."""
+        system = SYSTEM_NUMBERS.get(self.system)
+        if content is not None:
+            return FixtureMesh(name, content[0], system, self.distance_mm, self.unit or "mm", content[1])
+        low, high = tuple(self.min or ()), tuple(self.max or ())
+        return Box(name, low, high, system, self.distance_mm)  # type: ignore[arg-type]
+
+
+def name_fixture_files(fixtures: Mapping[str, FixtureFile]) -> dict[str, str]:
+    """Key of a set-up or settings file -> the STL that it names."""
+    return {f"keep_out.{name}.file": one.file for name, one in fixtures.items() if one.file is not None}
 
 
 class PartFile(Table, frozen=True, kw_only=True):
@@ -47,7 +90,7 @@ class PartFile(Table, frozen=True, kw_only=True):
 
     nominal: Annotated[str, Meta(min_length=1)]
     system: str
-    unit: Literal["mm", "cm", "m", "inch"] = "mm"
+    unit: Unit = "mm"
     gouge_mm: Depth = _ASKED.gouge
     excess_mm: Depth = _ASKED.excess
     grid_mm: Depth = _ASKED.grid

@@ -71,12 +71,11 @@ def with_setup(options: Options, program: Path | None, setup: Setup) -> Options:
     if given.keys() & {"tool_length", "tools"}:
         below, files = ({key: one for key, one in part.items() if key not in TOOL_KEYS} for part in (below, files))
     contents = {key: (_read(named, f"{file.place_of(key)} ="), str(named)) for key, named in files.items()}
-    fixtures = {name: box.box(name) for name, box in file.keep_out.items()} | {
-        box.name: box for box in options.keep_out
-    }
+    fixtures = {name: one.make(name, contents.get(f"keep_out.{name}.file")) for name, one in file.keep_out.items()}
+    fixtures |= {one.name: one for one in options.keep_out}
     return Options(**{
         "stock": None if file.stock is None else file.stock.box("the stock"),
-        "part": None if file.part is None else file.part.make_part(*contents["part"]), **below, **values_of_files(contents), **given,
+        "part": None if file.part is None else file.part.make_part(*contents["part.nominal"]), **below, **values_of_files(contents), **given,
         "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
         "remap": {**file.remap, **options.remap}, "control": merge_keys(file.control, options.control),
         "setup_source": file.name,

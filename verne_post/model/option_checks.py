@@ -22,6 +22,7 @@ from verne_post.model.part_setup import (
     UNITS,
     Box,
     Cylinder,
+    FixtureMesh,
     NominalPart,
     Tool,
     ToolShape,
@@ -170,15 +171,28 @@ def check_box(box: object) -> Box:
             raise ValueError(
                 f"{box.name}: {letter} of the first corner, {first:g}, must be below that of the second, {second:g}"
             )
-    system = None if box.system is None else system_number(box.system)
-    (distance,) = check_numbers((box.distance,), (1,), "a distance", MAX_PLACE)
+    return Box(box.name, (low[0], low[1], low[2]), (high[0], high[1], high[2]), *_check_place(box))
+
+
+def _check_place(body: Box | FixtureMesh) -> tuple[int | None, float]:
+    """Work system and distance of a body."""
+    system = None if body.system is None else system_number(body.system)
+    (distance,) = check_numbers((body.distance,), (1,), "a distance", MAX_PLACE)
     if distance < 0:
-        raise ValueError(f"{box.name}: the distance {distance:g} is negative")
-    return Box(box.name, (low[0], low[1], low[2]), (high[0], high[1], high[2]), system, distance)
+        raise ValueError(f"{body.name}: the distance {distance:g} is negative")
+    return system, distance
 
 
-def check_boxes(value: object) -> tuple[Box, ...]:
-    boxes = tuple(check_box(one) for one in _list_items(value, "boxes"))
+def _check_fixture(body: object) -> Box | FixtureMesh:
+    if not isinstance(body, FixtureMesh):
+        return check_box(body)
+    if not isinstance(body.name, str) or not isinstance(body.raw, bytes) or body.unit not in UNITS:
+        raise ValueError(f"{body.name}: expected a name, the bytes of an STL, and a unit of {', '.join(UNITS)}")
+    return FixtureMesh(body.name, body.raw, *_check_place(body), body.unit, body.file)
+
+
+def check_fixtures(value: object) -> tuple[Box | FixtureMesh, ...]:
+    boxes = tuple(_check_fixture(one) for one in _list_items(value, "boxes"))
     names = [box.name for box in boxes]
     for name in names:
         if names.count(name) > 1:

@@ -25,7 +25,7 @@ from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import (
     Checked,
     check_box,
-    check_boxes,
+    check_fixtures,
     check_override,
     check_parameters,
     check_part,
@@ -38,7 +38,16 @@ from verne_post.model.option_checks import (
     one_of,
     without_numpy,
 )
-from verne_post.model.part_setup import MAX_TOOL, SYSTEM_NAMES, Box, Cylinder, NominalPart, Tool, WorkOffset
+from verne_post.model.part_setup import (
+    MAX_TOOL,
+    SYSTEM_NAMES,
+    Box,
+    Cylinder,
+    FixtureMesh,
+    NominalPart,
+    Tool,
+    WorkOffset,
+)
 
 
 class Group(StrEnum):
@@ -210,7 +219,7 @@ class Options:
         Changes.ROWS)] = False
 
     # --- fixtures, dry runs ---
-    keep_out: Annotated[tuple[Box, ...], Checked(check_boxes), About(
+    keep_out: Annotated[tuple[Box | FixtureMesh, ...], Checked(check_fixtures), About(
         "A fixture as a box on the table, mm; repeatable.", Group.SAFETY, Changes.CHECKS,
         metavar="NAME[@G54]=X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = ()
     stock: Annotated[Box | None, Checked(lambda box: None if box is None else check_box(box)), About(
@@ -433,6 +442,10 @@ def _convert_to_json(value: object) -> object:
         system = "table" if value.system is None else SYSTEM_NAMES[value.system]
         corners = {"min": list(value.low), "max": list(value.high)}
         return {"name": value.name, **corners, "system": system, "distance_mm": value.distance}
+    if isinstance(value, FixtureMesh):
+        system = "table" if value.system is None else SYSTEM_NAMES[value.system]
+        mesh = {"mesh": hashlib.sha256(value.raw).hexdigest(), "unit": value.unit}
+        return {"name": value.name, **mesh, "system": system, "distance_mm": value.distance}
     if isinstance(value, NominalPart):
         system = "table" if value.system is None else SYSTEM_NAMES[value.system]
         wanted = {f"{key}_mm": one for key, one in value.wanted.__dict__.items()}

@@ -97,6 +97,38 @@ class Box:
 
 
 @dataclass(frozen=True)
+class FixtureMesh:
+    """A fixture as a mesh.
+
+    Attributes
+    ----------
+    name : str
+    raw : bytes
+        An STL file: closed, nowhere through itself.
+    system : int or None
+        As of :class:`Box`.
+    distance : float
+        How near other bodies may come, mm.
+    unit : str
+        One of ``UNITS``: an STL does not say its unit.
+    file : str
+        Its name, in messages.
+    """
+
+    name: str
+    raw: bytes
+    system: int | None = None
+    distance: float = 0.0
+    unit: str = "mm"
+    file: str = ""
+
+    @property
+    def shown(self) -> str:
+        """How messages about the mesh call it."""
+        return f"{self.name} ({self.file})" if self.file else self.name
+
+
+@dataclass(frozen=True)
 class Wanted:
     """What a comparison with the nominal part is asked for, mm.
 

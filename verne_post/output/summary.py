@@ -351,7 +351,7 @@ def _describe_arc_feeds(summary: Summary) -> Facts:
 
 
 def _keep_out(summary: Summary) -> Facts:
-    """The boxes that are kept out of, and the bodies whose size is not known."""
+    """What is kept out of, and the bodies whose size is not known."""
     options, bodies = summary.options, summary.machine.bodies
     names = [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
     if not names:

@@ -296,6 +296,12 @@ def _extend(below: list[tuple[float, float]], above: list[tuple[float, float]]) 
     return [(r1 + slope * (end - h1), end)] if end > h1 else []
 
 
+def build_capsule(part: str, low: float, high: float, radius: float) -> Piece:
+    """Everything within ``radius`` of the axis between two heights."""
+    core = np.array([(0.0, low), (0.0, low), (0.0, high), (0.0, high)])
+    return Piece(part, core, radius, low - radius, high + radius, radius)
+
+
 def _build_convex(part: str, chain: list[tuple[float, float]]) -> Piece:
     core = np.array(
         [

@@ -61,7 +61,7 @@ def find_clear(
 
 def find_above(
     motions: tuple[Motion, ...], point: Array, normal: Array, delta: Array, limits: Mapping[Piece, float],
-    parts: tuple[str, ...], *, accelerate: bool = True,
+    parts: tuple[str, ...] = (), *, accelerate: bool = True,
 ) -> Mask:  # fmt: skip
     """Where phi stays above the limit of each piece over flat facets (n,): certain where True.
 
@@ -73,14 +73,14 @@ def find_above(
     limits : mapping
         mm.
     parts : tuple of str
-        Parts of the tool that count.
+        Parts of the tool that count; all where empty.
     """
     point, normal = (np.ascontiguousarray(one, dtype=np.float64) for one in (point, normal))
     clear = np.ones(len(point), dtype=bool)
     kernel = load_accelerator() if accelerate else None
     for motion in motions:
         for piece in motion.pieces:
-            if piece.part not in parts:
+            if parts and piece.part not in parts:
                 continue
             limit = limits[piece] + motion.bow
             if kernel is not None:

@@ -234,6 +234,27 @@ def _search_spans(motion: Motion, piece: Piece, point: Array, owner: Ints, first
         high, f1, g1 = (np.where(falls, *one) for one in ((high, share), (f1, seen.phi), (g1, slope)))
 
 
+def list_within(motion: Motion, piece: Piece, point: Array, limit: float) -> tuple[Ints, Array]:
+    """Rows (m,) at, or between which and the next, a piece comes as near to one of points (n, 3) as a limit, and how near."""
+    least = np.full(len(motion.tip), np.inf)
+    count = len(motion.levels[-1].middle)
+    for first in range(0, len(point), _TOGETHER):
+        some = point[first : first + _TOGETHER]
+        owner: Ints = np.repeat(np.arange(len(some)), count)
+        row: Ints = np.tile(np.arange(count), len(some))
+        for level, below in zip(motion.levels[::-1], (*motion.levels[-2::-1], None), strict=True):
+            at = level.middle[row]
+            seen = look(piece, some[owner], motion.tip[at], motion.axis[at])
+            lower = seen.phi - level.tip[row] - level.chord[row] * np.sqrt(np.einsum("ij,ij->i", seen.d, seen.d))
+            owner, row = take(np.flatnonzero(lower <= limit), owner, row)
+            owner, row = list_children(owner, row, len(motion.tip) if below is None else len(below.middle))
+        best, found = np.full(len(row), limit), np.full(len(row), -1)
+        _search_spans(motion, piece, some[owner], np.arange(len(row)), row, best, found)
+        np.minimum.at(least, row[found >= 0], best[found >= 0])
+    touched: Ints = np.flatnonzero(least <= limit)
+    return touched, least[touched]
+
+
 def measure_motion(motion: Motion, row: Ints) -> tuple[Array, Array]:
     """By how much tip and axis (m, 3) change from rows (m,) to the next ones; 0 where the tool does not move on to them."""
     after = np.where(motion.linked[row], row + 1, row)

@@ -14,7 +14,9 @@ from verne_post.base import spans
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.team import ALONE, Team
 from verne_post.kinematics.checks.cover import WORST_DEPTH, Spans, chunk_elements, cover_elements
+from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.checks.limits import JointBounds, check_limits
+from verne_post.kinematics.checks.mesh_contacts import check_meshes
 from verne_post.kinematics.checks.violations import Check, Worst, limit_findings
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
@@ -35,15 +37,17 @@ def check_constraints(
     """Every geometric check of a contour: :func:`check_limits`, the clearances of the machine file, and the keep-out boxes."""
     bounds, findings = check_limits(joints, progress, team)
     for model in clearances(joints):
-        if model.names:
-            findings += check_clearance(joints, model)
+        findings += check_clearance(joints, model)
+    if isinstance(joints.keep_out, KeepOut):
+        meshes = joints.keep_out.select(meshes=True)
+        findings += check_meshes(joints, meshes, clearance_checks(meshes, 0)) if meshes.obstacles else []
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
 def clearances(joints: JointPath) -> list[ClearanceModel]:
-    """The models of distances that a motion is checked by: between bodies of the machine, and from boxes on the table."""
-    models: tuple[ClearanceModel | None, ...] = (joints.machine.clearance, joints.keep_out)
-    return [model for model in models if model is not None]
+    """The models of distances in single poses: between bodies of the machine, and from boxes on the table."""
+    boxes = joints.keep_out.select(meshes=False) if isinstance(joints.keep_out, KeepOut) else None
+    return [model for model in (joints.machine.clearance, boxes) if model is not None and model.names]
 
 
 def clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:

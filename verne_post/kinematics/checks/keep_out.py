@@ -1,8 +1,8 @@
-"""How near tool, spindle and platform come to fixtures and stock on the table, as boxes.
+"""How near tool, spindle, platform and rods come to fixtures and stock on the table, as boxes or meshes.
 
-Tool, holder and shank are cylinders with flat ends, spindle and platform capsules. Every distance is signed and
-certain (``separation``), and cannot change faster than the points that carry the bodies move over the table, so whole
-motions are checked as in ``check_clearance``.
+Towards boxes tool, holder and shank are cylinders with flat ends, spindle, platform and rods capsules. Every distance is
+signed and certain (``separation``), and cannot change faster than the points that carry the bodies move over the table, so
+whole motions are checked as in ``check_clearance``. Towards meshes whole motions are checked by ``mesh_contacts``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,33 +15,36 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles, rotate_z
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.kinematics.checks.moving import Bar, Moving
 from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import InputError, finding
-from verne_post.model.machine import Bodies, Machine
+from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame, Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, ToolShape
+from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, FixtureMesh, ToolShape
 from verne_post.model.poses import Pose
-from verne_post.model.protocols import FiveAxis, Margin
+from verne_post.model.protocols import Margin
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.part.bodies import check_tool
+from verne_post.part.clearance import TOUCH_MM
+from verne_post.part.fixture import load_fixture
+from verne_post.part.stl import Mesh
 
 #: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
 NEAR_MM: Final = 25.0
-#: Bodies may touch, and reach into a box by this, mm: a tool that slides along a fixture would else be checked in
-#: steps of a nanometre.
-TOUCH_MM: Final = 0.005
 #: Stands for the distance of a body that is not there, or may be there, mm.
 FAR_MM: Final = 1e6
 
 
 class Placed(Struct, frozen=True, eq=False):
-    """A box in the table frame.
+    """A box or a mesh in the table frame.
 
     Attributes
     ----------
-    middle, half : ndarray, shape (3,)
-        mm, table frame; half sizes along the box's own edges.
+    middle : ndarray, shape (3,)
+        Of a box, or the zero of a mesh; mm, table frame.
+    half : ndarray, shape (3,)
+        Half sizes along the box's own edges, mm; 0 of a mesh.
     turn : float
         The box is turned by this about the table's normal, rad.
     distance : float
@@ -50,6 +53,8 @@ class Placed(Struct, frozen=True, eq=False):
         Feeding cutters may be in it.
     with_part : bool
         It is given in a work system: it moves with the work offset.
+    mesh : Mesh or None
+        About its zero, not turned.
     """
 
     name: str
@@ -59,10 +64,15 @@ class Placed(Struct, frozen=True, eq=False):
     distance: float
     stock: bool
     with_part: bool = False
+    mesh: Mesh | None = None
 
     def inside(self, point: Array) -> Array:
-        """Points (n, 3) of the table frame in the frame of the box."""
+        """Points (n, 3) of the table frame in its own frame."""
         return rotate_z(point - self.middle, -self.turn)
+
+    def move(self, shift: Array) -> "Placed":
+        """The same elsewhere on the table by ``shift`` (3,), mm."""
+        return replace(self, middle=self.middle + shift)
 
 
 def place_box(box: Box, middle: Array, turn: float, *, stock: bool) -> Placed:
@@ -72,143 +82,64 @@ def place_box(box: Box, middle: Array, turn: float, *, stock: bool) -> Placed:
 
 
 class KeepOut:
-    """The distances between bodies and boxes of one program; implements ``ClearanceModel``.
+    """The distances between moving bodies and boxes and meshes of one program; implements ``ClearanceModel``.
 
     Parameters
     ----------
-    shapes : sequence of ToolShape
-        Of the program's tools; an empty one is a thin line from tip to gauge line.
-    lengths : ndarray, shape (len(shapes),)
-        Gauge line to tip of the tools themselves, mm, whatever length the program has in force; NaN where nobody knows it
-        better than the program.
-    tool, entering : ndarray, shape (n_segments,)
-        Index into ``shapes``; whether a cutter in the stock is a mistake on the segment.
-    bodies : Bodies or None
-        Spindle and platform of the machine.
+    obstacles : sequence of Placed
+    entering : ndarray of bool, shape (n_segments,)
+        Whether a cutter in the stock is a mistake on the segment.
     """
 
-    def __init__(
-        self, boxes: Sequence[Placed], shapes: Sequence[ToolShape], lengths: Array, tool: Ints, entering: Mask, bodies: Bodies | None,
-        five_axis: FiveAxis,
-    ) -> None:  # fmt: skip
-        self.boxes, self.lengths, self.tool, self.entering = tuple(boxes), lengths, tool, entering
-        self.shapes = tuple(shapes)
-        self.bodies, self.five_axis, self.slack = bodies, five_axis, TOUCH_MM
-        #: For each tool: cutter, shank, then all parts of the holder: distance of the ends from the tip (NaN: up to the gauge
-        #: line) and largest radius; NaN: none.
-        holders = max([sum(one.part == "holder" for one in shape) for shape in shapes], default=0)
-        self.parts = np.array([_list_parts_of_shape(shape, holders) for shape in shapes]).reshape(
-            len(shapes), 2 + holders, 3
-        )
-        self.thickest = float(np.nanmax(self.parts[:, :, 2], initial=0.0))
-        known = np.isfinite(self.parts[:, :, 2]).any(axis=0)
-        self.bodies_known = [part for part in TOOL_PARTS if known[_select_columns(part)].any()]
-        if bodies is not None and bodies.spindle_radius is not None:
-            self.bodies_known.append("spindle")
-        if bodies is not None and bodies.platform is not None:
-            self.bodies_known.append("platform")
-        listed = [(body, box) for box in self.boxes for body in self.bodies_known]
-        self.pairs = listed
+    def __init__(self, obstacles: Sequence[Placed], moving: Moving, entering: Mask) -> None:
+        self.obstacles, self.moving, self.entering, self.slack = tuple(obstacles), moving, entering, TOUCH_MM
+        self.boxes = tuple(one for one in self.obstacles if one.mesh is None)
+        self.pairs = [(body, one) for one in self.obstacles for body in moving.known]
         self.names: tuple[Margin, ...] = tuple(
-            Margin(f"distance of the {body} from {box.name}{_describe_when(body, box)}", "VP216" if box.stock else "VP215", None, "mm",
-                   box.distance, box.distance)
-            for body, box in listed
+            Margin(f"distance of the {body} from {one.name}{_describe_when(body, one)}", "VP216" if one.stock else "VP215", None,
+                   "mm", one.distance, one.distance)
+            for body, one in self.pairs
         )  # fmt: skip
         #: A tool's rim moves with its axis: two points carry it.
-        self.reach: Array = np.array([2.0 if body in TOOL_PARTS else 1.0 for body, _box in listed])
-        #: The platform tilts while the tool moves straight, so its distance is not convex.
+        self.reach: Array = np.array([2.0 if body in TOOL_PARTS else 1.0 for body, _one in self.pairs])
+        #: Platform and legs tilt while the tool moves straight, so their distance is not convex.
         self.convex_below: Array = np.array(
-            [-np.inf if body == "platform" else box.distance + NEAR_MM for body, box in listed]
+            [one.distance + NEAR_MM if body in (*TOOL_PARTS, "spindle") else -np.inf for body, one in self.pairs]
         )
-        self.group: tuple[str, ...] = tuple("tool" if body in TOOL_PARTS else body for body, _box in listed)
+        self.group: tuple[str, ...] = tuple(moving.group_of(body) for body, _one in self.pairs)
 
     def moved(self, shift: Array) -> "KeepOut":
-        """The same where the part stands elsewhere on the table by ``shift`` (3,), mm: boxes of work systems go with it."""
-        boxes = [replace(box, middle=box.middle + shift) if box.with_part else box for box in self.boxes]
-        return KeepOut(boxes, self.shapes, self.lengths, self.tool, self.entering, self.bodies, self.five_axis)
+        """The same where the part stands elsewhere on the table by ``shift`` (3,), mm: bodies of work systems go with it."""
+        obstacles = [one.move(shift) if one.with_part else one for one in self.obstacles]
+        return KeepOut(obstacles, self.moving, self.entering)
+
+    def select(self, *, meshes: bool) -> "KeepOut":
+        """The same of the meshes alone, or of the boxes."""
+        kept = [one for one in self.obstacles if (one.mesh is not None) is meshes]
+        return KeepOut(kept, self.moving, self.entering)
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
-        """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""
-        axis = pose.axis
-        tip, nose, length = self.place_tools(pose)
-        points = {"tool": np.stack([tip, nose, self.thickest * axis], axis=1)}
-        cylinders: dict[str, list[tuple[Array, Array, Array]]] = {
-            part: self._place_tool_part(part, pose, tip, length, axis)
-            for part in TOOL_PARTS
-            if part in self.bodies_known
-        }
-        if self.bodies is not None and self.bodies.spindle_radius is not None:
-            top = nose + (self.five_axis.nose_offset + self.bodies.spindle_top) * axis
-            points["spindle"] = np.stack([nose, top], axis=1)
-            cylinders["spindle"] = [(nose, top, np.zeros(len(nose)))]
-        if self.bodies is not None and self.bodies.platform is not None:
-            ends = [
-                self.five_axis.on_table(pose.platform.position + pose.platform.turn(end), pose.q)
-                for end in self.bodies.platform
-            ]
-            points["platform"] = np.stack(ends, axis=1)
-            cylinders["platform"] = [(ends[0], ends[1], np.zeros(len(axis)))]
-        columns = [
-            np.min([self._measure_distance(body, box, one, pose) for one in cylinders[body]], axis=0)
-            for body, box in self.pairs
-        ]
+        """Margins (n, m) of poses from boxes, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""
+        bars, points = self.moving.place(pose)
+        columns = []
+        for body, one in self.pairs:
+            there = self.entering[pose.segment] if one.stock and body == "cutter" else None
+            columns.append(np.min([_measure_to_box(one, bar, there) for bar in bars[body]], axis=0))
         return np.stack(columns, axis=1), points
 
-    def place_tools(self, pose: Pose) -> tuple[Array, Array, Array]:
-        """Tips (n, 3), gauge lines (n, 3) and lengths (n,) of the tools by themselves, whatever the program has in force."""
-        nose = pose.tip + pose.tool_length[:, None] * pose.axis
-        by_itself = self.lengths[self.tool[pose.segment]]
-        length = np.where(np.isnan(by_itself), pose.tool_length, by_itself)
-        return nose - length[:, None] * pose.axis, nose, length
 
-    def _place_tool_part(
-        self, part: str, pose: Pose, tip: Array, length: Array, axis: Array
-    ) -> list[tuple[Array, Array, Array]]:
-        """Both ends and radius of the cylinders of a part of the tool; NaN where the tool in use has no such part."""
-        cylinders = []
-        for low, high, radius in self.parts[self.tool[pose.segment]][:, _select_columns(part)].transpose(1, 2, 0):
-            end = np.where(np.isnan(high), length, high)
-            cylinders.append((tip + low[:, None] * axis, tip + end[:, None] * axis, radius))
-        return cylinders
-
-    def _measure_distance(self, body: str, box: Placed, cylinder: tuple[Array, Array, Array], pose: Pose) -> Array:
-        """Signed distances (n,); exact near the distance that the box requires."""
-        start, end, radius = cylinder
-        distance = np.full(len(start), FAR_MM)
-        there = np.isfinite(radius) & np.isfinite(start).all(axis=1)
-        if box.stock and body == "cutter":
-            there &= self.entering[pose.segment]
-        skin = 0.0
-        if self.bodies is not None:
-            skin = {"spindle": self.bodies.spindle_radius, "platform": self.bodies.platform_radius}.get(body) or 0.0
-        row = np.flatnonzero(there)
-        start, end, radius = box.inside(start[row]), box.inside(end[row]), radius[row]
-        value = farther_than(start, end, radius, box.half) - skin
-        near = np.flatnonzero(value < box.distance + NEAR_MM)
-        value[near] = cylinder_to_box(start[near], end[near], radius[near], box.half) - skin
-        distance[row] = value
-        return distance
-
-
-def _select_columns(part: str) -> slice:
-    """Which cylinders of :attr:`KeepOut.parts` are those of a part."""
-    first = TOOL_PARTS.index(part)
-    return slice(first, None if part == "holder" else first + 1)
-
-
-def _list_parts_of_shape(shape: ToolShape, holders: int) -> Array:
-    """Distances of both ends from the tip, and the largest radius, of every part; NaN as in :class:`KeepOut`."""
-    parts = np.full((2 + holders, 3), np.nan)
-    if not shape:
-        parts[0] = 0.0, np.nan, 0.0
-    at, holder = 0.0, 2
-    for one in shape:
-        # the last part goes up to the gauge line, whatever its length: something is there
-        end = np.nan if one.length is None or one is shape[-1] else at + one.length
-        parts[holder if one.part == "holder" else TOOL_PARTS.index(one.part)] = at, end, 0.5 * one.widest
-        holder += one.part == "holder"
-        at = end
-    return parts
+def _measure_to_box(box: Placed, bar: Bar, there: Mask | None) -> Array:
+    """Signed distances (n,); exact near the distance that the box requires."""
+    distance = np.full(len(bar.start), FAR_MM)
+    row = np.flatnonzero(
+        np.isfinite(bar.radius) & np.isfinite(bar.start).all(axis=1) & (True if there is None else there)
+    )
+    start, end, radius = box.inside(bar.start[row]), box.inside(bar.end[row]), bar.radius[row]
+    value = farther_than(start, end, radius, box.half) - bar.skin
+    near = np.flatnonzero(value < box.distance + NEAR_MM)
+    value[near] = cylinder_to_box(start[near], end[near], radius[near], box.half) - bar.skin
+    distance[row] = value
+    return distance
 
 
 def build_keep_out(
@@ -230,16 +161,19 @@ def build_keep_out(
     InputError
         VP018 where a tool is shorter than its parts.
     """
-    boxes = [(box, False) for box in options.keep_out]
-    if options.stock is not None:
-        boxes.append((options.stock, True))
-    if not boxes:
+    bodies = [*options.keep_out, *([] if options.stock is None else [options.stock])]
+    if not bodies:
         return None
-    standing = []
-    for box, stock in boxes:
-        middle = 0.5 * (np.array(box.low) + np.array(box.high))
-        middle, turn = place_body(machine, box.name, box.system, middle, moves, options, frames)
-        standing.append(place_box(box, middle, turn, stock=stock))
+    standing: list[Placed] = []
+    for body in bodies:
+        zero = np.zeros(3) if isinstance(body, FixtureMesh) else 0.5 * (np.array(body.low) + np.array(body.high))
+        middle, turn = place_body(machine, body.name, body.system, zero, moves, options, frames)
+        if isinstance(body, FixtureMesh):
+            mesh = load_fixture(body.raw, body.shown, body.unit)
+            with_part = body.system is not None
+            standing.append(Placed(body.name, middle, np.zeros(3), turn, body.distance, False, with_part, mesh))
+        else:
+            standing.append(place_box(body, middle, turn, stock=body is options.stock))
     number = tool_of_moves(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)
     shapes = [_shape_of(int(one), options) for one in numbers]
@@ -258,7 +192,7 @@ def build_keep_out(
         [any(one.neck_diameter > 0 or one.taper < 0 or bool(one.profile) for one in shape) for shape in shapes]
     )
     entering = _find_entering_rapids(path, index) | (undercuts[index] & (path.feed_time == 0))
-    return KeepOut(standing, shapes, lengths, index, entering, machine.bodies, machine.five_axis)
+    return KeepOut(standing, Moving(shapes, lengths, index, machine), entering)
 
 
 def _describe_when(body: str, box: Placed) -> str:

@@ -110,7 +110,10 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
     """Where the value of a finding of this line stands; None where the finding has no value, or no such place."""
     if item.value is None:
         return _find_first_unsolved(line) if item.code in ("VP110", "VP201", "VP203") else None
-    checks = [check for check in every_check(line) if (check.code, check.axis) == (item.code, item.axis)]
+    checks = [
+        check for check in every_check(line)
+        if (check.code, check.axis) == (item.code, item.axis) and (item.code != "VP215" or item.message.startswith(check.name))
+    ]  # fmt: skip
     by_distance = [(abs(best[1] * check.factor - item.value), best[0])
             for check, best in zip(checks, worst_places(line, checks), strict=True) if best is not None]  # fmt: skip
     return min(by_distance, key=lambda one: one[0])[1] if by_distance else None

@@ -1,0 +1,136 @@
+"""Make a part in a vise: ``python gcode_samples/make_vise_sample.py FOLDER`` writes a program, its set-up, tools, and three STL files.
+
+vise.nc faces a block, mills a step around it above the jaws of the vise, and a pocket between them. vise.stl stands on the table;
+stock.stl and part.stl, the part as it should be, are in G54.
+"""
+
+import struct
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+#: Lower and upper corners of boxes, mm; z = 0 is the top of the part, 70 mm over the table.
+Boxes = Sequence[tuple[tuple[float, float, float], tuple[float, float, float]]]
+BASE, JAWS = (
+    ((-55.0, -65.0, 0.0), (55.0, 65.0, 40.0)),
+    (((-50.0, -60.0, 40.0), (50.0, -20.0, 62.0)), ((-50.0, 20.0, 40.0), (50.0, 60.0, 62.0))),
+)
+STOP = ((20.0, 32.0, 62.0), (40.0, 60.0, 84.0))
+STOCK = ((-40.0, -20.0, -30.0), (40.0, 20.0, 1.0))
+STEP, POCKET = ((-38.0, -18.0, -6.0), (38.0, 18.0, 0.0)), ((-15.0, -8.0, -12.0), (15.0, 8.0, 0.0))
+LOWER = ((-40.0, -20.0, -30.0), (40.0, 20.0, -6.0))
+
+PROGRAM = """%
+(A block in a vise: face, step, pocket)
+G21 G90 G17 G40 G54 G94
+T1 M6
+S6000 M3
+G43 H1
+G0 X-50 Y-12 Z20
+Z0
+G1 X50 F1500
+Y-4
+X-50
+Y4
+X50
+Y12
+X-50
+G0 Z5
+X-50 Y-23
+Z-6
+G1 X43 F1500
+Y23
+X-43
+Y-23
+G0 Z20
+T2 M6
+G43 H2
+G0 X0 Y0
+Z2
+G1 X12 Z-4 F400
+X-12 Z-12
+X12
+Y5
+X-12
+Y-5
+X12
+Y5
+X0 Y0
+G0 Z20
+M2
+%
+"""
+TOOLS = "T1 P1 Z100 D10\nT2 P2 Z90 D6\n"
+SHAPES = """[tool.1]
+cutter = { diameter = 10.0, length = 20.0 }
+shank = { diameter = 10.0, length = 10.0 }
+holder = [{ diameter = 40.0, length = 20.0 }, { diameter = 50.0 }]
+
+[tool.2]
+cutter = { diameter = 6.0, length = 14.0 }
+shank = { diameter = 6.0, length = 14.0 }
+holder = { profile = [[10.0, 0.0], [16.0, 15.0], [16.0, 62.0]] }
+"""
+SETUP = """tool_table = "tools.tbl"
+tool_shapes = "shapes.toml"
+split_at_stops = true
+
+[wcs]
+G54 = [0.0, 0.0, 70.0]
+
+[keep_out.vise]
+file = "vise.stl"
+
+[stock]
+min = [-40.0, -20.0, -30.0]
+max = [40.0, 20.0, 1.0]
+system = "G54"
+"""
+
+
+def unite_boxes(boxes: Boxes, removed: Boxes = ()) -> np.ndarray:
+    """Facets (m, 3, 3) of the surface of boxes together, counter-clockwise from outside, less other boxes."""
+    corner = np.array([*boxes, *removed])
+    grid = [np.unique(corner[:, :, k]) for k in range(3)]
+    middle = np.stack(np.meshgrid(*(0.5 * (one[1:] + one[:-1]) for one in grid), indexing="ij"), axis=-1)
+    full = np.zeros(middle.shape[:3], dtype=bool)
+    for k, (low, high) in enumerate(corner):
+        full[((middle > low) & (middle < high)).all(axis=-1)] = k < len(boxes)
+    facets = []
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        change = np.diff(np.moveaxis(np.pad(full, 1), k, 0).astype(int), axis=0)
+        for place in np.argwhere(change):
+            cell = np.insert(place[1:], k, place[0]) - 1  # the one before the face; padding counts from -1
+            square = np.empty((4, 3))
+            square[:, k] = grid[k][cell[k] + 1]
+            square[:, i] = grid[i][cell[i] + np.array([0, 1, 1, 0])]
+            square[:, j] = grid[j][cell[j] + np.array([0, 0, 1, 1])]
+            if change[tuple(place)] > 0:  # the body lies beyond the face
+                square = square[::-1]
+            facets += [square[[0, 1, 2]], square[[0, 2, 3]]]
+    return np.array(facets)
+
+
+def pack_stl(facets: np.ndarray) -> bytes:
+    """A binary STL."""
+    rows = b"".join(struct.pack("<12fH", 0, 0, 0, *one.ravel(), 0) for one in facets)
+    return b"made by make_vise_sample.py".ljust(80) + struct.pack("<I", len(facets)) + rows
+
+
+def main(folder: Path) -> None:
+    """Write all files."""
+    for name, facets in (
+        ("vise", unite_boxes([BASE, *JAWS, STOP])),
+        ("stock", unite_boxes([STOCK])),
+        ("part", unite_boxes([LOWER, STEP], [POCKET])),
+    ):
+        (folder / f"{name}.stl").write_bytes(pack_stl(facets))
+    for name, text in (("vise.nc", PROGRAM), ("vise.nc.toml", SETUP), ("tools.tbl", TOOLS), ("shapes.toml", SHAPES)):
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

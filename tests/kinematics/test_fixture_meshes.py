@@ -1,0 +1,223 @@
+"""Fixtures that are meshes: found where boxes are, at their lines; what the meshes themselves may be."""
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import verne_post
+from tests.kinematics.test_keep_out import PAST, SWING, check
+from verne_post.app.assemble import assemble
+from verne_post.app.constraints import check_program
+from verne_post.model.findings import InputError
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Box, FixtureMesh
+from verne_post.part.fixture import load_fixture
+from verne_post.part.stl import build_mesh
+
+SAMPLE = runpy.run_path(str(Path(__file__).parents[2] / "gcode_samples" / "make_vise_sample.py"))
+unite_boxes, pack_stl = SAMPLE["unite_boxes"], SAMPLE["pack_stl"]
+Corners = tuple[float, float, float]
+
+
+def mesh_of(low: Corners, high: Corners, name: str = "pin", **place: Any) -> FixtureMesh:
+    return FixtureMesh(name, pack_stl(unite_boxes([(low, high)])), **place)
+
+
+# --- as boxes are ------------------------------------------------------------------------------------
+
+#: Program, corners of a body that is touched in it, and options.
+CASES: dict[str, tuple[str, Corners, Corners, dict[str, Any]]] = {
+    "a pin in the middle of a motion": (PAST, (-3.0, -2.0, 0.0), (3.0, 2.0, 33.0), {}),
+    "a tool that swings over": (SWING, (20.0, 20.0, 60.0), (30.0, 60.0, 130.0), {}),
+    "nothing": (SWING, (60.0, -20.0, 60.0), (70.0, 20.0, 130.0), {}),
+    "in a dry run over it": (PAST, (-3.0, -2.0, 0.0), (3.0, 2.0, 33.0), {"air": 10.0}),
+    "a tool without a size": (PAST, (-3.0, -2.0, 0.0), (3.0, 2.0, 33.0), {"tool_shapes": {}}),
+    "a distance": (PAST, (-3.0, -2.0, 0.0), (3.0, 2.0, 29.0), {"distance": 1.5}),
+    "a face that is touched": (PAST, (-3.0, -9.0, 0.0), (3.0, 9.0, 30.0), {}),
+    "turned with the part": (PAST, (-20.0, -9.0, 0.0), (-10.0, 9.0, 60.0), {"system": 1, "wcs": {"G54": (9, 2, 0, 30)}}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_mesh_is_found_where_its_box_is(name: str) -> None:
+    source, low, high, options = CASES[name]
+    place = {key: options[key] for key in ("system", "distance") if key in options}
+    options = {key: value for key, value in options.items() if key not in place}
+    boxes, meshes = (
+        check(source, keep_out=(one,), **options) for one in (Box("pin", low, high, **place), mesh_of(low, high, **place))
+    )  # fmt: skip
+    told = [[(item.code, item.line, item.last_line, item.message.split(" -")[0].split(" 0.")[0]) for item in found] for found in (boxes, meshes)]  # fmt: skip
+    assert told[0] == told[1]
+    for box, mesh in zip(boxes, meshes, strict=True):
+        assert mesh.value is not None
+        assert box.value is not None
+        # what overlaps deeply is measured from the surface of the mesh; a box is left in the nearest direction
+        assert mesh.value == pytest.approx(box.value, abs=0.01) or box.value < mesh.value < 0
+
+
+def test_bodies_that_begin_inside_never_cross_the_surface() -> None:
+    found = check(PAST, keep_out=(mesh_of((-90.0, -90.0, 1.0), (90.0, 90.0, 400.0)),))
+    assert [(item.code, item.line) for item in found] == [("VP215", 4)]
+
+
+def test_every_line_that_touches_is_told() -> None:
+    """Three passes at one place, the second deepest: the stretch begins with the first and ends with the last."""
+    source = "G21 G90 G61.1\nG0 X-60 Y0 Z34 A0 C0\nG1 X60 Z32 F6000\nX-60 Z28\nX60 Z32\nG0 Z60\nM2\n"
+    (found,) = check(source, keep_out=(mesh_of((-3.0, -2.0, 0.0), (3.0, 2.0, 33.0)),))
+    assert (found.line, found.last_line, found.count) == (4, 6, 3)
+
+
+def test_rods_keep_out_of_boxes_and_meshes(machine_with: Any) -> None:
+    """A post under the platform: only the rods, as thick as the machine file says, come near it."""
+    machine = machine_with({"rods.diameter_mm": 40.0})
+    program = "G21 G90 G61.1\nT1 M6\nG0 X0 Y0 Z30 A0 C0\nG1 X40 F6000\nM2\n"
+    joints = assemble(program.encode(), machine, Options(tool_length=100.0, wcs={"G54": (0.0, 0.0, 0.0)})).joints()
+    element, w = np.zeros(1, dtype=int), np.zeros(1)
+    solved = joints.solve(element, w)
+    start, end = machine.clearance.module.rods(solved.q[:, :3], solved.platform)
+    rod = [machine.five_axis.on_table(one[:, 0], solved.q)[0] for one in (start, end)]
+    middle = 0.5 * (rod[0] + rod[1])
+    for aside, touches in ((0.0, True), (200.0, False)):
+        low = middle + [aside - 3.0, -3.0, -3.0] if touches else middle + [-3.0, -3.0, 500.0]
+        corners = tuple(low), tuple(low + 6.0)
+        for body in (Box("post", *corners), mesh_of(*corners, name="post")):
+            options = Options(tool_length=100.0, wcs={"G54": (0.0, 0.0, 0.0)}, keep_out=(body,))
+            found = check_program(assemble(program.encode(), machine, options))[1]
+            assert [(item.code, item.message[:24]) for item in found if item.code == "VP215"] == (
+                [("VP215", "distance of the leg I fr")] if touches else []
+            )
+
+
+# --- what a mesh may be ------------------------------------------------------------------------------
+
+CUBE = unite_boxes([((0.0, 0.0, 0.0), (10.0, 10.0, 10.0))])
+CROSSED = np.concatenate([CUBE, unite_boxes([((5.0, 4.0, 3.0), (15.0, 14.0, 13.0))])])
+
+
+@pytest.mark.parametrize(("facets", "unit", "says"), [
+    (CUBE[1:], "mm", "vise (vise.stl): it is open: 3 edges belong to one facet alone"),
+    (np.concatenate([CUBE[:1, ::-1], CUBE[1:]]), "mm", "vise (vise.stl): facets are flipped"),
+    (CUBE[:, ::-1], "mm", "vise (vise.stl): it is inside out"),
+    (CROSSED, "mm", "vise (vise.stl): its surface crosses itself: 11 facets"),
+    (CUBE * 0.001, "mm", "vise (vise.stl): read in mm it is 0.01 mm large, a part is 0.1 to 10000 mm; is it in m or inch? (unit)"),
+    (CUBE * 50.0, "m", "vise (vise.stl): read in m it is 500000 mm large"),
+])  # fmt: skip
+def test_meshes_that_are_no_body_are_named(facets: np.ndarray, unit: str, says: str) -> None:
+    with pytest.raises(InputError) as error:
+        check(PAST, keep_out=(FixtureMesh("vise", pack_stl(facets), unit=unit, file="vise.stl"),))
+    assert [item.code for item in error.value.findings] == ["VP506"]
+    assert error.value.findings[0].message.startswith(says)
+
+
+def test_a_body_of_many_facets_does_not_cross_itself() -> None:
+    """6000 facets of a wavy plate; then a needle through it."""
+    x, y = np.meshgrid(np.linspace(0, 100, 51), np.linspace(0, 100, 31), indexing="ij")
+    top, low = np.stack([x, y, 5 + np.sin(x) * np.cos(y)], axis=-1), np.stack([x, y, np.zeros_like(x)], axis=-1)
+
+    def sheet(p: np.ndarray) -> np.ndarray:
+        a, b, c, d = p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]
+        return np.concatenate([np.stack([a, b, c], axis=-2), np.stack([a, c, d], axis=-2)]).reshape(-1, 3, 3)
+
+    def wall(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
+        return sheet(np.stack([lower, upper], axis=1))
+
+    edges = [wall(top[:, 0], low[:, 0]), wall(low[:, -1], top[:, -1]), wall(low[0], top[0]), wall(top[-1], low[-1])]
+    plate = np.concatenate([sheet(top), sheet(low)[:, ::-1], *edges])
+    mesh = load_fixture(pack_stl(plate), "plate", "mm")
+    assert len(mesh.facets) > 6000
+    needle = unite_boxes([((50.1, 50.2, -3.0), (50.3, 50.4, 12.0))])
+    with pytest.raises(InputError, match="crosses itself"):
+        load_fixture(pack_stl(np.concatenate([plate, needle])), "plate", "mm")
+    assert build_mesh("plate", plate).volume > 0
+
+
+# --- from a set-up -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    SAMPLE["main"](tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_sample_is_clean_and_its_record_knows_the_mesh(folder: Path) -> None:
+    result = verne_post.check(Path("vise.nc"), verne_post.load_machine())
+    assert (result.ok, result.findings) == (True, ())
+    ascii_stl = "solid vise\n" + "".join(
+        "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in one / 25.4) + "endloop\nendfacet\n"
+        for one in unite_boxes([SAMPLE["BASE"], *SAMPLE["JAWS"], SAMPLE["STOP"]])
+    ) + "endsolid\n"  # fmt: skip
+    (folder / "vise.stl").write_text(ascii_stl)
+    replace_in("vise.nc.toml", '"vise.stl"', '"vise.stl"\nunit = "inch"')
+    again = verne_post.check(Path("vise.nc"), verne_post.load_machine())
+    assert again.ok
+    one, other = (taken.summary.options.record()["keep_out"][0] for taken in (result, again))
+    assert one["mesh"] != other["mesh"]
+    assert (one["name"], one["system"], other["unit"]) == ("vise", "table", "inch")
+
+
+def replace_in(file: str, old: str, new: str) -> None:
+    text = Path(file).read_text()
+    assert old in text
+    Path(file).write_text(text.replace(old, new, 1))
+
+
+#: File, what is replaced in it, by what -> lines and body that are told.
+MUTATIONS = {
+    "deep Z": ("vise.nc", "\nZ-6\n", "\nZ-10\n", "18 cutter"),
+    "wrong offset": ("vise.nc.toml", "0.0, 0.0, 70.0", "0.0, 6.0, 70.0", "20 cutter, 20 shank"),
+    "long rapid": ("vise.nc", "G0 Z5\nX-50 Y-23", "G0 Z5\nX60 Y46\nX-50 Y-23", "17 cutter, 18 cutter"),
+    "short holder": ("shapes.toml", "length = 20.0 }\nshank", "length = 6.0 }\nshank", "20 holder"),
+}
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_mutations_of_the_sample_are_found_at_their_lines(folder: Path, name: str) -> None:
+    file, old, new, told = MUTATIONS[name]
+    replace_in(file, old, new)
+    found = [
+        item
+        for item in verne_post.check(Path("vise.nc"), verne_post.load_machine()).findings
+        if "from vise" in item.message
+    ]
+    assert ", ".join(f"{item.line} {item.message.split()[3]}" for item in found) == told
+    assert {item.code for item in found} == {"VP215"}
+
+
+def test_a_tool_that_is_longer_by_a_fifth_of_a_millimetre_gouges(folder: Path, run: Any) -> None:
+    """The rows are of the length of the tool table; the tool that is used is 0.2 longer."""
+    assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
+    replace_in("tools.tbl", "Z90", "Z90.2")
+    answer = run("machined", "rows.2.csv", "--against", "vise.nc", "--nominal", "part.stl@G54", "--grid", "2")
+    assert answer.code == 1
+    assert "vise.nc:30: VP218 error: the cutter of tool 2 cuts 0.20" in answer.err
+
+
+@pytest.mark.parametrize(("table", "says"), [
+    ('file = "vise.stl"\nmin = [0, 0, 0]', "keep_out.vise: expected min and max of a box, or the file of an STL"),
+    ('system = "G54"', "keep_out.vise: expected min and max of a box, or the file of an STL"),
+    ("min = [0, 0, 0]", "keep_out.vise: max is missing"),
+    ('min = [0, 0, 0]\nmax = [1, 1, 1]\nunit = "mm"', "keep_out.vise: a unit goes with a file; boxes are in mm"),
+    ('file = "vise.stl"\nunit = "ft"', "keep_out.vise.unit = 'ft': expected"),
+    ('file = "../vise.stl"', "keep_out.vise.file = '../vise.stl': lies outside the folder of the file that names it"),
+    ('file = "none.stl"', "keep_out.vise.file"),
+    ('file = "vise.nc"', "vise (vise.nc): it is no STL file"),
+])  # fmt: skip
+def test_what_is_wrong_in_the_set_up_is_named(folder: Path, run: Any, table: str, says: str) -> None:
+    replace_in("vise.nc.toml", 'file = "vise.stl"', table)
+    answer = run("check", "vise.nc")
+    assert answer.code == 2
+    assert says in answer.out + answer.err
+
+
+def test_fixtures_of_a_settings_file_may_be_meshes(folder: Path, run: Any) -> None:
+    replace_in("vise.nc.toml", '[keep_out.vise]\nfile = "vise.stl"', "")
+    (folder / "verne-post.toml").write_text('[keep_out.jaws]\nfile = "vise.stl"\n')
+    assert "kept out of: jaws, the stock" in run("check", "vise.nc").out
+    (folder / "verne-post.toml").write_text('[keep_out.jaws]\nfile = "/vise.stl"\n')
+    answer = run("check", "vise.nc")
+    assert "keep_out.jaws.file = '/vise.stl': names of files count from the folder" in answer.out + answer.err

@@ -1,0 +1,147 @@
+"""Whole motions against fixtures that are meshes: nothing between two samples goes unseen.
+
+The motion is divided into chords, which leave it by less than ``CHORD_MM``; the least distance of every place of a mesh from
+bodies that go along these chords decides (``verne_post.part.clearance``). Facets that no body comes near are clear for all
+time, so that a program without a contact costs little more than a look at each facet.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base import spans
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.ragged import ragged
+from verne_post.base.rotations import rotate_z
+from verne_post.kinematics.checks.cover import Spans, chunk_elements, cover_elements
+from verne_post.kinematics.checks.keep_out import KeepOut, Placed
+from verne_post.kinematics.checks.moving import THIN_MM, Moving
+from verne_post.kinematics.checks.violations import Check, Worst, limit_findings
+from verne_post.kinematics.joint_path import JointPath
+from verne_post.model.findings import Finding
+from verne_post.model.poses import Pose
+from verne_post.part.clearance import TOUCH_MM, Contacts, find_contacts
+from verne_post.part.compare import is_inside
+from verne_post.part.motion import BOW_SHARE, Motion, build_motion
+from verne_post.part.stl import Mesh
+from verne_post.part.sweep import list_within
+
+#: No point of a body is farther than this from where its chord says, mm; what chords bow counts as well.
+CHORD_MM: Final = 0.002
+#: A span is divided into so many chords at most: of 50 mm, chords of 0.01 mm.
+_MOST_CHORDS: Final = 4096
+#: Poses that are held against the meshes together.
+_BLOCK: Final = 1 << 17
+#: Places in contact, evenly over all, at which every element that touches is listed; at the others the deepest one is.
+_LISTED: Final = 1000
+#: Joint values that differ by less are the same pose, mm and rad.
+_SAME: Final = 1e-6
+
+
+class _Rows(Struct, frozen=True, eq=False):
+    """Poses (n,) with their elements; ``linked`` ones go on to the next along a chord."""
+
+    element: Ints
+    pose: Pose
+    linked: Mask
+
+
+def check_meshes(joints: JointPath, keep_out: KeepOut, checks: list[Check]) -> list[Finding]:
+    """VP215 of meshes, one finding for each body and stretch of consecutive elements.
+
+    Parameters
+    ----------
+    keep_out : KeepOut
+        Of meshes alone.
+    checks : list of Check
+        One for each of its pairs of body and mesh.
+    """
+    worst = {(body, mesh.name): Worst() for body, mesh in keep_out.pairs}
+    for rows in _sample(joints, keep_out.moving):
+        motions = list(_list_motions(keep_out.moving, rows))
+        for mesh in keep_out.obstacles:
+            assert mesh.mesh is not None
+            for body, element, value in _find_touching(mesh, mesh.mesh, motions):
+                worst[body, mesh.name].note(element, value - mesh.distance, value)
+    return [
+        item
+        for check, pair in zip(checks, worst.values(), strict=True)
+        for item in limit_findings(joints.contour, check, pair)
+    ]
+
+
+def _find_touching(place: Placed, mesh: Mesh, motions: list[Motion]) -> Iterator[tuple[str, Ints, Array]]:
+    """Bodies that come too near to a mesh, on which elements (n,), and how near (n,), mm."""
+    moved = mesh.move(rotate_z(np.eye(3), place.turn).T, place.middle)
+    for motion in motions:  # a body that begins inside need not cross the surface
+        start = np.flatnonzero(np.append(True, ~motion.linked[:-1]))
+        start = start[is_inside(moved, motion.tip[start])]
+        yield motion.pieces[0].part, motion.line[start], np.full(len(start), -max(motion.pieces[0].radius, THIN_MM))
+    contacts = find_contacts(moved, tuple(motions), place.distance + CHORD_MM)
+    yield from _list_nearest(contacts, motions)
+    touched = contacts.place[:: len(contacts.place) // _LISTED + 1]
+    for motion in motions if len(touched) else ():
+        for piece in motion.pieces:
+            row, value = list_within(motion, piece, touched, place.distance - TOUCH_MM)
+            yield piece.part, motion.line[row], value
+
+
+def _list_nearest(contacts: Contacts, motions: list[Motion]) -> Iterator[tuple[str, Ints, Array]]:
+    nearest = contacts.nearest
+    for m, p in np.unique(np.column_stack([nearest.motion, nearest.piece]), axis=0).tolist():
+        own = (nearest.motion == m) & (nearest.piece == p)
+        yield motions[m].pieces[p].part, motions[m].line[nearest.row[own]], nearest.distance[own]
+
+
+def _list_motions(moving: Moving, rows: _Rows) -> Iterator[Motion]:
+    """The bodies along the rows; lines are elements."""
+    for carried in moving.carry(rows.pose):
+        for own, pieces in moving.list_pieces(carried, rows.pose):
+            if len(own):
+                linked = np.append(rows.linked[own[:-1]] & (np.diff(own) == 1), False)
+                yield build_motion(
+                    carried.body, pieces, carried.origin[own], carried.axis[own], rows.element[own], linked
+                )
+
+
+def _sample(joints: JointPath, moving: Moving) -> Iterator[_Rows]:
+    """The motion as chords, so many at a time."""
+    waiting: list[tuple[Ints, Array, Mask]] = []
+    chunks = list(chunk_elements(len(joints.contour)))
+    for k, chunk in enumerate(chunks):
+        for part in cover_elements(joints.contour, chunk):
+            count = _count_chords(joints, moving, part)
+            owner, index = ragged(count + 1)
+            w = part.low[owner] + (part.high - part.low)[owner] * (index / count[owner])
+            waiting.append((part.element[owner], w, index < count[owner]))
+        if sum(len(one[0]) for one in waiting) >= _BLOCK or k == len(chunks) - 1:
+            element, w, linked = (np.concatenate(one) for one in zip(*waiting, strict=True))
+            waiting = []
+            pose = joints.bodies(element, joints.solve(element, w))
+            same = np.abs(np.diff(pose.q, axis=0)).max(axis=1, initial=0.0) < _SAME
+            linked[:-1] |= same
+            yield _Rows(element, pose, linked)
+
+
+def _count_chords(joints: JointPath, moving: Moving, part: Spans) -> Ints:
+    """Into how many chords each span (n,) is divided."""
+    element, w = part.samples(spans.SAMPLES)
+    owner = element.ravel()
+    off = np.zeros(len(part))
+    for one in moving.carry(joints.bodies(owner, joints.solve(owner, w.ravel()))):
+        (shift, bend), (turn, sway) = (_bound_rates(values.reshape(*w.shape, 3)) for values in (one.origin, one.axis))
+        # a chord of both ends, then the axis made a unit vector again; and what the chord itself bows
+        chord = bend / 8.0 + 2.0 * one.far * sway / 8.0
+        off = np.fmax(off, chord + BOW_SHARE * turn * (2.0 * shift + turn * one.far))
+    return np.clip(np.ceil(np.sqrt(np.nan_to_num(off) / CHORD_MM)), 1, _MOST_CHORDS).astype(np.int64)
+
+
+def _bound_rates(values: Array) -> tuple[Array, Array]:
+    """Largest first and second derivative (n,) of points (samples, n, 3) by the share of their spans."""
+    rates = []
+    for order in (1, 2):
+        low, high = spans.enclosure(values, order)
+        rates.append(np.linalg.norm(np.maximum(np.abs(low), np.abs(high)), axis=1))
+    return rates[0], rates[1]
