@@ -91,7 +91,7 @@ class Contour(Struct, frozen=True):
     low, high : ndarray, shape (n,)
         Where on its segment (u from 0 to 1) an element begins and ends.
     length : ndarray, shape (n,)
-        Length by s, mm (metric length; see docs/architecture.md).
+        Length by s, mm: the metric length, of tip and tool axis together.
     rotation : ndarray, shape (n,)
         Rotation of table and arc together over the element, rad.
     section : ndarray of int32, shape (n,)
