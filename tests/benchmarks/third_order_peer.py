@@ -37,7 +37,7 @@ class PeerProfile(Struct, frozen=True):
 
 
 def find_profile(section: ContourSection, limits: Limits, cycle: float) -> PeerProfile | None:
-    """Profile of a section from stop to stop; None where a linear program is not solved."""
+    """Profile of a section from stop to stop, that of the last linear program that is solved; None where none is."""
     s = np.linspace(0.0, section.length, int(np.ceil(section.length * STATIONS_PER_MM)) + 1)
     joints = section.q(s)
     moving = np.flatnonzero(np.ptp(joints, axis=0) > LEAST_MOVE)
@@ -60,17 +60,19 @@ def find_profile(section: ContourSection, limits: Limits, cycle: float) -> PeerP
         second.Problem(constraints, idx_s_interval=(0, len(s) - 1), a_boundary=(0.0, 0.0)), second.Options()
     )
     third = copp_py.solver.topp3_lp
-    acceleration, total = None, np.inf
+    acceleration, profile, total = None, None, np.inf
     for _ in range(MOST_PROGRAMS):
         problem = third.Problem(constraints, squared_speed, b_linearization=acceleration)
         try:
             profile = third.solve(problem)
         except copp_py.CoppError:
-            return None
+            break  # what the program before has found still stands
         squared_speed, acceleration, before = np.asarray(profile.a), np.asarray(profile.b), total
         total, arrivals = copp_py.interpolation.s_to_t_topp3(s, profile)
         if abs(before - total) < SETTLED * total:
             break
+    if profile is None:
+        return None
     spent = time.process_time() - begun
     rows = copp_py.interpolation.t_to_s_topp3_uniform(s, profile, arrivals, cycle, include_final=True)
     at_rest = np.concatenate([np.zeros(3), rows, np.full(3, section.length)])

@@ -66,15 +66,16 @@ SHORT = [
 @pytest.mark.filterwarnings("ignore")  # of toppra itself
 @pytest.mark.parametrize("sample", SHORT)
 def test_without_jerk_limits_samples_take_the_time_that_toppra_finds(sample: str) -> None:
-    """Rows come after the bound of both solvers: whole cycles, and no difference of them beyond a limit at a switch of acceleration."""
+    """Rows come 0.1 % after the bound of both solvers, or a whole cycle or two for each of three sections."""
     pytest.importorskip("toppra")
     raw = re.sub(r"(?m)^\w+_jerk = .*$", "", (ROOT / "machine_configs/serial.toml").read_text(encoding="utf-8"))
     machine = machine_from_toml(raw.encode(), "mine.toml")
     summary = convert(ROOT / "gcode_samples" / sample, machine, Options(solver="both")).summary
     bound, theirs = summary.second_order_bound_s, summary.toppra_bound_s
     assert theirs == pytest.approx(bound, rel=1e-5)
-    # measured: 5 ms or less on all but the blade, whose acceleration switches in every second row
-    assert bound < summary.continuous_time <= theirs + max(0.0025 * theirs, 0.006)
+    # the bound is that of a grid: on the blade, whose acceleration switches in every second row, a fine one says 0.18 % more
+    share = 0.002 if sample == "blade_5axis.nc" else 0.001
+    assert bound < summary.continuous_time <= theirs + max(share * theirs, 0.004)
     assert ("not limited", machine.unlimited) in facts(summary)
     assert not any("jerk " in text for key, text in facts(summary) if key == "limits")
 

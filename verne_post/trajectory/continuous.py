@@ -7,6 +7,8 @@ stays on the path whatever happens here. Rows that are still beyond a limit are 
 Rows at the ends of a profile over which hardly anything moves are left out.
 """
 
+from typing import Final
+
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
@@ -25,6 +27,9 @@ from verne_post.trajectory.row_limits import at_rest, exceeding, excess
 from verne_post.trajectory.section_path import Section, SectionTask, joints_at
 from verne_post.trajectory.spline_profile import Profile, Times, positions
 from verne_post.trajectory.tuning import Effort
+
+#: Where no joint has a jerk limit, sections of at most so many rows are tried with fewer: of longer ones a row is less than 0.01 %.
+FEW_ROWS_WITHOUT_JERK: Final = 10_000
 
 
 class ContinuousProfile(Struct, frozen=True, eq=False):
@@ -83,8 +88,9 @@ def plan_continuous(
     positive = np.concatenate([limits.velocity, limits.acceleration, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all() and (limits.jerk > 0).all()):
         raise ValueError("velocity, acceleration and cycle must be finite and above 0, jerk above 0")
-    if np.isinf(limits.jerk).all():
-        effort = tuning.QUALITY  # nothing but the optimum is asked for, and few passes lead there
+    few_rows = tuning.FEW_ROWS
+    if np.isinf(limits.jerk).all():  # nothing but the optimum is asked for, and few passes lead there
+        effort, few_rows = tuning.QUALITY, FEW_ROWS_WITHOUT_JERK
     limits = limits.bound_jerk(cycle)
     unit = max(tuning.TIME_UNIT, cycle)
     first = initial_profile(section, limits, unit, solver, team)
@@ -94,7 +100,7 @@ def plan_continuous(
         # a better profile costs less than to repair this one, and is faster by far
         planned = _plan_with_effort(task, first.profile, bound, tuning.QUALITY)
     if planned.rows is not None and playback == AS_PLANNED:
-        return ContinuousProfile(try_fewer_rows(task, planned.rows), bound)
+        return ContinuousProfile(try_fewer_rows(task, planned.rows, few_rows), bound)
 
     def rows(slower: float) -> Array:
         return sample_rows(task, planned.profile, planned.times, slower, playback, begin)

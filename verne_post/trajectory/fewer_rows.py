@@ -22,13 +22,13 @@ from verne_post.trajectory.section_path import SectionTask
 PLACES_IN_STEP: Final = 64
 
 
-def try_fewer_rows(task: SectionTask, s: Array) -> Array:
+def try_fewer_rows(task: SectionTask, s: Array, most: int = tuning.FEW_ROWS) -> Array:
     """Path parameters of as few rows as are found inside every limit, from such rows s (n,), from rest to rest.
 
-    Sections of more than ``tuning.FEW_ROWS`` stay as they are.
+    Sections of more than ``most`` rows stay as they are.
     """
     crowded = len(task.section.breaks) - 1 > tuning.CROWDED_ELEMENTS * len(s)
-    while HELD_ROWS < len(s) <= tuning.FEW_ROWS:
+    while HELD_ROWS < len(s) <= most:
         found = (_find_legal(task, starts, rounds) for starts, rounds in _starts(s, crowded))
         faster = next((rows for rows in found if rows is not None), None)
         if faster is None:
