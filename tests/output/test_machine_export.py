@@ -349,7 +349,7 @@ def test_linuxcnc_runs_a_program_with_the_component(tmp_path: Path):
         return machine.five_axis.joints(np.array(tip), np.radians([a, c]), 100.0) * factors
 
     first, beside, last = joints([20, 15, 50], 10, 20), joints([22, 16, 55], 11, 21), joints([0, 0, 50], 0, 0)
-    run = run_program(machine, tmp_path, PROGRAM.format(*beside), 60)
+    run = run_program(machine, tmp_path, PROGRAM.format(*beside), 120)
     assert run.said == []
     assert run.done
     for place in (first, beside, last):
@@ -360,7 +360,7 @@ def test_linuxcnc_runs_a_program_with_the_component(tmp_path: Path):
 @pytest.mark.skipif(why_not() is not None, reason=f"LinuxCNC: {why_not()}")
 def test_linuxcnc_refuses_a_program_beyond_travel(tmp_path: Path):
     machine = verne_post.load_machine("linear_delta")
-    run = run_program(machine, tmp_path, "G21 G90\nG10 L2 P1 Z-550\nG0 Z60\nG0 X2000\nM2\n", 60)
+    run = run_program(machine, tmp_path, "G21 G90\nG10 L2 P1 Z-550\nG0 Z60\nG0 X2000\nM2\n", 120)
     assert not run.done
     assert any("kinematicsInverse" in text or "limit" in text for text in run.said)
 
