@@ -84,7 +84,7 @@ def judge(row: Row, raw: bytes, machine: verne_post.Machine, folder: Path | None
 def shown(errors: list[Finding]) -> str:
     """Code and line of the first error."""
     first = min(errors, key=lambda item: item.line or 0, default=None)
-    return "" if first is None else f"{first.code}, line {first.line}"
+    return "" if first is None else first.code if first.line is None else f"{first.code}, line {first.line}"
 
 
 def wide_machine() -> verne_post.Machine:

@@ -15,8 +15,9 @@ import pytest
 import verne_post
 from tests.gcode.conftest import make_tool
 from verne_post import convert
-from verne_post.app.assemble import interpreter_view, read_draft
+from verne_post.app.assemble import interpreter_view, machine_setup, read_draft
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
+from verne_post.gcode.read import interpret_program
 from verne_post.model.control_keys import Rs274Keys, read_keys
 from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
@@ -718,7 +719,7 @@ def test_fanuc_g52_is_a_system_inside_that_of_g92(lines, x, machine):
 def test_fanuc_has_no_such_words(line, code, machine):
     with pytest.raises(InputError) as caught:
         last_tip(line, machine)
-    assert [(item.code, item.line) for item in caught.value.findings] == [(code, 4)]
+    assert [(item.code, item.line) for item in caught.value.findings if item.severity == "error"] == [(code, 4)]
 
 
 def test_apt_rapid_before_a_hole_is_refused(machine):
@@ -896,3 +897,21 @@ def test_keys_of_the_family_are_checked():
         read_keys(Rs274Keys, {"flavour": "mach9"})
     with pytest.raises(ValueError, match="dwell: expected seconds or milliseconds"):
         read_keys(Rs274Keys, {"dwell": "ms"})
+
+
+@pytest.mark.parametrize(("text", "line"), [
+    ("G0 X1.", 3), ("G0 A0 C0 (G20)\nG0 X1.", 4), ("G020\nG0 X1.", None), ("G0 X1.\nG21", None), ("G0 A5.", None), ("#1=2\nG0 X1.", 4), ("G04 P210\nG0 X1.", 4),
+])  # fmt: skip
+def test_a_fanuc_program_without_a_unit_is_noted(machine, text, line):
+    """Shops in inches leave G20 out: one note says that lengths are mm; the key ends it, and says which they are."""
+
+    def run(**keys):
+        options = Options(dialect="fanuc", tool_length=50.0, control={"fanuc": keys})
+        moves = interpret_program(f"%\nO1\n{text}\nM30\n%\n".encode(), machine_setup(machine, options))
+        return moves, [item.line for item in moves.findings if "neither G20" in item.message]
+
+    assert run()[1] == ([] if line is None else [line])
+    assert run(units="inch")[1] == run(units="mm")[1] == []
+    if text == "G0 X1.":
+        assert [run(units=unit)[0].end[0][0] for unit in ("mm", "inch")] == [1.0, 25.4]
+        assert interpreter_view(b"G0 X1\nM2", Options(control={"rs274": {"units": "inch"}}))[0].end[0][0] == 25.4

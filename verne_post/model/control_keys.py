@@ -27,11 +27,14 @@ class Rs274Keys(Struct, frozen=True):
         What I J K are before G90.1 or G91.1: "incremental", from the start of the arc, or "absolute".
     dwell : str
         What P of G4 and of cycles is: "seconds" or "milliseconds".
+    units : str
+        Of lengths before any G20 or G21: "mm" or "inch".
     """
 
     flavour: Literal["", "linuxcnc", "pathpilot", "mach3", "grbl"] = ""
     arc_centres: Literal["incremental", "absolute"] = "incremental"
     dwell: Literal["seconds", "milliseconds"] = "seconds"
+    units: Literal["", "mm", "inch"] = ""
 
 
 class SiemensKeys(Struct, frozen=True):
@@ -107,6 +110,8 @@ class FanucKeys(Struct, frozen=True):
         Where the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y", "-Y". Empty: Q is refused.
     dwell : str
         What P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it.
+    units : str
+        Of lengths before any G20 or G21: "mm" or "inch". Empty: mm, with a note where a program has neither.
     """
 
     inside_arc_percent: float = 0.0
@@ -114,6 +119,7 @@ class FanucKeys(Struct, frozen=True):
     roll_pitch_yaw: Literal["", "fixed", "moving"] = ""
     bore_shift: Literal["", "+X", "-X", "+Y", "-Y"] = ""
     dwell: Literal["milliseconds", "seconds"] = "milliseconds"
+    units: Literal["", "mm", "inch"] = ""
 
 
 class AptKeys(Struct, frozen=True):

@@ -46,6 +46,7 @@ from verne_post.gcode.rs274.fanuc_offsets import FanucOffsets
 from verne_post.gcode.rs274.fanuc_planes import FanucPlanes
 from verne_post.gcode.rs274.fanuc_points import (
     INCREMENT,
+    find_length_without_unit,
     find_lines,
     find_mixture,
     find_unrounded,
@@ -68,6 +69,10 @@ from verne_post.model.control_keys import FanucKeys, read_keys
 from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
+_NO_UNIT: Final = (
+    "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force before, or that "
+    'its setting says; write the code, or [fanuc] units = "mm" or "inch" in verne-post.toml'
+)
 #: Lines that may be statements of custom macros.
 _MACRO: Final = re.compile(
     r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
@@ -395,14 +400,18 @@ def _initial_state(setup: Setup) -> State:
     """As RS274/NGC, but G98, and F on inside arcs is that on the contour, regardless of G62."""
     state = initial_state(setup)
     state.modes.initial_level = True
+    state.modes.inch = read_keys(FanucKeys, setup.control.get("fanuc", {})).units == "inch"
     return state
 
 
 def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     execution = execute_blocks(source, setup, state, stop, FanucInterpreter)
     keys = read_keys(FanucKeys, setup.control.get("fanuc", {}))
-    if setup.machine and not keys.decimal_point and stop == StopConditions() and (found := find_mixture(source)):
-        execution.recorder.warnings[found.line or 1, found.code] = found
+    if setup.machine and stop == StopConditions():
+        if not keys.decimal_point and (found := find_mixture(source)):
+            execution.recorder.warnings[found.line or 1, found.code] = found
+        if not keys.units and (line := find_length_without_unit(source)):
+            execution.recorder.note_once("VP039", _NO_UNIT, line)
     return execution
 
 

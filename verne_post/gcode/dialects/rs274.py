@@ -58,6 +58,7 @@ def _make_initial_state(setup: Setup) -> State:
     """As LinuxCNC, but for what the keys say."""
     state, keys = initial_state(setup), _read_keys(setup)
     state.modes.absolute_centers = keys.arc_centres == "absolute"
+    state.modes.inch = keys.units == "inch"
     state.modes.dwell_unit = _MILLISECOND if keys.dwell == "milliseconds" else 1.0
     state.modes.motion = 0 if FLAVOURS[keys.flavour].traits.starts_with_rapid else None
     return state

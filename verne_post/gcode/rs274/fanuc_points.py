@@ -32,6 +32,7 @@ _BARE: Final = re.compile(
 )
 #: A word whose value is computed.
 _COMPUTED: Final = re.compile(r"(?<![A-Z])([A-CX-Z])[ \t]*[+-]?[ \t]*[#\[]", re.IGNORECASE)
+_UNIT: Final = re.compile(_SILENT + rb"|(G[ \t]*0*2[ \t]*[01])(?![0-9.])", re.IGNORECASE | re.MULTILINE)
 _WEIGHTS: Final = re.compile(rb"G0*6\.2", re.IGNORECASE)
 #: Words that are lengths, angles or times wherever they stand; and R, but where it may be a weight.
 _PLAIN: Final = b"XYZUVWABC"
@@ -43,6 +44,14 @@ def find_mixture(source: Text) -> Finding | None:
     pointed = _find_first(source, _POINTED, letters)
     bare = None if pointed is None else _find_first(source, _BARE, letters)
     return None if pointed is None or bare is None else _report_mixture(*bare, pointed[0])
+
+
+def find_length_without_unit(source: Text) -> int | None:
+    """Line of the first X, Y or Z of a program that has neither G20 nor G21; None where it has one, or no lengths."""
+    if any(match[1] is not None for text in whole_lines(source) for match in _UNIT.finditer(text)):
+        return None
+    found = [_find_first(source, pattern, b"XYZ") for pattern in (_POINTED, _BARE)]
+    return min((place[0] for place in found if place is not None), default=None)
 
 
 def _find_first(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> tuple[int, int, str] | None:
