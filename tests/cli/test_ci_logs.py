@@ -104,7 +104,7 @@ def _own_commands(log: str) -> None:
             assert re.match(r"::(error|warning|notice) (file=[^:]*,|title=verne-post)", line), line
 
 
-@pytest.mark.parametrize("output_format", ["text", "json", "jsonl", "sarif", "junit", "github"])
+@pytest.mark.parametrize("output_format", ["text", "json", "jsonl", "sarif", "junit", "github", "markdown"])
 def test_findings_in_every_format(hostile: list[str], run: Callable[..., Any], output_format: str) -> None:
     """The commands of the format github are those that it means; what programs read from the others is what the files say."""
     answer = run("check", *hostile, *WORDS, "--output-format", output_format)

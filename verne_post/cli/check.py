@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT|DIR...")
 @click.option(
     "--output-format",
-    type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github"]),
+    type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github", "markdown"]),
     default="text",
     help="How findings are written.",
 )
