@@ -4,6 +4,7 @@ import io
 import json
 import random
 import re
+import shlex
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -104,7 +105,7 @@ def _own_commands(log: str) -> None:
             assert re.match(r"::(error|warning|notice) (file=[^:]*,|title=verne-post)", line), line
 
 
-@pytest.mark.parametrize("output_format", ["text", "json", "jsonl", "sarif", "junit", "github"])
+@pytest.mark.parametrize("output_format", ["text", "json", "jsonl", "sarif", "junit", "github", "markdown"])
 def test_findings_in_every_format(hostile: list[str], run: Callable[..., Any], output_format: str) -> None:
     """The commands of the format github are those that it means; what programs read from the others is what the files say."""
     answer = run("check", *hostile, *WORDS, "--output-format", output_format)
@@ -172,3 +173,34 @@ def test_the_caret_stays_under_its_column(hostile: list[str], run: Callable[...,
     said = run("check", "::error::rs.nc", *WORDS).out.splitlines()
     at = said.index("  4 | G1 ##?error]boo X1")
     assert said[at + 1].index("^") - len("  4 | ") == 6
+
+
+def test_the_commands_of_the_workflow_in_the_docs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
+) -> None:
+    """The workflow is valid YAML, nothing of its inputs is pasted into a shell, and its commands write what its other steps read."""
+    yaml = pytest.importorskip("yaml")
+    page = (Path(__file__).parents[2] / "docs" / "ci.md").read_text("utf-8")
+    called, caller = [yaml.safe_load(text) for text in re.findall(r"```yaml\n(name: .*?)```", page, re.DOTALL)]
+    given = caller["jobs"]["programs"]["with"]
+    # YAML reads the key "on" as true
+    assert set(given) <= set(called[True]["workflow_call"]["inputs"])
+    monkeypatch.chdir(tmp_path)
+    Path("programs").mkdir()
+    Path("programs/part.nc").write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG12\nM2\n")
+    words = {"$PROGRAMS": given["programs"], "$MACHINE": "verne"}
+    commands = [step["run"] for step in called["jobs"]["check"]["steps"] if "run" in step]
+    assert not any("${{" in command for command in commands)
+    answers = []
+    for command in commands[1:]:
+        program, *rest = shlex.split(command.partition(" >> ")[0])
+        assert program == "verne-post"
+        answers.append(run(*(words.get(word, word) for word in rest)))
+    assert [answer.code for answer in answers] == [
+        2,
+        2,
+        2,
+    ]  # a program that cannot be read fails in spite of --exit-zero
+    assert answers[0].out.startswith("::error file=programs/part.nc,line=3")
+    assert "| programs/part.nc | refused" in answers[1].out
+    assert json.loads(Path("findings.sarif").read_text())["runs"]

@@ -165,7 +165,7 @@ def test_every_format_says_why_a_check_could_not_begin(words, tmp_path, run, mon
     (tmp_path / "a.nc").write_text("G21\n")
     (tmp_path / "bad.toml").write_text("nothing = 1\n")
     said = {}
-    for name in ("json", "jsonl", "sarif", "junit", "github"):
+    for name in ("json", "jsonl", "sarif", "junit", "github", "markdown"):
         answer = run("check", "a.nc", "--output-format", name, "--output-file", f"o.{name}", *words)
         assert answer.code == 2
         said[name] = (tmp_path / f"o.{name}").read_text()
@@ -176,6 +176,7 @@ def test_every_format_says_why_a_check_could_not_begin(words, tmp_path, run, mon
     assert invocation["toolExecutionNotifications"][0]["message"]["text"] == message
     assert ElementTree.fromstring(said["junit"]).find("testsuite/testcase/error").text == message
     assert said["github"].startswith("::error ")
+    assert said["markdown"].startswith("**verne-post could not check the programs:** ")
 
 
 @pytest.mark.parametrize(

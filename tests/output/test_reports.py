@@ -13,7 +13,7 @@ from verne_post.model.codes import CODES
 from verne_post.model.findings import finding
 from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report
-from verne_post.output.reports import github, junit, sarif
+from verne_post.output.reports import github, junit, markdown, sarif
 
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
 TEXTS = {
@@ -157,3 +157,25 @@ def test_github_shows_ten_of_each_level_and_says_how_many_more() -> None:
     assert len(lines) == 1 + github.MAX_ANNOTATIONS + 1
     assert "3 further findings" in lines[-1]
     assert github.write([Report("a.nc", ())]) == ""
+
+
+def test_markdown_is_a_table_in_which_no_program_writes_markup(run: Callable[..., Any], files: list[str]) -> None:
+    wanted = from_json(run, files)
+    text = reported(run, files, "markdown")
+    rows = [line for line in text.splitlines() if line.startswith("| ")]
+    assert len(rows) == 1 + len(files) + len({file for file, *_more in wanted}) + len(wanted)
+    # two cells, or three: a bar inside a cell is escaped
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {3, 4}
+    for _file, code, line, _message in wanted:
+        assert re.search(rf"^\| {line} \| {code} error: ", text, re.MULTILINE)
+    nasty = finding("VP006", "@someone #12 | <b>*x*</b> `y`\nz", line=1)
+    shown = markdown.write([Report("a|b.nc", (nasty,))])
+    assert "| a\\|b.nc | refused: 1 error, 0 warnings |  |" in shown
+    assert "@\u2060someone #\u206012 \\| \\<b\\>\\*x\\*\\</b\\> \\`y\\`" in shown
+
+
+def test_markdown_fits_into_a_comment() -> None:
+    many = tuple(finding("VP006", "x" * 1000, line=k + 1) for k in range(100))
+    shown = markdown.write([Report("a.nc", many), Report("b.nc", many[:1])])
+    assert 50_000 < len(shown) < 65_536
+    assert int(re.search(r"^(\d+) further findings", shown, re.MULTILINE)[1]) + shown.count("VP006") == 101  # type: ignore[index]

@@ -70,7 +70,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT|DIR...")
 @click.option(
     "--output-format",
-    type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github"]),
+    type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github", "markdown"]),
     default="text",
     help="How findings are written.",
 )

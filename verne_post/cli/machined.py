@@ -100,7 +100,7 @@ _ASKED = Wanted()
 )
 @click.option(
     "--output-format",
-    type=click.Choice(["text", "json", "sarif", "junit", "github"]),
+    type=click.Choice(["text", "json", "sarif", "junit", "github", "markdown"]),
     default="text",
     show_default=True,
     help="Format of the findings.",

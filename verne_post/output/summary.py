@@ -351,7 +351,7 @@ def _describe_arc_feeds(summary: Summary) -> Facts:
 
 
 def _keep_out(summary: Summary) -> Facts:
-    """What is kept out of, and the bodies whose size is not known."""
+    """What is kept out of; before it the bodies whose size is not known."""
     options, bodies = summary.options, summary.machine.bodies
     names = [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
     if not names:
@@ -363,12 +363,9 @@ def _keep_out(summary: Summary) -> Facts:
             if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
     unknown = [body for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
                if not size]  # fmt: skip
-    text = ", ".join(names)
-    if thin:
-        text += f"; without a diameter, checked as a thin line: {', '.join(thin)}"
-    if unknown:
-        text += f"; without a size in the machine file, not checked: {', '.join(unknown)}"
-    return [("kept out of", text)]
+    missing = [f"{' and '.join(unknown)}: the machine file has no size"] if unknown else []
+    missing += [f"the width of {', '.join(thin)}: without a diameter it is a line"] if thin else []
+    return [*([("NOT CHECKED", "; ".join(missing))] if missing else []), ("kept out of", ", ".join(names))]
 
 
 def _describe_stock(summary: Summary) -> Facts:

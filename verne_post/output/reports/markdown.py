@@ -1,0 +1,60 @@
+"""Findings in Markdown, for a comment on a pull request."""
+
+import re
+from collections.abc import Sequence
+from typing import Final
+
+from verne_post.base.printable import printable
+from verne_post.model.findings import Finding
+from verne_post.model.machine import Machine
+from verne_post.model.verdict import Verdict
+from verne_post.output.findings import Report, describe, outcome_line
+
+#: A comment has room for 65,536 characters.
+MAX_CHARACTERS: Final = 60_000
+#: ASCII that Markdown could take for its own, in a table as well.
+_MARKS: Final = re.compile(r"[\\`*_{}\[\]<>|~&$!]")
+
+
+def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
+    """A table of the programs, then one of the findings of each, as far as a comment has room."""
+    lines = ["| program | result | time |", "|---|---|---|"]
+    for report in reports:
+        result = outcome_line("", report.findings, report.errors_not_counted).removeprefix(": ")
+        time = "" if report.cycle_time_s is None else f"{report.cycle_time_s:.3f} s"
+        lines.append(f"| {_escape(report.program)} | {result} | {time} |")
+    room, left_out = MAX_CHARACTERS - sum(map(len, lines)), 0
+    for report in reports:
+        rows = [_write_row(item) for item in report.findings]
+        head = ["", f"**{_escape(report.program)}**", "", "| line | finding |", "|---|---|"]
+        shown = _count_that_fit(rows, room - sum(map(len, head)))
+        room -= sum(map(len, (head + rows[:shown]) if shown else []))
+        left_out += len(rows) - shown
+        lines += [*head, *rows[:shown]] if shown else []
+    if left_out:
+        lines += ["", f"{left_out} further findings: a comment has no room for them."]
+    return "".join(line + "\n" for line in lines)
+
+
+def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
+    """One sentence."""
+    return f"**verne-post could not check the programs:** {_escape(message)}\n"
+
+
+def _count_that_fit(rows: list[str], room: int) -> int:
+    shown = 0
+    while shown < len(rows) and len(rows[shown]) <= room:
+        room -= len(rows[shown])
+        shown += 1
+    return shown
+
+
+def _write_row(item: Finding) -> str:
+    remedies = "".join(f"<br>tried: {_escape(remedy)}" for remedy in item.remedies)
+    return f"| {'' if item.line is None else item.line} | {_escape(describe(item))}{remedies} |"
+
+
+def _escape(text: str) -> str:
+    """Text that means nothing to Markdown; a word joiner keeps names and numbers from calling people and issues."""
+    escaped = _MARKS.sub(r"\\\g<0>", " ".join(printable(text).split()))
+    return re.sub("[@#]", "\\g<0>\u2060", escaped)
