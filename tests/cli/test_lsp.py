@@ -2,6 +2,7 @@
 
 import json
 import queue
+import re
 import subprocess
 import sys
 import threading
@@ -191,6 +192,70 @@ def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path
     assert "rho1_mm" in text and "margin to its travel" in text
     nothing = client.ask("textDocument/hover", textDocument={"uri": uri}, position={"line": 0, "character": 0})
     assert nothing is None
+
+
+def test_lenses_name_the_time_and_the_worst_line(client: Client, tmp_path: Path) -> None:
+    uri = client.open(make_program(tmp_path, LEGAL.replace("F2000", "F500")))
+    lenses = client.ask("textDocument/codeLens", textDocument={"uri": uri})
+    shown = {one["command"]["title"]: one["range"]["start"]["line"] for one in lenses}
+    (head,) = (title for title, line in shown.items() if line == 0)
+    assert re.match(
+        r"can run: 0 errors, 0 warnings; \d+\.\d{3} s; nearest to a limit in line [45] \(travel of a, 20 % left", head
+    )
+    # 20 mm at 500 mm/min
+    assert [line for title, line in shown.items() if title.startswith("takes longest: 2.")] == [2]
+    client.change(uri, 2, TILTED)
+    (refused,) = client.ask("textDocument/codeLens", textDocument={"uri": uri})
+    assert refused["command"]["title"] == "refused: 1 error, 0 warnings; the first in line 4"
+
+
+OUTLINES = {
+    "a.ngc": (
+        "(HEAD)\nG21 G90\no<drill> sub\nG1 X1 F100\no<drill> endsub\nG0 X0 Y0 Z50\n(FACE)\no<drill> call\nM2\n",
+        ["HEAD", "drill", "FACE"], (7, "drill"), 2,
+    ),
+    "b.nc": (
+        "%\nO0001 (MAIN)\nN10 G21 G90\nG0 X0 Y0 Z50\nM98 P20100\nGOTO 10\nM30\nO0100\nX1\nM99\n%\n",
+        ["0001", "0100"], (4, "20100"), 7,
+    ),
+    "c.mpf": (
+        "G71 G90 G94\n; FACE\nG0 X0 Y0 Z50\nTOP:\nX1\nIF R1<2 GOTOB TOP\nHOLE\nM30\nPROC HOLE\nX2\nRET\n",
+        ["FACE", "HOLE"], (5, "TOP"), 3,
+    ),
+    "d.h": (
+        '0 BEGIN PGM D MM\n1 * - FACE\n2 L X+0 Y+0 Z+100 R0 FMAX\n3 CALL LBL "BORE"\n4 M30\n5 LBL "BORE"\n6 L X+1 FMAX\n7 LBL 0\n8 END PGM D MM\n',
+        ["FACE", "BORE"], (3, "BORE"), 5,
+    ),
+    "e.cls": (
+        "PARTNO/E\nDEFSUB/7\nGOTO/0,0,1\nENDSUB\nPPRINT FACE\nCALSUB/7\nFINI\n",
+        ["7", "FACE"], (5, "7"), 1,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OUTLINES)
+def test_symbols_and_definitions_in_each_language(client: Client, tmp_path: Path, name: str) -> None:
+    text, symbols, (line, word), there = OUTLINES[name]
+    uri = client.open(make_program(tmp_path, text, name))
+    shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
+    assert [one["name"] for one in shown] == symbols
+    column = text.split("\n")[line].index(word)
+    place = {"line": line, "character": column + 1}
+    found = client.ask("textDocument/definition", textDocument={"uri": uri}, position=place)
+    assert (found["uri"], found["range"]["start"]["line"]) == (uri, there)
+
+
+def test_tools_hold_their_operations_and_a_call_leads_to_its_file(client: Client, tmp_path: Path) -> None:
+    text = "G21 G90 G94 G54\n(FIRST)\nT1 M6\n(FACE)\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500\n(BORE)\nX9\nT2 M6\n(END)\nX0\no<lift> call\nM2\n"
+    uri = client.open(make_program(tmp_path, text, setup="split_at_stops = true\n" + SETUP))
+    (tmp_path / "lift.ngc").write_text("o<lift> sub\nG0 Z150\no<lift> endsub\n", "utf-8")
+    client.change(uri, 2, text + "\n")
+    shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
+    assert [(one["name"], [each["name"] for each in one["children"]]) for one in shown] == [
+        ("FIRST", []), ("tool 1", ["FACE", "BORE"]), ("tool 2", ["END"]),
+    ]  # fmt: skip
+    found = client.ask("textDocument/definition", textDocument={"uri": uri}, position={"line": 11, "character": 4})
+    assert found["uri"] == (tmp_path / "lift.ngc").as_uri()
 
 
 def test_newer_text_supersedes_the_check_of_an_older_one(client: Client, tmp_path: Path) -> None:

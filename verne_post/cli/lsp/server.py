@@ -168,6 +168,38 @@ class Session:
         text = await self.work(self.inspector.describe_line, found, asked.position.line + 1)
         return None if text is None else lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text))
 
+    async def show_notes(self, asked: lsp.CodeLensParams) -> list[lsp.CodeLens]:
+        """What is written over lines."""
+        found = await self.find_newest(asked.text_document.uri)
+        notes = [] if found is None else await self.work(self.inspector.find_notes, found)
+        return [lsp.CodeLens(_make_line_range(line), lsp.Command(text, "")) for line, text in notes]
+
+    async def list_symbols(self, asked: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
+        """Tools, operations and subprograms."""
+        found = await self.find_newest(asked.text_document.uri)
+        return [] if found is None else self.inspector.make_outline(found).list_symbols()
+
+    async def find_definition(self, asked: lsp.DefinitionParams) -> lsp.Location | None:
+        """Where a call or a jump leads."""
+        uri = asked.text_document.uri
+        found = await self.find_newest(uri)
+        lines = [] if found is None else split_lines(found.text)
+        if found is None or asked.position.line >= len(lines):
+            return None
+        place = self.server.workspace.position_codec.position_from_client_units(lines, asked.position)
+        paths = self.inspector.given.get("subroutine_path") or ()
+        there = self.inspector.make_outline(found).find_definition(
+            place.line, place.character, found.path.parent, paths
+        )
+        if there is None or isinstance(there, Path):
+            return None if there is None else lsp.Location(from_fs_path(str(there)) or "", _make_line_range(1))
+        return lsp.Location(uri, self.server.workspace.position_codec.range_to_client_units(lines, there.place))
+
+
+def _make_line_range(line: int) -> lsp.Range:
+    """The beginning of a line, counted from 1."""
+    return lsp.Range(lsp.Position(line - 1, 0), lsp.Position(line - 1, 0))
+
 
 def _find_path(uri: str) -> Path:
     """The file of a text; one that has none yet is in the folder where the server was started, by its name alone."""
@@ -198,6 +230,9 @@ def serve(given: dict[str, Any], output: Any) -> None:
             (lsp.TEXT_DOCUMENT_DID_CLOSE, session.close_text),
             (lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES, session.change_files),
             (lsp.TEXT_DOCUMENT_HOVER, session.show_line),
+            (lsp.TEXT_DOCUMENT_CODE_LENS, session.show_notes),
+            (lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL, session.list_symbols),
+            (lsp.TEXT_DOCUMENT_DEFINITION, session.find_definition),
         ):
             server.feature(name)(partial(function))  # the protocol notes its name on what it is given
         with suppress(SystemExit):
