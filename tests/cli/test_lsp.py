@@ -258,6 +258,113 @@ def test_tools_hold_their_operations_and_a_call_leads_to_its_file(client: Client
     assert found["uri"] == (tmp_path / "lift.ngc").as_uri()
 
 
+def ask_fixes(client: Client, uri: str, line: int) -> dict[str, Any]:
+    """Edits for the findings of a line, by their titles."""
+    place = {"line": line, "character": 0}
+    asked = {"textDocument": {"uri": uri}, "range": {"start": place, "end": place}, "context": {"diagnostics": []}}
+    return {one["title"]: one for one in client.ask("textDocument/codeAction", **asked)}
+
+
+def apply_edit(action: dict[str, Any], texts: dict[str, str]) -> dict[str, str]:
+    """Texts by their addresses after an edit, as an editor makes it; units are those of ASCII here."""
+    changed = dict(texts)
+    for change in action["edit"]["documentChanges"]:
+        if change.get("kind") == "create":
+            changed[change["uri"]] = ""
+            continue
+        (edit,) = change["edits"]
+        lines = changed[change["textDocument"]["uri"]].split("\n")
+        begin, end = (
+            sum(len(line) + 1 for line in lines[: place["line"]]) + place["character"]
+            for place in (edit["range"]["start"], edit["range"]["end"])
+        )
+        text = "\n".join(lines)
+        changed[change["textDocument"]["uri"]] = text[:begin] + edit["newText"] + text[end:]
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("part.nc", TILTED, 3),
+        ("part.mpf", "G71 G90 G94\nTRAORI\nG0 X0 Y0 Z120 A0 C0\nG1 Z100 A60 F2000\nG1 A=101\nG0 Z160 A60\nM30\n", 4),
+    ],
+)
+def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
+    client: Client, tmp_path: Path, name: str, text: str, line: int
+) -> None:
+    uri = client.open(make_program(tmp_path, text, name))
+    assert client.diagnostics(uri)["diagnostics"]
+    ((title, action),) = ask_fixes(client, uri, line).items()
+    assert re.fullmatch(rf"Write A=?99\.\d+ in place of A=?101 in line {line + 1} \(legal then\)", title)
+    assert action["isPreferred"]
+    mended = apply_edit(action, {uri: text})[uri]
+    client.change(uri, 2, mended)
+    assert client.diagnostics(uri)["diagnostics"] == []
+
+
+def test_a_fix_of_the_set_up_is_applied_and_the_result_is_legal(client: Client, tmp_path: Path) -> None:
+    text = "G21 G90 G94 G17 G40 G49 G80\nG0 X0 Y0 Z120 A0 C0\nG1 X200 F2000\nM2\n"
+    path = make_program(tmp_path, text, setup="tool_length = 120\n\n[wcs]\nG54 = [0, 0, 560] # vice\n")
+    uri = client.open(path)
+    (first, *_) = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, first["range"]["start"]["line"])
+    (title,) = (
+        one for one in fixes if one.startswith("Clamp the part at wcs.G54 = [") and one.endswith("(legal then)")
+    )
+    setup = tmp_path / "part.nc.toml"
+    mended = apply_edit(fixes[title], {setup.as_uri(): setup.read_text("utf-8")})[setup.as_uri()]
+    assert mended.endswith("# vice\n")
+    client.open(setup, mended)
+    assert client.diagnostics(uri)["diagnostics"] == []
+
+
+def test_a_program_that_lacks_a_set_up_gets_one(client: Client, tmp_path: Path) -> None:
+    uri = client.open(make_program(tmp_path, "T1 M6\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n", setup=None))
+    told = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, told[0]["range"]["start"]["line"])
+    (title,) = (one for one in fixes if one.startswith("Write part.nc.toml"))
+    assert title == "Write part.nc.toml, to be filled in: the length of tool 1, the place of G54"
+    made = apply_edit(fixes[title], {})[(tmp_path / "part.nc.toml").as_uri()]
+    assert '1 = { length = "measure" }' in made
+
+
+def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> None:
+    """VP010 has one, VP001 none; nor one whose word the line does not have."""
+    text = "G21 G90 G94\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500"
+    uri = client.open(make_program(tmp_path, text))
+    (unended,) = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, unended["range"]["start"]["line"])
+    assert list(fixes) == ["End the program with M30 (legal then)"]
+    assert apply_edit(fixes["End the program with M30 (legal then)"], {uri: text})[uri] == text + "\nM30\n"
+    client.change(uri, 2, text + "\nX1.2.3\nM2\n")
+    assert client.diagnostics(uri)["diagnostics"]
+    assert ask_fixes(client, uri, 3) == {}
+    client.change(uri, 3, TILTED.replace("A101", "G91 A41"))
+    assert client.diagnostics(uri)["diagnostics"]
+    assert ask_fixes(client, uri, 3) == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "table", "key", "value", "made"),
+    [
+        ("", ("wcs",), "G54", "[1, 2, 3]", "[wcs]\nG54 = [1, 2, 3]\n"),
+        ("# mine\n[wcs]", ("wcs",), "G54.1P3", "[1]", '# mine\n[wcs]\n"G54.1P3" = [1]\n'),
+        ("[wcs]\nG55 = [0]\n[tools]\nG54 = 1\n", ("wcs",), "G54", "[1]", "[wcs]\nG54 = [1]\nG55 = [0]\n[tools]\nG54 = 1\n"),
+        ('[wcs]\nG54 = "measure" # of\n', ("wcs",), "G54", "[1]", "[wcs]\nG54 = [1] # of\n"),
+        ("# mine\n[wcs]\nallow_rewind = 1\n", (), "allow_rewind", "true", "# mine\nallow_rewind = true\n[wcs]\nallow_rewind = 1\n"),
+        ("allow_rewind = false\n", (), "allow_rewind", "true", "allow_rewind = true\n"),
+    ],
+)  # fmt: skip
+def test_a_key_is_set_in_the_text_of_a_set_up(
+    text: str, table: tuple[str, ...], key: str, value: str, made: str
+) -> None:
+    from verne_post.cli.lsp.fixes import set_key
+
+    begin, end, new = set_key(text, table, key, value)
+    assert text[:begin] + new + text[end:] == made
+
+
 def test_newer_text_supersedes_the_check_of_an_older_one(client: Client, tmp_path: Path) -> None:
     cuts = "".join(f"X{k % 7} Y{k % 5} A{60 + k % 11}\n" for k in range(4000))
     long = LEGAL.replace("G1 A60\n", f"G1 A60\nG64 P0.1\n{cuts}")

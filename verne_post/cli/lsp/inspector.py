@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, field
 
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
@@ -51,6 +51,8 @@ class Inspected(Struct):
         None where they could not be read.
     facts : LineFacts or None
         Made when it is asked for.
+    fixes : dict
+        Of findings, where they were asked for.
     """
 
     path: Path
@@ -61,6 +63,7 @@ class Inspected(Struct):
     options: Options | None = None
     source: Text = b""
     facts: LineFacts | None = None
+    fixes: dict[Finding, Any] = field(default_factory=dict)
 
     def measure(self) -> LineFacts | None:
         """Facts of the lines; None without a plan."""

@@ -21,8 +21,9 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
 from verne_post import __version__
+from verne_post.cli.lsp.fixes import Fix, find_fixes
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
-from verne_post.cli.lsp.places import make_diagnostic, split_lines
+from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.temporary import temporary_folder
 from verne_post.model.codes import CODES
 from verne_post.output.code_pages import make_markdown
@@ -77,11 +78,9 @@ class Session:
 
     async def run_check(self, uri: str, superseded: threading.Event) -> Inspected | None:
         """Check, and tell the editor what is found; None where newer text has come."""
-        document = self.server.workspace.get_text_document(uri)
-        texts = {_find_path(one): other.source for one, other in self.server.workspace.text_documents.items()}
-        version = document.version
+        version = self.server.workspace.get_text_document(uri).version
         try:
-            found = await self.work(self.inspector.check, _find_path(uri), texts, superseded)
+            found = await self.work(self.inspector.check, _find_path(uri), self.read_texts(), superseded)
         except SupersededError:
             return None
         if superseded.is_set():
@@ -92,6 +91,10 @@ class Session:
             one.range = self.server.workspace.position_codec.range_to_client_units(lines, one.range)
         self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown, version))
         return found
+
+    def read_texts(self) -> dict[Path, str]:
+        """What the editor shows, by files."""
+        return {_find_path(uri): text.source for uri, text in self.server.workspace.text_documents.items()}
 
     async def work(self, function: Callable[..., _Answer], *arguments: Any) -> _Answer:
         """Run a function in the worker, after what it is doing."""
@@ -174,6 +177,50 @@ class Session:
         notes = [] if found is None else await self.work(self.inspector.find_notes, found)
         return [lsp.CodeLens(_make_line_range(line), lsp.Command(text, "")) for line, text in notes]
 
+    async def list_fixes(self, asked: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+        """Edits that settle the findings of a place."""
+        uri = asked.text_document.uri
+        found = await self.find_newest(uri)
+        if found is None or (asked.context.only and lsp.CodeActionKind.QuickFix not in asked.context.only):
+            return []
+        lines = split_lines(found.text)
+        actions: dict[str, lsp.CodeAction] = {}
+        for item in found.findings:
+            if not asked.range.start.line <= find_range(item, lines).start.line <= asked.range.end.line:
+                continue
+            if item not in found.fixes:  # editors ask again with every move of the cursor
+                try:
+                    made = await self.work(
+                        find_fixes, self.inspector, found, item, self.read_texts(), self.checks[uri][1]
+                    )
+                except (SupersededError, KeyError):
+                    return []
+                found.fixes[item] = made
+            shown = [one for one in asked.context.diagnostics if one.code == item.code]
+            workspace = self.server.client_capabilities.workspace
+            edits = workspace.workspace_edit if workspace else None
+            creates = edits is not None and lsp.ResourceOperationKind.Create in (edits.resource_operations or ())
+            actions |= {
+                fix.title: self._make_action(fix, shown, whole=bool(edits and edits.document_changes))
+                for fix in found.fixes[item] if fix.text is not None or creates
+            }  # fmt: skip
+        return list(actions.values())
+
+    def _make_action(self, fix: Fix, diagnostics: list[lsp.Diagnostic], *, whole: bool) -> lsp.CodeAction:
+        """An edit as editors apply it; ``whole`` for one that takes documents with their creation."""
+        uri = from_fs_path(str(fix.path)) or ""
+        lines = split_lines(fix.text or "")
+        places = [lsp.Position(fix.text[:at].count("\n"), at - fix.text.rfind("\n", 0, at) - 1) if fix.text else lsp.Position(0, 0)
+                  for at in (fix.begin, fix.end)]  # fmt: skip
+        place = self.server.workspace.position_codec.range_to_client_units(lines, lsp.Range(*places))
+        change = lsp.TextEdit(place, fix.new)
+        edit = lsp.WorkspaceEdit(changes={uri: [change]})
+        if whole:
+            document = lsp.OptionalVersionedTextDocumentIdentifier(uri)
+            made: list[Any] = [] if fix.text is not None else [lsp.CreateFile(uri)]
+            edit = lsp.WorkspaceEdit(document_changes=[*made, lsp.TextDocumentEdit(document, [change])])
+        return lsp.CodeAction(fix.title, lsp.CodeActionKind.QuickFix, diagnostics, fix.settles, edit=edit)
+
     async def list_symbols(self, asked: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         """Tools, operations and subprograms."""
         found = await self.find_newest(asked.text_document.uri)
@@ -230,6 +277,7 @@ def serve(given: dict[str, Any], output: Any) -> None:
             (lsp.TEXT_DOCUMENT_DID_CLOSE, session.close_text),
             (lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES, session.change_files),
             (lsp.TEXT_DOCUMENT_HOVER, session.show_line),
+            (lsp.TEXT_DOCUMENT_CODE_ACTION, session.list_fixes),
             (lsp.TEXT_DOCUMENT_CODE_LENS, session.show_notes),
             (lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL, session.list_symbols),
             (lsp.TEXT_DOCUMENT_DEFINITION, session.find_definition),
