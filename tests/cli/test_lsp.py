@@ -33,6 +33,7 @@ class Client:
         self.came: queue.Queue[dict[str, Any]] = queue.Queue()
         self.kept: list[dict[str, Any]] = []
         self.asked = 0
+        self.opened: list[str] = []
         threading.Thread(target=self._read, daemon=True).start()
         self.answer = self.ask("initialize", processId=None, rootUri=None, capabilities=capabilities)
         self.tell("initialized")
@@ -91,7 +92,13 @@ class Client:
             text = path.read_text("utf-8")
         document = {"uri": path.as_uri(), "languageId": "gcode", "version": 1, "text": text}
         self.tell("textDocument/didOpen", textDocument=document)
+        self.opened.append(path.as_uri())
         return path.as_uri()
+
+    def close_all(self) -> None:
+        for uri in self.opened:
+            self.tell("textDocument/didClose", textDocument={"uri": uri})
+        self.opened, self.kept = [], []
 
     def change(self, uri: str, version: int, text: str) -> None:
         self.tell(
@@ -116,12 +123,19 @@ class Client:
 
 
 @pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
+def server() -> Iterator[Client]:
     """One server for all tests; none of them makes it write more than lines of a log."""
     workspace = {"workspaceEdit": {"documentChanges": True, "resourceOperations": ["create"]}}
     client = Client(workspace=workspace, textDocument={"publishDiagnostics": {"codeDescriptionSupport": True}})
     yield client
     assert "Traceback" not in client.end()
+
+
+@pytest.fixture
+def client(server: Client) -> Iterator[Client]:
+    """An editor that shows nothing yet."""
+    yield server
+    server.close_all()
 
 
 def make_program(folder: Path, text: str, name: str = "part.nc", setup: str | None = SETUP) -> Path:
@@ -215,11 +229,11 @@ OUTLINES = {
         ["HEAD", "drill", "FACE"], (7, "drill"), 2,
     ),
     "b.nc": (
-        "%\nO0001 (MAIN)\nN10 G21 G90\nG0 X0 Y0 Z50\nM98 P20100\nGOTO 10\nM30\nO0100\nX1\nM99\n%\n",
+        "%\nO0001 (MAIN)\nN10 G21 G90\nG0 X0 Y0 Z50\nM98 P20100\nIF [1 EQ 2] GOTO 10\nM30\nO0100\nX1\nM99\n%\n",
         ["0001", "0100"], (4, "20100"), 7,
     ),
     "c.mpf": (
-        "G71 G90 G94\n; FACE\nG0 X0 Y0 Z50\nTOP:\nX1\nIF R1<2 GOTOB TOP\nHOLE\nM30\nPROC HOLE\nX2\nRET\n",
+        "G71 G90 G94\n; FACE\nG0 X0 Y0 Z50\nTOP:\nX1\nIF R1>2 GOTOB TOP\nHOLE\nM30\nPROC HOLE\nX2\nRET\n",
         ["FACE", "HOLE"], (5, "TOP"), 3,
     ),
     "d.h": (
@@ -410,6 +424,39 @@ def test_what_is_no_message_is_logged_in_one_line_and_the_next_one_is_answered(c
     place = {"line": 3, "character": 0}
     assert client.ask("textDocument/hover", textDocument={"uri": uri}, position=place) is not None
     assert client.ask("textDocument/hover", textDocument={"uri": "file:///not/open.nc"}, position=place) is None
+
+
+def test_an_error_of_ours_takes_the_place_of_what_was_said_before(tmp_path: Path) -> None:
+    """A worker that fails says so at the program, and the next text is checked."""
+    import asyncio
+
+    from verne_post.cli.lsp.server import Session
+
+    class Editor:
+        """What of the server a check needs."""
+
+        def __init__(self) -> None:
+            self.published: list[Any] = []
+
+        workspace = type(
+            "W", (), {"text_documents": {}, "get_text_document": lambda _self, _uri: type("D", (), {"version": 3})}
+        )()
+
+        def text_document_publish_diagnostics(self, told: Any) -> None:
+            self.published.append(told)
+
+    editor = Editor()
+
+    async def check() -> None:
+        session = Session(editor, {**dict.fromkeys(("select", "ignore", "baseline")), "severity": ()}, tmp_path)  # type: ignore[arg-type]
+        assert await session.run_check((tmp_path / "a.nc").as_uri(), threading.Event()) is None  # its text is missing
+        session.worker.shutdown()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        asyncio.run(check())
+    (told,) = editor.published
+    assert told.version == 3 and told.diagnostics[0].message.startswith("verne-post: internal error: KeyError")
 
 
 def test_set_up_and_settings_are_those_of_the_folder_and_of_other_open_texts(client: Client, tmp_path: Path) -> None:

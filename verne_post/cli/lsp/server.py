@@ -24,6 +24,7 @@ from verne_post import __version__
 from verne_post.cli.lsp.fixes import Fix, find_fixes
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
+from verne_post.cli.programs import PROGRAMS
 from verne_post.cli.temporary import temporary_folder
 from verne_post.model.codes import CODES
 from verne_post.output.code_pages import make_markdown
@@ -71,10 +72,13 @@ class Session:
         if uri in self.checks:
             self.checks.pop(uri)[1].set()
 
-    def begin_checks(self) -> None:
-        """Check every program again: a file that they may read has changed."""
+    def begin_checks(self, changed: Path) -> None:
+        """Check programs again that may read a file: the set-up of a program is read for that one alone."""
+        program = changed.with_suffix("")
+        is_setup = changed.suffix == ".toml" and program.suffix.lower() in PROGRAMS
         for uri in list(self.checks):
-            self.begin_check(uri)
+            if not is_setup or _find_path(uri) == program:
+                self.begin_check(uri)
 
     async def run_check(self, uri: str, superseded: threading.Event) -> Inspected | None:
         """Check, and tell the editor what is found; None where newer text has come."""
@@ -83,14 +87,24 @@ class Session:
             found = await self.work(self.inspector.check, _find_path(uri), self.read_texts(), superseded)
         except SupersededError:
             return None
+        except Exception as error:  # what was said of an older text must not stay
+            text = f"verne-post: internal error: {type(error).__name__}: {error}; please report it with the program"
+            logging.getLogger("pygls").warning("%s", text)
+            self._send_diagnostics(
+                uri, [lsp.Diagnostic(_make_line_range(1), text, lsp.DiagnosticSeverity.Error)], version
+            )
+            return None
         if superseded.is_set():
             return None
         lines = split_lines(found.text)
         shown = [make_diagnostic(item, lines, self._address_page(item.code)) for item in found.findings]
         for one in shown:
             one.range = self.server.workspace.position_codec.range_to_client_units(lines, one.range)
-        self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown, version))
+        self._send_diagnostics(uri, shown, version)
         return found
+
+    def _send_diagnostics(self, uri: str, shown: list[lsp.Diagnostic], version: int | None = None) -> None:
+        self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown, version))
 
     def read_texts(self) -> dict[Path, str]:
         """What the editor shows, by files."""
@@ -130,18 +144,19 @@ class Session:
         """A text is typed."""
         self._read_again(told.text_document.uri)
 
-    async def save_text(self, _told: lsp.DidSaveTextDocumentParams) -> None:
-        """A text is saved: other programs may call it."""
-        self.begin_checks()
+    async def save_text(self, told: lsp.DidSaveTextDocumentParams) -> None:
+        """A text is saved: set-ups that an editor does not tell of may have been, too."""
+        self._read_again(told.text_document.uri)
 
-    async def change_files(self, _told: lsp.DidChangeWatchedFilesParams) -> None:
-        """A file has changed."""
-        self.begin_checks()
+    async def change_files(self, told: lsp.DidChangeWatchedFilesParams) -> None:
+        """Files have changed."""
+        for change in told.changes:
+            self.begin_checks(_find_path(change.uri))
 
     async def close_text(self, told: lsp.DidCloseTextDocumentParams) -> None:
         """A text is no longer shown, and what has been said of it neither."""
         self.end_check(told.text_document.uri)
-        self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(told.text_document.uri, []))
+        self._send_diagnostics(told.text_document.uri, [])
 
     async def watch_files(self, _told: lsp.InitializedParams) -> None:
         """Ask an editor that can to tell when set-ups, settings and tool tables change."""
@@ -157,7 +172,7 @@ class Session:
 
     def _read_again(self, uri: str) -> None:
         if _find_path(uri).suffix.lower() in _READ_BY_PROGRAMS:
-            self.begin_checks()
+            self.begin_checks(_find_path(uri))
         else:
             self.begin_check(uri)
 
@@ -201,14 +216,13 @@ class Session:
             edits = workspace.workspace_edit if workspace else None
             creates = edits is not None and lsp.ResourceOperationKind.Create in (edits.resource_operations or ())
             actions |= {
-                fix.title: self._make_action(fix, shown, whole=bool(edits and edits.document_changes))
+                fix.title: self._make_action(uri if fix.path == found.path else from_fs_path(str(fix.path)) or "", fix, shown, whole=bool(edits and edits.document_changes))
                 for fix in found.fixes[item] if fix.text is not None or creates
             }  # fmt: skip
         return list(actions.values())
 
-    def _make_action(self, fix: Fix, diagnostics: list[lsp.Diagnostic], *, whole: bool) -> lsp.CodeAction:
+    def _make_action(self, uri: str, fix: Fix, diagnostics: list[lsp.Diagnostic], *, whole: bool) -> lsp.CodeAction:
         """An edit as editors apply it; ``whole`` for one that takes documents with their creation."""
-        uri = from_fs_path(str(fix.path)) or ""
         lines = split_lines(fix.text or "")
         places = [lsp.Position(fix.text[:at].count("\n"), at - fix.text.rfind("\n", 0, at) - 1) if fix.text else lsp.Position(0, 0)
                   for at in (fix.begin, fix.end)]  # fmt: skip
