@@ -343,6 +343,16 @@ def test_a_program_that_lacks_a_set_up_gets_one(client: Client, tmp_path: Path) 
     assert '1 = { length = "measure" }' in made
 
 
+def test_a_text_without_a_file_is_checked_and_gets_no_file(client: Client) -> None:
+    text = "T1 M6\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n"
+    document = {"uri": "untitled:Untitled-1", "languageId": "gcode", "version": 1, "text": text}
+    client.tell("textDocument/didOpen", textDocument=document)
+    told = client.diagnostics("untitled:Untitled-1")["diagnostics"]
+    assert "VP012" in [one["code"] for one in told]
+    assert ask_fixes(client, "untitled:Untitled-1", 1) == {}
+    client.tell("textDocument/didClose", textDocument={"uri": "untitled:Untitled-1"})
+
+
 def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> None:
     """VP010 has one, VP001 none; nor one whose word the line does not have."""
     text = "G21 G90 G94\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500"

@@ -67,9 +67,11 @@ def find_fixes(
 
 
 def _find_setup(inspector: Inspector, path: Path) -> Path | None:
-    """The file of the set-up of a program; None where there is to be none."""
+    """The file of the set-up of a program; None where there is to be none, or the program is not saved yet."""
     named = inspector.given.get("setup_file")
-    return Path(f"{path}.toml") if named is None else None if named == NONE else Path(named)
+    if named is None:
+        return Path(f"{path}.toml") if path.is_file() else None
+    return None if named == NONE else Path(named)
 
 
 def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: Mapping[Path, str]) -> Iterator[Fix]:

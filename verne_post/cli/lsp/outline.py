@@ -118,7 +118,7 @@ class Outline:
         found = []
         for (begin, name), end in zip(begins, ends, strict=False):
             inside = [one for one in operations if begin <= one.range.start.line < end]
-            operations = [one for one in operations if one not in inside]
+            operations = [one for one in operations if not begin <= one.range.start.line < end]
             found.append(self._make_symbol(f"tool {name}", lsp.SymbolKind.Class, begin, end - 1, inside))
         stops = [one.line for one in find_names(self.words.end, self.lines)]
         for one in self._list_subprograms():

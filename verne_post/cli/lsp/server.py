@@ -32,6 +32,8 @@ from verne_post.output.code_pages import make_markdown
 _Answer = TypeVar("_Answer")
 #: Endings of texts that programs read, and that are no programs.
 _READ_BY_PROGRAMS: Final = (".toml", ".tbl", ".csv", ".json", ".var")
+#: The folder where the server was started: the current one is that of the program that is checked.
+_START: Final = Path.cwd()
 
 
 class _Log(logging.Handler):
@@ -238,7 +240,7 @@ class Session:
     async def list_symbols(self, asked: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         """Tools, operations and subprograms."""
         found = await self.find_newest(asked.text_document.uri)
-        return [] if found is None else self.inspector.make_outline(found).list_symbols()
+        return [] if found is None else await self.work(lambda: self.inspector.make_outline(found).list_symbols())
 
     async def find_definition(self, asked: lsp.DefinitionParams) -> lsp.Location | None:
         """Where a call or a jump leads."""
@@ -249,9 +251,8 @@ class Session:
             return None
         place = self.server.workspace.position_codec.position_from_client_units(lines, asked.position)
         paths = self.inspector.given.get("subroutine_path") or ()
-        there = self.inspector.make_outline(found).find_definition(
-            place.line, place.character, found.path.parent, paths
-        )
+        sought = (place.line, place.character, found.path.parent, paths)
+        there = await self.work(lambda: self.inspector.make_outline(found).find_definition(*sought))
         if there is None or isinstance(there, Path):
             return None if there is None else lsp.Location(from_fs_path(str(there)) or "", _make_line_range(1))
         return lsp.Location(uri, self.server.workspace.position_codec.range_to_client_units(lines, there.place))
@@ -264,8 +265,7 @@ def _make_line_range(line: int) -> lsp.Range:
 
 def _find_path(uri: str) -> Path:
     """The file of a text; one that has none yet is in the folder where the server was started, by its name alone."""
-    path = to_fs_path(uri)
-    return Path(path if path else Path(uri).name).absolute()
+    return Path(to_fs_path(uri) or _START / Path(uri.rpartition(":")[2]).name)
 
 
 def serve(given: dict[str, Any], output: Any) -> None:
