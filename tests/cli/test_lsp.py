@@ -225,7 +225,7 @@ def test_lenses_name_the_time_and_the_worst_line(client: Client, tmp_path: Path)
 
 OUTLINES = {
     "a.ngc": (
-        "(HEAD)\nG21 G90\no<drill> sub\nG1 X1 F100\no<drill> endsub\nG0 X0 Y0 Z50\n(FACE)\no<drill> call\nM2\n",
+        "(HEAD)\nG21 G90\no<drill> sub\nG1 X1 F100\no<drill> endsub\nG0 X0 Y0 Z50\n(FACE)\no<drill> call\no20 repeat [2]\nX2\no20 endrepeat\nM2\n",
         ["HEAD", "drill", "FACE"], (7, "drill"), 2,
     ),
     "b.nc": (

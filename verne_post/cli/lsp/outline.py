@@ -34,7 +34,8 @@ _BLOCK_REMARK: Final = _N + r"(?:\(([^)]*)\)|;(.*))\s*$"
 #: Language -> its words.
 _WORDS: Final = {
     "rs274": _Words(
-        r"^\s*O\s*<?([\w ]+?)>?\s*(?:SUB\b|[(;]|$)", r"\b(?:ENDSUB|M99)\b", r"O\s*<?([\w ]+?)>?\s*CALL|M98[^\n(;]*P\s*(\d+)", _BLOCK_REMARK
+        r"^\s*O\s*(?:<([^>]+)>|(\d+))\s*(?:SUB\b|[(;]|$)", r"\b(?:ENDSUB|M99)\b",
+        r"O\s*(?:<([^>]+)>|(\d+))\s*CALL|M98[^\n(;]*P\s*(\d+)", _BLOCK_REMARK,
     ),
     "fanuc": _Words(
         r"^\s*[O:](\d+)", r"\bM99\b", r"(?:M98|G6[56])[^\n(;]*?P\s*(\d+)", _BLOCK_REMARK, r"^\s*N(\d+)", r"GOTO\s*(\d+)"
