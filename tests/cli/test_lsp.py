@@ -2,6 +2,7 @@
 
 import json
 import queue
+import re
 import subprocess
 import sys
 import threading
@@ -32,6 +33,7 @@ class Client:
         self.came: queue.Queue[dict[str, Any]] = queue.Queue()
         self.kept: list[dict[str, Any]] = []
         self.asked = 0
+        self.opened: list[str] = []
         threading.Thread(target=self._read, daemon=True).start()
         self.answer = self.ask("initialize", processId=None, rootUri=None, capabilities=capabilities)
         self.tell("initialized")
@@ -90,7 +92,13 @@ class Client:
             text = path.read_text("utf-8")
         document = {"uri": path.as_uri(), "languageId": "gcode", "version": 1, "text": text}
         self.tell("textDocument/didOpen", textDocument=document)
+        self.opened.append(path.as_uri())
         return path.as_uri()
+
+    def close_all(self) -> None:
+        for uri in self.opened:
+            self.tell("textDocument/didClose", textDocument={"uri": uri})
+        self.opened, self.kept = [], []
 
     def change(self, uri: str, version: int, text: str) -> None:
         self.tell(
@@ -115,12 +123,19 @@ class Client:
 
 
 @pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
+def server() -> Iterator[Client]:
     """One server for all tests; none of them makes it write more than lines of a log."""
     workspace = {"workspaceEdit": {"documentChanges": True, "resourceOperations": ["create"]}}
     client = Client(workspace=workspace, textDocument={"publishDiagnostics": {"codeDescriptionSupport": True}})
     yield client
     assert "Traceback" not in client.end()
+
+
+@pytest.fixture
+def client(server: Client) -> Iterator[Client]:
+    """An editor that shows nothing yet."""
+    yield server
+    server.close_all()
 
 
 def make_program(folder: Path, text: str, name: str = "part.nc", setup: str | None = SETUP) -> Path:
@@ -193,6 +208,187 @@ def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path
     assert nothing is None
 
 
+def test_lenses_name_the_time_and_the_worst_line(client: Client, tmp_path: Path) -> None:
+    uri = client.open(make_program(tmp_path, LEGAL.replace("F2000", "F500")))
+    lenses = client.ask("textDocument/codeLens", textDocument={"uri": uri})
+    shown = {one["command"]["title"]: one["range"]["start"]["line"] for one in lenses}
+    (head,) = (title for title, line in shown.items() if line == 0)
+    assert re.match(
+        r"can run: 0 errors, 0 warnings; \d+\.\d{3} s; nearest to a limit in line [45] \(travel of a, 20 % left", head
+    )
+    # 20 mm at 500 mm/min
+    assert [line for title, line in shown.items() if title.startswith("takes longest: 2.")] == [2]
+    client.change(uri, 2, TILTED)
+    (refused,) = client.ask("textDocument/codeLens", textDocument={"uri": uri})
+    assert refused["command"]["title"] == "refused: 1 error, 0 warnings; the first in line 4"
+
+
+OUTLINES = {
+    "a.ngc": (
+        "(HEAD)\nG21 G90\no<drill> sub\nG1 X1 F100\no<drill> endsub\nG0 X0 Y0 Z50\n(FACE)\no<drill> call\no20 repeat [2]\nX2\no20 endrepeat\nM2\n",
+        ["HEAD", "drill", "FACE"], (7, "drill"), 2,
+    ),
+    "b.nc": (
+        "%\nO0001 (MAIN)\nN10 G21 G90\nG0 X0 Y0 Z50\nM98 P20100\nIF [1 EQ 2] GOTO 10\nM30\nO0100\nX1\nM99\n%\n",
+        ["0001", "0100"], (4, "20100"), 7,
+    ),
+    "c.mpf": (
+        "G71 G90 G94\n; FACE\nG0 X0 Y0 Z50\nTOP:\nX1\nIF R1>2 GOTOB TOP\nHOLE\nM30\nPROC HOLE\nX2\nRET\n",
+        ["FACE", "HOLE"], (5, "TOP"), 3,
+    ),
+    "d.h": (
+        '0 BEGIN PGM D MM\n1 * - FACE\n2 L X+0 Y+0 Z+100 R0 FMAX\n3 CALL LBL "BORE"\n4 M30\n5 LBL "BORE"\n6 L X+1 FMAX\n7 LBL 0\n8 END PGM D MM\n',
+        ["FACE", "BORE"], (3, "BORE"), 5,
+    ),
+    "e.cls": (
+        "PARTNO/E\nDEFSUB/7\nGOTO/0,0,1\nENDSUB\nPPRINT FACE\nCALSUB/7\nFINI\n",
+        ["7", "FACE"], (5, "7"), 1,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OUTLINES)
+def test_symbols_and_definitions_in_each_language(client: Client, tmp_path: Path, name: str) -> None:
+    text, symbols, (line, word), there = OUTLINES[name]
+    uri = client.open(make_program(tmp_path, text, name))
+    shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
+    assert [one["name"] for one in shown] == symbols
+    column = text.split("\n")[line].index(word)
+    place = {"line": line, "character": column + 1}
+    found = client.ask("textDocument/definition", textDocument={"uri": uri}, position=place)
+    assert (found["uri"], found["range"]["start"]["line"]) == (uri, there)
+
+
+def test_tools_hold_their_operations_and_a_call_leads_to_its_file(client: Client, tmp_path: Path) -> None:
+    text = "G21 G90 G94 G54\n(FIRST)\nT1 M6\n(FACE)\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500\n(BORE)\nX9\nT2 M6\n(END)\nX0\no<lift> call\nM2\n"
+    uri = client.open(make_program(tmp_path, text, setup="split_at_stops = true\n" + SETUP))
+    (tmp_path / "lift.ngc").write_text("o<lift> sub\nG0 Z150\no<lift> endsub\n", "utf-8")
+    client.change(uri, 2, text + "\n")
+    shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
+    assert [(one["name"], [each["name"] for each in one["children"]]) for one in shown] == [
+        ("FIRST", []), ("tool 1", ["FACE", "BORE"]), ("tool 2", ["END"]),
+    ]  # fmt: skip
+    found = client.ask("textDocument/definition", textDocument={"uri": uri}, position={"line": 11, "character": 4})
+    assert found["uri"] == (tmp_path / "lift.ngc").as_uri()
+
+
+def ask_fixes(client: Client, uri: str, line: int) -> dict[str, Any]:
+    """Edits for the findings of a line, by their titles."""
+    place = {"line": line, "character": 0}
+    asked = {"textDocument": {"uri": uri}, "range": {"start": place, "end": place}, "context": {"diagnostics": []}}
+    return {one["title"]: one for one in client.ask("textDocument/codeAction", **asked)}
+
+
+def apply_edit(action: dict[str, Any], texts: dict[str, str]) -> dict[str, str]:
+    """Texts by their addresses after an edit, as an editor makes it; units are those of ASCII here."""
+    changed = dict(texts)
+    for change in action["edit"]["documentChanges"]:
+        if change.get("kind") == "create":
+            changed[change["uri"]] = ""
+            continue
+        (edit,) = change["edits"]
+        lines = changed[change["textDocument"]["uri"]].split("\n")
+        begin, end = (
+            sum(len(line) + 1 for line in lines[: place["line"]]) + place["character"]
+            for place in (edit["range"]["start"], edit["range"]["end"])
+        )
+        text = "\n".join(lines)
+        changed[change["textDocument"]["uri"]] = text[:begin] + edit["newText"] + text[end:]
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("part.nc", TILTED, 3),
+        ("part.mpf", "G71 G90 G94\nTRAORI\nG0 X0 Y0 Z120 A0 C0\nG1 Z100 A60 F2000\nG1 A=101\nG0 Z160 A60\nM30\n", 4),
+    ],
+)
+def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
+    client: Client, tmp_path: Path, name: str, text: str, line: int
+) -> None:
+    uri = client.open(make_program(tmp_path, text, name))
+    assert client.diagnostics(uri)["diagnostics"]
+    ((title, action),) = ask_fixes(client, uri, line).items()
+    assert re.fullmatch(rf"Write A=?99\.\d+ in place of A=?101 in line {line + 1} \(legal then\)", title)
+    assert action["isPreferred"]
+    mended = apply_edit(action, {uri: text})[uri]
+    client.change(uri, 2, mended)
+    assert client.diagnostics(uri)["diagnostics"] == []
+
+
+def test_a_fix_of_the_set_up_is_applied_and_the_result_is_legal(client: Client, tmp_path: Path) -> None:
+    text = "G21 G90 G94 G17 G40 G49 G80\nG0 X0 Y0 Z120 A0 C0\nG1 X200 F2000\nM2\n"
+    path = make_program(tmp_path, text, setup="tool_length = 120\n\n[wcs]\nG54 = [0, 0, 560] # vice\n")
+    uri = client.open(path)
+    (first, *_) = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, first["range"]["start"]["line"])
+    (title,) = (
+        one for one in fixes if one.startswith("Clamp the part at wcs.G54 = [") and one.endswith("(legal then)")
+    )
+    setup = tmp_path / "part.nc.toml"
+    mended = apply_edit(fixes[title], {setup.as_uri(): setup.read_text("utf-8")})[setup.as_uri()]
+    assert mended.endswith("# vice\n")
+    client.open(setup, mended)
+    assert client.diagnostics(uri)["diagnostics"] == []
+
+
+def test_a_program_that_lacks_a_set_up_gets_one(client: Client, tmp_path: Path) -> None:
+    uri = client.open(make_program(tmp_path, "T1 M6\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n", setup=None))
+    told = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, told[0]["range"]["start"]["line"])
+    (title,) = (one for one in fixes if one.startswith("Write part.nc.toml"))
+    assert title == "Write part.nc.toml, to be filled in: the length of tool 1, the place of G54"
+    made = apply_edit(fixes[title], {})[(tmp_path / "part.nc.toml").as_uri()]
+    assert '1 = { length = "measure" }' in made
+
+
+def test_a_text_without_a_file_is_checked_and_gets_no_file(client: Client) -> None:
+    text = "T1 M6\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n"
+    document = {"uri": "untitled:Untitled-1", "languageId": "gcode", "version": 1, "text": text}
+    client.tell("textDocument/didOpen", textDocument=document)
+    told = client.diagnostics("untitled:Untitled-1")["diagnostics"]
+    assert "VP012" in [one["code"] for one in told]
+    assert ask_fixes(client, "untitled:Untitled-1", 1) == {}
+    client.tell("textDocument/didClose", textDocument={"uri": "untitled:Untitled-1"})
+
+
+def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> None:
+    """VP010 has one, VP001 none; nor one whose word the line does not have."""
+    text = "G21 G90 G94\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500"
+    uri = client.open(make_program(tmp_path, text))
+    (unended,) = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, unended["range"]["start"]["line"])
+    assert list(fixes) == ["End the program with M30 (legal then)"]
+    assert apply_edit(fixes["End the program with M30 (legal then)"], {uri: text})[uri] == text + "\nM30\n"
+    client.change(uri, 2, text + "\nX1.2.3\nM2\n")
+    assert client.diagnostics(uri)["diagnostics"]
+    assert ask_fixes(client, uri, 3) == {}
+    client.change(uri, 3, TILTED.replace("A101", "G91 A41"))
+    assert client.diagnostics(uri)["diagnostics"]
+    assert ask_fixes(client, uri, 3) == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "table", "key", "value", "made"),
+    [
+        ("", ("wcs",), "G54", "[1, 2, 3]", "[wcs]\nG54 = [1, 2, 3]\n"),
+        ("# mine\n[wcs]", ("wcs",), "G54.1P3", "[1]", '# mine\n[wcs]\n"G54.1P3" = [1]\n'),
+        ("[wcs]\nG55 = [0]\n[tools]\nG54 = 1\n", ("wcs",), "G54", "[1]", "[wcs]\nG54 = [1]\nG55 = [0]\n[tools]\nG54 = 1\n"),
+        ('[wcs]\nG54 = "measure" # of\n', ("wcs",), "G54", "[1]", "[wcs]\nG54 = [1] # of\n"),
+        ("# mine\n[wcs]\nallow_rewind = 1\n", (), "allow_rewind", "true", "# mine\nallow_rewind = true\n[wcs]\nallow_rewind = 1\n"),
+        ("allow_rewind = false\n", (), "allow_rewind", "true", "allow_rewind = true\n"),
+    ],
+)  # fmt: skip
+def test_a_key_is_set_in_the_text_of_a_set_up(
+    text: str, table: tuple[str, ...], key: str, value: str, made: str
+) -> None:
+    from verne_post.cli.lsp.fixes import set_key
+
+    begin, end, new = set_key(text, table, key, value)
+    assert text[:begin] + new + text[end:] == made
+
+
 def test_newer_text_supersedes_the_check_of_an_older_one(client: Client, tmp_path: Path) -> None:
     cuts = "".join(f"X{k % 7} Y{k % 5} A{60 + k % 11}\n" for k in range(4000))
     long = LEGAL.replace("G1 A60\n", f"G1 A60\nG64 P0.1\n{cuts}")
@@ -238,6 +434,39 @@ def test_what_is_no_message_is_logged_in_one_line_and_the_next_one_is_answered(c
     place = {"line": 3, "character": 0}
     assert client.ask("textDocument/hover", textDocument={"uri": uri}, position=place) is not None
     assert client.ask("textDocument/hover", textDocument={"uri": "file:///not/open.nc"}, position=place) is None
+
+
+def test_an_error_of_ours_takes_the_place_of_what_was_said_before(tmp_path: Path) -> None:
+    """A worker that fails says so at the program, and the next text is checked."""
+    import asyncio
+
+    from verne_post.cli.lsp.server import Session
+
+    class Editor:
+        """What of the server a check needs."""
+
+        def __init__(self) -> None:
+            self.published: list[Any] = []
+
+        workspace = type(
+            "W", (), {"text_documents": {}, "get_text_document": lambda _self, _uri: type("D", (), {"version": 3})}
+        )()
+
+        def text_document_publish_diagnostics(self, told: Any) -> None:
+            self.published.append(told)
+
+    editor = Editor()
+
+    async def check() -> None:
+        session = Session(editor, {**dict.fromkeys(("select", "ignore", "baseline")), "severity": ()}, tmp_path)  # type: ignore[arg-type]
+        assert await session.run_check((tmp_path / "a.nc").as_uri(), threading.Event()) is None  # its text is missing
+        session.worker.shutdown()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        asyncio.run(check())
+    (told,) = editor.published
+    assert told.version == 3 and told.diagnostics[0].message.startswith("verne-post: internal error: KeyError")
 
 
 def test_set_up_and_settings_are_those_of_the_folder_and_of_other_open_texts(client: Client, tmp_path: Path) -> None:

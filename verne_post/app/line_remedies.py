@@ -14,7 +14,7 @@ from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.machining.state import State
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, Remedy
 from verne_post.model.moves import AXES, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES
@@ -70,19 +70,19 @@ class Line(Struct, frozen=True, eq=False):
 
 def proposals(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """What would make the line legal, or would remove its warnings where it has no errors, in numbers."""
-    yield from turns(line, findings)
+    yield from (remedy.text for remedy in turns(line, findings))
     gravest = worst(findings)
     yield from _propose_shifts(line, [item for item in findings if item.severity == gravest])
 
 
-def turns(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+def turns(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
     """Other angles of the table that make the line legal, the part where it is: less tilt, another branch."""
     gravest = worst(findings)
     yield from _propose_tilts(line, [item for item in findings if item.severity == gravest])
     yield from _propose_branches(line, gravest == "error")
 
 
-def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
     """Less tilt at the end of a straight line, where the table leaves its travel."""
     joints = line.exact
     if not remedies.straight(joints):
@@ -98,11 +98,12 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
             joints.machine.coordinates.from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[at]
             for a in (angles[0, 0], tilt)
         )
-        yield (f"the line ended at {letter} {short_text(then, 3)} in place of {letter} {short_text(now, 6)}, tip and "
-               f"{joints.machine.rotary_letters[1]} as they are")  # fmt: skip
+        text = (f"the line ended at {letter} {short_text(then, 3)} in place of {letter} {short_text(now, 6)}, tip and "
+                f"{joints.machine.rotary_letters[1]} as they are")  # fmt: skip
+        yield Remedy(text, short_text(then, 3), line=line.number, word=(letter, float(now)))
 
 
-def _propose_branches(line: Line, error: bool) -> Iterator[str]:
+def _propose_branches(line: Line, error: bool) -> Iterator[Remedy]:
     if not error:
         return
     joints = line.joints
@@ -112,8 +113,8 @@ def _propose_branches(line: Line, error: bool) -> Iterator[str]:
         tilt, turn = joints.machine.rotary_letters
         a, c = (short_text(words[axis]) for axis in joints.machine.coordinates.rotary)
         name = "the other table solution" if branch.flip else f"another turn of {turn}"
-        yield (f"{name}: the line ends at {tilt} {a}, {turn} {c} with the same tool axis "
-               "(the table must begin the line on that side)")  # fmt: skip
+        yield Remedy(f"{name}: the line ends at {tilt} {a}, {turn} {c} with the same tool axis "
+                     "(the table must begin the line on that side)")  # fmt: skip
         return  # the nearest one
 
 

@@ -18,7 +18,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.remedies import ROTARY_CODES, movable, of_line, smallest_shift
-from verne_post.model.findings import Finding, InputError
+from verne_post.model.findings import Finding, InputError, Remedy
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.verdict import Family, concerns_pose, family_of
 from verne_post.toolpath.contour import make_exact_contour
@@ -58,27 +58,34 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     made: list[Finding] = []
     for item in findings:
         if item in remedied:
-            texts = tuple(_try_remedies(source, program, joints, item, offset))
-            item = dataclasses.replace(item, remedies=texts)
+            tried = tuple(_try_remedies(source, program, joints, item, offset))
+            edits = tuple(one for one in tried if one.value)
+            item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
     return made
 
 
-def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, offset: str | None) -> Iterator[str]:
-    """Texts of the remedies of one finding."""
+def _try_remedies(
+    source: Text, program: Program, joints: Any, item: Finding, offset: Remedy | None
+) -> Iterator[Remedy]:
+    """The remedies of one finding."""
     if item.code in _OPTIONS:
         flag, change = _OPTIONS[item.code]
         left = _find_errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None
         if left is not None and item.code not in left:
-            yield f"{flag} makes the program legal" if not left else f"{flag} removes this ({', '.join(left)} stay)"
+            what = "makes the program legal" if not left else f"removes this ({', '.join(left)} stay)"
+            yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     elif offset is not None and item.code not in ROTARY_CODES:
         yield offset
     elif family_of(item.code) != Family.BRANCH:
         line = _find_worst_line(program, joints, item)
         if line is not None:
-            yield from (f"line {line.number} alone: {text}" for text in turns(line, [item]))
+            for one in turns(line, [item]):
+                yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         if item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS:
-            yield "no work offset near this one makes the program legal; `verne-post fit` seeks one over the whole table"
+            yield Remedy(
+                "no work offset near this one makes the program legal; `verne-post fit` seeks one over the whole table"
+            )
 
 
 def _find_worst_line(program: Program, joints: Any, item: Finding) -> Line | None:
@@ -104,7 +111,7 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
 # --- a work offset for the whole program -----------------------------------------------------------------
 
 
-def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> str | None:
+def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
     """A work offset, as an option, with which the whole program was checked; None where none was found."""
     concerned = _select_movable_errors(errors)
     if not concerned:
@@ -121,11 +128,11 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> s
         found = _find_legal_origin(source, program, origin, system, turn, concerned, basis)
         if found is not None:
             place, left = found
-            then = f"{SYSTEM_NAMES[system]} = {plain_list((*place, *([turn] if turn else [])))}"
-            moved = f"if the part is moved by {plain_list(place - origin)} mm (then {then})"
+            name, then = SYSTEM_NAMES[system], plain_list((*place, *([turn] if turn else [])))
+            moved = f"if the part is moved by {plain_list(place - origin)} mm (then {name} = {then})"
             none_given = "no work offset was given; " if given is None else ""
             what = f"only {', '.join(left)} stay" if left else "legal"
-            return f"{none_given}{what} {moved}"
+            return Remedy(f"{none_given}{what} {moved}", f"[{then}]", key=("wcs", name))
     return None
 
 

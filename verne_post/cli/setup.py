@@ -1,7 +1,7 @@
 """`verne-post setup`: the file beside a program that says what the program leaves open."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -10,6 +10,12 @@ from verne_post.cli.common import print_findings, quiet_option, read_program, re
 from verne_post.cli.files import RunFiles, is_dash, shown_name
 from verne_post.cli.options import FILE, INPUT, GroupedCommand, program_options
 from verne_post.model.verdict import ExitStatus
+
+if TYPE_CHECKING:
+    from verne_post.base.long_text import Text
+    from verne_post.model.findings import Finding
+    from verne_post.model.machine import Machine
+    from verne_post.model.options import Options
 
 
 @click.command("setup", cls=GroupedCommand)
@@ -42,6 +48,18 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
         machine, source, options = read_program(files, input_name, given)
     except InputError as error:
         return refuse(name, error)
+    text, missing, others = make_setup(name, source, machine, options)
+    files.write(output, "-o", [text])
+    print_findings(name, others, source)
+    if not quiet:
+        say(f"{shown_name(str(output))}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
+    return ExitStatus.CLEAN
+
+
+def make_setup(
+    name: str, source: "Text", machine: "Machine", options: "Options"
+) -> "tuple[str, str, tuple[Finding, ...]]":
+    """The file of a set-up, what is to be filled in, and errors that it does not settle."""
     from verne_post.app.setup_draft import draft_setup
     from verne_post.base.long_text import line_of
     from verne_post.output.setup_text import HEAD_LINES, list_missing, write_setup
@@ -50,9 +68,4 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     lines = (line_of(source, number) for number in range(1, HEAD_LINES + 1))
     head = [line.decode("utf-8", errors="replace") for line in lines if line is not None]
     text = write_setup(name, draft.tools, draft.wcs, draft.codes, draft.tool_length, head)
-    files.write(output, "-o", [text])
-    print_findings(name, draft.others, source)
-    if not quiet:
-        missing = list_missing(draft.missing)
-        say(f"{shown_name(str(output))}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
-    return ExitStatus.CLEAN
+    return text, list_missing(draft.missing), draft.others

@@ -8,6 +8,31 @@ from verne_post.model.verdict import Severity
 
 
 @dataclass(frozen=True)
+class Remedy:
+    """What would make a program, or a line, legal: it was tried.
+
+    Attributes
+    ----------
+    text : str
+        In a sentence.
+    value : str
+        What is to be written; empty where it stands in no file.
+    key : tuple of str
+        Of the set-up, where it is written there: ("wcs", "G54"), ("allow_rewind",).
+    line : int
+        Of the program, where it is written there, in place of the number of ``word``.
+    word : tuple of str and float
+        The letter, and the number that stands there.
+    """
+
+    text: str
+    value: str = ""
+    key: tuple[str, ...] = ()
+    line: int = 0
+    word: tuple[str, float] = ("", 0.0)
+
+
+@dataclass(frozen=True)
 class Finding:
     """One entry of a report.
 
@@ -30,6 +55,8 @@ class Finding:
         Number of moves (or rows) that the finding stands for.
     remedies : tuple of str
         What would make the program, or the line, legal: each was tried. Empty where nothing was sought.
+    edits : tuple of Remedy
+        Those of the remedies that are a word of the program or of its set-up.
     settled_by : tuple of tuple of str
         Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11").
     """
@@ -47,6 +74,7 @@ class Finding:
     unit: str | None = None
     count: int = 1
     remedies: tuple[str, ...] = ()
+    edits: tuple[Remedy, ...] = ()
     settled_by: tuple[tuple[str, ...], ...] = ()
 
 

@@ -38,7 +38,7 @@ def write_setup(
             "",
             "[wcs]  # part zero on the table: x, y from the axis of C, z above the table face; then the part's turn",
         ]
-        lines += [f"{_quote_key(name)} = {_show_place(offset)}" for name, offset in wcs.items()]
+        lines += [f"{quote_key(name)} = {_show_place(offset)}" for name, offset in wcs.items()]
     if codes:
         lines += ["", '[remap]  # what codes of the builder mean: "ignore", "event", "tcp on" or "tcp off"']
         lines += [f'{code} = "{meaning or "decide"}"' for code, meaning in codes.items()]
@@ -57,7 +57,7 @@ def list_missing(missing: Mapping[str, list[str]]) -> str:
 
 def _describe_tool(name: str, length: float | None, diameter: float | None, remark: str) -> str:
     sizes = [f"length = {_show_size(length)}", *([f"diameter = {_show_size(diameter)}"] if diameter != 0 else [])]
-    return f"{_quote_key(name)} = {{ {', '.join(sizes)} }}{f'  # {remark}' if remark else ''}"
+    return f"{quote_key(name)} = {{ {', '.join(sizes)} }}{f'  # {remark}' if remark else ''}"
 
 
 def _show_size(value: float | None) -> str:
@@ -71,7 +71,7 @@ def _show_place(offset: WorkOffset | None) -> str:
     return f"[{', '.join(f'{value:.9g}' for value in (*offset.origin_mm, *turn))}]"
 
 
-def _quote_key(name: str) -> str:
+def quote_key(name: str) -> str:
     """A key of TOML, in quotes where it needs them."""
     if _BARE_KEY.fullmatch(name):
         return name

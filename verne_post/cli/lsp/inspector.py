@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import click
-from msgspec import Struct
+import numpy as np
+from msgspec import Struct, field
 
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
@@ -19,11 +20,13 @@ from verne_post.base.long_text import Text
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
+from verne_post.cli.lsp.outline import Outline
+from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import settings_of
 from verne_post.model.findings import Finding, InputError, UsageError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
-from verne_post.output.findings import Report
+from verne_post.output.findings import Report, outcome_line
 from verne_post.output.policy import apply_policy
 
 #: Options that say which findings count.
@@ -48,6 +51,8 @@ class Inspected(Struct):
         None where they could not be read.
     facts : LineFacts or None
         Made when it is asked for.
+    fixes : dict
+        Of findings, where they were asked for.
     """
 
     path: Path
@@ -58,6 +63,7 @@ class Inspected(Struct):
     options: Options | None = None
     source: Text = b""
     facts: LineFacts | None = None
+    fixes: dict[Finding, Any] = field(default_factory=dict)
 
     def measure(self) -> LineFacts | None:
         """Facts of the lines; None without a plan."""
@@ -119,6 +125,28 @@ class Inspector:
             text = error.message if isinstance(error, click.UsageError) else str(error)
             found.findings = (finding("VP022", text),)
         return found
+
+    def make_outline(self, found: Inspected) -> Outline:
+        """What stands where in a program."""
+        dialect = "auto" if found.options is None else found.options.dialect
+        return Outline(split_lines(found.text), dialect, found.text.encode(), found.path.name)
+
+    def find_notes(self, found: Inspected) -> list[tuple[int, str]]:
+        """What is written over lines, counted from 1: the machining time, the line next to a limit, the one that takes longest."""
+        facts, summary = found.measure(), found.made.result.summary
+        errors = [item.worst_line or item.line for item in found.findings if item.severity == "error"]
+        outcome = outcome_line(found.path.name, found.findings).partition(": ")[2]
+        if facts is None or summary is None:
+            first = next((f"; the first in line {line}" for line in errors if line), "")
+            return [(1, f"{outcome}{first}")]
+        own = np.flatnonzero(facts.line > 0)
+        near, long = own[np.argmin(facts.margin[own])], own[np.argmax(facts.seconds[own])]
+        limit = f"{facts.names[facts.nearest[near]]}, {100 * facts.margin[near]:.0f} % left"
+        return [
+            (1, f"{outcome}; {summary.cycle_time:.3f} s; nearest to a limit in line {facts.line[near]} ({limit})"),
+            (int(facts.line[near]), f"nearest to a limit: {limit}"),
+            (int(facts.line[long]), f"takes longest: {facts.seconds[long]:.3f} s"),
+        ]
 
     def describe_line(self, found: Inspected, line: int) -> str | None:
         """Time, feed, and pose of a 1-based line; None for one without motion."""

@@ -24,9 +24,14 @@ def split_lines(text: str) -> list[str]:
     return [line.removesuffix("\r") for line in text.split("\n")]
 
 
+def remove_remarks(line: str) -> str:
+    """A line with blanks for remarks in parentheses and after a semicolon."""
+    return re.sub(r"\([^)]*\)?|;.*", lambda remark: " " * len(remark[0]), line)
+
+
 def find_word(line: str, letter: str) -> re.Match[str] | None:
     """A letter with its number, outside remarks in parentheses and after a semicolon; None where it stands not once."""
-    code = re.sub(r"\([^)]*\)?|;.*", lambda remark: " " * len(remark[0]), line)
+    code = remove_remarks(line)
     found = list(re.finditer(rf"(?<![A-Za-z_])({letter}[ \t]*=?[ \t]*)([-+]?[\d.]+)", code, re.IGNORECASE))
     return found[0] if len(found) == 1 else None
 

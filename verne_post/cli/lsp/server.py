@@ -21,8 +21,10 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
 from verne_post import __version__
+from verne_post.cli.lsp.fixes import Fix, find_fixes
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
-from verne_post.cli.lsp.places import make_diagnostic, split_lines
+from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
+from verne_post.cli.programs import PROGRAMS
 from verne_post.cli.temporary import temporary_folder
 from verne_post.model.codes import CODES
 from verne_post.output.code_pages import make_markdown
@@ -30,6 +32,8 @@ from verne_post.output.code_pages import make_markdown
 _Answer = TypeVar("_Answer")
 #: Endings of texts that programs read, and that are no programs.
 _READ_BY_PROGRAMS: Final = (".toml", ".tbl", ".csv", ".json", ".var")
+#: The folder where the server was started: the current one is that of the program that is checked.
+_START: Final = Path.cwd()
 
 
 class _Log(logging.Handler):
@@ -70,19 +74,27 @@ class Session:
         if uri in self.checks:
             self.checks.pop(uri)[1].set()
 
-    def begin_checks(self) -> None:
-        """Check every program again: a file that they may read has changed."""
+    def begin_checks(self, changed: Path) -> None:
+        """Check programs again that may read a file: the set-up of a program is read for that one alone."""
+        program = changed.with_suffix("")
+        is_setup = changed.suffix == ".toml" and program.suffix.lower() in PROGRAMS
         for uri in list(self.checks):
-            self.begin_check(uri)
+            if not is_setup or _find_path(uri) == program:
+                self.begin_check(uri)
 
     async def run_check(self, uri: str, superseded: threading.Event) -> Inspected | None:
         """Check, and tell the editor what is found; None where newer text has come."""
-        document = self.server.workspace.get_text_document(uri)
-        texts = {_find_path(one): other.source for one, other in self.server.workspace.text_documents.items()}
-        version = document.version
+        version = self.server.workspace.get_text_document(uri).version
         try:
-            found = await self.work(self.inspector.check, _find_path(uri), texts, superseded)
+            found = await self.work(self.inspector.check, _find_path(uri), self.read_texts(), superseded)
         except SupersededError:
+            return None
+        except Exception as error:  # what was said of an older text must not stay
+            text = f"verne-post: internal error: {type(error).__name__}: {error}; please report it with the program"
+            logging.getLogger("pygls").warning("%s", text)
+            self._send_diagnostics(
+                uri, [lsp.Diagnostic(_make_line_range(1), text, lsp.DiagnosticSeverity.Error)], version
+            )
             return None
         if superseded.is_set():
             return None
@@ -90,8 +102,15 @@ class Session:
         shown = [make_diagnostic(item, lines, self._address_page(item.code)) for item in found.findings]
         for one in shown:
             one.range = self.server.workspace.position_codec.range_to_client_units(lines, one.range)
-        self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown, version))
+        self._send_diagnostics(uri, shown, version)
         return found
+
+    def _send_diagnostics(self, uri: str, shown: list[lsp.Diagnostic], version: int | None = None) -> None:
+        self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown, version))
+
+    def read_texts(self) -> dict[Path, str]:
+        """What the editor shows, by files."""
+        return {_find_path(uri): text.source for uri, text in self.server.workspace.text_documents.items()}
 
     async def work(self, function: Callable[..., _Answer], *arguments: Any) -> _Answer:
         """Run a function in the worker, after what it is doing."""
@@ -127,18 +146,19 @@ class Session:
         """A text is typed."""
         self._read_again(told.text_document.uri)
 
-    async def save_text(self, _told: lsp.DidSaveTextDocumentParams) -> None:
-        """A text is saved: other programs may call it."""
-        self.begin_checks()
+    async def save_text(self, told: lsp.DidSaveTextDocumentParams) -> None:
+        """A text is saved: set-ups that an editor does not tell of may have been, too."""
+        self._read_again(told.text_document.uri)
 
-    async def change_files(self, _told: lsp.DidChangeWatchedFilesParams) -> None:
-        """A file has changed."""
-        self.begin_checks()
+    async def change_files(self, told: lsp.DidChangeWatchedFilesParams) -> None:
+        """Files have changed."""
+        for change in told.changes:
+            self.begin_checks(_find_path(change.uri))
 
     async def close_text(self, told: lsp.DidCloseTextDocumentParams) -> None:
         """A text is no longer shown, and what has been said of it neither."""
         self.end_check(told.text_document.uri)
-        self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(told.text_document.uri, []))
+        self._send_diagnostics(told.text_document.uri, [])
 
     async def watch_files(self, _told: lsp.InitializedParams) -> None:
         """Ask an editor that can to tell when set-ups, settings and tool tables change."""
@@ -154,7 +174,7 @@ class Session:
 
     def _read_again(self, uri: str) -> None:
         if _find_path(uri).suffix.lower() in _READ_BY_PROGRAMS:
-            self.begin_checks()
+            self.begin_checks(_find_path(uri))
         else:
             self.begin_check(uri)
 
@@ -168,11 +188,84 @@ class Session:
         text = await self.work(self.inspector.describe_line, found, asked.position.line + 1)
         return None if text is None else lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text))
 
+    async def show_notes(self, asked: lsp.CodeLensParams) -> list[lsp.CodeLens]:
+        """What is written over lines."""
+        found = await self.find_newest(asked.text_document.uri)
+        notes = [] if found is None else await self.work(self.inspector.find_notes, found)
+        return [lsp.CodeLens(_make_line_range(line), lsp.Command(text, "")) for line, text in notes]
+
+    async def list_fixes(self, asked: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+        """Edits that settle the findings of a place."""
+        uri = asked.text_document.uri
+        found = await self.find_newest(uri)
+        if found is None or (asked.context.only and lsp.CodeActionKind.QuickFix not in asked.context.only):
+            return []
+        lines = split_lines(found.text)
+        actions: dict[str, lsp.CodeAction] = {}
+        for item in found.findings:
+            if not asked.range.start.line <= find_range(item, lines).start.line <= asked.range.end.line:
+                continue
+            if item not in found.fixes:  # editors ask again with every move of the cursor
+                try:
+                    made = await self.work(
+                        find_fixes, self.inspector, found, item, self.read_texts(), self.checks[uri][1]
+                    )
+                except (SupersededError, KeyError):
+                    return []
+                found.fixes[item] = made
+            shown = [one for one in asked.context.diagnostics if one.code == item.code]
+            workspace = self.server.client_capabilities.workspace
+            edits = workspace.workspace_edit if workspace else None
+            creates = edits is not None and lsp.ResourceOperationKind.Create in (edits.resource_operations or ())
+            actions |= {
+                fix.title: self._make_action(uri if fix.path == found.path else from_fs_path(str(fix.path)) or "", fix, shown, whole=bool(edits and edits.document_changes))
+                for fix in found.fixes[item] if fix.text is not None or creates
+            }  # fmt: skip
+        return list(actions.values())
+
+    def _make_action(self, uri: str, fix: Fix, diagnostics: list[lsp.Diagnostic], *, whole: bool) -> lsp.CodeAction:
+        """An edit as editors apply it; ``whole`` for one that takes documents with their creation."""
+        lines = split_lines(fix.text or "")
+        places = [lsp.Position(fix.text[:at].count("\n"), at - fix.text.rfind("\n", 0, at) - 1) if fix.text else lsp.Position(0, 0)
+                  for at in (fix.begin, fix.end)]  # fmt: skip
+        place = self.server.workspace.position_codec.range_to_client_units(lines, lsp.Range(*places))
+        change = lsp.TextEdit(place, fix.new)
+        edit = lsp.WorkspaceEdit(changes={uri: [change]})
+        if whole:
+            document = lsp.OptionalVersionedTextDocumentIdentifier(uri)
+            made: list[Any] = [] if fix.text is not None else [lsp.CreateFile(uri)]
+            edit = lsp.WorkspaceEdit(document_changes=[*made, lsp.TextDocumentEdit(document, [change])])
+        return lsp.CodeAction(fix.title, lsp.CodeActionKind.QuickFix, diagnostics, fix.settles, edit=edit)
+
+    async def list_symbols(self, asked: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
+        """Tools, operations and subprograms."""
+        found = await self.find_newest(asked.text_document.uri)
+        return [] if found is None else await self.work(lambda: self.inspector.make_outline(found).list_symbols())
+
+    async def find_definition(self, asked: lsp.DefinitionParams) -> lsp.Location | None:
+        """Where a call or a jump leads."""
+        uri = asked.text_document.uri
+        found = await self.find_newest(uri)
+        lines = [] if found is None else split_lines(found.text)
+        if found is None or asked.position.line >= len(lines):
+            return None
+        place = self.server.workspace.position_codec.position_from_client_units(lines, asked.position)
+        paths = self.inspector.given.get("subroutine_path") or ()
+        sought = (place.line, place.character, found.path.parent, paths)
+        there = await self.work(lambda: self.inspector.make_outline(found).find_definition(*sought))
+        if there is None or isinstance(there, Path):
+            return None if there is None else lsp.Location(from_fs_path(str(there)) or "", _make_line_range(1))
+        return lsp.Location(uri, self.server.workspace.position_codec.range_to_client_units(lines, there.place))
+
+
+def _make_line_range(line: int) -> lsp.Range:
+    """The beginning of a line, counted from 1."""
+    return lsp.Range(lsp.Position(line - 1, 0), lsp.Position(line - 1, 0))
+
 
 def _find_path(uri: str) -> Path:
     """The file of a text; one that has none yet is in the folder where the server was started, by its name alone."""
-    path = to_fs_path(uri)
-    return Path(path if path else Path(uri).name).absolute()
+    return Path(to_fs_path(uri) or _START / Path(uri.rpartition(":")[2]).name)
 
 
 def serve(given: dict[str, Any], output: Any) -> None:
@@ -198,6 +291,10 @@ def serve(given: dict[str, Any], output: Any) -> None:
             (lsp.TEXT_DOCUMENT_DID_CLOSE, session.close_text),
             (lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES, session.change_files),
             (lsp.TEXT_DOCUMENT_HOVER, session.show_line),
+            (lsp.TEXT_DOCUMENT_CODE_ACTION, session.list_fixes),
+            (lsp.TEXT_DOCUMENT_CODE_LENS, session.show_notes),
+            (lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL, session.list_symbols),
+            (lsp.TEXT_DOCUMENT_DEFINITION, session.find_definition),
         ):
             server.feature(name)(partial(function))  # the protocol notes its name on what it is given
         with suppress(SystemExit):

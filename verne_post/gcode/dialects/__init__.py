@@ -29,9 +29,14 @@ DIALECTS: Final[Mapping[str, Dialect]] = _find_dialects()
 
 def choose_dialect(name: str, source: Text, source_name: str) -> Dialect:
     """The dialect of that name; for "auto" the one that recognises the text, else that of the file's ending, else RS274/NGC."""
+    return DIALECTS[choose_dialect_name(name, source, source_name)]
+
+
+def choose_dialect_name(name: str, source: Text, source_name: str) -> str:
+    """The name of that dialect."""
     if name != _AUTO:
-        return DIALECTS[name]
-    by_text = (dialect for dialect in DIALECTS.values() if dialect.recognise(source))
+        return name
+    by_text = (known for known, dialect in DIALECTS.items() if dialect.recognise(source))
     name_alone = _VERSION.sub("", source_name.lower())
-    by_ending = (dialect for dialect in DIALECTS.values() if name_alone.endswith(dialect.endings))
-    return next(by_text, next(by_ending, DIALECTS[_DEFAULT]))
+    by_ending = (known for known, dialect in DIALECTS.items() if name_alone.endswith(dialect.endings))
+    return next(by_text, next(by_ending, _DEFAULT))

@@ -1,0 +1,151 @@
+"""Edits that settle a finding: each was made in a copy, and the copy checked, before it is offered."""
+
+import math
+import re
+import threading
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from msgspec import Struct
+
+from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.cli.lsp.inspector import Inspected, Inspector
+from verne_post.cli.lsp.places import find_range, find_word, split_lines
+from verne_post.cli.setup import make_setup
+from verne_post.cli.setups import NONE
+from verne_post.model.findings import Finding, Remedy
+from verne_post.model.verdict import counts
+from verne_post.output.setup_text import quote_key
+
+
+class Fix(Struct, frozen=True):
+    """An edit of one file: what stands from ``begin`` to ``end`` in ``text`` becomes ``new``.
+
+    Attributes
+    ----------
+    title : str
+    path : Path
+    text : str or None
+        What the file holds; None where it is to be created.
+    settles : bool
+        No error stays.
+    """
+
+    title: str
+    path: Path
+    text: str | None
+    begin: int
+    end: int
+    new: str
+    settles: bool = False
+
+
+def find_fixes(
+    inspector: Inspector, found: Inspected, item: Finding, texts: Mapping[Path, str], superseded: threading.Event
+) -> list[Fix]:
+    """The edits that remove a finding and bring no error.
+
+    Raises
+    ------
+    SupersededError
+    """
+    fixes, before = [], counts(found.findings)
+    setup = _find_setup(inspector, found.path)
+    for fix in _propose_fixes(found, item, setup, texts):
+        whole = fix.text or ""
+        changed = {**texts, fix.path: whole[: fix.begin] + fix.new + whole[fix.end :]}
+        errors, warnings = counts(inspector.check(found.path, changed, superseded).findings)
+        if errors <= before[0] and errors + warnings < sum(before):
+            left = "legal then" if not errors else f"{errors} error{'s stay' if errors > 1 else ' stays'}"
+            fixes.append(Fix(f"{fix.title} ({left})", fix.path, fix.text, fix.begin, fix.end, fix.new, not errors))
+    lacking = item.settled_by and setup is not None and not setup.exists() and setup not in texts
+    if lacking and setup is not None and found.machine is not None and found.options is not None:
+        new, missing, _others = make_setup(found.path.name, found.source, found.machine, found.options)
+        title = f"Write {setup.name}{f', to be filled in: {missing}' if missing else ''}"
+        fixes.append(Fix(title, setup, None, 0, 0, new))
+    return fixes
+
+
+def _find_setup(inspector: Inspector, path: Path) -> Path | None:
+    """The file of the set-up of a program; None where there is to be none, or the program is not saved yet."""
+    named = inspector.given.get("setup_file")
+    if named is None:
+        return Path(f"{path}.toml") if path.is_file() else None
+    return None if named == NONE else Path(named)
+
+
+def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: Mapping[Path, str]) -> Iterator[Fix]:
+    """Edits that may settle a finding."""
+    for remedy in item.edits:
+        fix = _change_word(found, remedy) if remedy.line else _change_setup(setup, remedy, texts)
+        if fix is not None:
+            yield fix
+    text = found.text
+    if item.code == "VP010":
+        new = f"{'' if text.endswith(chr(10)) or not text else chr(10)}M30\n"
+        yield Fix("End the program with M30", found.path, text, len(text), len(text), new)
+    if item.code == "VP006" and item.column is not None:
+        lines = split_lines(text)
+        place = find_range(item, lines)
+        begin = _find_offset(text, place.start.line) + place.start.character
+        end = begin + place.end.character - place.start.character
+        yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+
+
+def _find_offset(text: str, line: int) -> int:
+    """Where a line, counted from 0, begins."""
+    return sum(len(one) + 1 for one in text.split("\n")[:line])
+
+
+def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
+    """The number of a word; None where the line does not have it, as in a loop or an incremental block."""
+    letter, now = remedy.word
+    line = split_lines(found.text)[remedy.line - 1]
+    word = find_word(line, letter)
+    if word is None or not math.isclose(float(word[2]), now, abs_tol=LIMIT_SLACK_MM):
+        return None
+    value = remedy.value if "." in remedy.value or "." not in word[2] else f"{remedy.value}."
+    new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value
+    begin = _find_offset(found.text, remedy.line - 1) + word.start(2)
+    title = f"Write {word[1]}{new} in place of {word[0]} in line {remedy.line}"
+    return Fix(title, found.path, found.text, begin, begin + len(word[2]), new)
+
+
+def _change_setup(setup: Path | None, remedy: Remedy, texts: Mapping[Path, str]) -> Fix | None:
+    """A key of the set-up."""
+    if setup is None:
+        return None
+    text = texts.get(setup)
+    if text is None and setup.is_file():
+        text = setup.read_text("utf-8", errors="replace")
+    begin, end, new = set_key(text or "", remedy.key[:-1], remedy.key[-1], remedy.value)
+    what = "Clamp the part at" if remedy.key[0] == "wcs" else "Set"
+    return Fix(f"{what} {'.'.join(remedy.key)} = {remedy.value} in {setup.name}", setup, text, begin, end, new)
+
+
+def set_key(text: str, table: tuple[str, ...], key: str, value: str) -> tuple[int, int, str]:
+    """Begin, end and text of what gives a key of a table a value; a table that is not there is added.
+
+    Parameters
+    ----------
+    text : str
+        TOML. What is written in a way that is not seen here is refused when the result is read.
+    table : tuple of str
+        Its name; empty for keys before the first table.
+    """
+    heads = list(re.finditer(r"^[ \t]*\[+([^\[\]\n]+)\]+[^\n]*(?:\n|\Z)", text, re.MULTILINE))
+    entry = f"{quote_key(key)} = {value}\n"
+    begin = re.match(r"(?:[ \t]*#[^\n]*\n)*", text).end()  # type: ignore[union-attr]  # it matches nothing, too
+    if table:
+        own = next((head for head in heads if head[1].strip() == table[0]), None)
+        if own is None:
+            gap = "" if not text else "\n" if text.endswith("\n") else "\n\n"
+            return len(text), len(text), f"{gap}[{table[0]}]\n{entry}"
+        begin = own.end()
+    end = next((head.start() for head in heads if head.start() >= begin), len(text))
+    known = re.compile(rf'^[ \t]*"?{re.escape(key)}"?[ \t]*=[ \t]*(\[[^\]]*\]|"[^"\n]*"|[^\s#]+)', re.MULTILINE).search(
+        text, begin, end
+    )
+    if known:
+        return known.start(1), known.end(1), value
+    return begin, begin, entry if begin == 0 or text[begin - 1] == "\n" else f"\n{entry}"

@@ -1,0 +1,176 @@
+"""Tools, operations, subprograms and labels of a program, by its text, and where a call leads."""
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from lsprotocol import types as lsp
+from msgspec import Struct
+
+from verne_post.base.long_text import Text
+from verne_post.cli.lsp.places import remove_remarks
+from verne_post.config.subprograms import callable_files
+from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.model.findings import UsageError
+
+_N: Final = r"^\s*(?:N\d+\s*)?"
+
+
+class _Words(Struct, frozen=True):
+    """How a language writes what is looked for: patterns with a group, the name."""
+
+    subprogram: str
+    end: str
+    call: str
+    remark: str
+    label: str = r"(?!)"
+    jump: str = r"(?!)"
+    tool: str = r"(?<![A-Z])T\s*=?\s*(\d+|\"[^\"]+\")"
+    change: str = r"(?<![A-Z])(M)0*6(?!\d)"
+
+
+_BLOCK_REMARK: Final = _N + r"(?:\(([^)]*)\)|;(.*))\s*$"
+#: Language -> its words.
+_WORDS: Final = {
+    "rs274": _Words(
+        r"^\s*O\s*(?:<([^>]+)>|(\d+))\s*(?:SUB\b|[(;]|$)", r"\b(?:ENDSUB|M99)\b",
+        r"O\s*(?:<([^>]+)>|(\d+))\s*CALL|M98[^\n(;]*P\s*(\d+)", _BLOCK_REMARK,
+    ),
+    "fanuc": _Words(
+        r"^\s*[O:](\d+)", r"\bM99\b", r"(?:M98|G6[56])[^\n(;]*?P\s*(\d+)", _BLOCK_REMARK, r"^\s*N(\d+)", r"GOTO\s*(\d+)"
+    ),
+    "siemens": _Words(
+        _N + r"PROC\s+(\w+)", r"\b(?:RET|M17|ENDPROC)\b", _N + r"(?:CALL\s*\"?)?([A-Za-z_]{2}\w*)", _N + r"(?:;(.*)|MSG\s*\(\"(.*)\"\))",
+        _N + r"([A-Za-z_]{2}\w*)\s*:(?!=)|^\s*(N\d+)", r"(?:GOTO[FBCS]?|REPEATB?)\s+(\w+)",
+    ),
+    "heidenhain": _Words(
+        r"^\s*(?:\d+\s+)?LBL\s*\"?([^\s\";]+)", r"LBL\s*0\b", r"CALL\s+LBL\s*\"?([^\s\";]+)|CALL\s+PGM\s*\"?([^\"\n;~]+)",
+        r"^\s*(?:\d+\s+)?(?:;|\*\s*-)\s*(.*)", tool=r"TOOL\s+CALL\s+(\d+|\"[^\"]+\")", change=r"(TOOL)\s+CALL\s+[\d\"]",
+    ),
+    "aptcl": _Words(
+        r"DEFSUB\s*/\s*(\w+)|(\w+)\s*=\s*MACRO", r"\b(?:ENDSUB|TERMAC)\b", r"CALSUB\s*/\s*(\w+)|CALL\s*/\s*(\w+)", r"^\s*(?:\$\$|PPRINT\b\s*/?)(.*)",
+        tool=r"LOADTL\s*/\s*(\w+)", change=r"(LOADTL)\s*/",
+    ),
+}  # fmt: skip
+
+
+class Named(Struct, frozen=True):
+    """A name in a line, counted from 0, and its columns."""
+
+    name: str
+    line: int
+    begin: int
+    end: int
+
+    @property
+    def key(self) -> str:
+        """What spellings of a name share: O0100, 100, and TNC:\\SUB\\PART.H of a control."""
+        plain = re.split(r"[\\/:]", self.name.lower())[-1].strip().removesuffix(".h")
+        number = re.fullmatch(r"o?0*(\d+)", plain)
+        return number[1] if number else plain
+
+    @property
+    def place(self) -> lsp.Range:
+        """Its range."""
+        return lsp.Range(lsp.Position(self.line, self.begin), lsp.Position(self.line, self.end))
+
+
+def find_names(pattern: str, lines: Sequence[str]) -> Iterator[Named]:
+    """What a pattern names, line by line."""
+    sought = re.compile(pattern, re.IGNORECASE)
+    for number, line in enumerate(lines):
+        for match in sought.finditer(line):
+            group = next((k for k, text in enumerate(match.groups(), 1) if text is not None), 0)
+            yield Named(match[group], number, *match.span(group))
+
+
+class Outline:
+    """What stands where in a program.
+
+    Parameters
+    ----------
+    dialect : str
+        As the options have it.
+    """
+
+    def __init__(self, lines: Sequence[str], dialect: str, source: Text, name: str) -> None:
+        self.lines = lines
+        self.words = _WORDS[choose_dialect_name(dialect, source, name)]
+
+    def _list_subprograms(self) -> list[Named]:
+        """Where subprograms begin; label 0 of Klartext ends one."""
+        return [one for one in find_names(self.words.subprogram, self.lines) if one.key != "0"]
+
+    def _list_tools(self) -> Iterator[tuple[int, str]]:
+        """Line and name of each change of the tool; it may have been chosen before."""
+        code = [remove_remarks(line) for line in self.lines]
+        chosen = list(find_names(self.words.tool, code))
+        for line in dict.fromkeys(one.line for one in find_names(self.words.change, code)):
+            name = next((one.name for one in reversed(chosen) if one.line <= line), "")
+            yield line, name.strip('"')
+
+    def list_symbols(self) -> list[lsp.DocumentSymbol]:
+        """Tools with their operations, and subprograms."""
+        last = len(self.lines) - 1
+        begins = list(self._list_tools())
+        operations = list(self._list_operations())
+        ends = [line for line, _name in begins[1:]] + [last + 1]
+        found = []
+        for (begin, name), end in zip(begins, ends, strict=False):
+            inside = [one for one in operations if begin <= one.range.start.line < end]
+            operations = [one for one in operations if not begin <= one.range.start.line < end]
+            found.append(self._make_symbol(f"tool {name}", lsp.SymbolKind.Class, begin, end - 1, inside))
+        stops = [one.line for one in find_names(self.words.end, self.lines)]
+        for one in self._list_subprograms():
+            end = next((line for line in stops if line > one.line), last)
+            found.append(self._make_symbol(one.name, lsp.SymbolKind.Function, one.line, end))
+        return sorted([*operations, *found], key=lambda one: one.range.start.line)
+
+    def _list_operations(self) -> Iterator[lsp.DocumentSymbol]:
+        """Remarks that stand alone before blocks: the first of several."""
+        remarks = [one for one in find_names(self.words.remark, self.lines) if re.search(r"[^\W\d_]", one.name)]
+        heads = [
+            one
+            for one, before in zip(remarks, [None, *remarks], strict=False)
+            if before is None or before.line < one.line - 1
+        ]
+        for one, after in zip(heads, [*(head.line for head in heads[1:]), len(self.lines)], strict=False):
+            yield self._make_symbol(one.name.strip(), lsp.SymbolKind.Event, one.line, after - 1)
+
+    def _make_symbol(
+        self, name: str, kind: lsp.SymbolKind, begin: int, end: int, inside: Sequence[lsp.DocumentSymbol] = ()
+    ) -> lsp.DocumentSymbol:
+        whole = lsp.Range(lsp.Position(begin, 0), lsp.Position(end, len(self.lines[end])))
+        return lsp.DocumentSymbol(
+            name,
+            kind,
+            whole,
+            lsp.Range(whole.start, lsp.Position(begin, len(self.lines[begin]))),
+            children=list(inside),
+        )
+
+    def find_definition(self, line: int, column: int, folder: Path, paths: tuple[str, ...]) -> Named | Path | None:
+        """Where the call or the jump at a place leads: a name of this text, or a file that a program of the folder may call."""
+        words = self.words
+        for pattern, defined in (
+            (words.call, self._list_subprograms()),
+            (words.jump, list(find_names(words.label, self.lines))),
+        ):
+            for one in find_names(pattern, self.lines[line : line + 1]):
+                if not one.begin <= column <= one.end:
+                    continue
+                # M98 P51000 calls O1000 five times
+                keys = (one.key, one.key[-4:].lstrip("0")) if one.key.isdecimal() else (one.key,)
+                here = next((each for key in keys for each in defined if each.key == key), None)
+                return here or next(
+                    (file for file in _list_files(folder, paths) if Named(file.stem, 0, 0, 0).key in keys), None
+                )
+        return None
+
+
+def _list_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
+    try:
+        return callable_files(folder, paths)
+    except (UsageError, OSError):
+        return []
