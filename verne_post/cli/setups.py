@@ -1,5 +1,6 @@
 """The set-ups of a program under the options of the command line: what stands in files holds where the command line is silent."""
 
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -139,7 +140,7 @@ def _find_setups(
     if asked is None and (not program or is_dash(program)):
         return
     path = Path(asked) if asked is not None else Path(f"{program}.toml")
-    if asked is None and not path.is_file():
+    if asked is None and not os.path.lexists(path):  # a link to nothing is read, and refused
         return
     if path.suffix != ".toml" and not is_dash(path):
         raise click.UsageError(f"--setup {path}: expected {NONE}, -, or a file that ends in .toml")
