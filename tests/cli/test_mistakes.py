@@ -30,6 +30,8 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         (("p.nc", "--tool-lenght", 60), "--tool-lenght"),
         (("chek", "p.nc"), "no such file, and no command; did you mean check?"),
         (("--machine", "serial", "chek", "p.nc"), "chek: no such file, and no command; did you mean check?"),
+        (("--machine", "serial"), "Missing argument 'INPUT'"),
+        (("-q",), "Missing argument 'INPUT'"),
         (("--tool-length", "60", "check", "p.nc"), "check comes first: verne-post check --tool-length 60 p.nc"),
         (("--exit-zero", "check", "p.nc"), "check comes first: verne-post check --exit-zero p.nc"),
         (("--machin", "serial", "p.nc"), "--machine"),

@@ -456,6 +456,15 @@ def test_what_is_found_is_no_link_to_another_folder(job: Path, run: Callable[...
     assert "verne-post.toml: is a link that leads out of its folder; name it with --settings" in said
     assert "TOKEN" not in said
     Path("verne-post.toml").unlink()
+    for name in (
+        "part.nc.toml",
+        "verne-post.toml",
+    ):  # what is meant to hold, and is not there, does not go without a word
+        Path(name).symlink_to("lost.toml")
+        said = run("check", "part.nc", "--tool-length", 60)
+        assert said.code == 2
+        assert f"{name}: No such file or directory" in said.out + said.err
+        Path(name).unlink()
     Path("below/s.nc").symlink_to("../../secret")
     for words in (("check", "below"), ("batch", "below", "-o", "out")):
         refused = run(*words)

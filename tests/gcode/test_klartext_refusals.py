@@ -1,5 +1,7 @@
 """Klartext that is not executed: each is refused by its code, at its line, in words that name what is wrong."""
 
+import re
+
 import pytest
 
 from tests.gcode.conftest import make_tool
@@ -12,6 +14,10 @@ PECK = "CYCL DEF 205 P Q200=2 Q201=-5 Q206=100 Q202=2 Q203=0 Q204=2 Q212=0 Q205=
 BORE_BACK = "CYCL DEF 204 B Q200=2 Q249=5 Q250=20 Q251=3 Q252=1 Q253=750 Q254=200 Q255=0 Q203=0 Q204=9"
 BORE = "CYCL DEF 202 B Q200=2 Q201=-5 Q206=100 Q211=0 Q208=0 Q203=0 Q204=5"
 MILL_BORE = "CYCL DEF 208 B Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20 Q351=1 Q370=0"
+
+
+#: Words that Klartext does not have; G54 and others are also names of work offsets (--wcs).
+G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
 
 
 @pytest.mark.parametrize(
@@ -30,6 +36,8 @@ MILL_BORE = "CYCL DEF 208 B Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20
         (["L X+1 M" + "1" * 5000], "VP002", "M111111111..."),
         (["TOOL CALL " + "9" * 400 + " Z S100"], "VP002", "a tool number is whole"),
         # approach and departure
+        (["L X+5 RL", "L X+9", "M128"], "VP017", "compensation; end it first"),
+        (["L X+5 RL", "L X+9 A+5"], "VP026", "compensation: the contour is plane; end it first"),
         (["L X+5 RL", "APPR LT X+9 Y+5 LEN3 RL"], "VP017", "APPR while RL"),
         (["APPR CT X+5 Y+5 CCA90 R3"], "VP005", "needs RL or RR"),
         (["APPR LT X+5 Y+5 RL"], "VP005", "needs LEN"),
@@ -188,6 +196,7 @@ def test_what_is_not_executed_is_refused(view, statements, code, words):
     assert found.code in code.split("|"), found
     assert any(part in found.message for part in words.split("|")), found
     assert len(HEAD) < found.line <= len(HEAD) + len(statements) + 1
+    assert not G_WORD.search(found.message), "Klartext has no such words"
 
 
 @pytest.mark.parametrize(

@@ -258,6 +258,7 @@ def test_what_depends_on_where_the_tool_stands_is_refused(machine, first, words)
     item = caught.value.findings[0]
     assert item.code == "VP013"
     assert words in item.message
+    assert "G9" not in item.message, "Klartext has no G90"
 
 
 CONTOUR = "G0 X0 Y0\nZ50.\nG1 Z5. F500\nG41 D1 X20. Y10.\nY30.\nG2 X40. Y50. R20.\nG1 X60.\nG40 Y70.\nG0 Z50."

@@ -70,7 +70,7 @@ def lay_out(
     line = int(moves.line[max(wrong[0].before - 1, 0)])
     text = (
         "after the tool axis of this line the program names places of the machine, and the side on which the table stands "
-        "depends on them in turn; name {} and {} in one G0 block before them"
+        "depends on them in turn; name {} and {} in one rapid traverse before them"
     ).format(*machine.rotary_letters)
     raise InputError(finding("VP013", text, line=line, last_line=line, worst_line=line))
 

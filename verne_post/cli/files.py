@@ -111,8 +111,8 @@ class RunFiles:
                 Path(name).open("rb").close()
 
     def has(self, path: Path) -> bool:
-        """Whether there is such a file, or a text in its place."""
-        return os.path.realpath(path) in self.texts or path.is_file()
+        """Whether there is such a file, or a text in its place; a link to nothing is one, which is refused when it is read."""
+        return os.path.realpath(path) in self.texts or os.path.lexists(path)
 
     def opened(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:
         """A file, or standard input for "-", to be read in parts within :func:`reading`."""

@@ -114,10 +114,10 @@ def _find_program(default: click.Context, args: list[str]) -> str | None:
     Options that the default command has not are those of a command that comes later.
     """
     try:
-        program: str | None = default.command.make_parser(default).parse_args(list(args))[0].get("input_name")
+        program = default.command.make_parser(default).parse_args(list(args))[0].get("input_name")
     except click.UsageError:
-        program = next((word for word in args if word in COMMANDS), None)
-    return program
+        return next((word for word in args if word in COMMANDS), None)
+    return program if isinstance(program, str) else None  # click has a mark of its own for a missing argument
 
 
 @click.group(cls=DefaultGroup, context_settings={"help_option_names": ["-h", "--help"]})

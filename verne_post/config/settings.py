@@ -1,5 +1,6 @@
 """The settings file, verne-post.toml: options, user-defined codes, fixtures and stock, what counts. Every error names file, key and value."""
 
+import os
 from collections.abc import Callable
 from fnmatch import fnmatch
 from pathlib import Path
@@ -92,7 +93,7 @@ class Settings(Struct, frozen=True):
 def find_settings(folder: Path) -> Path | None:
     """The nearest settings file in a folder or above it: verne-post.toml, or a pyproject.toml with [tool.verne-post]."""
     for place in (folder, *folder.parents):
-        if (place / FILE_NAME).is_file():
+        if os.path.lexists(place / FILE_NAME):  # a link to nothing is read, and refused
             return place / FILE_NAME
         project = place / PROJECT_FILE
         if project.is_file() and _has_settings(read_file(project)):

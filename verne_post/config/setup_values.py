@@ -63,7 +63,7 @@ def with_setup(options: Options, program: Path | None, setup: Setup) -> Options:
     if setup not in _WORDS and not isinstance(setup, os.PathLike):
         raise UsageError("setup", f"{setup!r}: expected {', '.join(map(repr, _WORDS))} or a pathlib.Path")
     path = (None if program is None else Path(f"{program}.toml")) if setup == "beside" else Path(setup)
-    if setup == "none" or path is None or (setup == "beside" and not path.is_file()):
+    if setup == "none" or path is None or (setup == "beside" and not os.path.lexists(path)):
         return options
     file = read_setup(path, lambda name: _read(name, "set-up"), path.name, named=setup != "beside")
     given = {name: value for name in OPTIONS if (value := getattr(options, name)) != OPTIONS[name].default()}

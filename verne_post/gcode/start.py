@@ -82,7 +82,7 @@ class _Opening:
                 return found
         raise InputError(
             finding("VP013", "the pose at which the program starts cannot be found from its first lines: they leave an axis open, or "
-                    "contradict each other; name X, Y, Z, A and C in one G0 block first", line=1, last_line=1, worst_line=1)
+                    "contradict each other; name X, Y, Z, A and C in one rapid traverse first", line=1, last_line=1, worst_line=1)
         )  # fmt: skip
 
     def _solve(self, guess: Array, *, waits: bool) -> Array | None:

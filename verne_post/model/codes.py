@@ -106,7 +106,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "position unknown",
         "error",
         "An incremental move, an arc or a G92 needs a position that no absolute word has set yet.",
-        "Program the axis in G90 first.",
+        "Give the axis an absolute value first.",
     ),
     (
         "VP014",
@@ -126,8 +126,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP016",
         "tool length changed under tilt",
         "error",
-        "After a change of the tool length offset with the table tilted, the next move must be a rapid traverse in G90.",
-        "Program a G0 with the position after the change.",
+        "After a change of the tool length offset with the table tilted, the next move must be a rapid traverse in absolute terms.",
+        "Program a rapid traverse (G0, FMAX) to the position after the change.",
     ),
     (
         "VP017",

@@ -82,7 +82,7 @@ class Machining:
             if not self.state.is_known(axis):
                 letter = AXES[axis]
                 raise at.error("VP013", f"{why} needs the position of {letter}, which no absolute word has named yet; "
-                    f"name {letter} with G90 first", letter)  # fmt: skip
+                    f"give {letter} an absolute value first", letter)  # fmt: skip
 
     def refuse_compensation(self, what: str) -> None:
         """Refuse (VP017) what cannot be while cutter compensation holds."""
@@ -200,7 +200,7 @@ class Machining:
         if kind != MoveKind.RAPID or not (absolute or machine):
             raise ProgramError(
                 "VP016", f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is elsewhere; "
-                "the next motion must be a G0 in absolute terms",
+                "the next motion must be a rapid traverse in absolute terms",
             )  # fmt: skip
         if machine:
             return state.position
@@ -280,9 +280,7 @@ class Machining:
         """Move on an arc in a plane of the frame, from where the tool stands; under cutter compensation beside it."""
         state = self.state
         if not state.arc_may_follow:
-            raise ProgramError(
-                "VP026", "the move after the end of cutter compensation (G40) must be straight, not an arc"
-            )
+            raise ProgramError("VP026", "the move after the end of cutter compensation must be straight, not an arc")
         target, feed = end, state.feed
         if state.compensation is not None:
             self._check_compensated(start, end)
@@ -343,9 +341,7 @@ class Machining:
         """Refuse a spline where none may be; ``name`` is that of the language."""
         self.refuse_compensation(name)
         if not self.state.arc_may_follow:
-            raise ProgramError(
-                "VP026", "the move after the end of cutter compensation (G40) must be straight, not a spline"
-            )
+            raise ProgramError("VP026", "the move after the end of cutter compensation must be straight, not a spline")
 
     def spline(self, at: At, spline: BSpline, name: str, *, absolute: bool = True) -> None:
         """Move along a B-spline at the feed rate in force; its first control point is where the tool is.
@@ -482,7 +478,7 @@ class Machining:
         """Refuse (VP017) the beginning of cutter compensation where it cannot begin."""
         state = self.state
         if state.compensation is not None:
-            raise ProgramError("VP017", f"{name} while cutter compensation is on; write G40 first")
+            raise ProgramError("VP017", f"{name} while cutter compensation is on; end it first")
         if state.plane == 2:
             raise ProgramError("VP017", f"{name} in the YZ plane (G19); cutter compensation works in G17 and G18")
         if state.feed_mode == FeedMode.INVERSE:
@@ -539,5 +535,5 @@ class Machining:
         turning = next((axis for axis in _ROTARY if start[axis] != end[axis]), None)
         if turning is not None:
             raise ProgramError(
-                "VP026", f"{AXES[turning]} turns under cutter compensation: the contour is plane; write G40 first"
+                "VP026", f"{AXES[turning]} turns under cutter compensation: the contour is plane; end it first"
             )

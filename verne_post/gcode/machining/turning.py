@@ -170,5 +170,5 @@ def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], whe
         core.recorder.warn(
             "VP046",
             f"{when}, a turn of the table holds the tip at its place of the part: the spindle goes by {ways} mm, "
-            "and the block does not name these axes; name X, Y and Z in it, or turn the table with G53", at.line, None,
+            "and the block does not name these axes; name X, Y and Z in it, or turn the table in machine coordinates", at.line, None,
         )  # fmt: skip
