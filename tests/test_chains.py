@@ -21,7 +21,7 @@ from verne_post.kinematics.checks.keep_out import place_body
 ROOT = Path(__file__).resolve().parents[1]
 #: Where the part is on each machine.
 PLACES = {"bc_trunnion": "0,0,0", "ac_trunnion": "0,0,0", "b_head_c_table": "0,0,0", "ca_fork_head": "1000,1000,-200",
-          "ab_table": "0,0,0"}  # fmt: skip
+          "ab_table": "0,0,0", "nutating_table": "0,0,0", "nutating_head": "0,0,-200"}  # fmt: skip
 LENGTH = 100.0
 _TILT = np.radians(20.0)
 WAY = np.array([(30, 0, 40, 0.2, 0.05), (30, 20, 42, 0.2, 0.2), (-20, 10, 42, -0.25, 0.1), (10, -20, 42, 0.1, -0.2)])
@@ -47,7 +47,7 @@ def read_rows(machine: str, csv: str) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 @pytest.mark.parametrize("machine", PLACES)
-def test_one_cl_file_on_five_machines(machine: str, run: Runner, tmp_path: Path) -> None:
+def test_one_cl_file_on_every_machine(machine: str, run: Runner, tmp_path: Path) -> None:
     """Tip and tool axis come to every place of the CL file, within the tolerances of [accuracy], whatever the joints are."""
     source, axes = tmp_path / "part.cl", tmp_path / "axes.csv"
     head = ["PARTNO/TEST", "UNITS/MM", "MULTAX/ON", "LOADTL/1", "RAPID", "GOTO/0,0,80,0,0,1", "FEDRAT/2000,MMPM"]
@@ -157,11 +157,11 @@ PLANES = {
 
 
 @pytest.mark.parametrize("language", PLANES)
-@pytest.mark.parametrize("machine", ["bc_trunnion", "ac_trunnion", "b_head_c_table", "ab_table", "ca_fork_head"])
+@pytest.mark.parametrize("machine", PLACES)
 def test_tilted_planes_under_tcp(machine: str, language: str, run: Runner, tmp_path: Path) -> None:
     """A plane turned about one axis of the part by 20 degrees: the tool comes down 25 mm over it, along its normal."""
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
-    letters = {"bc_trunnion": "BC", "b_head_c_table": "BC", "ab_table": "AB"}.get(machine, "AC")
+    letters = {"bc_trunnion": "BC", "b_head_c_table": "BC", "ab_table": "AB", "nutating_table": "BC"}.get(machine, "AC")
     about_y = machine != "ac_trunnion"  # its A goes to -120
     angles = {"fanuc": "90", "siemens": "0,20,0", "klartext": "SPA+0 SPB+20 SPC+0"} if about_y else {
         "fanuc": "0", "siemens": "20,0,0", "klartext": "SPA+20 SPB+0 SPC+0"}  # fmt: skip
@@ -190,7 +190,7 @@ WITHOUT_TCP = {
 @pytest.mark.parametrize("machine", PLACES)
 def test_linear_joints_without_tcp(machine: str, language: str, run: Runner, tmp_path: Path) -> None:
     """Without tool-centre-point control X Y Z are the linear joints, however tables and heads stand, the length along Z."""
-    letters = {"bc_trunnion": "BC", "b_head_c_table": "BC", "ab_table": "AB"}.get(machine, "AC")
+    letters = {"bc_trunnion": "BC", "b_head_c_table": "BC", "ab_table": "AB", "nutating_table": "BC"}.get(machine, "AC")
     (tmp_path / "tools.tbl").write_text("T1 P1 Z90 D6\nT2 P2 Z120 D6\n", encoding="utf-8")
     options = ["--machine", machine, "--tool-table", tmp_path / "tools.tbl", "--wcs", f"G54={PLACES[machine]}"]
     options += ["--dialect", language, "--smoothing", "off", "--split-at-stops"]
@@ -256,13 +256,14 @@ def test_offsets_and_boxes_are_in_the_part_frame(run: Runner, tmp_path: Path) ->
 @pytest.mark.parametrize("machine", PLACES)
 def test_explain_and_report(machine: str, run: Runner, tmp_path: Path) -> None:
     """Pages and texts of a machine without rods; its own words."""
-    source = tmp_path / "part.nc"
-    letters = {"ca_fork_head": "AC", "ac_trunnion": "AC", "ab_table": "AB"}.get(machine, "BC")
+    source, tilt = tmp_path / "part.nc", 10 if machine == "nutating_table" else -10
+    letters = {"ca_fork_head": "AC", "ac_trunnion": "AC", "ab_table": "AB", "nutating_head": "AC"}.get(machine, "BC")
     source.write_text(
-        f"G0 X0 Y0 Z60 {letters[0]}0 {letters[1]}0\nG1 X10 {letters[0]}-10 {letters[1]}20 F900\nM2\n", encoding="utf-8"
+        f"G0 X0 Y0 Z60 {letters[0]}0 {letters[1]}0\nG1 X10 {letters[0]}{tilt} {letters[1]}20 F900\nM2\n",
+        encoding="utf-8",
     )
     text = run("explain", f"{source}:2", *options_of(machine)).out
-    assert f"words                {letters[0]} -10.000000, {letters[1]} 20.000000 deg" in text
+    assert f"words                {letters[0]} {tilt}.000000, {letters[1]} 20.000000 deg" in text
     assert "every solution of the whole machine: 2" in text
     assert run("report", source, *options_of(machine), "-o", tmp_path / "r.html").code == 0
     assert (
@@ -335,11 +336,21 @@ def test_places_of_the_machine_after_a_rewind(run: Runner, tmp_path: Path) -> No
         assert table[name][there] == pytest.approx(table[name][before], abs=1e-4)
 
 
-def test_a_corner_at_the_end_of_a_travel_does_not_swing_beyond_it(run: Runner, tmp_path: Path) -> None:
+@pytest.mark.parametrize("first", ["G1 X10 A110 F3000", "G2 X20 I10 A110 F3000"])
+def test_a_corner_at_the_end_of_a_travel_does_not_swing_beyond_it(first: str, run: Runner, tmp_path: Path) -> None:
     """Wide corners swing out before they turn: A stands at its limit along line 3, which is legal to the last digit."""
     source = tmp_path / "part.nc"
-    source.write_text("G0 X0 Y0 Z60 A0 C0\nG1 X10 A110 F3000\nG1 X30\nG1 X50 A20\nM2\n", encoding="utf-8")
+    source.write_text(f"G0 X0 Y0 Z60 A0 C0\n{first}\nG1 X30\nG1 X50 A20\nM2\n", encoding="utf-8")
     answer = run("convert", source, *options_of("ca_fork_head"))
     assert answer.code == 0, answer.err
     assert read_rows("ca_fork_head", answer.out)[0].size
     assert np.genfromtxt(io.StringIO(answer.out), delimiter=",", names=True)["a_deg"].max() <= 110.0
+
+
+def test_b_is_a_coordinate_of_a_spline(run: Runner, tmp_path: Path) -> None:
+    """Blocks of BSPLINE with B words are control points, as those with A are."""
+    source = tmp_path / "part.mpf"
+    points = "\n".join(f"X{x} Y{y} B{b}" for x, y, b in ((5, 0, 5), (10, 5, 10), (20, 0, 20), (30, 0, 25)))
+    source.write_text(f"G90 G71 G94\nT1 D1\nTRAORI\nG1 F900 X0 Y0 Z60 B0 C0\nBSPLINE {points}\nG1 X40\nM30\n")
+    answer = run("check", source, *options_of("bc_trunnion"), "--dialect", "siemens")
+    assert answer.code == 0, answer.out

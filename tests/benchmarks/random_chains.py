@@ -21,7 +21,7 @@ from tests.kinematics.test_chain import CHAINS, judge
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 #: Where the part is on a machine, mm.
-PLACES: Final = {"ca_fork_head": (1000.0, 1000.0, -200.0)}
+PLACES: Final = {"ca_fork_head": (1000.0, 1000.0, -200.0), "nutating_head": (0.0, 0.0, -200.0)}
 LENGTH: Final = 100.0
 #: Bounds of [accuracy], and what a joint may move by them: a pivot is at most half a metre away.
 TIP_MM: Final = 0.01

@@ -16,7 +16,7 @@ SHIPPED = {"verne": "VERNE", "serial": "serial five-axis machine", "linear_delta
 #: Machines described by their rods.
 RODS = ["urane_sx", "verne_by_rods"]
 #: Machines of one chain; their joints say what they are.
-CHAINS = ["ab_table", "ac_trunnion", "b_head_c_table", "bc_trunnion", "ca_fork_head"]
+CHAINS = ["ab_table", "ac_trunnion", "b_head_c_table", "bc_trunnion", "ca_fork_head", "nutating_head", "nutating_table"]
 
 
 def text(name):

@@ -3,6 +3,7 @@
 import json
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 
 ROOT = Path(__file__).resolve().parents[2]
-CHAINS = ["ac_trunnion", "bc_trunnion", "b_head_c_table", "ca_fork_head", "ab_table"]
+CHAINS = ["ac_trunnion", "bc_trunnion", "b_head_c_table", "ca_fork_head", "ab_table", "nutating_table", "nutating_head"]
 REFERENCE = [json.loads(line) for line in (ROOT / "tests/reference/chains.jsonl").read_text().splitlines()[1:]]
 LIMITS = "velocity = 500.0\nacceleration = 4000.0\njerk = 80000.0\n"
 
@@ -112,54 +113,86 @@ RANDOM = [
 ]
 
 
-def random_machine(tool: str, part: str, seed: int) -> str:
-    """A machine file with a rotary pair at right angles, else at random."""
+def random_machine(tool: str, part: str, seed: int, between: float = 90.0, beside: float = 90.0) -> str:
+    """A machine file with degrees between its rotary joints and between the farther one and the tool, else at random."""
     random = np.random.default_rng(seed)
     near, far = [letter for letter in (*reversed(part), *tool) if letter in "abc"]
     frame = np.linalg.qr(random.normal(size=(3, 3)))[0]
     spin = random.uniform(-3, 3)  # of the tool axis about the far joint
+    travel = ""
+    if nutates := (between, beside) != (90.0, 90.0):
+        spin *= 0.4 * (between == beside)  # with a hole in the reach the travel begins at its rim
+        travel = "travel_deg = [-100, 100]\n" if between == beside else "travel_deg = [0, 180]\n"
+    a, b = np.radians([between, beside])
     axis = np.cos(spin) * frame[0] + np.sin(spin) * frame[2]
+    if nutates:
+        axis = np.sin(b) * axis + np.cos(b) * frame[1]
+        frame[0] = np.sin(a) * frame[0] + np.cos(a) * frame[1]
     joints = {
         letter: f'slides = {random.normal(size=3).tolist()}\npositive = "{random.choice(["tool", "part"])}"\n'
         for letter in "xyz"
     }
     for letter, unit in ((near, frame[0]), (far, frame[1])):
         joints[letter] = (f"turns = {(random.uniform(0.5, 2) * unit).tolist()}\nthrough = {random.uniform(-90, 90, 3).tolist()}\n"
-                          f'positive = "{random.choice(["tool", "part"])}"\n')  # fmt: skip
+                          f'positive = "{random.choice(["tool", "part"])}"\n{travel * (letter == far)}')  # fmt: skip
     chain = f"part_zero = {random.uniform(-50, 50, 3).tolist()}\nup = {random.normal(size=3).tolist()}\n"
     return describe(tool, part, joints, str(random.uniform(-300, 300, 3).tolist()), str(axis.tolist()), chain)
 
 
-@pytest.mark.parametrize(("tool", "part", "seed"), RANDOM)
-def test_round_trip_against_matrices(tool: str, part: str, seed: int) -> None:
-    """15,000 random poses a machine, both solutions: the judge puts tip and axis where they were."""
-    text = random_machine(tool, part, seed)
+#: The same with degrees between the joints, and between the farther one and the tool: with a pole, and with a hole round it.
+SKEW = [
+    ("yz", "xbc", 11, 45.0, 45.0),
+    ("xyzca", "", 12, 50.0, 50.0),
+    ("xyzb", "c", 13, 65.0, 115.0),
+    ("xb", "yza", 14, 70.0, 40.0),
+    ("", "xyzba", 15, 120.0, 80.0),
+    ("xyzca", "", 16, 35.0, 80.0),
+]
+
+
+@pytest.mark.parametrize("described", RANDOM + SKEW, ids=lambda described: str(described[2]))
+def test_round_trip_against_matrices(described: tuple[Any, ...]) -> None:
+    """15,000 random poses a machine, both solutions: the judge puts tip and axis where they were; beyond the reach there is none."""
+    seed = described[2]
+    text = random_machine(*described)
     machine = build(text)
     random, axis = np.random.default_rng(seed), random_axes(15_000)
     tip, length = random.uniform(-150, 150, axis.shape), 73.5
     q, ok = machine.inverse(tip, axis, length)
-    assert ok.all()
+    a, b = np.radians(described[3:] or (90.0, 90.0))
+    tilt = np.arccos(axis @ machine.coordinates.part_frame[2])
+    low, high = sorted([abs(a - b), np.pi - abs(np.pi - a - b)])
+    if machine.coordinates.nutation is not None and machine.coordinates.nutation.reach[0] != pytest.approx(low):
+        low, high = np.pi - high, np.pi - low  # z of the polar frame is on the side where the reach begins
+    assert (ok == ((tilt > low) & (tilt < high))).all()
+    q, tip, axis = q[ok], tip[ok], axis[ok]
     polar = machine.coordinates.part_frame
     _q, angles, _ok = machine.five_axis.nominal(q, length)
     other = machine.five_axis.joints(tip @ polar.T, angles * [-1, 1] + [0, np.pi], length)
     # linear joints at random may nearly lie in a plane, which multiplies the last bits of their sum
     slack = 1e-12 * np.linalg.cond(machine.five_axis.linear)
+    # near the fold of a nutating pair the joint follows from its last bits
+    turned = 1e-12 if len(described) == 3 else 1e-10
     for solution in (q, other):
         values = dict(
             zip((column.joint for column in machine.columns), in_file_units(machine, solution).T, strict=True)
         )
         there, points = judge(text, values, length)
         assert np.abs(there - tip).max() < slack * 1e3
-        assert np.abs(points - axis).max() < 1e-12
+        assert np.abs(points - axis).max() < turned
         back, leans, _ok = machine.forward(solution, length)
         assert np.abs(back - tip).max() < slack * 1e3
-        assert np.abs(leans - axis).max() < 1e-12
+        assert np.abs(leans - axis).max() < turned
 
 
 @pytest.mark.parametrize("row", REFERENCE, ids=[f"{row['machine']}_{k}" for k, row in enumerate(REFERENCE)])
 def test_reference_values(row: dict[str, object]) -> None:
     machine = verne_post.load_machine(str(row["machine"]))
     tip, axis, length = np.array(row["tip_mm"]), np.array(row["axis"]), float(str(row["tool_length_mm"]))
+    if not row["solutions"]:  # beyond the reach of a nutating pair
+        assert not both_solutions(machine, tip, axis, length)
+        assert not machine.inverse(tip, axis, length)[1]
+        return
     found = [in_file_units(machine, q) for q in both_solutions(machine, tip, axis, length)]
     for solution in row["solutions"]:  # type: ignore[attr-defined]
         wanted = np.array([solution["joints"][column.joint] for column in machine.columns])
@@ -173,10 +206,12 @@ def test_reference_values(row: dict[str, object]) -> None:
 def test_jacobian_is_the_derivative() -> None:
     """By central differences on every arrangement of sides."""
     step = 1e-5
-    for tool, part, seed in RANDOM:
-        machine = build(random_machine(tool, part, seed))
-        random = np.random.default_rng(seed)
+    for described in RANDOM + SKEW:
+        machine = build(random_machine(*described))
+        random = np.random.default_rng(described[2])
         pose = np.append(random.uniform(-100, 100, 3), random.uniform(-2, 2, 2))
+        if (nutation := machine.coordinates.nutation) is not None:
+            pose[3] = np.copysign(np.array([0.4, 0.6]) @ nutation.reach, pose[3])
         exact = machine.five_axis.jacobian(pose[:3], pose[3:], 60.0)
         for k in range(5):
             ends = [
@@ -188,12 +223,13 @@ def test_jacobian_is_the_derivative() -> None:
 
 def test_bodies_stand_where_the_tool_is() -> None:
     """The platform's point and spindle, brought onto the part, are gauge point and tool axis."""
-    for tool, part, seed in RANDOM:
-        machine = build(random_machine(tool, part, seed))
+    for described in RANDOM + SKEW:
+        machine = build(random_machine(*described))
         axis = random_axes(50)
-        tip = np.random.default_rng(seed).uniform(-100, 100, axis.shape)
+        tip = np.random.default_rng(described[2]).uniform(-100, 100, axis.shape)
         polar = machine.coordinates.part_frame
-        q, _ok = machine.inverse(tip, axis, 40.0)
+        q, ok = machine.inverse(tip, axis, 40.0)
+        q, tip, axis = q[ok], tip[ok], axis[ok]
         platform, _ok = machine.five_axis.platform(q)
         gauge = machine.five_axis.on_table(platform.position, q) @ polar
         below = machine.five_axis.on_table(platform.position + platform.turn(machine.five_axis.spindle), q) @ polar
@@ -332,7 +368,9 @@ C = "turns = [0, 0, 1]\nthrough = [0, 0, 0]\n"
     [
         (describe("xyz", "bc", {"b": B, "c": B}), "the two rotary joints are parallel"),
         (describe("xyzbc", "", {"b": B, "c": C}), "the rotary joint farther from the part and the tool axis are parallel"),
-        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]"), "c": C}), "at 45 degrees, not at a right angle: nutating"),
+        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]"), "c": C}), "b -180 and 180, its folds; expected a travel between them"),
+        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]") + "travel_deg = [-10, 181]\n", "c": C}), "travel_deg = [-10.0, 181.0]: the pair"),
+        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]"), "c": C}, axis="[0, 0.01, 2]"), "the tool just misses the direction of the"),
         (describe("xyz", "bc", {"b": B.replace("[0, 1", "[0, 1, 0.001]#"), "c": C}), "give them as drawn, not as measured"),
         (describe("xyzb", "", {"b": B}), "expected x, y, z, and two of a, b, c"),
         (describe("xy", "bc", {"b": B, "c": C}), "expected every joint once"),

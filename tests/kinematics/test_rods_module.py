@@ -1,5 +1,6 @@
 """Carriers described by their rods: against the closed forms, by a judge of its own, and what is refused on loading."""
 
+import json
 import tomllib
 
 import numpy as np
@@ -181,3 +182,56 @@ def test_a_program_runs_and_a_violation_is_found(name):
     assert np.abs(tip - [30, 20, 100]).max() < 1e-5
     far = verne_post.check(text.replace("X30", "X3000"), name, options)
     assert {"VP110"} <= {item.code for item in far.findings}
+
+
+REFERENCE = [json.loads(line) for line in (ROOT / "tests/reference/rods.jsonl").read_text().splitlines()[1:]]
+
+
+@pytest.mark.parametrize("name", ["verne", "verne_by_rods"])
+def test_reference_values_of_the_verne(name):
+    """Both solutions of 30 poses, loops closed with 40 digits by equations that share nothing with the modules."""
+    machine = verne_post.load_machine(name)
+    for row in (row for row in REFERENCE if row["machine"] == "verne"):
+        tip, axis, length = np.array(row["tip_mm"]), np.array(row["axis"]), row["tool_length_mm"]
+        found = [np.array(one.q) for one in machine.five_axis.inverse_all(tip, axis, length) if one.refused is None]
+        for solution in row["solutions"]:
+            wanted = list(solution["joints"].values())
+            away = [one * [column.factor for column in machine.columns] - wanted for one in found]
+            assert min(np.abs([*one[:3], *((one[3:] + 180.0) % 360.0 - 180.0)]).max() for one in away) < 1e-9
+
+
+def test_reference_values_of_the_urane_sx():
+    """Its table turns about x and y there: here two rotations put the gauge point where the three sliders have to hold it."""
+    module = verne_post.load_machine("urane_sx").module
+    rows = [row for row in REFERENCE if row["machine"] == "urane_sx"]
+    assert len(rows) == 30
+    up = np.diag([1.0, -1.0, -1.0])  # of the part, in the base frame
+    for row in rows:
+        gauge = np.array(row["tip_mm"]) + row["tool_length_mm"] * np.array(row["axis"])
+        for solution in row["solutions"]:
+            joints = solution["joints"]
+            tilt, turn = (Rotation.from_euler(axis, joints[name], degrees=True) for axis, name in ("xa", "yb"))
+            point = turn.apply(up @ gauge + [0.0, 0.0, -20.0]) + [0.0, 0.0, 1620.0]
+            point = tilt.apply(point - [0.0, -10.0, 1650.0]) + [0.0, -10.0, 1650.0]
+            rho, _alpha, ok = module.inverse(point - [0.0, 0.0, 150.0])
+            assert ok
+            assert np.abs(rho - [joints[name] for name in ("q1", "q2", "q3")]).max() < 1e-8  # places have nine decimals
+
+
+@pytest.mark.parametrize(
+    ("key", "carrier"),
+    [
+        ("struts", 'kind = "rods"\nstruts = []'),
+        ("central", "central = {}"),
+        ("kind", 'kind = "verne"'),
+        ("", "spare = 1"),
+    ],
+)
+def test_a_carrier_in_a_chain_is_refused(key, carrier):
+    """Hexapods and the Tricept as published in schema 2: the key, and what there is."""
+    with pytest.raises(InputError) as refused:
+        machine_from_toml(f'schema = 2\nname = "hexapod"\n[carrier]\n{carrier}\n'.encode(), "mine.toml")
+    [item] = refused.value.findings
+    assert item.code == "VP501"
+    assert f"mine.toml: carrier{key and '.' + key}: " in item.message
+    assert "'rods' with three sliders and six rods of fixed length" in item.message

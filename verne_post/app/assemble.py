@@ -322,7 +322,9 @@ def blend_corners(draft: Draft) -> Draft:
     shaped = len(shaper_of(draft.machine, options, cycle)) > 1
     share = 1.0 - tuning.SHAPER_SHARE if shaped else 1.0
     joints = jerk_limit_along(draft.machine, cycle), check_travel_of(draft.machine)
-    smoothing = Smoothing(options.smoothing == "spline", tip, axis, *joints, cycle, share)
+    smoothing = Smoothing(
+        options.smoothing == "spline", tip, axis, *joints, cycle, share, draft.machine.coordinates.nutation
+    )
     contour = smooth_contour(draft.path, draft.moves, smoothing, draft.team)
     if shaped:  # all motion is displaced, not corners alone
         tips, axes = find_segment_tolerances(draft.path, draft.moves, smoothing)

@@ -18,7 +18,7 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.setup import Setup
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Moves, TablePlace
+from verne_post.model.moves import AXES, Frame, Moves, TablePlace
 from verne_post.model.options import Options
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branch_choice import choose_branches
@@ -84,8 +84,8 @@ def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[fl
     stands[list(machine.coordinates.rotary)] = place.machine
     if at < 0 or machine.coordinates.find_other_side(stands) is None:
         return place.machine
-    angles = path.end[at, 3:] - [machine.coordinates.home_tilt, 0.0]
-    a, c = (float(angle * column.factor) for angle, column in zip(angles, machine.columns[-2:], strict=True))
+    words = machine.coordinates.from_table(np.zeros(3), path.end[at, 3:], Frame())
+    a, c = (float(words[axis]) for axis in machine.coordinates.rotary)
     return a, c
 
 

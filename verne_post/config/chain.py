@@ -28,11 +28,12 @@ from verne_post.config.schema import (
 from verne_post.config.sentences import Checks, Table, WrongTableError, check_table
 from verne_post.kinematics.chain.coordinates import ChainCoordinates
 from verne_post.kinematics.chain.machine import ChainMachine, Rotary
-from verne_post.kinematics.chain.pair import PARALLEL, build_pair
+from verne_post.kinematics.chain.pair import PARALLEL, RIGHT_ANGLE, build_pair
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Accuracy, Column, Limits, Machine
 from verne_post.model.moves import AXES
+from verne_post.model.nutation import Nutation
 from verne_post.model.plausibility import compare, compare_largest
 
 #: Three directions span no space where the volume of their unit vectors is smaller.
@@ -183,13 +184,33 @@ class _Geometry:
 
         tilt, turn = (Rotary(place(joints[name].through or []), on_tool[name]) for name in (self.tilt, self.turn))
         gauge = place(chain.gauge)
-        axis = np.array([0.0, math.sin(self.pair.home_tilt), math.cos(self.pair.home_tilt)])
+        if (nutation := self.pair.nutation) is None:
+            axis = np.array([0.0, math.sin(self.pair.home_tilt), math.cos(self.pair.home_tilt)])
+        else:
+            axis = polar @ axis
+            _check_travel(
+                nutation, self.tilt, joints[self.tilt].travel_deg, self.pair.tilt_sign * self.senses[self.tilt]
+            )
         self.machine = ChainMachine(self.pair, gauge, axis, linear, tilt, turn, _compute_inverse(linear))
         #: Joint values inside per value of the file, rad per rad.
         self.signs = (self.pair.tilt_sign * self.senses[self.tilt], self.pair.turn_sign * self.senses[self.turn])
         axes = AXES.index(self.tilt.upper()), AXES.index(self.turn.upper())
-        words = RotaryWords(axes, *self.signs, self.pair.home_tilt)
+        words = RotaryWords(axes, *self.signs, self.pair.home_tilt, self.pair.nutation)
         self.coordinates = ChainCoordinates(self.machine, words, polar.T @ gauge)
+
+
+def _check_travel(nutation: Nutation, name: str, travel: list[float] | None, sign: float) -> None:
+    """Refuse a travel of the tilting joint of a nutating pair that passes a fold: beyond it are the other solutions again."""
+    home, pole = sign * DEG_PER_RAD * nutation.home, nutation.near == nutation.far
+    low, high = -180.0 - home, 180.0 - home
+    if not pole:  # the fold at d = 0 too
+        low, high = (-home, high) if sum(travel or (0.0, 0.0)) > -2.0 * home else (low, -home)
+    slack = DEG_PER_RAD * RIGHT_ANGLE
+    if travel is None or travel[0] < low - slack or travel[1] > high + slack:
+        raise ValueError(
+            f"joints.{name}.travel_deg = {travel if travel else 'absent'}: the pair nutates, and its solutions meet at {name} {low:.6g} and "
+            f"{high:.6g}, its folds; expected a travel between them"
+        )
 
 
 def _compute_inverse(matrix: Array) -> Array:

@@ -49,6 +49,10 @@ class CartesianCoordinates(Struct, frozen=True):
         return abs(math.sin(tilt)) <= POLE_SINE and math.cos(tilt) > 0
 
     @property
+    def nutation(self) -> None:
+        """A plain interpreter knows no pair."""
+
+    @property
     def head(self) -> tuple[int, ...]:
         """A plain interpreter has no head."""
         return ()

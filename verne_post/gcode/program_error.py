@@ -2,33 +2,10 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Final
 
 from msgspec import Struct, field
 
-#: Characters of a message: a name may be as long as its file.
-_LONGEST_MESSAGE: Final = 1000
-
-
-class ProgramError(Exception):
-    """What a program says cannot be executed: finding code, sentence, 1-based column (None: the whole line).
-
-    ``line`` is None where it is the line being executed. ``about`` is the thing that the message names, such as a tool:
-    the same message about another thing has the same cause. ``settled_by`` is the key of a set-up that would settle it.
-    """
-
-    def __init__(
-        self,
-        code: str,
-        message: str,
-        column: int | None = None,
-        line: int | None = None,
-        about: str | None = None,
-        settled_by: tuple[str, ...] = (),
-    ) -> None:
-        super().__init__(message)
-        self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
-        self.code, self.column, self.line, self.about, self.settled_by = code, column, line, about, settled_by
+from verne_post.model.findings import ProgramError as ProgramError
 
 
 @contextmanager

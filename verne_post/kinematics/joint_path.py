@@ -10,7 +10,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
 from verne_post.model.poses import JointPoses, Platform, Pose
-from verne_post.model.protocols import ClearanceModel, PoseFunction, SpeedFunction
+from verne_post.model.protocols import ClearanceModel, Nutating, PoseFunction, SpeedFunction
 from verne_post.model.toolpath import SegmentKind
 
 #: Rows evaluated at a time: what lies between pose and joints then stays in the processor's cache.
@@ -51,6 +51,7 @@ class JointPath(Struct, frozen=True, eq=False):
         tip, angles, length, joint, q_joint = self._evaluate_pose(element, w)
         q, platform, ok = self.machine.five_axis.solve(tip, angles, length)
         q[joint] = q_joint
+        self._lay_joints(element, w, tip, length, q)
         return Solved(q, tip, angles, platform, ok)
 
     def tool_axis(self, solved: Solved) -> Array:
@@ -75,6 +76,17 @@ class JointPath(Struct, frozen=True, eq=False):
             tip[joint], angles[joint], _ok = five_axis.nominal(q_joint, length[joint])
         return tip, angles, length, joint, q_joint
 
+    def _lay_joints(self, element: Ints, w: Array, tip: Array, length: Array, q: Array) -> None:
+        """Where the joints of a nutating pair go linearly, take q (n, n_joints) from them: near a fold A does not tell the joint."""
+        path, five_axis = self.contour.shape, self.machine.five_axis
+        if not isinstance(five_axis, Nutating) or not len(path.circles.joints):
+            return
+        row = path.circle[self.contour.segment[element]]
+        on = np.flatnonzero((row >= 0) & np.isfinite(path.circles.joints[row, 0]) & ~self.contour.blended[element])
+        joints = path.circles.joints[row[on], :4]
+        turns = joints[:, :2] + self.contour.parameter(element[on], w[on])[:, None] * (joints[:, 2:] - joints[:, :2])
+        q[on] = five_axis.place_joints(tip[on], turns, length[on])
+
     def bodies(self, element: Ints, solved: Solved) -> Pose:
         """Where the real tool and the module are at solved poses of elements (n,)."""
         segment = self.contour.segment[element]
@@ -97,6 +109,7 @@ class JointPath(Struct, frozen=True, eq=False):
             rows.tip[part], rows.angles[part] = tip, angles
             rows.q[part] = self.machine.five_axis.joints(tip, angles, length)
             rows.q[part][joint] = q_joint
+            self._lay_joints(element[part], w[part], tip, length, rows.q[part])
         return rows
 
     def speed_cap(self, element: Ints, w: Array) -> Array:

@@ -346,7 +346,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP110",
         "out of reach",
         "error",
-        "The inverse kinematics has no real solution: the rods are too short for this pose.",
+        "The inverse kinematics has no real solution: the rods are too short for this pose, or the joints of a nutating pair do not point the "
+        "tool there.",
         "Move the part towards the middle of the workspace (--wcs), or use a shorter tool.",
     ),
     # --- VP2xx: singularity, rod crossing, clearance ----------------------------------------
@@ -362,7 +363,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "near a serial singularity",
         "warning",
         "The vertical drop of a rod (the root of a radicand of equations 11 to 13) comes close to zero. "
-        "Error below the machine file's limits.serial_singularity_mm, warning up to twice that.",
+        "Error below the machine file's limits.serial_singularity_mm, warning up to twice that. Or a great circle comes to the fold of a "
+        "nutating rotary pair, where both of its solutions meet.",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (

@@ -2,9 +2,13 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Final
 
 from verne_post.model.codes import CODES
 from verne_post.model.verdict import Severity
+
+#: Characters of a message: a name may be as long as its file.
+_LONGEST_MESSAGE: Final = 1000
 
 
 @dataclass(frozen=True)
@@ -127,3 +131,24 @@ class UsageError(Exception):
 
     def __reduce__(self) -> tuple[object, ...]:
         return (type(self), (self.option, self.reason))
+
+
+class ProgramError(Exception):
+    """What a program says cannot be executed: finding code, sentence, 1-based column (None: the whole line).
+
+    ``line`` is None where it is the line being executed. ``about`` is the thing that the message names, such as a tool:
+    the same message about another thing has the same cause. ``settled_by`` is the key of a set-up that would settle it.
+    """
+
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        column: int | None = None,
+        line: int | None = None,
+        about: str | None = None,
+        settled_by: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__(message)
+        self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
+        self.code, self.column, self.line, self.about, self.settled_by = code, column, line, about, settled_by

@@ -12,6 +12,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Frame
+from verne_post.model.nutation import Nutation
 from verne_post.model.poses import JointPoses, Platform, Pose
 from verne_post.model.toolpath import TurnSegments
 
@@ -283,6 +284,14 @@ class AxisCorrecting(Protocol):
         """Axis error (...) of solved poses that is left along the tilt axis, rad."""
 
 
+@runtime_checkable
+class Nutating(Protocol):
+    """A machine whose rotary joints may be given beside the nominal angles, which do not tell them near a fold."""
+
+    def place_joints(self, tip: Array, turns: Array, tool_length: Array | float) -> Array:
+        """Joints (..., n_joints) of tips (..., 3) with the angles d and t (..., 2) of the rotary pair."""
+
+
 class FiveAxis(Protocol):
     """The whole machine: parallel module and tilting rotary table (tool centre point control). Table frame, workpiece sense."""
 
@@ -375,6 +384,10 @@ class Coordinates(Protocol):
 
     def is_upright(self, machine: Array) -> bool:
         """Whether the tool points along z of the part at machine coordinates (9,)."""
+
+    @property
+    def nutation(self) -> Nutation | None:
+        """What angles and joints have to do with each other where the rotary pair is not at right angles."""
 
     @property
     def head(self) -> tuple[int, ...]:

@@ -57,25 +57,31 @@ class GreatCircles(Struct, frozen=True):
     """Tool axes that turn evenly along a great circle: ``axis(u) = cos(u angle) first + sin(u angle) side``.
 
     The nominal angles follow from the axis: the tilt on the side of the segment's own angles, C continuous from its start.
+    Rows with ``joints`` are the other way in which A and C are not linear: those of a nutating pair whose joints are.
 
     Attributes
     ----------
     first, side : ndarray, shape (m, 3)
         Orthogonal unit vectors, table frame.
     angle : ndarray, shape (m,)
-        rad, positive.
+        rad, positive; of both joints together where these are linear.
+    joints : ndarray, shape (m, 6)
+        Joint angles d and t at both ends, and the angles a and b of the pair (:mod:`~verne_post.model.nutation`), rad; NaN on great
+        circles.
     """
 
     first: Array
     side: Array
     angle: Array
+    joints: Array
 
 
 class TurnSegments(Struct, frozen=True):
     """Geometry of segments along which the axes of the machine go linearly, not the tip, table frame.
 
-    ``tip(u) = shift + u drift + Rz(-C) (Rx(-A) place - offset + u slide)``, where ``place`` (seen from the tilt axis, upright
-    frame), A and C go linearly from u = 0 to 1. These A and C are those of the program; the table may stand on another branch.
+    ``tip(u) = shift + u drift + Rz(-C) (Ry(-lean) Rx(-A) place - offset + u slide)``, where ``place`` (seen from the tilt axis,
+    upright frame), A and C go linearly from u = 0 to 1. These A and C are those of the program; the table may stand on another
+    branch. On a nutating pair they are its joint angles.
 
     Attributes
     ----------
@@ -85,6 +91,8 @@ class TurnSegments(Struct, frozen=True):
         A and C at both ends, rad.
     offset, shift, slide, drift : ndarray, shape (m, 3)
         mm. A table that tilts and turns needs no ``slide`` and ``drift``.
+    lean : ndarray, shape (m,)
+        Of the tilting joint's direction over x, rad: 0 at right angles.
     """
 
     first: Array
@@ -95,6 +103,7 @@ class TurnSegments(Struct, frozen=True):
     shift: Array
     slide: Array
     drift: Array
+    lean: Array
 
 
 class SplineSegments(Struct, frozen=True):

@@ -130,7 +130,7 @@ const Scene = (() => {
       if (!reached || !Number.isFinite(arrays.tilt[j])) { j = i; share = 0; }
       const beyond = k => joints[k].low !== null && (q(k) < joints[k].low - 1e-6) || joints[k].high !== null && (q(k) > joints[k].high + 1e-6);
       if (Number.isFinite(arrays.tilt[i])) {
-        table.tilting.rotation.x = number("tilt", i, j, share);
+        table.tilting.quaternion.setFromAxisAngle(table.axis, number("tilt", i, j, share));
         table.turning.rotation.z = number("turn", i, j, share);
       }
       const n = joints.length;

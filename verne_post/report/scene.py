@@ -1,5 +1,6 @@
 """The fixed parts of the scene: guides, platform, spindle, tools, table, fixtures and stock, with what of their sizes is assumed."""
 
+import math
 from typing import Any, Final
 
 import numpy as np
@@ -25,6 +26,7 @@ _DIGITS: Final = 4
 def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
     """Sizes and places with z up, mm, for the script of the page."""
     coordinates: Any = machine.coordinates
+    lean = 0.0 if coordinates.nutation is None else 0.5 * math.pi - coordinates.nutation.near
     bodies = machine.bodies
     spindle = bodies.spindle_radius if bodies else None
     rods = bodies.rod_radius if bodies else None
@@ -36,6 +38,7 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
     return {
         "pivot": (np.asarray(coordinates.pivot) * _UP).tolist(),
         "offset": np.asarray(coordinates.rotary_offset).tolist(),
+        "tiltAxis": [math.cos(lean), 0.0, math.sin(lean)],
         "radius": machine.table_radius,
         "spindleRadius": spindle or _SPINDLE_RADIUS,
         "spindleTop": bodies.spindle_top if bodies and spindle else _SPINDLE_TOP,

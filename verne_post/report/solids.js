@@ -65,7 +65,7 @@ const Solids = (() => {
     group.add(floor, tilting);
     group.position.copy(vector(model.pivot));
     scene.add(group);
-    return { tilting, turning, face };
+    return { tilting, turning, face, axis: vector(model.tiltAxis) };
   }
 
   // one rail and slider for every joint that carries rods

@@ -166,8 +166,8 @@ class _Collector:
         margin, nearest = margins.min(axis=1), margins.argmin(axis=1)
         reached_margin = reached & np.isfinite(margin)
         margin[~reached_margin], nearest[~reached_margin] = np.nan, -1
-        home_tilt = self.machine.coordinates.home_tilt
-        alpha = np.where(reached, np.degrees(samples.q[:, -2] - samples.angles[:, 0] + home_tilt), np.nan)
+        parallel = self.machine.module is not None  # no platform that tilts
+        alpha = np.where(reached, parallel * np.degrees(samples.q[:, -2] - samples.angles[:, 0]), np.nan)
         kept = (
             samples.x, samples.line, samples.q, tool_length, samples.tip, samples.angles, samples.speed, margin, nearest,
             self._move[samples.segment], alpha,

@@ -40,7 +40,8 @@ def choose_branches(
                 clear = (machine.five_axis.geometry_margins(q, angles, platform) >= errors).all(axis=1)
             return ok & inside & clear
 
-        plan = plan_branches(path, is_legal, (float(limits.lower[-1]), float(limits.upper[-1])), team)
+        c_range = float(limits.lower[-1]), float(limits.upper[-1])
+        plan = plan_branches(path, is_legal, c_range, team, machine.coordinates.nutation)
         if plan is None:
             return None
         chosen.append(plan)

@@ -23,6 +23,7 @@ from verne_post.base.columns import release_memory
 from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, TRAVEL_STEP, ZERO_ANGLE
 from verne_post.model.branch import AS_PROGRAMMED, Branch
+from verne_post.model.nutation import Nutation
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.evaluate import pose
 
@@ -79,7 +80,9 @@ class BranchPlan(Struct, frozen=True, eq=False):
     legal: bool
 
 
-def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float], team: Team = ALONE) -> BranchPlan | None:
+def plan_branches(
+    path: ToolPath, legal: Legal, c_range: tuple[float, float], team: Team = ALONE, nutation: Nutation | None = None
+) -> BranchPlan | None:
     """Choose the branch of every segment; None where the programmed one is legal throughout, or nothing is better.
 
     Parameters
@@ -91,17 +94,22 @@ def plan_branches(path: ToolPath, legal: Legal, c_range: tuple[float, float], te
         Travel of C, rad; infinite where it is unlimited.
     team : Team
         The processes that try segments.
+    nutation : Nutation, optional
+        Of a nutating pair. With words its joints go linearly, which would be another path of the tool on the other side: words
+        keep their side there.
     """
     free, n = path.free, len(path)
-    if not free.any() and _is_legal_throughout(path, legal, c_range, team):
+    if not free.any() and _is_legal_throughout(path, legal, c_range, team, nutation):
         return None
     onward = _find_onward(path)
     start = path.start.copy()
     start[onward, 3:] = path.end[onward, 3:]
     path = replace(path, start=start)
     possible = tuple(_check_branch(path, legal, Branch(flip, 0), team) for flip in (0, 1))
+    if nutation is not None:
+        possible = (possible[0], possible[1] & path.free)
     vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
-    choice = _Choice(path, onward, _find_states(path, c_range), possible, c_range)
+    choice = _Choice(path, onward, _find_states(path, c_range, nutation), possible, c_range, nutation)
     breaks = _find_breaks(path, vertical)
     plan = _find_plan(choice, _find_spans(breaks, vertical, n))
     if not plan.legal or not all(change.upright for change in plan.changes):
@@ -125,6 +133,7 @@ class _Choice(Struct, frozen=True, eq=False):
     possible : tuple of ndarray of bool, shape (n,)
         Whether each segment can be driven without and with the flip, C's travel aside.
     c_range : tuple of float
+    nutation : Nutation or None
     """
 
     path: ToolPath
@@ -132,10 +141,11 @@ class _Choice(Struct, frozen=True, eq=False):
     states: list[Branch]
     possible: tuple[Mask, ...]
     c_range: tuple[float, float]
+    nutation: Nutation | None
 
     def legal(self, branch: Branch) -> Mask:
         """Segments (n,) that a branch can take, the travel of C included."""
-        c0, c1 = (branch.of(angles)[:, 1] for angles in (self.path.start[:, 3:], self.path.end[:, 3:]))
+        c0, c1 = (_find_turn(branch.of(pose[:, 3:]), self.nutation) for pose in (self.path.start, self.path.end))
         low, high = self.c_range[0] - ZERO_ANGLE, self.c_range[1] + ZERO_ANGLE
         return self.possible[branch.flip] & (np.minimum(c0, c1) >= low) & (np.maximum(c0, c1) <= high)
 
@@ -149,14 +159,21 @@ def _find_onward(path: ToolPath) -> Mask:
     return onward
 
 
-def _is_legal_throughout(path: ToolPath, legal: Legal, c_range: tuple[float, float], team: Team) -> bool:
+def _find_turn(angles: Array, nutation: Nutation | None) -> Array:
+    """The turning joint (...) of nominal angles (..., 2): C, but on a nutating pair."""
+    return np.asarray(angles[..., 1] if nutation is None else nutation.find_joints(angles)[..., 1])
+
+
+def _is_legal_throughout(
+    path: ToolPath, legal: Legal, c_range: tuple[float, float], team: Team, nutation: Nutation | None
+) -> bool:
     """Whether every segment can be driven as it is programmed."""
     low, high = c_range
 
     def is_legal(part: tuple[int, int]) -> bool:
         release_memory()
         rows = np.arange(*part)
-        c = np.stack([path.start[rows, 4], path.end[rows, 4]])
+        c = _find_turn(np.stack([path.start[rows, 3:], path.end[rows, 3:]]), nutation)
         return bool(c.min() >= low and c.max() <= high and _check_segments(path, legal, AS_PROGRAMMED, rows).all())
 
     return all(team.map(is_legal, split_evenly(len(path), CHUNK_SEGMENTS)))
@@ -181,14 +198,16 @@ def _check_segments(path: ToolPath, legal: Legal, branch: Branch, rows: Ints) ->
     return good
 
 
-def _find_states(path: ToolPath, c_range: tuple[float, float]) -> list[Branch]:
+def _find_states(path: ToolPath, c_range: tuple[float, float], nutation: Nutation | None) -> list[Branch]:
     """Find the branches that can matter: all whose C overlaps its travel, or a few turns where it is unlimited."""
     low, high = c_range
-    c = np.concatenate([path.start[:, 4], path.end[:, 4]])
-    branches = []
+    both = np.concatenate([path.start[:, 3:], path.end[:, 3:]])
+    branches, c = [], both[:, 1]
     free_turns = TURNS + min(int(np.ceil(np.ptp(c) / (2 * np.pi))), MORE_TURNS)
     for flip in (0, 1):
         if np.isfinite(low) or np.isfinite(high):
+            if nutation is not None:
+                c = _find_turn(both * [1 - 2 * flip, 1], nutation)
             shifted_low, shifted_high = c.min() + flip * np.pi, c.max() + flip * np.pi
             first = int(np.ceil((low - shifted_high) / (2 * np.pi) - ZERO_ANGLE)) if np.isfinite(low) else -free_turns
             last = int(np.floor((high - shifted_low) / (2 * np.pi) + ZERO_ANGLE)) if np.isfinite(high) else free_turns

@@ -31,9 +31,9 @@ _ARCS: Final = {
 }  # fmt: skip
 _TURNS: Final = {
     "first": (float, 3), "last": (float, 3), "angles": (float, 2), "last_angles": (float, 2), "offset": (float, 3), "shift": (float, 3),
-    "slide": (float, 3), "drift": (float, 3),
+    "slide": (float, 3), "drift": (float, 3), "lean": (float,),
 }  # fmt: skip
-_CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,)}
+_CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,), "joints": (float, 6)}
 
 #: Chooses branches for a path: nominal angles (n, 2) at start and end of every segment, or None to leave them as they are.
 BranchPlanner = Callable[[ToolPath], "tuple[Array, Array] | None"]

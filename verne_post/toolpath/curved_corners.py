@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm, row_sum
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.toolpath import ToolPath
@@ -77,7 +77,7 @@ def find_derivatives(path: ToolPath, segment: Ints, u: float) -> Array:
 
 def blend_curved_corners(
     path: ToolPath, corner: Ints, most: Array, tolerances: tuple[Array, Array], feed: Array, jerk_limit: JerkLimitAt,
-    cycle: float,
+    cycle: float, keeps_travel: Callable[[Array, Array], Mask],
 ) -> tuple[Array, Ints, Array]:  # fmt: skip
     """Choose the blends of corners between segments ``corner - 1`` and ``corner`` (m,).
 
@@ -92,6 +92,8 @@ def blend_curved_corners(
     jerk_limit : callable
     cycle : float
         Control cycle, s.
+    keeps_travel : callable
+        As of :class:`~verne_post.toolpath.corner_rules.Smoothing`.
 
     Returns
     -------
@@ -112,9 +114,28 @@ def blend_curved_corners(
         limits = np.stack([jerk_limit(here, jump[some][:, order]) for order in range(3)])
         shape[some] = choose_curved_shapes(reaches, feed[some], limits, cycle)
         reach[some] = np.take_along_axis(reaches, shape[some, None], axis=1)[:, 0]
+        swung = find_swung_out(path, here, jump[some], reach[some], shape[some], keeps_travel)
+        shape[some][swung], reach[some][swung] = 0, reaches[swung, 0]
         reach[some] = shorten_blends(path, here, reach[some], partial(_displace_some, jump[some], shape[some]), bounds)
+        if swung.any():
+            reach[some][find_swung_out(path, here, jump[some], reach[some], shape[some], keeps_travel)] = 0.0
     reach[reach < LEAST_REACH] = 0.0
     return reach, shape, jump
+
+
+def find_swung_out(
+    path: ToolPath, corner: Ints, jump: Array, reach: Array, shape: Ints, keeps_travel: Callable[[Array, Array], Mask]
+) -> Mask:
+    """Corners (m,) that keep the travel of every joint, while their blends leave it."""
+    tool = path.tool_length[corner - 1]
+    swung = np.zeros(len(corner), dtype=bool)
+    for side in (-1.0, 1.0):
+        for x in side * _COARSE:
+            point = coordinates(path, *find_beside(path, corner, x * reach, side))
+            swung |= ~keeps_travel(point + displace(jump, reach, shape, np.full(len(corner), x)), tool)
+    rows = np.flatnonzero(swung)
+    swung[rows] = keeps_travel(path.end[corner[rows] - 1], tool[rows])
+    return swung
 
 
 def displace(jump: Array, reach: Array, shape: Ints, x: Array) -> Array:

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.rotations import rotate_x, rotate_z, wrap_angle
+from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_y, rotate_z, wrap_angle
+from verne_post.model.nutation import find_shift, find_tilt
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath, TurnSegments
 from verne_post.toolpath.splines import spline_derivatives, spline_poses
 
@@ -67,14 +68,24 @@ def coordinate_slope(path: ToolPath, segment: Ints, u: Array) -> Array:
 
 
 def circle_axis(path: ToolPath, segment: Ints, u: Array) -> Array:
-    """Tool axis (n, 3) at parameter u (n,) of segments on which it follows a great circle."""
+    """Tool axis (n, 3) at parameter u (n,) of segments on which A and C are not linear."""
     circles, row = path.circles, path.circle[segment]
+    linear = np.isfinite(circles.joints[row, 0])
+    if linear.any():
+        angles = circle_angles(path, segment, u)
+        return axis_of_angles(angles[:, 0], angles[:, 1])
     turn = u * circles.angle[row]
     return np.asarray(np.cos(turn)[:, None] * circles.first[row] + np.sin(turn)[:, None] * circles.side[row])
 
 
 def circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
-    """Nominal angles (n, 2) at parameter u (n,) of segments whose tool axis follows a great circle."""
+    """Nominal angles (n, 2) at parameter u (n,) of segments on which they are not linear."""
+    linear = np.isfinite(path.circles.joints[path.circle[segment], 0])
+    if linear.any():
+        angles = np.empty((len(segment), 2))
+        angles[linear] = _find_linear_angles(path, segment[linear], u[linear])
+        angles[~linear] = circle_angles(path, segment[~linear], u[~linear]) if not linear.all() else 0.0
+        return angles
     axis = circle_axis(path, segment, u)
     start, end = path.start[segment, 3:], path.end[segment, 3:]
     # a great circle that avoids the pole keeps to one side of the tilt
@@ -83,6 +94,16 @@ def circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
     direction = np.arctan2(side * axis[:, 0], side * axis[:, 1])
     # its azimuth changes by less than half a turn from end to end
     return np.stack([tilt, start[:, 1] + wrap_angle(direction - start[:, 1])], axis=1)
+
+
+def _find_linear_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
+    """The same where the joints of a nutating pair are linear."""
+    d0, t0, d1, t1, near, far = path.circles.joints[path.circle[segment]].T
+    d = d0 + u * (d1 - d0)
+    angles = np.stack([find_tilt(d, near, far), t0 + u * (t1 - t0) + find_shift(d, near, far)], axis=1)
+    # by whole turns of C, and at folds, as the ends of the segment say
+    start, end = path.start[segment, 3:], path.end[segment, 3:]
+    return np.where((u == 0.0)[:, None], start, np.where((u == 1.0)[:, None], end, angles))
 
 
 def arc_tip(arcs: ArcSegments, row: Ints, u: Array) -> Array:
@@ -101,8 +122,15 @@ def turn_tip(turns: TurnSegments, row: Ints, u: Array) -> Array:
     """Tip (n, 3) at parameter u (n,) of the turns in ``row`` (n,)."""
     place = turns.first[row] + u[:, None] * (turns.last - turns.first)[row]
     angles = turns.angles[row] + u[:, None] * (turns.last_angles - turns.angles)[row]
-    inner = rotate_x(place, -angles[:, 0]) - turns.offset[row] + u[:, None] * turns.slide[row]
+    inner = (
+        _turn_by_lean(turns, row, rotate_x(place, -angles[:, 0])) - turns.offset[row] + u[:, None] * turns.slide[row]
+    )
     return np.asarray(turns.shift[row] + u[:, None] * turns.drift[row] + rotate_z(inner, -angles[:, 1]))
+
+
+def _turn_by_lean(turns: TurnSegments, row: Ints, vector: Array) -> Array:
+    """Vectors (n, 3) seen from the tilting joint's direction, in the table frame."""
+    return rotate_y(vector, -turns.lean[row]) if turns.lean.any() else vector
 
 
 def turn_derivatives(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
@@ -114,6 +142,7 @@ def turn_derivatives(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, A
     still = np.zeros_like(place)
     # each list holds a vector and its first three derivatives by u
     tilted = _derive_turned([place, step, still, still], rotate_x, 0, -angles[:, 0], -rate[:, 0])
+    tilted = [_turn_by_lean(turns, row, vector) for vector in tilted]
     tilted[0] = tilted[0] - turns.offset[row] + u[:, None] * turns.slide[row]
     tilted[1] = tilted[1] + turns.slide[row]
     _tip, first, second, third = _derive_turned(tilted, rotate_z, 2, -angles[:, 1], -rate[:, 1])

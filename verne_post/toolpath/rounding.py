@@ -140,7 +140,9 @@ def round_corners(
     def allowed_jerk(corner: Ints, along: Array) -> Array:
         return smoothing.jerk_limit(path.start[corner], along, path.tool_length[corner - 1])
 
-    blend = blend_curved_corners(path, curved, most, bounds, feed[curved], allowed_jerk, smoothing.cycle)
+    blend = blend_curved_corners(
+        path, curved, most, bounds, feed[curved], allowed_jerk, smoothing.cycle, smoothing.keeps_travel
+    )
     reach[curved], curve, controls = put_curves(path, curved, most, bounds, blend, feed[curved], allowed_jerk)
     _reach, kind[curved], jump = blend
     bend[curved] = jump[:, 0]

@@ -7,13 +7,14 @@ from msgspec import Struct
 from msgspec.structs import asdict
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Mask
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles
 from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_SINE, POSE_DECIMALS_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, ROTARY_METRIC_MM, SECONDS_PER_MINUTE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import FeedMode, MoveKind, Moves, PathMode
+from verne_post.model.nutation import Nutation
 from verne_post.model.protocols import TableCoordinates
 from verne_post.model.toolpath import ArcSegments, GreatCircles, SegmentKind, SplineSegments, TurnSegments
 from verne_post.toolpath.evaluate import arc_derivatives, turn_derivatives
@@ -23,6 +24,10 @@ Rows = NDArray[np.intp]
 
 #: Where the speed of the tip along a turn is looked at, as shares.
 _PLACES_OF_TURN: Final = np.linspace(0.0, 1.0, 33).tolist()
+
+#: A great circle that brings the tilting joint of a nutating pair nearer to its fold than this, rad, is refused: there the joint
+#: turns 230 times as fast as the tool axis, and faster beyond. At 45 degrees the tool is then 0.001 degrees from lying flat.
+_NEAR_FOLD: Final = np.radians(0.5)
 
 #: Normal of the planes XY, ZX, YZ in program coordinates.
 _NORMALS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -121,7 +126,21 @@ def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientatio
     turn[carried] = np.arange(len(carried))
     kind[carried] = SegmentKind.TURN
     free = np.isfinite(moves.tool_axis[row, 0])
-    circle, circles = _find_great_circles(placed, free, orientation)
+    fed = moves.kind[row] == MoveKind.FEED
+    by_axis = {"auto": free, "vector": free | fed, "angles": np.zeros(len(row), dtype=bool)}[orientation]
+    if (nutation := coordinates.nutation) is not None:
+        by_axis = by_axis & ~np.isnan(moves.feed[row])  # of a rapid the way is that of the joints
+    circle, circles = _find_great_circles(placed, free, by_axis)
+    if nutation is not None:
+        _check_reach(placed, nutation, by_axis, circle, circles)
+        which, linear = _find_linear_joints(placed, nutation, by_axis)
+        circle[which] = len(circles.angle) + np.arange(len(which))
+        order = circle[used := np.flatnonzero(circle >= 0)]
+        columns = {name: np.concatenate([column, getattr(linear, name)]) for name, column in asdict(circles).items()}
+        circle[used], circles = (
+            np.arange(len(used)),
+            GreatCircles(**{k: column[order] for k, column in columns.items()}),
+        )
     delta = placed.end - placed.start
     tip_length = np.linalg.norm(delta[:, :3], axis=1)
     tip_length[curved] = _measure_arcs(arcs)
@@ -153,12 +172,10 @@ def make_segments(placed: PlacedMoves, coordinates: TableCoordinates, orientatio
     return Segments(columns, arcs, splines, turns, circles, _find_continuations(placed, columns, arcs, splines))
 
 
-def _find_great_circles(placed: PlacedMoves, free: Mask, orientation: str) -> tuple[NDArray[np.int32], GreatCircles]:
+def _find_great_circles(placed: PlacedMoves, free: Mask, wanted: Mask) -> tuple[NDArray[np.int32], GreatCircles]:
     """Which segments (n,) follow a great circle that is not linear in A and C, by its row, and those circles."""
     moves, row, start, end = placed.moves, placed.row, placed.start, placed.end
     circle = np.full(len(row), -1, dtype=np.int32)
-    fed = moves.kind[row] == MoveKind.FEED
-    wanted = {"auto": free, "vector": free | fed, "angles": np.zeros(len(row), dtype=bool)}[orientation]
     turning = np.abs(end[:, 4] - start[:, 4]) > ZERO_ANGLE
     upright = (np.abs(np.sin(start[:, 3])) <= POLE_SINE) | (np.abs(np.sin(end[:, 3])) <= POLE_SINE)
     if (bad := np.flatnonzero(wanted & ~free & turning & (upright | (start[:, 3] * end[:, 3] < 0)))).size:
@@ -167,7 +184,7 @@ def _find_great_circles(placed: PlacedMoves, free: Mask, orientation: str) -> tu
         raise _refuse_circle(moves, row[bad[0]], "is not defined between opposite tool axes")
     which = np.flatnonzero(wanted & turning & ~upright & (start[:, 3] * end[:, 3] > 0))
     if not len(which):
-        return circle, GreatCircles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0))
+        return circle, GreatCircles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty((0, 6)))
     k0, k1 = (axis_of_angles(angles[which, 3], angles[which, 4]) for angles in (start, end))
     cosine = np.sum(k0 * k1, axis=1)
     across = k1 - cosine[:, None] * k0
@@ -179,7 +196,64 @@ def _find_great_circles(placed: PlacedMoves, free: Mask, orientation: str) -> tu
         raise _refuse_circle(moves, row[which[bad[0]]], why)
     which, k0, across, sine, cosine = (a[sine > ZERO_ANGLE] for a in (which, k0, across, sine, cosine))
     circle[which] = np.arange(len(which))
-    return circle, GreatCircles(k0, across / sine[:, None], np.arctan2(sine, cosine))
+    return circle, GreatCircles(k0, across / sine[:, None], np.arctan2(sine, cosine), np.full((len(which), 6), np.nan))
+
+
+def _find_linear_joints(
+    placed: PlacedMoves, nutation: Nutation, by_axis: Mask
+) -> tuple[NDArray[np.intp], GreatCircles]:
+    """Segments of a nutating pair whose joints go linearly, so that A and C do not: where no great circle is meant.
+
+    Beyond the folds A goes on with the joint, and the check of its travel says so.
+
+    Raises
+    ------
+    InputError
+        VP031 for splines that turn.
+    """
+    moves, row = placed.moves, placed.row
+    start, end = (nutation.find_turns(pose[:, 3:]) for pose in (placed.start, placed.end))
+    turning = (np.abs(end - start) > ZERO_ANGLE).any(axis=1)
+    if (bad := np.flatnonzero(turning & (moves.kind[row] == MoveKind.SPLINE))).size:
+        text = "a spline along which the rotary axes turn is not executed on a nutating pair, whose joints would follow no spline"
+        raise _refuse(moves, row[bad[0]], "VP031", text)
+    tilting = np.abs(end[:, 0] - start[:, 0]) > ZERO_ANGLE
+    between_folds = (np.abs([start[:, 0], end[:, 0]]) <= np.pi).all(axis=0)
+    if nutation.near != nutation.far:
+        between_folds &= start[:, 0] * end[:, 0] >= 0.0
+    which = np.flatnonzero(~by_axis & tilting & between_folds)
+    none = np.zeros((len(which), 3))
+    start, end = start[which], end[which]
+    joints = np.column_stack([start, end, np.tile([nutation.near, nutation.far], (len(which), 1))])
+    return which, GreatCircles(none, none, row_norm(end - start), joints)
+
+
+def _check_reach(placed: PlacedMoves, nutation: Nutation, by_axis: Mask, circle: Ints, circles: GreatCircles) -> None:
+    """Refuse tool axes that follow a great circle out of the reach of a nutating pair (VP110), or to its fold (VP202)."""
+    row = np.flatnonzero(by_axis & (np.abs(placed.end - placed.start)[:, 3:] > ZERO_ANGLE).any(axis=1))
+    tilts = np.abs([placed.start[row, 3], placed.end[row, 3]])
+    curved = np.flatnonzero(circle[row] >= 0)
+    number = circle[row[curved]]
+    first, side, angle = circles.first[number, 2], circles.side[number, 2], circles.angle[number]
+    highest = np.arctan2(side, first)  # where on the great circle the axis is nearest z, and opposite it is farthest
+    for at in (highest, highest + np.pi, highest - np.pi):
+        there = (at > 0.0) & (at < angle)
+        tilt = np.arccos(np.clip(np.cos(at) * first + np.sin(at) * side, -1.0, 1.0))
+        more = tilts[0].copy()
+        more[curved[there]] = tilt[there]
+        tilts = np.vstack([tilts, more])
+    miss = nutation.measure_miss(tilts).max(axis=0, initial=0.0)
+    if len(bad := np.flatnonzero(miss)):
+        text = f"the tool axis leaves the reach of the rotary axes by {DEG_PER_RAD * miss[bad[0]]:.4f} degrees on its great circle"
+        raise _refuse(placed.moves, placed.row[row[bad[0]]], "VP110", text)
+    joint = nutation.find_joints(np.stack([tilts, 0.0 * tilts], axis=-1))[..., 0]
+    left = nutation.measure_fold(joint).min(axis=0, initial=np.inf)
+    if len(bad := np.flatnonzero(left < _NEAR_FOLD)):
+        text = (
+            f"the tool axis comes to {DEG_PER_RAD * max(left[bad[0]], 0.0):.4f} degrees of the tilting joint from its fold, where both table "
+            "solutions meet and the joints would have to turn without bound; go there by words of the rotary axes or as a rapid"
+        )
+        raise _refuse(placed.moves, placed.row[row[bad[0]]], "VP202", text)
 
 
 def _are_opposite(start: Array, end: Array) -> Mask:
@@ -189,9 +263,17 @@ def _are_opposite(start: Array, end: Array) -> Mask:
 
 
 def _refuse_circle(moves: Moves, move: np.intp, why: str) -> InputError:
+    return _refuse(
+        moves,
+        move,
+        "VP007",
+        f"the great circle from tool axis to tool axis {why}; use --orientation angles, or smaller steps",
+    )
+
+
+def _refuse(moves: Moves, move: np.intp, code: str, text: str) -> InputError:
     line = int(moves.line[move])
-    text = f"the great circle from tool axis to tool axis {why}; use --orientation angles, or smaller steps"
-    return InputError(finding("VP007", text, line=line, last_line=line, worst_line=line))
+    return InputError(finding(code, text, severity="error", line=line, last_line=line, worst_line=line))
 
 
 def _place_arcs(placed: PlacedMoves, curved: Rows, coordinates: TableCoordinates) -> ArcSegments:
@@ -245,7 +327,9 @@ def _place_turns(placed: PlacedMoves, carried: Rows, coordinates: TableCoordinat
         axis = axis_of_angles(start[swings, 3], start[swings, 4])
         distance = np.sum((start[swings, :3] - centre) * axis, axis=1)
         turns.shift[swings] = centre
-        turns.first[swings] = turns.last[swings] = distance[:, None] * [0.0, 0.0, 1.0]
+        turns.first[swings] = turns.last[swings] = distance[:, None] * (
+            [0.0, 0.0, 1.0] if (pair := coordinates.nutation) is None else [np.cos(pair.far), 0.0, np.sin(pair.far)]
+        )
         turns.offset[swings] = turns.slide[swings] = turns.drift[swings] = 0.0
     return turns
 

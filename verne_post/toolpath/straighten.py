@@ -135,7 +135,10 @@ def _measure_swings(path: ToolPath, segment: Ints) -> Array:
         axis = circle_axis(path, segment, np.full(len(segment), share))
         angles = start + share * (end - start)
         off = np.maximum(off, row_norm(axis - axis_of_angles(angles[:, 0], angles[:, 1])))
-    swing[segment] = off
+    by_joints = np.isfinite(
+        path.circles.joints[path.circle[segment], 0]
+    )  # which linear A and C would bend, at folds without bound
+    swing[segment] = np.where(by_joints, np.inf, off)
     return swing
 
 

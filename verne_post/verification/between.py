@@ -11,6 +11,7 @@ from verne_post.base.rows import row_norm
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
+from verne_post.verification.linear_joints import find_lines, find_rows
 from verne_post.verification.projection import RADIAN_MM, lengths_to, programmed_pose, tool_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
@@ -57,7 +58,7 @@ class BetweenRowsCheck:
         goes_on = ~self.reference.items.stop_before[rows.item[touched.row]]
         places = self._list_places(touched.row[goes_on], touched.segment[goes_on], touched.part[goes_on])
         self._report_places(rows, places, self._find_far_places(rows, places))
-        longer = length > _ARC_OVER_CHORD * row_norm(rows.step) + PATH_TIP_MM + 2 * self.reference.noise.tip
+        longer = length > _ARC_OVER_CHORD * self._measure_motion(rows) + PATH_TIP_MM + 2 * self.reference.noise.tip
         # a corner may cut turns of a curve short that are narrower than its tolerance
         cut = longer & (rows.item_before == rows.item) & self.reference.measures.has_tolerance[rows.segment]
         self._check_cut_turns(rows, np.flatnonzero(cut))
@@ -91,6 +92,21 @@ class BetweenRowsCheck:
                 own = own[some.first + own < rows.first + row[k]]
                 near[k] = bool((np.sum(((pose[own] - place[k]) / bound[k]) ** 2, axis=1) <= _TWO_BOUNDS).any())
         self._report_places(rows, places, far[~near])
+
+    def _measure_motion(self, rows: MeasuredRows) -> Array:
+        """Length (n,) of the steps; where the joints of a nutating pair go linearly, by them if that is more."""
+        path, items = self.reference.path, self.reference.items
+        motion = row_norm(rows.step)
+        for segment in (rows.segment, items.segment[rows.item_before]):
+            if not len(on := find_rows(path, segment)):
+                continue
+            before, here = (
+                find_lines(path, segment[on], pose[on, 3:] / RADIAN_MM)[0]
+                for pose in (rows.origin, rows.origin + rows.step)
+            )
+            joints = np.hypot(row_norm(rows.step[on, :3]), RADIAN_MM * row_norm(here - before))
+            motion[on] = np.maximum(motion[on], joints)
+        return motion
 
     # --- lengths along the path -----------------------------------------------------------
 

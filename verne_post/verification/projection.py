@@ -12,6 +12,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import row_norm, row_sum
 from verne_post.model.poses import JointPoses
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath, TurnSegments
+from verne_post.verification.linear_joints import find_angles, find_lines, find_rows
 from verne_post.verification.splines import (
     MeasuredSplines,
     lengths_at,
@@ -95,11 +96,13 @@ def straight_u(path: ToolPath, segment: Ints, tip: Array, angles: Array, radian_
     """
     start = path.start[segment]
     delta, now = path.end[segment] - start, np.concatenate([tip, angles], axis=1) - start
+    angles_now, angles_start, delta[:, 3:] = find_lines(path, segment, angles)
+    now[:, 3:] = angles_now - angles_start
     weighted = delta.copy()
     weighted[:, 3:] *= np.reshape(radian_mm, (-1, 1)) ** 2
     with np.errstate(invalid="ignore", divide="ignore"):
         u = row_sum(now * weighted) / row_sum(delta * weighted)
-    on_circle = np.flatnonzero((path.circle[segment] >= 0) & (path.spline[segment] < 0))
+    on_circle = _find_on_circles(path, segment)
     if len(on_circle):
         each = np.broadcast_to(radian_mm, len(segment))[on_circle]
         u[on_circle] = _project_on_great_circles(
@@ -138,11 +141,11 @@ def _project_on_arcs(path: ToolPath, segment: Ints, measured: Measured, fresh: M
     first = np.flatnonzero(fresh | (np.arange(len(fresh)) == 0))
     owner = np.searchsorted(first, np.arange(len(fresh)), side="right") - 1
     u = (begin[first[owner]] + total - total[first[owner]]) / np.abs(sweep)
-    turn = path.end[segment, 3:] - path.start[segment, 3:]
+    now, start, turn = find_lines(path, segment, measured.angles)
     for _ in range(ARC_STEPS):
         at, slope = _evaluate_arcs(arcs, row, u)
         rest = measured.tip - at
-        rest_turn = RADIAN_MM**2 * (measured.angles - path.start[segment, 3:] - u[:, None] * turn)
+        rest_turn = RADIAN_MM**2 * (now - start - u[:, None] * turn)
         square = np.sum(slope**2, axis=1) + RADIAN_MM**2 * np.sum(turn**2, axis=1)
         u = u + (np.sum(rest * slope, axis=1) + np.sum(rest_turn * turn, axis=1)) / square
     return u
@@ -150,12 +153,12 @@ def _project_on_arcs(path: ToolPath, segment: Ints, measured: Measured, fresh: M
 
 def _turn_u(path: ToolPath, segment: Ints, measured: Measured) -> Array:
     """As :func:`unwrapped_u`, on turns of the table: A and C go linearly, and the tip refines what they say."""
-    start, turn = path.start[segment, 3:], path.end[segment, 3:] - path.start[segment, 3:]
-    turned, square = np.sum((measured.angles - start) * turn, axis=1), np.sum(turn**2, axis=1)
+    now, start, turn = find_lines(path, segment, measured.angles)
+    turned, square = np.sum((now - start) * turn, axis=1), np.sum(turn**2, axis=1)
     u = np.divide(turned, square, out=np.zeros_like(turned), where=square > 0)  # none at a pole: the tip says it
     for _ in range(ARC_STEPS):
         at, slope = _turn_point(path.turns, path.turn[segment], u)
-        rest = RADIAN_MM**2 * (measured.angles - start - u[:, None] * turn)
+        rest = RADIAN_MM**2 * (now - start - u[:, None] * turn)
         square = np.sum(slope**2, axis=1) + RADIAN_MM**2 * np.sum(turn**2, axis=1)
         u = u + (np.sum((measured.tip - at) * slope, axis=1) + np.sum(rest * turn, axis=1)) / square
     return u
@@ -173,11 +176,13 @@ def _turn_point(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, Array]
     sin_a, cos_a, sin_c, cos_c = np.sin(a), np.cos(a), np.sin(c), np.cos(c)
     tilted_y, tilted_z = cos_a * y + sin_a * z, cos_a * z - sin_a * y
     slide, drift = turns.slide[row], turns.drift[row]
-    px, py, pz = np.stack([x, tilted_y, tilted_z]) + (u[:, None] * slide - turns.offset[row]).T
-    vx, vy, vz = (
-        np.stack([dx, cos_a * dy + sin_a * dz + rate_a * tilted_z, cos_a * dz - sin_a * dy - rate_a * tilted_y])
-        + slide.T
-    )
+    tilted = np.stack([x, tilted_y, tilted_z])
+    rate = np.stack([dx, cos_a * dy + sin_a * dz + rate_a * tilted_z, cos_a * dz - sin_a * dy - rate_a * tilted_y])
+    if turns.lean.any():  # of a nutating pair: back from the frame of its tilting joint
+        sin_l, cos_l = np.sin(turns.lean[row]), np.cos(turns.lean[row])
+        tilted, rate = (np.stack([cos_l * a - sin_l * c, b, sin_l * a + cos_l * c]) for a, b, c in (tilted, rate))
+    px, py, pz = tilted + (u[:, None] * slide - turns.offset[row]).T
+    vx, vy, vz = rate + slide.T
     point = (
         turns.shift[row] + u[:, None] * drift + np.stack([cos_c * px + sin_c * py, cos_c * py - sin_c * px, pz], axis=1)
     )
@@ -194,7 +199,7 @@ _GAUSS_PLACES, _GAUSS_WEIGHTS = (
 
 def _turn_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
     """As :func:`lengths_to`, on turns of the table, whose tip does not move evenly."""
-    row, even = path.turn[segment], RADIAN_MM * row_norm(path.end[segment, 3:] - path.start[segment, 3:])
+    row, even = path.turn[segment], RADIAN_MM * row_norm(find_lines(path, segment, path.start[segment, 3:])[2])
     length = np.zeros(len(segment))
     for place, weight in zip(_GAUSS_PLACES, _GAUSS_WEIGHTS, strict=True) if len(segment) else ():
         slope = _turn_point(path.turns, row, place * u)[1]
@@ -230,6 +235,13 @@ def _project_on_great_circles(path: ToolPath, segment: Ints, tip: Array, axis: A
     return np.asarray((moved + weight_axis * turned) / (weight_tip + weight_axis))
 
 
+def _find_on_circles(path: ToolPath, segment: Ints) -> Ints:
+    """Which of segments (n,) follow a great circle."""
+    on_circle = (path.circle[segment] >= 0) & (path.spline[segment] < 0)
+    on_circle[find_rows(path, segment)] = False
+    return np.flatnonzero(on_circle)
+
+
 def _span_great_circle(path: ToolPath, segment: Ints) -> tuple[Array, Array, Array]:
     """Tool axes at both ends of segments, and the angle between them."""
     k0, k1 = tool_axis(path.start[segment, 3:]), tool_axis(path.end[segment, 3:])
@@ -250,7 +262,11 @@ def metric_lengths(path: ToolPath) -> Array:
     if len(spline):
         splines, piece = _measure(path, spline)
         length[spline] = splines.total_metric(piece)
-    on_circle = np.flatnonzero(path.circle >= 0)
+    linear = find_rows(path, straight := np.flatnonzero(path.kind == SegmentKind.LINE))
+    linear = straight[linear]
+    turns = find_lines(path, linear, path.start[linear, 3:])[2]
+    length[linear] = np.hypot(row_norm(path.end[linear, :3] - path.start[linear, :3]), RADIAN_MM * row_norm(turns))
+    on_circle = _find_on_circles(path, np.arange(len(path)))
     tip = row_norm(path.end[on_circle, :3] - path.start[on_circle, :3])
     length[on_circle] = np.hypot(tip, RADIAN_MM * _span_great_circle(path, on_circle)[2])
     return length
@@ -288,7 +304,7 @@ def _measure_arc_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
     arcs, row = path.arcs, path.arc[segment]
     grow = arcs.r1[row] - arcs.r0[row]
     around = arcs.sweep[row] * u * (arcs.r0[row] + 0.5 * u * grow)
-    turn = row_norm(path.end[segment, 3:] - path.start[segment, 3:])
+    turn = row_norm(find_lines(path, segment, path.start[segment, 3:])[2])
     even = grow**2 + np.sum(arcs.rise[row] ** 2, axis=1) + (RADIAN_MM * turn) ** 2
     return np.asarray(np.sign(u) * np.sqrt(around**2 + u**2 * even))
 
@@ -349,7 +365,9 @@ def programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Arr
             splines.pieces, piece, parameters_at(splines, piece, np.clip(u[spline], 0.0, 1.0), RADIAN_MM)
         )
         tip[spline], angles[spline] = point[:, :3], path.start[mine, 3:] + point[:, 3:]
-    on_circle = np.flatnonzero(path.circle[segment] >= 0)
+    if len(linear := find_rows(path, segment)):
+        angles[linear] = find_angles(path, segment[linear], u[linear])
+    on_circle = _find_on_circles(path, segment)
     if len(on_circle):
         angles[on_circle] = _interpolate_great_circle(path, segment[on_circle], u[on_circle])
     return tip, angles

@@ -230,6 +230,11 @@ class KlartextPlanes:
         if not self.setup.machine:
             return self._take_angles(state.position)
         base, tilt = replace(state.frame, feature=None), self.setup.rotary[0]
+        if sense is not None and (pair := coordinates.nutation) is not None and pair.home:
+            raise ProgramError(
+                "VP017",
+                f"{sense}: the two positions of this nutating pair do not lie on both sides of {AXES[tilt]} 0; leave it out",
+            )
         here = [float(v) for v in coordinates.to_program(self.frames.machine_position(), base)]
         positions = find_positions(self.setup, here, normal, base, tip_stays=tip_stays)
         if len(positions) == 1:

@@ -107,6 +107,10 @@ class Rs274(Language):
         modes = self.modes
         if not modes.absolute or modes.diameter_mode or modes.spline is not None or (modes.vectors and not has_vector):
             return None
+        if (
+            modes.vectors and self.setup.coordinates.nutation is not None
+        ):  # a vector may be out of reach: at its own line
+            return None
         return PlainView(
             modes.motion,
             modes.inch,

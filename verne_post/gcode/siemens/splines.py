@@ -16,7 +16,7 @@ from verne_post.gcode.splines import BSpline, check_room, uniform_knots
 from verne_post.model.moves import FeedMode
 
 #: Words of a block that gives a control point.
-_POINT_WORDS: Final = {"X", "Y", "Z", "A", "C", "A3", "B3", "C3", "PW", "PL", "SD", "F"}
+_POINT_WORDS: Final = {"X", "Y", "Z", "A", "B", "C", "A3", "B3", "C3", "PW", "PL", "SD", "F"}
 _DEGREES: Final = (2, 3)
 #: A and C of control points lead the tool axis otherwise than on great circles between its control axes; no farther than this.
 _ASIDE: Final = 0.5 * RAD_PER_DEG

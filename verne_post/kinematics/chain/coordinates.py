@@ -6,12 +6,13 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
+from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_y, rotate_z
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.kinematics.chain.machine import ChainMachine
 from verne_post.kinematics.tables.places import find_work_origin, place_in_program, place_on_part, turn_of, turn_to_part
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.moves import AXES, Frame
+from verne_post.model.nutation import Nutation
 from verne_post.model.toolpath import TurnSegments
 
 
@@ -51,6 +52,11 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         return tuple(axis for axis, joint in joints if joint.on_tool)
 
     @property
+    def nutation(self) -> Nutation | None:
+        """Of the rotary pair, where it is not at right angles."""
+        return self.words.nutation
+
+    @property
     def part_frame(self) -> Array:
         """Rows: x, y, z of the polar frame in directions of the part."""
         return self.machine.pair.directions
@@ -82,7 +88,7 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
 
     def carry_tips(self, start: Array, end: Array, tool_length: Array) -> TurnSegments:
         """Moves from pose to pose (n, 5) along which all joints go linearly, with tool lengths (n,)."""
-        machine, home = self.machine, self.machine.pair.home_tilt
+        machine, home, nutation = self.machine, self.machine.pair.home_tilt, self.nutation
         tilt, turn = machine.tilt.through, machine.turn.through
         at_home = machine.place_tip(tool_length)
         first, last = (machine.platform_gauge(pose[:, :3], pose[:, 3:], tool_length) for pose in (start, end))
@@ -91,9 +97,13 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         tilts, turns, straight = [at_home - tilt] * 2, [still + tilt - turn] * 2, [still + turn] * 2
         carried = tilts if not machine.tilt.on_tool else turns if not machine.turn.on_tool else straight
         carried[:] = [carried[0] + first, carried[1] + last]
+        lean, angles = self.machine.pair.lean, (start[:, 3:], end[:, 3:])
+        if nutation is not None:
+            tilts = [rotate_y(place, lean) for place in tilts]
+            angles, home = (nutation.find_turns(angles[0]), nutation.find_turns(angles[1])), nutation.home
         return TurnSegments(
-            rotate_x(tilts[0], home), rotate_x(tilts[1], home), start[:, 3:], end[:, 3:], -turns[0], straight[0],
-            turns[1] - turns[0], straight[1] - straight[0],
+            rotate_x(tilts[0], home), rotate_x(tilts[1], home), *angles, -turns[0], straight[0],
+            turns[1] - turns[0], straight[1] - straight[0], np.full(len(start), lean),
         )  # fmt: skip
 
     # --- program and part -------------------------------------------------------------------------------------
@@ -153,7 +163,7 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         """Program coordinates in ``frame`` of a machine position."""
         machine = np.asarray(machine, dtype=float)
         angles = self.words.find_angles(machine, 0.0)
-        q = np.concatenate([machine[..., :3], angles - [self.machine.pair.home_tilt, 0.0]], axis=-1)
+        q = np.concatenate([machine[..., :3], self.machine.pair.find_joints(angles)], axis=-1)
         return self.from_table(self.machine.nominal(q, frame.tool_length)[0], angles, frame)
 
     def find_other_side(self, machine: Array) -> Array | None:

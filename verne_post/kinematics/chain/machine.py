@@ -18,10 +18,12 @@ from verne_post.base.rotations import (
     axis_of_angles,
     rotate_x,
     rotate_x_rate,
+    rotate_y,
     rotate_z,
     rotate_z_rate,
     wrap_angle,
 )
+from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.pair import PolarPair
 from verne_post.kinematics.five_axis import axis_and_angles, pose_vectors
 from verne_post.model.poses import Platform
@@ -68,18 +70,27 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     # --- what the rotary joints do to points ----------------------------------------------------------------
 
+    def _turn_about_tilt(
+        self, vector: Array, angle: Array, rotate: Callable[[Array, Array], Array] = rotate_x
+    ) -> Array:
+        """Turn vectors (..., 3) about the direction of the tilting joint; ``rotate`` may be the derivative of the turn."""
+        lean = self.pair.lean
+        if not lean:
+            return rotate(vector, angle)
+        return rotate_y(rotate(rotate_y(vector, lean), angle), -lean)
+
     def turn_part(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the part where the rotary joints, the last two of q (..., 2), put them, the linear ones at 0."""
         if not self.turn.on_tool:
             point = rotate_z(point - self.turn.through, q[..., 1]) + self.turn.through
         if not self.tilt.on_tool:
-            point = rotate_x(point - self.tilt.through, q[..., 0]) + self.tilt.through
+            point = self._turn_about_tilt(point - self.tilt.through, q[..., 0]) + self.tilt.through
         return point
 
     def turn_part_back(self, point: Array, q: Array) -> Array:
         """Inverse of :meth:`turn_part`."""
         if not self.tilt.on_tool:
-            point = rotate_x(point - self.tilt.through, -q[..., 0]) + self.tilt.through
+            point = self._turn_about_tilt(point - self.tilt.through, -q[..., 0]) + self.tilt.through
         if not self.turn.on_tool:
             point = rotate_z(point - self.turn.through, -q[..., 1]) + self.turn.through
         return point
@@ -87,7 +98,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
     def turn_tool(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the tool's end where the rotary joints put them, the linear ones at 0."""
         if self.tilt.on_tool:
-            point = rotate_x(point - self.tilt.through, -q[..., 0]) + self.tilt.through
+            point = self._turn_about_tilt(point - self.tilt.through, -q[..., 0]) + self.tilt.through
         if self.turn.on_tool:
             point = rotate_z(point - self.turn.through, -q[..., 1]) + self.turn.through
         return point
@@ -100,7 +111,9 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """What the linear joints have to reach, (..., 3): ``M x``."""
-        rotary = np.asarray(angles, dtype=float) - [self.pair.home_tilt, 0.0]
+        return self._find_reach(tip, self.pair.find_joints(np.asarray(angles, dtype=float)), tool_length)
+
+    def _find_reach(self, tip: Array, rotary: Array, tool_length: Array | float) -> Array:
         reach: Array = self.turn_part(np.asarray(tip, dtype=float), rotary) - self.turn_tool(
             self.place_tip(tool_length), rotary
         )
@@ -108,11 +121,19 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint values (..., 5) of tips (..., 3) and nominal angles (..., 2)."""
-        reach = self.platform_gauge(tip, angles, tool_length)
+        return self._place_joints(tip, self.pair.find_joints(np.asarray(angles, dtype=float)), tool_length)
+
+    def place_joints(self, tip: Array, turns: Array, tool_length: Array | float) -> Array:
+        """The same for the angles d and t (..., 2) of a nutating pair."""
+        return self._place_joints(
+            tip, turns - [self.pair.nutation.home if self.pair.nutation else 0.0, 0.0], tool_length
+        )
+
+    def _place_joints(self, tip: Array, rotary: Array, tool_length: Array | float) -> Array:
+        reach = self._find_reach(tip, rotary, tool_length)
         q = np.empty((*reach.shape[:-1], 5))
         q[..., :3] = reach @ self.solver.T
-        q[..., 3:] = angles
-        q[..., 3] -= self.pair.home_tilt
+        q[..., 3:] = rotary
         return q
 
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
@@ -127,8 +148,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
         """Where the tool is: tip (..., 3) and nominal angles (..., 2) of joint values (..., 5)."""
         q = np.asarray(q, dtype=float)
         reach = self.turn_tool(self.place_tip(tool_length), q[..., 3:]) + q[..., :3] @ self.linear.T
-        angles = np.array(q[..., 3:])
-        angles[..., 0] += self.pair.home_tilt
+        angles = self.pair.find_angles(q[..., 3:])
         tip = self.turn_part_back(reach, q[..., 3:])
         return tip, angles, np.asarray(np.isfinite(tip).all(axis=-1))
 
@@ -140,7 +160,11 @@ class ChainMachine(Struct, frozen=True, eq=False):
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
         tip, axis = (pose_vectors(*one) @ self.pair.directions.T for one in ((tip, "tip"), (axis, "axis")))
-        q, _platform, ok = self.solve(*axis_and_angles(tip, axis, tool_length), tool_length)
+        tip, angles = axis_and_angles(tip, axis, tool_length)
+        q, _platform, ok = self.solve(tip, angles, tool_length)
+        if self.pair.nutation is not None:
+            ok &= self.pair.nutation.measure_miss(angles[..., 0]) == 0.0
+            q[~ok] = np.nan
         return q, ok
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
@@ -152,10 +176,12 @@ class ChainMachine(Struct, frozen=True, eq=False):
         return tip @ self.pair.directions, axis @ self.pair.directions, ok
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
-        """Both solutions of one pose (3,), (3,) in the polar frame: the tilt to either side of the pole."""
+        """Both solutions of one pose (3,), (3,) in the polar frame: the tilt to either side of the pole; none out of reach."""
         tip, axis = pose_vectors(tip, "tip"), pose_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in angles_of_axis(axis))
-        solutions = []
+        solutions: list[WholeSolution] = []
+        if self.pair.nutation is not None and self.pair.nutation.measure_miss(np.array(tilt)):
+            return solutions
         for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrap_angle(turn + np.pi))))):
             q = self.joints(tip, np.array(angles), tool_length)
             solutions.append(WholeSolution(tuple(q.tolist()), angles, 0.0, (), other, None))
@@ -168,7 +194,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
     def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates, (..., 5, 5): rows the joints, columns tip x, y, z (mm), nominal A and C (rad)."""
         tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
-        q = angles - [self.pair.home_tilt, 0.0]
+        q = self.pair.find_joints(angles)
         shape = np.broadcast_shapes(tip.shape[:-1], q.shape[:-1], np.shape(tool_length))
         rates = np.zeros((*shape, 5, 5))
         along = np.zeros((*shape, 3, 5))
@@ -179,24 +205,30 @@ class ChainMachine(Struct, frozen=True, eq=False):
         along[..., 4] = self._rate(tip, tool_length, q, by_tilt=False)
         rates[..., :3, :] = self.solver @ along
         rates[..., 3, 3] = rates[..., 4, 4] = 1.0
+        if self.pair.nutation is not None:  # so far by the joints
+            tilting, turning = self.pair.nutation.find_rates(angles)
+            rates[..., 3] = rates[..., 3] * tilting[..., None] + rates[..., 4] * turning[..., None]
         return rates
 
     def _rate(self, tip: Array, tool_length: Array | float, q: Array, *, by_tilt: bool) -> Array:
         """Derivative (..., 3) of what the linear joints have to reach, by the tilt or by the turn."""
         joint, (a, c) = (self.tilt if by_tilt else self.turn), (q[..., 0], q[..., 1])
-        differentiate: Callable[[Array, Array], Array] = rotate_x_rate if by_tilt else rotate_z_rate
+
+        def differentiate(vector: Array, angle: Array) -> Array:
+            return self._turn_about_tilt(vector, angle, rotate_x_rate) if by_tilt else rotate_z_rate(vector, angle)
+
         angle = a if by_tilt else c
         if joint.on_tool:
             point = self.place_tip(tool_length)
             if not by_tilt and self.tilt.on_tool:
-                point = rotate_x(point - self.tilt.through, -a) + self.tilt.through
+                point = self._turn_about_tilt(point - self.tilt.through, -a) + self.tilt.through
             rate = differentiate(point - joint.through, -angle)  # of the angle against the joint; so is the side
             return rotate_z(rate, -c) if by_tilt and self.turn.on_tool else rate
         point = tip
         if by_tilt and not self.turn.on_tool:
             point = rotate_z(point - self.turn.through, c) + self.turn.through
         rate = differentiate(point - joint.through, angle)
-        return rotate_x(rate, a) if not by_tilt and not self.tilt.on_tool else rate
+        return self._turn_about_tilt(rate, a) if not by_tilt and not self.tilt.on_tool else rate
 
     # --- bodies and pictures: z down, and the base is what carries the rotary joints on the part's side --------------------------------------------------------------
 
@@ -207,6 +239,15 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def _find_platform(self, q: Array) -> Platform:
         point = (self.turn_tool(self.gauge, q[..., 3:]) + q[..., :3] @ self.linear.T) * _MIRROR
+        if self.pair.lean and self.tilt.on_tool:
+            middle = self.turn_tool(np.zeros(3), q[..., 3:])
+            x, y, z = ((self.turn_tool(unit, q[..., 3:]) - middle) * _MIRROR for unit in np.diag(_MIRROR))
+            angles = (
+                np.arctan2(-z[..., 1], z[..., 2]),
+                np.arcsin(np.clip(z[..., 0], -1.0, 1.0)),
+                np.arctan2(-y[..., 0], x[..., 0]),
+            )
+            return Platform(point, np.stack(angles, axis=-1))
         a, c = (
             q[..., 3 + number] if joint.on_tool else np.zeros(q.shape[:-1])
             for number, joint in enumerate((self.tilt, self.turn))
@@ -233,12 +274,14 @@ class ChainMachine(Struct, frozen=True, eq=False):
     # --- what parallel machines have and a chain has not ----------------------------------------------------------
 
     def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
-        """No margins, shape (..., 0)."""
-        return np.empty((*np.shape(q)[:-1], 0))
+        """How far the tilting joint of a nutating pair is from its fold, degrees, shape (..., 1); else none."""
+        if self.pair.nutation is None:
+            return np.empty((*np.shape(q)[:-1], 0))
+        return DEG_PER_RAD * self.pair.nutation.measure_fold(np.asarray(q)[..., 3, None])
 
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """None, whatever the thresholds: there are no rods."""
-        return ()
+        """The fold, which has no threshold of its own: there the joints have to keep their limits; there are no rods."""
+        return () if self.pair.nutation is None else (Margin("distance from the fold", "VP202", None, "deg", 0.0, 0.0),)
 
     def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
         """1, and the reciprocal condition number of the linear joints, each (...)."""

@@ -61,6 +61,10 @@ class TiltingTable(Struct, frozen=True, eq=False):
         return ()
 
     @property
+    def nutation(self) -> None:
+        """The table's axes are at right angles."""
+
+    @property
     def part_frame(self) -> Array:
         """Rows: x, y, z of the table frame in directions of the part frame, which is the same."""
         return np.eye(3)
@@ -110,8 +114,9 @@ class TiltingTable(Struct, frozen=True, eq=False):
     def carry_tips(self, start: Array, end: Array, tool_length: Array) -> TurnSegments:
         """Moves from pose to pose (n, 5) along which the gauge-line point and the angles go linearly."""
         first, last = (self.gauge_point(pose[:, :3], pose[:, 3:], 0.0) for pose in (start, end))
-        still = np.zeros((3, *first.shape))
-        return TurnSegments(first, last, start[:, 3:], end[:, 3:], np.tile(self.rotary_offset, (len(first), 1)), *still)
+        shift, slide, drift = np.zeros((3, *first.shape))
+        offset = np.tile(self.rotary_offset, (len(first), 1))
+        return TurnSegments(first, last, start[:, 3:], end[:, 3:], offset, shift, slide, drift, np.zeros(len(first)))
 
     # --- program, table and machine coordinates ------------------------------------------------
 
