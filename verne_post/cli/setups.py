@@ -1,6 +1,5 @@
 """The set-ups of a program under the options of the command line: what stands in files holds where the command line is silent."""
 
-import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
