@@ -137,6 +137,10 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
         page.relative_to(ROOT / "docs").with_suffix(".html").as_posix() for page in PAGES if page.name != "README.md"
     }
     assert not {name for name in names if not (tmp_path / "site" / name).exists()}
+    # links differ by more than colour, tables scroll by keyboard, contrast: docs/site.css says which rules of axe ask for it
+    assert {"site.css", "site.js"} <= set(
+        re.findall(r'="(site\.\w+)"', (tmp_path / "site" / "gcode.html").read_text("utf-8"))
+    )
     searched = (tmp_path / "site" / "search" / "search_index.json").read_text(encoding="utf-8")
     assert "--tool-length" in searched
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
