@@ -361,10 +361,13 @@ def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> N
     fixes = ask_fixes(client, uri, unended["range"]["start"]["line"])
     assert list(fixes) == ["End the program with M30 (legal then)"]
     assert apply_edit(fixes["End the program with M30 (legal then)"], {uri: text})[uri] == text + "\nM30\n"
-    client.change(uri, 2, text + "\nX1.2.3\nM2\n")
+    client.change(uri, 4, text.removesuffix("\nG1 X5 F500"))
+    assert [one["code"] for one in client.diagnostics(uri)["diagnostics"]] == ["VP010"]
+    assert ask_fixes(client, uri, 1) == {}  # with an end it is a program without motion
+    client.change(uri, 5, text + "\nX1.2.3\nM2\n")
     assert client.diagnostics(uri)["diagnostics"]
     assert ask_fixes(client, uri, 3) == {}
-    client.change(uri, 3, TILTED.replace("A101", "G91 A41"))
+    client.change(uri, 6, TILTED.replace("A101", "G91 A41"))
     assert client.diagnostics(uri)["diagnostics"]
     assert ask_fixes(client, uri, 3) == {}
 
