@@ -112,6 +112,7 @@ class FanucInterpreter(Rs274):
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
+        self._text = ""  # the last line that was read word by word
         self.nurbs = NurbsCodes(self.core, self.values, self.motion)
         self.fanuc_offsets = FanucOffsets(self.offsets)
         given = setup.control.get("fanuc", {})
