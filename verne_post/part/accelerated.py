@@ -271,11 +271,27 @@ def _bound_one(f0, f1, a0, b0, a1, b1, at0, at1, width, delta):
 
 
 @_compile
+def _measure_gap(body, edges, at):
+    """How far the whole piece is beyond the plane of a facet, on its outer side."""
+    across = math.sqrt(max(1.0 - at[5] * at[5], 0.0))
+    support = -math.inf
+    for k in range(len(edges)):
+        r, h = edges[k, 0], edges[k, 1]
+        support = max(support, r * across - h * at[5])
+        r, h = r + edges[k, 2] * edges[k, 6], h + edges[k, 3] * edges[k, 6]
+        support = max(support, r * across - h * at[5])
+    return -(at[4] * at[0] + at[5] * at[1]) - support - body[1]
+
+
+@_compile
 def _is_above(body, edges, at0, at1, width, delta, limit):
     """Whether phi is above a limit over a facet and an interval: by its own tangents, or by a plane that supports the piece."""
     f0, a0, b0 = _evaluate(body, edges, at0[0], at0[1])
     f1, a1, b1 = _evaluate(body, edges, at1[0], at1[1])
     if _bound_one(f0, f1, a0, b0, a1, b1, at0, at1, width, delta) > limit:
+        return True
+    # along the facet's own normal: concave along a straight path, so the ends have its least value
+    if min(_measure_gap(body, edges, at0), _measure_gap(body, edges, at1)) > limit:
         return True
     for k in range(len(edges)):
         a, b = edges[k, 4], edges[k, 5]

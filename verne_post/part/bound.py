@@ -172,6 +172,13 @@ class _View:
         self.normal_h = np.einsum("ij,ij->i", normal, seen.u)
         self.normal_r = (np.einsum("ij,ij->i", seen.d, normal) - seen.h * self.normal_h) / away
 
+    def measure_gap(self, piece: Piece) -> Array:
+        """How far the whole piece is beyond the plane of the facet, on its outer side: no more than phi anywhere on it."""
+        height = self.normal_r * self.seen.r + self.normal_h * self.seen.h
+        across = np.sqrt(np.maximum(1.0 - self.normal_h**2, 0.0))
+        support = np.max([r * across - h * self.normal_h for r, h in piece.core.tolist()], axis=0)
+        return np.asarray(-height - support - piece.rounding)
+
     def find_tangent(self, by_r: Array, by_h: Array) -> tuple[Array, Array]:
         """Slope by the share, and along the facet, of a function with these derivatives by r and h."""
         square = np.where(self.seen.r > 0, by_r * by_r, 0.0) + by_h * by_h
@@ -189,7 +196,8 @@ def _is_above(piece: Piece, start: _View, end: _View, width: Array, delta: Array
                 for view in (start, end)
             ]
         )
-    above = np.zeros(len(delta), dtype=bool)
+    # along the facet's own normal: concave along a straight path, so the ends have its least value
+    above = np.asarray(np.minimum(*(view.measure_gap(piece) for view in (start, end))) > limit)
     for (f0, *by0), (f1, *by1) in functions:
         (g0, q0), (g1, q1) = start.find_tangent(*by0), end.find_tangent(*by1)
         between = f0 + g0 * find_crossing(f0, g0, f1, g1, width) - delta * np.maximum(q0, q1)
