@@ -267,7 +267,16 @@ def test_explain_and_report(machine: str, run: Runner, tmp_path: Path) -> None:
     assert "every solution of the whole machine: 2" in text
     assert run("report", source, *options_of(machine), "-o", tmp_path / "r.html").code == 0
     assert (
-        run("machine", "axis-check", "--machine", machine, "--at", "100,100,-100,0,0", "-o", tmp_path / "check").code
+        run(
+            "machine",
+            "axis-check",
+            "--machine",
+            machine,
+            "--at",
+            f"100,100,-100,{max(tilt, 0)},0",
+            "-o",
+            tmp_path / "check",
+        ).code
         == 0
     )
     shown = run("machine", "show", machine).out

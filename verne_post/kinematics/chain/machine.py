@@ -161,10 +161,11 @@ class ChainMachine(Struct, frozen=True, eq=False):
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
         tip, axis = (pose_vectors(*one) @ self.pair.directions.T for one in ((tip, "tip"), (axis, "axis")))
         tip, angles = axis_and_angles(tip, axis, tool_length)
-        q, _platform, ok = self.solve(tip, angles, tool_length)
+        q = self.joints(tip, angles, tool_length)
+        ok = np.asarray(np.isfinite(q).all(axis=-1))
         if self.pair.nutation is not None:
             ok &= self.pair.nutation.measure_miss(angles[..., 0]) == 0.0
-            q[~ok] = np.nan
+        q[~ok] = np.nan
         return q, ok
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
