@@ -2,10 +2,14 @@
 
 Three to twelve blocks of 0.05 to 20 s: jitter of the tip beside a turning table, moves of the tip, turns, and all mixtures. A block
 lasts from its first row to the first row of the next. It is late where it takes more than 1 % and two cycles longer than it
-asks for; then the largest share of any joint limit in its rows says whether a joint holds it back.
+asks for; then the largest share of any joint limit in its rows says whether a joint holds it back. Rows are means over the cycle,
+so a joint may hold back a block whose rows stay below its limits: such blocks are tried on the same machine with limits so
+large that no joint holds anything back.
 """
 
 import sys
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,6 +23,8 @@ from verne_post.model.part_setup import WorkOffset
 SHARES = (0.3, 0.5, 0.7, 0.9)
 #: A step at the feed rate may be shorter by this share of a cycle (``tuning.ACCEPTED_RATIOS``).
 SLACK = 1e-3
+#: A machine whose limits are so many times as large holds no block back.
+LOOSE = 30.0
 
 
 def random_program(seed: int) -> tuple[str, dict[int, float]]:
@@ -64,36 +70,56 @@ def largest_shares(values: Array, machine: Machine, cycle: float) -> Array:
     return shares
 
 
+def loosen(machine: Machine) -> Machine:
+    """The same machine with larger limits of velocity, acceleration and jerk."""
+    limits = machine.limits
+    scaled = {name: LOOSE * getattr(limits, name) for name in ("velocity", "acceleration", "jerk")}
+    return replace(machine, limits=replace(limits, **scaled))
+
+
+def time_blocks(text: str, machine: Machine, cycle: float, lines: list[int]) -> tuple[Array, Array] | None:
+    """Seconds that the blocks of lines (n,) take, and their largest share of a limit; None where the program is refused."""
+    options = Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 30.0))}, cycle=cycle)
+    result = verne_post.convert(text, machine, options)
+    if not result.ok or result.setpoints is None:
+        print([item.message for item in result.findings])
+        return None
+    line, shares = np.asarray(result.setpoints.line), largest_shares(result.setpoints.values, machine, cycle)
+    begins = np.append(np.searchsorted(line, lines), len(line) - 1)
+    most = [shares[begin : end + 1].max() for begin, end in pairwise(begins)]
+    return cycle * np.diff(begins), np.array(most)
+
+
 def study(first: int, last: int) -> None:
     """Print what the blocks of some programs take."""
     machines = [verne_post.load_machine(name) for name in ("verne", "serial")]
-    blocks = short = late = refused = 0
+    blocks = short = late = refused = unheld = 0
     below = dict.fromkeys(SHARES, 0)
     for seed in range(first, last):
         text, asked = random_program(seed)
         if not asked:
             continue
-        total, machine = sum(asked.values()), machines[seed % 2]
+        seconds, machine = np.array(list(asked.values())), machines[seed % 2]
+        total = seconds.sum()
         cycle = 0.001 if total < 8 else 0.002 if total < 25 else 0.004
-        options = Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 30.0))}, cycle=cycle)
-        result = verne_post.convert(text, machine, options)
-        if not result.ok or result.setpoints is None:
+        found = time_blocks(text, machine, cycle, list(asked))
+        if found is None:
             refused += 1
-            print(f"{seed}: {[item.message for item in result.findings]}")
             continue
-        line, shares = np.asarray(result.setpoints.line), largest_shares(result.setpoints.values, machine, cycle)
-        begins = np.append(np.searchsorted(line, list(asked)), len(line) - 1)
-        for begin, end, seconds in zip(begins[:-1], begins[1:], asked.values(), strict=True):
-            spent = cycle * (end - begin)
-            blocks += 1
-            short += spent < (1 - SLACK) * seconds - cycle
-            if spent > 1.01 * seconds + (2 + SLACK) * cycle:
-                late += 1
-                top = shares[begin : end + 1].max()
-                for share in SHARES:
-                    below[share] += top < share
+        spent, most = found
+        allowed = 1.01 * seconds + (2 + SLACK) * cycle
+        blocks += len(spent)
+        short += int((spent < (1 - SLACK) * seconds - cycle).sum())
+        late += int((spent > allowed).sum())
+        for share in SHARES:
+            below[share] += int(((spent > allowed) & (most < share)).sum())
+        doubtful = (spent > allowed) & (most < SHARES[-1])
+        if doubtful.any():
+            loose = time_blocks(text, loosen(machine), cycle, list(asked))
+            unheld += int(doubtful.sum() if loose is None else (doubtful & (loose[0] > allowed)).sum())
     print(f"{blocks} blocks of programs {first} to {last - 1}, {refused} refused: {short} short, {late} late")
     print("late with no joint above: " + ", ".join(f"{share} of a limit {count}" for share, count in below.items()))
+    print(f"of those below {SHARES[-1]} late too where limits are {LOOSE:g} times as large: {unheld}")
 
 
 if __name__ == "__main__":
