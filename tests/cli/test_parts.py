@@ -109,6 +109,16 @@ def test_without_the_option_such_programs_are_refused(job: Path, run: Callable[.
     assert run("convert", "two.nc", *PLACE, "--split-at-stops").code == 2  # no name for the files
 
 
+def test_a_setup_that_cuts_needs_a_name_for_the_files(job: Path, run: Callable[..., Any]) -> None:
+    Path("two.nc.toml").write_text("split_at_stops = true\n")
+    refused = run("convert", "two.nc", *PLACE)
+    assert refused.code == 2
+    assert refused.out == ""
+    assert "several files; give their name with -o" in refused.err
+    assert run("convert", "two.nc", *PLACE, "-o", "two.csv").code == 0
+    assert [Path(name).is_file() for name in FILES] == [True] * len(FILES)
+
+
 def test_a_program_without_stops_is_one_part(job: Path, run: Callable[..., Any]) -> None:
     Path("one.nc").write_text("G49 G0 X0 Y0 Z120 A0 C0\nG1 X5 F900\nM2\n")
     assert run("convert", "one.nc", "--wcs", "G54=0,0,40", "-o", "whole.csv").code == 0

@@ -85,7 +85,7 @@ def fill(path: Path) -> None:
     [
         ("part.nc", FANUC, {
             "tools": {"1": {"length": "measure"}, "5": {"length": "measure"}},
-            "wcs": {"G54": "measure", "G55": "measure"}, "remap": {"M11": "decide"},
+            "wcs": {"G54": "measure", "G55": "measure"}, "remap": {"M11": "decide"}, "split_at_stops": True,
         }),
         ("part.mpf", SIEMENS, {"tools": {"MILL 10": {"length": "measure"}}, "wcs": {"G54": "measure"}}),
         ("part.h", KLARTEXT, {"tools": {"MILL_10": {"length": "measure"}}, "wcs": {"G55": "measure"}}),
@@ -99,13 +99,13 @@ def test_the_first_own_program_runs_once_its_setup_is_filled_in(
     assert run("setup", program).code == 0
     written = Path(f"{program}.toml")
     assert tomllib.loads(written.read_text()) == expected
-    refused = run(program, "-o", tmp_path / "axes.csv", "--split-at-stops")
+    refused = run(program, "-o", tmp_path / "axes.csv")
     assert refused.code == 2
     assert not list(tmp_path.glob("axes*"))  # a mark is no value
     assert refused.err.count("VP012 error") == 1  # one cause
     fill(written)
-    assert run(program, "-o", tmp_path / "axes.csv", "--split-at-stops").code == 0
-    assert vp.convert(program, "verne", vp.Options(split_at_stops=True)).ok  # the Python API reads the same file
+    assert run(program, "-o", tmp_path / "axes.csv").code == 0
+    assert vp.convert(program, "verne").ok  # the Python API reads the same file
 
 
 def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ from verne_post.kinematics.jerk_limit import jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.table_travel import MachineTravel, check_travel_of
 from verne_post.model.contour import Contour
-from verne_post.model.findings import Finding, InputError, UsageError, finding, merge_same
+from verne_post.model.findings import Finding, InputError, Remedy, UsageError, finding, merge_same
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
@@ -57,6 +57,9 @@ from verne_post.trajectory.shaper import UNSHAPED, shaper_weights
 LEAST_CYCLES_OF_MODE: Final = 4
 #: Kinds of events at which the machine waits, and their codes.
 _WAITS: Final = {"tool": "M6", "input": "M66"}
+#: Key of a set-up that settles a stop on the way, and the edit that writes it.
+SPLIT_KEY: Final = ("split_at_stops",)
+_SPLIT: Final = Remedy("cut the setpoints there: split_at_stops = true in the set-up", "true", SPLIT_KEY)
 _STOP_CODES: Final = {"program": "M0", "optional": "M1", "pallet": "M60"}
 
 
@@ -385,10 +388,11 @@ def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[
     for event in moves.events:
         if event.before > first and event.waits(optional_stop=optional_stop):
             code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
+            what = "a tool change" if event.kind == "tool" else code
             text = (
-                f"{code} after the motion has begun: setpoints cannot wait for a person or a signal; "
-                "split the program there, or use --split-at-stops"
+                f"{what} after the motion has begun: setpoints cannot wait; "
+                "--split-at-stops, or split_at_stops = true in the set-up, writes one file from stop to stop"
             )
-            item = finding("VP014", text, line=event.line, last_line=event.line, worst_line=event.line)
-            found.append((event.before, item))
+            where = {"line": event.line, "last_line": event.line, "worst_line": event.line}
+            found.append((event.before, finding("VP014", text, **where, edits=(_SPLIT,), settled_by=(SPLIT_KEY,))))
     return found

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from verne_post.app.assemble import assemble
+from verne_post.app.assemble import SPLIT_KEY, assemble
 from verne_post.base.long_text import Text
 from verne_post.config.control_tables import merge_keys
 from verne_post.model.control_keys import NAMING_TOOLS
@@ -37,6 +37,8 @@ class SetupDraft(Struct, frozen=True):
         User-defined code -> its meaning; None where nobody has said.
     tool_length : float or None
         Of the one tool, mm, in place of ``tools``.
+    split : bool
+        The setpoints are cut where the machine waits for a person.
     others : tuple of Finding
         Errors of the program that no set-up settles.
     """
@@ -45,6 +47,7 @@ class SetupDraft(Struct, frozen=True):
     wcs: Mapping[str, WorkOffset | None]
     codes: Mapping[str, str | None]
     tool_length: float | None
+    split: bool
     others: tuple[Finding, ...]
 
     @property
@@ -78,14 +81,15 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         if not new:
             break
         keys |= dict.fromkeys(new)
-    for kind, name, *what in keys:
+    split = options.split_at_stops or SPLIT_KEY in keys
+    for kind, name, *what in (key for key in keys if key != SPLIT_KEY):
         if kind == "tools":
             length, diameter = tools.get(name, UNKNOWN)
             tools[name] = (length, None) if what == ["diameter"] else (None, diameter)
         else:
             (wcs if kind == "wcs" else codes)[name] = None
     others = tuple(item for item in found if item.severity == "error" and not item.settled_by)
-    return SetupDraft({} if options.tool_length is not None else tools, wcs, codes, options.tool_length, others)
+    return SetupDraft({} if options.tool_length is not None else tools, wcs, codes, options.tool_length, split, others)
 
 
 def _read_sizes(tool: Tool) -> tuple[float | None, float | None]:
@@ -120,6 +124,8 @@ def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
     wcs = {SYSTEM_NUMBERS[key[1]]: WorkOffset((0.0, 0.0, 0.0)) for key in keys if key[0] == "wcs"}
     remap = {key[1]: "ignore" for key in keys if key[0] == "remap"}
     control = merge_keys(options.control, {dialect: {"tools": names} for dialect in NAMING_TOOLS} if names else {})
+    split = options.split_at_stops or SPLIT_KEY in keys
     return options.changed(
-        tools=tools or None, wcs={**options.wcs, **wcs}, remap={**options.remap, **remap}, control=control
-    )
+        tools=tools or None, wcs={**options.wcs, **wcs}, remap={**options.remap, **remap}, control=control,
+        split_at_stops=split,
+    )  # fmt: skip

@@ -64,7 +64,7 @@ class Outputs(Struct, frozen=True):
     events: Path | None = None
     parameters: Path | None = None
 
-    def check(self, files: RunFiles, *, split: bool) -> None:
+    def check(self, files: RunFiles) -> None:
         """Refuse names that cannot be written, or would collide, before any work is done.
 
         Raises
@@ -76,8 +76,6 @@ class Outputs(Struct, frozen=True):
             raise click.UsageError(
                 f"--events {self.events}: expected a name that ends in {' or '.join(_EVENT_SUFFIXES)}"
             )
-        if split:
-            self._check_parts(files)
         if self.rows is None:
             files.prints("the rows")
         named = {"-o": self.rows, "--meta": self.meta, "--events": self.events, "--write-parameters": self.parameters}
@@ -85,8 +83,13 @@ class Outputs(Struct, frozen=True):
             if path is not None:
                 files.writes(path, what)
 
-    def _check_parts(self, files: RunFiles) -> None:
-        """Refuse names of parts that would be those of other files or folders."""
+    def check_parts(self, files: RunFiles) -> None:
+        """Refuse names of parts that would be those of other files or folders.
+
+        Raises
+        ------
+        UsageError, FileError
+        """
         from verne_post.output.parts import is_derived
 
         if self.rows is None:

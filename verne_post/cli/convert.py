@@ -44,12 +44,14 @@ def command(
     output = None if is_dash(output) else output
     files, outputs = RunFiles(), Outputs(output, file_format, meta, events, write_parameters)
     files.expects(input_name, PROGRAM)
-    outputs.check(files, split=bool(given["split_at_stops"]))
+    outputs.check(files)
     name = shown_name(input_name)
     try:
         machine, source, options = read_program(files, input_name, given)
     except InputError as error:
         return refuse(name, error)
+    if options.split_at_stops:
+        outputs.check_parts(files)
 
     from verne_post.output.findings import outcome_line
     from verne_post.output.summary import summary_text

@@ -67,5 +67,5 @@ def make_setup(
     draft = draft_setup(source, machine, options)
     lines = (line_of(source, number) for number in range(1, HEAD_LINES + 1))
     head = [line.decode("utf-8", errors="replace") for line in lines if line is not None]
-    text = write_setup(name, draft.tools, draft.wcs, draft.codes, draft.tool_length, head)
+    text = write_setup(name, draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, head)
     return text, list_missing(draft.missing), draft.others

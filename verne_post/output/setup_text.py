@@ -15,7 +15,7 @@ _REMARK: Final = re.compile(r"^\s*(?:N\d+\s*)?[(;]\s*T(?:OOL)?\s*0*(\d+)\b[\s:=|
 
 def write_setup(
     program: str, tools: Mapping[str, tuple[float | None, float | None]], wcs: Mapping[str, WorkOffset | None],
-    codes: Mapping[str, str | None], tool_length: float | None, head: Iterable[str],
+    codes: Mapping[str, str | None], tool_length: float | None, split: bool, head: Iterable[str],
 ) -> str:  # fmt: skip
     """The file as TOML text; arguments as in :class:`~verne_post.app.setup_draft.SetupDraft`.
 
@@ -29,6 +29,8 @@ def write_setup(
     lines = [f"# set-up of {printable(program)}: mm and degrees"]
     if tool_length is not None:
         lines.append(f"tool_length = {tool_length:g}")
+    if split:
+        lines.append("split_at_stops = true  # one file of setpoints from stop to stop; convert needs -o NAME.csv")
     if tools:
         remarks = _find_remarks(head)
         lines += ["", "[tools]  # length: from the gauge line of the spindle to the tip"]
