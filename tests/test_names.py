@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).resolve().parents[1] / "verne_post"
+import verne_post
+
+PACKAGE = Path(verne_post.__file__).parent
 #: Today's names without a verb, ``file: name``, one line for each definition. It only becomes shorter.
 LEFT_TO_RENAME = Path(__file__).with_name("names_to_come.txt")
 

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).resolve().parents[1] / "verne_post"
+import verne_post
+
+PACKAGE = Path(verne_post.__file__).parent
 #: Levels of classes of the package, and methods of one class itself.
 MAX_LEVELS, MAX_METHODS = 3, 40
 

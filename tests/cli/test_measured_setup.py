@@ -49,7 +49,7 @@ def test_a_table_without_z_has_its_lengths_from_elsewhere(job: Path, run: Callab
     for command in (("convert", "p.nc"), ("check", "p.nc")):
         answer = run(*command, *place, "--tool-table", "d.tbl")
         assert answer.code == 2
-        assert "p.nc:3: VP012 error: tool 3: d.tbl:3 gives it no length" in answer.out + answer.err
+        assert "p.nc:3: VP012 error: tool 3: d.tbl:3 gives no length" in answer.out + answer.err
     measured = converted(run, *place, "--tool-table", "d.tbl", "--tool-lengths", "l.csv")
     assert measured == converted(run, *place, "--tool-table", "d.tbl", "--tool-length", "61.125")
     Path("z.tbl").write_text("T3 P3 Z61.125\nT4 P4 D8\n")

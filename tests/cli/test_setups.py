@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 import verne_post
+from verne_post.cli.programs import PROGRAMS
+from verne_post.gcode.dialects import DIALECTS
 
 MACHINES = Path(__file__).resolve().parents[2] / "machine_configs"
 SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
@@ -495,8 +497,14 @@ def test_a_set_up_stands_for_its_program(folder: Path, run: Callable[..., Any]) 
     assert "part.nc: no such file" in run("check", "part.nc.toml").err
 
 
+def test_every_ending_of_a_language_is_looked_for_in_folders() -> None:
+    """But `.spf`: a subprogram is read where it is called."""
+    endings = {ending for dialect in DIALECTS.values() for ending in dialect.endings}
+    assert endings - {".spf"} <= set(PROGRAMS)
+
+
 @pytest.mark.parametrize(("name", "hook"), [
-    ("a/part.nc", 0), ("PART.NC", 0), ("a/part.nc.toml", 0), ("p.h.toml", 0), ("p.gcode.toml", 0), ("tools.tbl", 1), ("verne-post.toml", 1),
+    ("a/part.nc", 0), ("PART.NC", 0), ("a/part.nc.toml", 0), ("p.h.toml", 0), ("p.gcode.toml", 0), *((f"p{ending}", 0) for ending in PROGRAMS), *((f"p{ending}.toml", 0) for ending in PROGRAMS), ("tools.tbl", 1), ("verne-post.toml", 1),
     ("machines/ours.toml", 1), ("lengths.csv", 1), ("a.VAR", 1), ("readme.md", None), ("a.ncx", None), ("pnc", None),
 ])  # fmt: skip
 def test_hooks_before_a_commit(name: str, hook: int | None) -> None:

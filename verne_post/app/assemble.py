@@ -389,10 +389,7 @@ def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[
         if event.before > first and event.waits(optional_stop=optional_stop):
             code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
             what = "a tool change" if event.kind == "tool" else code
-            text = (
-                f"{what} after the motion has begun: setpoints cannot wait; "
-                "--split-at-stops, or split_at_stops = true in the set-up, writes one file from stop to stop"
-            )
+            text = f"{what} after the motion has begun: setpoints cannot wait; use --split-at-stops"
             where = {"line": event.line, "last_line": event.line, "worst_line": event.line}
             found.append((event.before, finding("VP014", text, **where, edits=(_SPLIT,), settled_by=(SPLIT_KEY,))))
     return found

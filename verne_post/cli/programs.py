@@ -11,7 +11,9 @@ from verne_post.cli.files import DASH, is_dash
 from verne_post.config.beside import lies_in
 
 #: Endings of programs that are looked for in folders.
-PROGRAMS: Final = (".nc", ".ngc", ".tap", ".cls", ".h", ".gcode", ".cnc", ".mpf")
+PROGRAMS: Final = (
+    ".nc", ".ngc", ".tap", ".gcode", ".cnc", ".mpf", ".h", ".cls", ".clsf", ".apt", ".aptsource", ".ncl", ".cl",
+)  # fmt: skip
 
 
 def find_programs(

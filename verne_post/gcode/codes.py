@@ -56,6 +56,12 @@ class CodeTable(Struct, frozen=True, dict=True):
         return round(number * 10) in self.group_of_g if code[0] == "G" else number in self.group_of_m
 
 
+def describe_remap(code: str) -> str:
+    """What a user may write where no language has a meaning for a code: a line of [remap]."""
+    key = f'"{code}"' if "." in code else code
+    return f'[remap] of the set-up, or of verne-post.toml, can give it a meaning: {key} = "ignore", or "event"'
+
+
 def read_m_code(table: CodeTable, number: float, column: int) -> int:
     """The M code of a number.
 
@@ -67,10 +73,10 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
     code = round(number)
     if abs(number - code) > WHOLE_NUMBER or number < 0:
         raise ProgramError("VP007", f"M{number:g}: an M code is a whole number", column)
-    settles = f'[remap] in verne-post.toml can give it a meaning: M{code} = "ignore", or "event"'
+    settles = describe_remap(f"M{code}")
     if code in _KINEMATICS:
         settles = (
-            f"LinuxCNC switches kinematics with it, and [remap] in verne-post.toml says to which: M{code} = "
+            f"LinuxCNC switches kinematics with it, and [remap] of the set-up, or of verne-post.toml, says to which: M{code} = "
             f'"tcp on" or "tcp off" (in its examples "{_KINEMATICS[code]}")'
         )
     if code in table.refused_m:

@@ -38,7 +38,7 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
     """Refuse (VP012) to use the length of a tool that is named without one; a plain interpreter reads it as 0."""
     if setup.machine and tool.unmeasured:
         name = tool_text(tool.number, state.tool_names)
-        why = f"{name}: {tool.unmeasured} gives it no length; write one there, mm from the gauge line to the tip"
+        why = f"{name}: {tool.unmeasured} gives no length; write one there, mm from the gauge line to the tip"
         text = f"{why} (in a tool table Z; Z0 where the gauge line is meant)"
         key = find_tool_key(tool.number, "length", state.tool_names)
         raise ProgramError("VP012", text, column, about=name, settled_by=key)

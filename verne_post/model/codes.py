@@ -113,7 +113,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "stop for a person",
         "error",
         "M0, M6, M60, G88 or a waiting M66 after the motion has begun: a stream of setpoints cannot wait.",
-        "Cut the setpoints there: --split-at-stops, or split_at_stops = true in the set-up.",
+        "Write one file of setpoints from stop to stop: --split-at-stops, or split_at_stops = true in the set-up.",
     ),
     (
         "VP015",

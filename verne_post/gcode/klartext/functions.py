@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from msgspec.structs import replace
 
-from verne_post.gcode.codes import RS274
+from verne_post.gcode.codes import RS274, describe_remap
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.frames import KlartextFrames
@@ -193,7 +193,7 @@ class KlartextFunctions:
             known = number in AT_BEGIN or number in AT_END or number in OWN or number in WITHOUT_EFFECT
             if not known and self.core.auxiliary.find_user_meaning("M", number) is None:
                 raise ProgramError(
-                    "VP002", f"M{number} is not a function of the language; [remap] in the settings file can give it a meaning",
+                    "VP002", f"M{number} is not a function of the language; {describe_remap(f'M{number}')}",
                     word.column, settled_by=("remap", f"M{number}"),
                 )  # fmt: skip
 

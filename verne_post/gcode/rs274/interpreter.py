@@ -13,7 +13,7 @@ from msgspec import Struct
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import POLAR, Block, read_block
-from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, g_name, read_m_code
+from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, describe_remap, g_name, read_m_code
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.state import State
@@ -463,8 +463,8 @@ class Rs274(Language):
         if code in self.table.refused_g:
             raise ProgramError("VP002", f"{g_name(code)} is not executed ({self.table.refused_g[code]})", column)
         if code not in self.table.group_of_g:
-            settles = f'[remap] in verne-post.toml can give it a meaning: "{g_name(code)}" = "ignore", or "event"'
-            raise ProgramError("VP002", f"{g_name(code)} is not a code of this language; {settles}", column)
+            text = f"{g_name(code)} is not a code of this language; {describe_remap(g_name(code))}"
+            raise ProgramError("VP002", text, column)
         return code
 
     def _has_user_code(self, block: Block) -> bool:
