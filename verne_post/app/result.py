@@ -68,7 +68,7 @@ class Setpoints:
     def to_csv(self) -> str:
         """The text of the setpoint file, as ``verne-post convert`` writes it."""
         fmt = self.format
-        rows = format_rows([self.t, *self.values.T, self.line], [fmt.time_decimals, *fmt.decimals, 0], ",")
+        rows = format_rows(list(self.to_dict().values()), [fmt.time_decimals, *fmt.decimals, 0], ",")
         return ",".join(self.columns) + "\n" + rows
 
     def to_dict(self) -> dict[str, NDArray[Any]]:

@@ -68,7 +68,7 @@ def read_measured(
     from verne_post.model.setpoints import SetpointFormat
     from verne_post.output.logs import read_log
     from verne_post.output.rounding import positions_of
-    from verne_post.output.setpoints import column_names
+    from verne_post.output.setpoints import name_joints
     from verne_post.verification.following import estimate_delay
 
     machine = program.machine
@@ -76,7 +76,7 @@ def read_measured(
     if len(named) != len([part for part in columns.split(",") if part]):
         raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")
     text = text_of(files.read(measured, "--measured"), "replace")
-    numbers = read_log(text, str(measured), machine.columns, column_names(machine.columns, drives)[1:-1], named)
+    numbers = read_log(text, str(measured), machine.columns, name_joints(machine.columns, drives), named)
     factor = np.array([column.factor for column in machine.columns])
     joints = positions_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
     delayed = estimate_delay(commanded, joints) if delay == "auto" else int(delay)

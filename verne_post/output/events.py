@@ -5,12 +5,12 @@ import io
 
 from verne_post.base.printable import json_text
 from verne_post.model.summary import Summary, TimedEvent
-from verne_post.output.setpoints import column_names
+from verne_post.output.setpoints import name_joints
 
 
 def events_text(summary: Summary, suffix: str) -> str:
     """Write all events of a conversion as CSV or JSON; time counts from the beginning of the file that has the row."""
-    names = column_names(summary.machine.columns, summary.format.drives)[1:-1]
+    names = name_joints(summary.machine.columns, summary.format.drives)
     placed = [(*_locate(summary, timed), timed) for timed in summary.timed]
     if suffix == ".csv":
         text = io.StringIO()

@@ -1,9 +1,10 @@
 """Setpoint files in the default format: comma separated text, written and read."""
 
 from collections.abc import Iterator
-from typing import IO, Final
+from typing import IO, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
 from verne_post.model.drives import Drive
@@ -21,9 +22,20 @@ _LONGEST_LINE = 1 << 16
 _SHOWN = 200
 
 
+def name_joints(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> tuple[str, ...]:
+    """Names of the columns of the joints, with what their numbers are: ``rho1_mm``."""
+    return tuple(column_heading(column, drives, index) for index, column in enumerate(columns))
+
+
 def column_names(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> tuple[str, ...]:
-    """Names of the columns: t_s, the joints with what their numbers are, line."""
-    return ("t_s", *(column_heading(column, drives, index) for index, column in enumerate(columns)), "line")
+    """Names of all columns of a file, in the order of :func:`take_columns`."""
+    return ("t_s", *name_joints(columns, drives), "line")
+
+
+def take_columns(block: SetpointBlock) -> tuple[NDArray[Any], ...]:
+    """The columns of a block, each of shape (rows,): time in s, joints as written, source line."""
+    time = (block.first + np.arange(len(block.line))) * block.format.cycle
+    return (time, *block.written.T, block.line)
 
 
 def csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> str:
@@ -34,8 +46,7 @@ def csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> str:
 def csv_rows(block: SetpointBlock) -> str:
     """Rows of a block as text."""
     fmt = block.format
-    time = (block.first + np.arange(len(block.values))) * fmt.cycle
-    return format_rows([time, *block.written.T, block.line], [fmt.time_decimals, *fmt.decimals, 0], ",")
+    return format_rows(list(take_columns(block)), [fmt.time_decimals, *fmt.decimals, 0], ",")
 
 
 def read_csv(

@@ -17,7 +17,7 @@ from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
 from verne_post.model.work_systems import placed_by
 from verne_post.output.rounding import rounding_noise
-from verne_post.output.setpoints import column_names
+from verne_post.output.setpoints import name_joints
 from verne_post.verification.following import Following
 
 #: A true axis nearer to the nominal one than this is the same: rounding of the written numbers turns it by less.
@@ -139,7 +139,7 @@ def _describe_motion(summary: Summary) -> str:
 
 
 def _describe_first_row(summary: Summary) -> str:
-    names = column_names(summary.machine.columns, summary.format.drives)[1:-1]
+    names = name_joints(summary.machine.columns, summary.format.drives)
     values = [
         f"{name} {fixed(value, min(decimals, 4))}"
         for name, value, decimals in zip(names, summary.start, summary.format.decimals, strict=True)

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.output.file_format import FileFormat
-from verne_post.output.setpoints import column_names
+from verne_post.output.setpoints import name_joints
 from verne_post.output.spool import WrittenRows
 
 
@@ -20,7 +20,7 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
         t=rows.format.cycle * np.arange(len(rows.line), dtype=np.float64),
         values=rows.numbers,
         line=rows.line,
-        columns=np.array(column_names(rows.columns, rows.format.drives)[1:-1]),
+        columns=np.array(name_joints(rows.columns, rows.format.drives)),
         about=np.array(json.dumps(dict(rows.about), allow_nan=False)),
     )
     yield buffer.getvalue()

@@ -7,10 +7,8 @@ import io
 from collections.abc import Iterator
 from typing import Final
 
-import numpy as np
-
 from verne_post.output.file_format import FileFormat
-from verne_post.output.setpoints import column_names
+from verne_post.output.setpoints import column_names, take_columns
 from verne_post.output.spool import WrittenRows
 
 
@@ -26,8 +24,7 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     buffer = io.BytesIO()
     with pq.ParquetWriter(buffer, schema) as writer:
         for block in rows.blocks():
-            time = (block.first + np.arange(len(block.line))) * rows.format.cycle
-            arrays = [pa.array(time), *(pa.array(column) for column in block.written.T), pa.array(block.line)]
+            arrays = [pa.array(column) for column in take_columns(block)]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
     yield buffer.getvalue()
 
