@@ -1,6 +1,7 @@
 """The layer rule: which room may import which, who may import a solver, and how cheap the package is to import."""
 
 import ast
+import re
 import os
 import subprocess
 import sys
@@ -135,6 +136,16 @@ def test_the_page_on_the_architecture_names_what_is_there():
         place = file.strip().strip("`")  # of the package as it is installed, or of the checkout
         text = ((PACKAGE.parent if place.startswith("verne_post/") else CHECKOUT) / place).read_text("utf-8")
         assert name.strip().strip("`") in text, f"{file.strip()} has no {name.strip()}"
+
+
+def test_the_steps_of_changes_name_files_that_are_there():
+    """Each path in "Changes in several files", but those of files to be made (NAME)."""
+    page = (CHECKOUT / "docs" / "architecture.md").read_text("utf-8")
+    steps = page.split("## Changes in several files")[1].split("\n## ")[0]
+    places = [place for place in re.findall(r"`([\w.-]+/[\w./-]+\.\w+)`", steps) if "NAME" not in place]
+    assert len(places) > 30
+    for place in places:
+        assert any((folder / place).is_file() for folder in (CHECKOUT, PACKAGE, PACKAGE / "gcode")), place
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
