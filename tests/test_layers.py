@@ -1,8 +1,8 @@
 """The layer rule: which room may import which, who may import a solver, and how cheap the package is to import."""
 
 import ast
-import re
 import os
+import re
 import subprocess
 import sys
 from functools import cache
