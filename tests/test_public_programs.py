@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.benchmarks.public_programs import ROOT, judge, table_rows, wide_machine
+from tests.benchmarks.public_programs import ROOT, judge, table_rows
 from tests.gcode.conftest import make_tool
 from verne_post import convert
 from verne_post.model.options import Options
@@ -24,14 +24,22 @@ def test_rows_of_the_list_are_of_one_form():
 
 
 def test_a_program_is_judged_as_the_list_has_it():
-    machine, row = wide_machine(), next(row for row in table_rows() if "insert" in row.setup)
+    row = next(row for row in table_rows() if "insert" in row.setup)
     raw = (CORPUS / "bracket.apt").read_bytes()
-    good = judge(row, raw, machine)
+    good = judge(row, raw)
     assert (good.read, good.run, good.refusal) == ("yes", "yes", "")
-    bad = judge(replace(row, setup=""), raw, machine)
+    bad = judge(replace(row, setup=""), raw)
     assert (bad.read, bad.run, bad.refusal) == ("no", "no", "VP002, line 10")
-    far = judge(row, raw.replace(b"GOTO/0,20.,60.", b"GOTO/0,20.,29000."), machine)
+    far = judge(row, raw.replace(b"GOTO/0,20.,60.", b"GOTO/0,20.,29000."))
     assert (far.read, far.run, far.refusal[:5]) == ("yes", "no", "VP101")
+
+
+def test_a_program_with_another_axis_names_its_machine():
+    row = next(row for row in table_rows() if "machine" in row.setup)
+    raw = b"BEGIN PGM B MM\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+50 R0 FMAX\nL B+30 C+0 R0 FMAX M128\nL X+9 F500\nEND PGM B MM\n"
+    assert judge(row, raw).run == "yes"
+    without = judge(replace(row, setup=""), raw)
+    assert (without.read, without.run, without.refusal) == ("yes", "no", "VP011, line 4")
 
 
 def test_one_part_of_four_controls_has_the_same_setpoints(machine):

@@ -4,6 +4,7 @@
 
 FOLDER has a copy of each repository as ``owner+name``; programs that are not there are left out. ``--rows`` prints the rows of
 the table as they would be now, or those of files that no row names yet, given as further arguments: FOLDER/owner+name/path.
+A set-up may name a ``machine`` of machine_configs, for programs of other axes than A and C; it gets the same endless travel.
 """
 
 import argparse
@@ -12,6 +13,7 @@ import sys
 import tempfile
 import tomllib
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +31,12 @@ HEADER = "| dialect | repository | path | set-up | read | run | first refusal | 
 #: Every tool is this long and wide (mm; the set-up may have another ``diameter``), and the part stands high above the table.
 LENGTH, DIAMETER, OFFSET = 80.0, 6.0, dict.fromkeys(("G54", "G55", "G56", "G57", "G58", "G59"), (0.0, 0.0, 900.0))
 #: No travel ends: how large a part is, and on which side it is cut, is not what is tried.
-TRAVEL = {"xyz_mm": "[[-9000.0, 9000.0], [-9000.0, 9000.0], [-9000.0, 9000.0]]", "a_deg": "[-200.0, 200.0]"}
+TRAVEL = {
+    "xyz_mm": "[[-9000.0, 9000.0], [-9000.0, 9000.0], [-9000.0, 9000.0]]", "a_deg": "[-200.0, 200.0]",
+    "travel_mm": "[-9000.0, 9000.0]", "travel_deg": "[-200.0, 200.0]",
+}  # fmt: skip
+#: The machine of rows that name none.
+MACHINE = "serial"
 
 
 @dataclass(frozen=True)
@@ -65,10 +72,10 @@ def table_rows() -> list[Row]:
     return rows
 
 
-def judge(row: Row, raw: bytes, machine: verne_post.Machine, folder: Path | None = None) -> Row:
+def judge(row: Row, raw: bytes, folder: Path | None = None) -> Row:
     """The row as it is now; subprograms stand in ``folder``."""
     given: dict[str, Any] = tomllib.loads(row.setup.replace("; ", "\n"))
-    diameter = given.pop("diameter", DIAMETER)
+    diameter, machine = given.pop("diameter", DIAMETER), wide_machine(given.pop("machine", MACHINE))
     tools = {number: Tool(number, number, (0.0, 0.0, LENGTH, *ZERO9[3:]), diameter) for number in range(400)}
     beside = {} if folder is None else subprograms_of(raw, folder, (), lambda path, _called: path.read_bytes())
     common = {"tools": tools, "source_name": Path(row.path).name, "subroutines": beside, **given}
@@ -87,9 +94,10 @@ def shown(errors: list[Finding]) -> str:
     return "" if first is None else first.code if first.line is None else f"{first.code}, line {first.line}"
 
 
-def wide_machine() -> verne_post.Machine:
-    """The serial machine with room for every part."""
-    text = (ROOT / "machine_configs" / "serial.toml").read_text(encoding="utf-8")
+@cache
+def wide_machine(name: str) -> verne_post.Machine:
+    """A machine of machine_configs with room for every part."""
+    text = (ROOT / "machine_configs" / f"{name}.toml").read_text(encoding="utf-8")
     for key, value in TRAVEL.items():
         text = re.sub(rf"^{key} = .*$", f"{key} = {value}", text, flags=re.MULTILINE)
     with tempfile.TemporaryDirectory() as folder:
@@ -107,7 +115,7 @@ def main() -> int:
     parser.add_argument("--dialect", default="")
     parser.add_argument("--setup", default="")
     arguments = parser.parse_intermixed_args()
-    rows, machine, differ = table_rows(), wide_machine(), 0
+    rows, differ = table_rows(), 0
     if arguments.files:
         rows = [
             Row(arguments.dialect, owner.replace("+", "/"), "/".join(path), arguments.setup, "", "", "", "")
@@ -118,7 +126,7 @@ def main() -> int:
         if not file.is_file():
             continue
         print(f"{row.repository}: {row.path}", file=sys.stderr)
-        now = judge(row, file.read_bytes(), machine, file.parent)
+        now = judge(row, file.read_bytes(), file.parent)
         if arguments.rows:
             print(now.shown())
         elif now != row:

@@ -48,6 +48,26 @@ def test_one_part_of_four_writers_is_that_of_its_twin(view, name):
     assert used[0] == used[1]
 
 
+@pytest.mark.parametrize("ending", ["ncl", "cls", "aptsource"])
+def test_a_thread_of_each_writer_is_that_of_its_twin(view, ending):
+    """TPI, a feed per turn, and CATIA's two numbers with the pitch of the set-up; upright and along a tilted axis."""
+    control = {"aptcl": {"pitches": {"1": 1.25}}} if ending == "aptsource" else {}
+    given = {"dialect": "auto", "tapping": "feed", "control": control}
+    (moves, findings), (twin, _none) = (
+        view((CORPUS / f"thread.{each}").read_bytes(), source_name=f"thread.{each}", **given)
+        for each in (ending, "ngc")
+    )
+    assert findings == ()
+    assert moves.kind.tolist() == twin.kind.tolist()
+    for name in ("end", "feed", "tool_axis"):
+        np.testing.assert_allclose(getattr(moves, name), getattr(twin, name), atol=1e-12)
+    turns = [
+        [(event.before, event.data["direction"]) for event in each.events if event.kind == "spindle"]
+        for each in (moves, twin)
+    ]
+    assert turns[0] == turns[1]
+
+
 def test_setpoints_of_four_writers_are_those_of_their_twin(machine):
     """On the machine too, whatever a writer leaves to be computed."""
     given = {"tools": {1: make_tool(1, 80.0)}, "wcs": {"G54": (0.0, 0.0, 40.0)}, "cycle": 0.01, "smoothing": "off"}

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import make_tool
+from verne_post.model.control_keys import SiemensKeys
 from verne_post.model.moves import MoveKind, PathMode
 
 HEAD = "G0 X0 Y0 Z5 F100\n"
@@ -177,6 +178,17 @@ PROC SPOIL(REAL A[3], REAL B[2])
 A[1]=77 B[1]=5
 X=B[1]+B[0]
 RET"""
+
+
+def test_a_feed_rate_that_nobody_programs_is_refused_but_where_the_set_up_has_the_control_s(view):
+    """Alarm 10860, unless SD42110 is not 0."""
+    errors = view("G0 X0 Y0 Z50\nG1 X5\nM30", dialect="siemens")[1]
+    assert [(item.code, item.line) for item in errors] == [("VP009", 2)]
+    assert "start under [siemens]" in errors[0].message
+    control = {"siemens": {"start": f"{SiemensKeys().start} F700"}}
+    moves, errors = view("G0 X0 Y0 Z50\nG1 X5\nF80 X6\nM30", dialect="siemens", control=control)
+    assert errors == ()
+    assert moves.feed.tolist()[1:] == [700, 80]
 
 
 @pytest.mark.parametrize(("copy", "ends"), [

@@ -6,14 +6,18 @@ Expected moves are worked out by hand from what the manuals say of each cycle: p
 import numpy as np
 import pytest
 
-from verne_post import check
+from tests.gcode.conftest import make_tool
+from verne_post import check, convert
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 
 FANUC = "%\nO1\nG21 G90 G17\nG0 X0 Y0 Z50\n"
 SIEMENS = "G17 G90 G54\nT1 M6\nG0 X0 Y0 Z50\n"
 KLARTEXT = "BEGIN PGM T MM\nTOOL CALL 1 Z S500\nL X0 Y0 Z50 R0 FMAX\n"
-ENDS = {"fanuc": "\nM30\n%", "siemens": "\nM30", "heidenhain": "\nM30\nEND PGM T MM"}
+CL = "UNITS/MM\nLOADTL/1\nRAPID\nGOTO/0,0,50\nSPINDL/{},RPM,{}\n"
+ENDS = {"fanuc": "\nM30\n%", "siemens": "\nM30", "heidenhain": "\nM30\nEND PGM T MM", "aptcl": "\nFINI"}
+#: A thread of CL files: from 2 mm over the surface to 10 mm below it, back to 20 mm.
+TAP_CL = "CYCLE/TAP,{},CLEAR,2,RETURN,20\nGOTO/0,0,0\nCYCLE/OFF"
 TAP_207 = "CYCL DEF 207 RIGID Q200=2 Q201=-10 Q239={pitch} Q203=0 Q204=20\nCYCL CALL"
 TAP_209 = "CYCL DEF 209 RIGID Q200=2 Q201=-10 Q239=-1.5 Q203=0 Q204=20 Q257=4 Q256={back} Q336=50 Q403=2\nCYCL CALL"
 
@@ -41,11 +45,31 @@ CASES = [
      "s500@2 w500@2 c1000@3 w500@4 c1000@5 w500@6 c1000@7 s500@8"),
     ("heidenhain", TAP_209.format(back=0).replace("Q257=4", "Q257=6"), "2 -6:750 2:1500 -10:750 2:1500 20",
      "s500@2 w500@2 c1000@3 w500@4 c1000@5 s500@6"),
+    # CYCLE/TAP: Creo and NX with the feed rate, by minute and by turn; the pitch by itself, and 20 turns an inch; NX names heights
+    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("DEPTH,10,MMPM,500"), "20 2 -10:500 2:500 20", "c400@1 c400@3 w400@4 c400@5"),
+    ("aptcl", CL.format(400, "CCLW") + TAP_CL.format("DEPTH,10,MMPR,1.25,DWELL,.5"), "20 2 -10:500 P0.5 2:500 20",
+     "w400@1 w400@3 c400@5 w400@6"),
+    ("aptcl", CL.format(500, "CLW") + TAP_CL.format("RIGID,DEPTH,10,TPI,20,RATIO,3"), "20 2 -10:635 2:1905 20", "c500@1 c500@3 w1500@4 c500@5"),
+    ("aptcl", CL.format(400, "CLW") + "CYCLE/TAP,RAPTO,2,FEDTO,-10,RTRCTO,20,MMPM,500,PITCH,1.25\nGOTO/0,0,0", "20 2 -10:500 2:500 20",
+     "c400@1 c400@3 w400@4 c400@5"),
+    # Creo, cycle_format fixed: depth, feed rate, unit, turns an inch, height; CATIA: depth and clearance, the pitch from the set-up
+    ("aptcl", CL.format(500, "CLW") + "CYCLE/TAP,10,635,MMPM,20,2\nGOTO/0,0,0", "2 -10:635 2:635", "c500@1 c500@2 w500@3 c500@4"),
+    ("aptcl", CL.format(400, "CLW") + "CYCLE/TAP,10,2\nGOTO/0,0,0\nGOTO/0,0,1", "2 -10:400 2:400 3 -9:400 3:400",
+     "c400@1 c400@2 w400@3 c400@4 c400@5 w400@6 c400@7"),
+    # in steps of 5 mm from the clearance, out of the hole after each
+    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("DEEP,DEPTH,10,STEP,5,MMPR,1.25"), "20 2 -3:500 2:500 -8:500 2:500 -10:500 2:500 20",
+     "c400@1 c400@3 w400@4 c400@5 w400@6 c400@7 w400@8 c400@9"),
+    ("aptcl", "UNITS/INCHES\n" + CL.format(100, "CLW").replace("UNITS/MM\n", "") + "CYCLE/TAP,DEPTH,1,IPR,.05,CLEAR,.1,ORIENT,90\nGOTO/0,0,0",
+     "2.54 -25.4:127 2.54:127", "c100@1 c100@2 w100@3 c100@4"),
 ]  # fmt: skip
 
 
 def program(dialect, text):
-    return {"fanuc": FANUC, "siemens": SIEMENS, "heidenhain": KLARTEXT}[dialect] + text + ENDS[dialect]
+    return {"fanuc": FANUC, "siemens": SIEMENS, "heidenhain": KLARTEXT, "aptcl": ""}[dialect] + text + ENDS[dialect]
+
+
+#: What cutter location text does not say: the pitch of a tap.
+PITCHES = {"aptcl": {"pitches": {"1": 1.0}}}
 
 
 def shown(moves):
@@ -78,7 +102,8 @@ def places_of_events(moves):
 
 @pytest.mark.parametrize(("dialect", "text", "moves", "events"), CASES)
 def test_rigid_tapping_is_moves_at_pitch_times_speed(view, dialect, text, moves, events):
-    found, findings = view(program(dialect, text), dialect=dialect, tapping="feed")
+    control = PITCHES if "TAP,10,2" in text else {}
+    found, findings = view(program(dialect, text), dialect=dialect, tapping="feed", control=control)
     assert findings == ()
     assert shown(found) == moves
     assert places_of_events(found) == events
@@ -87,15 +112,19 @@ def test_rigid_tapping_is_moves_at_pitch_times_speed(view, dialect, text, moves,
 
 @pytest.mark.parametrize(("dialect", "text"), [(dialect, text) for dialect, text, *_rest in CASES])
 def test_without_the_option_a_program_has_one_refusal_that_names_it(machine, dialect, text):
-    wrong = {"fanuc": "G0 X1 W5", "siemens": "G1 X=LENGTH", "heidenhain": "L X+1 H5 F100"}[dialect]
-    source = program(dialect, f"{text}\n{text}\n{'G80' if dialect == 'fanuc' else ''}\n{wrong}")
-    findings = check(source.encode(), machine, Options(dialect=dialect, tool_length=50.0)).findings
+    wrong = {"fanuc": "G0 X1 W5", "siemens": "G1 X=LENGTH", "heidenhain": "L X+1 H5 F100", "aptcl": "SPINDL/FAST"}[
+        dialect
+    ]
+    again = text[text.find("CYCLE/") :] if dialect == "aptcl" else text
+    source = program(dialect, f"{text}\n{again}\n{ {'fanuc': 'G80', 'aptcl': 'CYCLE/OFF'}.get(dialect, '') }\n{wrong}")
+    control = PITCHES if "TAP,10,2" in text else {}
+    findings = check(source.encode(), machine, Options(dialect=dialect, tool_length=50.0, control=control)).findings
     codes = [item.code for item in findings]
     assert codes.count("VP048") == 1
     assert next("--tapping feed" in item.message for item in findings if item.code == "VP048")
     assert [(item.code, item.line) for item in findings if item.code not in ("VP033", "VP048")] == [
         (
-            "VP011" if dialect == "fanuc" else "VP025" if dialect == "siemens" else "VP001",
+            {"fanuc": "VP011", "siemens": "VP025", "heidenhain": "VP001", "aptcl": "VP005"}[dialect],
             source[: source.index(wrong)].count("\n") + 1,
         )
     ]
@@ -115,6 +144,7 @@ def test_holes_of_one_cycle_are_one_refusal_and_one_note(view, machine):
     ("rs274", "M3 S500 F600\nG0 X0 Y0 Z50\nG84 Z-10 R5\nM2"),
     ("siemens", SIEMENS + "S500 M3 F600\nCYCLE840(20,0,2,-10,,0,4,3,0,0,1.25)\nM30"),
     ("heidenhain", KLARTEXT + "M3\nCYCL DEF 206 TAP Q200=2 Q201=-10 Q206=150 Q211=0 Q203=0 Q204=5\nCYCL CALL\nEND PGM T MM"),
+    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("FLOAT,DEPTH,10,MMPM,400") + "\nFINI"),
 ])  # fmt: skip
 def test_a_floating_holder_needs_no_option(view, dialect, text):
     with_option, without = (view(text, dialect=dialect, tapping=choice) for choice in ("feed", "refuse"))
@@ -131,6 +161,17 @@ def test_a_floating_holder_needs_no_option(view, dialect, text):
     ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,,,1)", "VP002", "_DAM"), ("siemens", "CYCLE84(20,0,2,-10,,,5,37,,0,300)", "VP007", "MPIT"),
     ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,4)", "VP002", "_PITA"), ("siemens", "CYCLE84(20,0,2,-10,,,6,,1,0,300)", "VP005", "SDAC"),
     ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,,,1,0.0001)", "VP007", "cuts"),
+    *(("aptcl", CL.format(400, "CLW") + f"CYCLE/TAP,{words}\nGOTO/0,0,0", code, part) for words, code, part in (
+        ("10,2", "VP005", "tool 1"), ("DEPTH,10,CLEAR,2", "VP005", "pitch"), ("10,500,MMPM,20,2", "VP007", "1.25 mm of its feed"),
+        ("DEPTH,10,CLEAR,2,MMPR,-1", "VP007", "-1"), ("DEPTH,10,CLEAR,-1,MMPR,1", "VP007", "CLEAR"),
+    )),
+    ("aptcl", CL.format(400, "CLW") + "SPINDL/OFF\nCYCLE/TAP,DEPTH,10,CLEAR,2,MMPR,1\nGOTO/0,0,0", "VP017", "SPINDL"),
+    *(("aptcl", CL.format(400, "CLW") + f"CYCLE/TAP,{words}", code, part) for words, code, part in (
+        ("10,2,3", "VP005", "3"), ("10,2,MMPR,1.25", "VP005", "10"), ("BRKCHP,DEPTH,9,CLEAR,2,STEP,3,MMPR,1", "VP002", "BRKCHP"),
+        ("DEEP,DEPTH,10,CLEAR,2,MMPR,1", "VP005", "STEP"), ("DEPTH,10,CLEAR,2,STEP,3,MMPR,1", "VP002", "STEP"),
+        ("DEPTH,10,CLEAR,2,TPI,0", "VP007", "TPI"), ("DEPTH,10,CLEAR,2,MMPR,1,RATIO,.5", "VP007", "RATIO"),
+        ("DEPTH,10,CLEAR,2,MMPR,1,MULTRD,2", "VP002", "MULTRD"),
+    )),
     ("heidenhain", TAP_207.format(pitch="+0"), "VP007", "Q239"), ("heidenhain", TAP_209.format(back=-1), "VP007", "Q256"),
 ])  # fmt: skip
 def test_what_tapping_needs(view, dialect, text, code, part):
@@ -146,8 +187,36 @@ def test_the_same_thread_is_the_same_motion_in_every_language(view):
         "fanuc": program("fanuc", "S400\nG0 Z20\nG84 Z-10 R2 F500"),
         "siemens": program("siemens", "CYCLE84(20,0,2,-10,,,5,8,,0,400)"),
         "heidenhain": program("heidenhain", "TOOL CALL S400\n" + TAP_207.format(pitch="+1.25")),
+        "aptcl": program("aptcl", CL.format(400, "CLW") + "CYCLE/TAP,DEPTH,10,CLEAR,2,RETURN,20,MMPR,1.25\nGOTO/0,0,0"),
     }
     found = {name: shown(view(text, dialect=name, tapping="feed")[0]) for name, text in programs.items()}
     assert found["rs274"] == "2 -10:500 2:500 20"
-    assert found["fanuc"] == "20 2 -10:500 2:500 20"  # one retract more: G98 goes back to where the cycle began
+    for name in ("fanuc", "aptcl"):  # one move more: G98, and RETURN, begin at the height to which they go back
+        assert found[name] == "20 2 -10:500 2:500 20"
     assert found["siemens"] == found["heidenhain"] == found["rs274"]
+
+
+@pytest.mark.parametrize(("cl", "twin"), [
+    ("CYCLE/TAP,DEPTH,10,CLEAR,2,MMPR,1.25,DWELL,.2\nGOTO/0,0,0\nGOTO/9,0,0", "G43 H1\nG99 G84 X0 Y0 Z-10 R2 P.2 F500\nX9"),
+    ("CYCLE/TAP,DEPTH,10,CLEAR,2,MMPR,1.25\nGOTO/10,0,0,0,.6,.8",
+     "G0 X10 Y1.2 Z1.6 I0 J.6 K.8\nG61.1 G1 X10 Y-6 Z-8 F500 I0 J.6 K.8\nX10 Y1.2 Z1.6 I0 J.6 K.8"),
+])  # fmt: skip
+def test_setpoints_of_a_thread_are_those_of_g84_and_of_moves_written_out(machine, cl, twin):
+    """On the machine: upright against G84 of RS274/NGC, along a tilted axis against moves."""
+    options = {
+        "tools": {1: make_tool(1, 80.0)},
+        "wcs": {"G54": (0.0, 0.0, 40.0)},
+        "cycle": 0.01,
+        "smoothing": "off",
+        "tapping": "feed",
+    }
+    texts = {
+        "aptcl": CL.format(400, "CLW") + cl + "\nCYCLE/OFF\nFINI",
+        "rs274": f"G21 G90 G94\nT1 M6\nG43.5 H1\nG0 X0 Y0 Z50 I0 J0 K1\nS400 M3\n{twin}\nM2",
+    }
+    values = []
+    for dialect, text in texts.items():
+        result = convert(text.encode(), machine, Options(dialect=dialect, **options))
+        assert result.ok, result.findings
+        values.append(result.setpoints.values)
+    np.testing.assert_allclose(values[0], values[1], rtol=0.0, atol=1e-6)

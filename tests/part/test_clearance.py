@@ -35,11 +35,11 @@ def test_a_holder_passes_a_wall(step, accelerate):
     """The wall is at y 0, the holder's side 0.3 mm away: as near as 0.3 is allowed, 0.31 is not."""
     mesh, motion = block((-2, -4, 17), (2, 0, 24)), pass_by(20.3, step)
     clear = find_contacts(mesh, (motion,), 0.3, with_least=True, accelerate=accelerate)
-    assert (len(clear.place), clear.least) == (0, pytest.approx(0.3, abs=1e-9))
+    assert (len(clear.found), clear.least) == (0, pytest.approx(0.3, abs=1e-9))
     near = find_contacts(mesh, (motion,), 0.31, accelerate=accelerate)
-    assert len(near.place)
-    assert near.nearest.distance.min() == pytest.approx(0.3, abs=1e-9)
-    assert {motion.pieces[k].part for k in near.nearest.piece} == {"holder"}
+    assert near.found
+    assert min(one.deepest.distance for one in near.found) == pytest.approx(0.3, abs=1e-9)
+    assert {one.part for one in near.found} == {"holder"}
 
 
 @pytest.mark.parametrize("accelerate", PATHS)
@@ -47,16 +47,16 @@ def test_a_thin_post_between_two_rows_is_hit(accelerate):
     """Rows 20 mm apart, a post of 1 mm between two of them."""
     mesh, motion = block((9.5, -0.5, -10), (10.5, 0.5, 10)), pass_by(0.0, 20.0)
     found = find_contacts(mesh, (motion,), 0.0, accelerate=accelerate)
-    assert found.nearest.distance.min() < -0.4
-    assert (motion.line[found.nearest.row] == 2).any()  # from x 0 to x 20
-    assert len(find_contacts(mesh, (pass_by(4.6, 20.0),), 0.0, accelerate=accelerate).place) == 0
+    assert found.found[0].deepest.distance < -0.4
+    assert 2 in found.found[0].line  # from x 0 to x 20
+    assert len(find_contacts(mesh, (pass_by(4.6, 20.0),), 0.0, accelerate=accelerate).found) == 0
 
 
 @pytest.mark.parametrize("accelerate", PATHS)
 def test_touching_is_no_contact(accelerate):
     mesh = block((-2, -4, 17), (2, 0, 24))
-    assert len(find_contacts(mesh, (pass_by(20.0),), 0.0, accelerate=accelerate).place) == 0
-    assert len(find_contacts(mesh, (pass_by(20.0 - 2 * TOUCH_MM),), 0.0, accelerate=accelerate).place)
+    assert len(find_contacts(mesh, (pass_by(20.0),), 0.0, accelerate=accelerate).found) == 0
+    assert len(find_contacts(mesh, (pass_by(20.0 - 2 * TOUCH_MM),), 0.0, accelerate=accelerate).found)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -83,7 +83,7 @@ def test_no_contact_is_missed_against_dense_poses(seed):
         h = (off * dense[1]).sum(1)
         r = np.sqrt(np.maximum((off * off).sum(1) - h * h, 0))
         least = min(least, *(float(piece.evaluate(r, h)[0].min()) for piece in motion.pieces))
-    if not len(found.place):
+    if not found.found:
         assert least > 0.5 - TOUCH_MM - 1e-9
     if least < 0.5 - TOUCH_MM:
-        assert len(found.place)
+        assert found.found

@@ -26,15 +26,17 @@ def find_wrong_keys(control: Mapping[str, Mapping[str, object]]) -> Iterator[str
 
 
 def merge_keys(*tables: Mapping[str, Mapping[str, object]]) -> dict[str, dict[str, object]]:
-    """Keys by dialect of several places, the weaker first; names of tools are collected."""
+    """Keys by dialect of several places, the weaker first; names of tools, and pitches, are collected."""
     merged: dict[str, dict[str, object]] = {}
     for table in tables:
         for dialect, keys in table.items():
             if not keys:
                 continue
             known = merged.setdefault(dialect, {})
-            names = [given["tools"] for given in (known, keys) if isinstance(given.get("tools"), Mapping)]
-            known |= keys
-            if names:
-                known["tools"] = {name: number for given in names for name, number in given.items()}  # type: ignore[attr-defined]
+            both = {
+                name: {**known[name], **value}  # type: ignore[dict-item]
+                for name, value in keys.items()
+                if isinstance(value, Mapping) and isinstance(known.get(name), Mapping)
+            }
+            known.update({**keys, **both})
     return merged

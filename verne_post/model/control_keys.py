@@ -15,6 +15,9 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
 }  # fmt: skip
 
+#: No tap has a larger pitch: a number beyond is a feed rate.
+MAX_PITCH_MM: Final = 25.4
+
 
 class Rs274Keys(Struct, frozen=True):
     """Keys of [rs274], with their defaults: which of the controls that speak it.
@@ -144,6 +147,8 @@ class AptKeys(Struct, frozen=True):
         which number it is.
     tools : mapping
         Names of TOOL PATH -> number of the tool table, where no LOAD/TOOL stands.
+    pitches : mapping
+        Number of a tap -> pitch of its thread, mm, where CYCLE/TAP does not say it.
     """
 
     units: Literal["", "mm", "inch"] = ""
@@ -153,6 +158,7 @@ class AptKeys(Struct, frozen=True):
     times: Literal["", "begun", "whole"] = ""
     lengths: Literal["", "tools"] = ""
     tools: Mapping[str, int] = field(default_factory=dict)
+    pitches: Mapping[str, float] = field(default_factory=dict)
 
 
 #: By the dialect that has them.
@@ -194,6 +200,16 @@ def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
             and all(isinstance(tool, str) and type(number) is int and number > 0 for tool, number in value.items())
         ):
             raise ValueError(f"{name}: expected names with numbers of tools")
+        if name == "pitches" and not (
+            isinstance(value, Mapping)
+            and all(
+                str(tool).isdecimal() and type(pitch) in (int, float) and 0 < pitch <= MAX_PITCH_MM
+                for tool, pitch in value.items()
+            )
+        ):
+            raise ValueError(
+                f"{name}: expected numbers of tools with pitches, more than 0 and up to {MAX_PITCH_MM:g} mm"
+            )
         if name == "inside_arc_percent" and not (type(value) in (int, float) and 0 <= value <= 100):  # type: ignore[operator]
             raise ValueError(f"{name}: expected a number from 0 to 100")
         if name == "plunge_angle" and not (type(value) in (int, float) and 0 < value < 90):  # type: ignore[operator]

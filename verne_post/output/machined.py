@@ -36,9 +36,9 @@ def describe_comparisons(name: str, machined: Machined) -> str:
             f"  the statement is about the facets of {first.mesh.name}; how far they are from the surface that it stands for adds to it"
         )
     for touched in machined.contacts:
-        count = len(touched.place)
+        count = len(np.unique(np.concatenate([one.line for one in touched.found]))) if touched.found else 0
         verdict = (
-            f"nearer than {touched.allowed:g} mm at {count} places"
+            f"nearer than {touched.allowed:g} mm in {count} line{'s' if count > 1 else ''}"
             if count
             else f"never nearer than {touched.allowed:g} mm"
         )

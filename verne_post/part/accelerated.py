@@ -84,8 +84,11 @@ def _find_slope(dx, dy, dz, r, h, by_r, by_h, ux, uy, uz, mx, my, mz, tx, ty, tz
 
 
 @_compile
-def _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best):
-    """The least distance between rows i and i + 1, where both tangents fall inwards; ``best`` where it is no better."""
+def _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best, enough):
+    """The least distance between rows i and i + 1, where both tangents fall inwards; ``best`` where it is no better.
+
+    The first distance no larger than ``enough`` will do.
+    """
     mx, my, mz = tip[i + 1, 0] - tip[i, 0], tip[i + 1, 1] - tip[i, 1], tip[i + 1, 2] - tip[i, 2]
     tx, ty, tz = axis[i + 1, 0] - axis[i, 0], axis[i + 1, 1] - axis[i, 1], axis[i + 1, 2] - axis[i, 2]
     low, high = 0.0, 1.0
@@ -106,6 +109,8 @@ def _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best):
         phi, by_r, by_h = _evaluate(body, edges, r, h)
         if phi < best:
             best = phi
+        if best <= enough:
+            break
         slope = _find_slope(dx, dy, dz, r, h, by_r, by_h, ux, uy, uz, mx, my, mz, vx, vy, vz)
         if slope < 0:
             low, f0, g0 = s, phi, slope
@@ -137,7 +142,7 @@ def _look_at_leaf(body, edges, bow, x, y, z, tip, axis, linked, first, last, bes
                 )
                 g1 = _find_slope(ex, ey, ez, r1, h1, by_r1, by_h1, axis[i + 1, 0], axis[i + 1, 1], axis[i + 1, 2], mx, my, mz, tx, ty, tz)  # fmt: skip
                 if g0 < 0 and g1 > 0:
-                    found = _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best)
+                    found = _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best, -math.inf)
                     if found < best:
                         best, at = found, i
         dx, dy, dz, r, h, f0, by_r, by_h = ex, ey, ez, r1, h1, f1, by_r1, by_h1
@@ -422,6 +427,103 @@ def _check(
                     break
 
 
+@_compile
+def _note(marks, offset, i, phi, x, y, z):
+    """The line of row i touches at a point: nothing more is asked of its rows."""
+    group, order, begin, touched, value, place, row, left = marks
+    g = group[i]
+    touched[g], value[g], row[g] = True, phi, i
+    place[g, 0], place[g, 1], place[g, 2] = x, y, z
+    for k in range(begin[g], begin[g + 1]):
+        node = order[k]
+        for level in range(len(offset) - 1):
+            node //= 8
+            left[offset[level] + node] -= 1
+
+
+@_compile
+def _touch(
+    body, edges, bow, point, normal, delta, limit, least, tip, axis, linked,
+    offset, middle, reach, chord, last, tip_bend, chord_bend, marks, opened,
+):  # fmt: skip
+    """Note the lines that touch cells in turn; ``opened`` are cells with lines that neither touch nor keep off for certain."""
+    levels, n, fan = len(offset) - 1, len(tip), 8
+    stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
+    group, touched, left = marks[0], marks[3], marks[7]
+    for p in range(len(point)):
+        x, y, z, d = point[p, 0], point[p, 1], point[p, 2], delta[p]
+        depth = 0
+        for node in range(offset[levels - 1], offset[levels]):
+            stack[depth] = node
+            depth += 1
+        while depth:
+            depth -= 1
+            node = stack[depth]
+            if left[node] == 0:
+                continue
+            dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, middle[node])
+            if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) - d > limit:
+                continue
+            level = levels - 1
+            while node < offset[level]:
+                level -= 1
+            i, j = (node - offset[level]) * fan ** (level + 1), last[node]
+            if tip_bend[node] < _SMALL_BEND:
+                lower = _bound_stretch(body, edges, x, y, z, tip, axis, i, j, tip_bend[node], chord_bend[node])
+                if lower - bow - d > limit:
+                    continue
+                if tip_bend[node] < d:
+                    at0 = _view_between(x, y, z, normal[p], tip, axis, i, j, 0.0)
+                    at1 = _view_between(x, y, z, normal[p], tip, axis, i, j, 1.0)
+                    far = math.sqrt(max(at0[0] ** 2 + at0[1] ** 2, at1[0] ** 2 + at1[1] ** 2)) + d
+                    bent = tip_bend[node] + chord_bend[node] * (far + tip_bend[node]) + _bound_bow(tip, axis, i, j, far)
+                    if _is_above(body, edges, at0, at1, 1.0, d, limit + bow + bent):
+                        continue
+            child = (node - offset[level]) * fan
+            if level > 0:
+                for one in range(offset[level - 1] + child, min(offset[level - 1] + child + fan, offset[level])):
+                    stack[depth] = one
+                    depth += 1
+                continue
+            for i in range(child, min(child + fan, n)):
+                if touched[group[i]]:
+                    continue
+                dx, dy, dz, r, h, f0, by_r, by_h = _look_from(body, edges, x, y, z, tip, axis, i)
+                found = f0
+                if linked[i] and f0 > limit:
+                    mx, my, mz = tip[i + 1, 0] - tip[i, 0], tip[i + 1, 1] - tip[i, 1], tip[i + 1, 2] - tip[i, 2]
+                    tx, ty, tz = axis[i + 1, 0] - axis[i, 0], axis[i + 1, 1] - axis[i, 1], axis[i + 1, 2] - axis[i, 2]
+                    away = math.sqrt(mx * mx + my * my + mz * mz)
+                    away += math.sqrt((tx * tx + ty * ty + tz * tz) * (dx * dx + dy * dy + dz * dz))
+                    if f0 - away - bow - d > limit:
+                        continue
+                    ex, ey, ez, r1, h1, f1, by_r1, by_h1 = _look_from(body, edges, x, y, z, tip, axis, i + 1)
+                    if 0.5 * (f0 + f1 - away) - bow - d > limit:
+                        continue
+                    found = min(f0, f1)
+                    if found > limit:
+                        g0 = _find_slope(dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz)  # fmt: skip
+                        g1 = _find_slope(ex, ey, ez, r1, h1, by_r1, by_h1, axis[i + 1, 0], axis[i + 1, 1], axis[i + 1, 2], mx, my, mz, tx, ty, tz)  # fmt: skip
+                        if g0 < 0 and g1 > 0:
+                            found = _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, min(found, limit + d + bow), limit)  # fmt: skip
+                if found <= limit:
+                    _note(marks, offset, i, found, x, y, z)
+                    continue
+                if opened[p] or found >= limit + d + bow:
+                    continue
+                if linked[i]:
+                    clear = _is_span_clear(body, edges, x, y, z, normal[p], tip, axis, i, d, limit + bow)
+                else:
+                    at = _view_between(x, y, z, normal[p], tip, axis, i, i, 0.0)
+                    clear = _is_above(body, edges, at, at, 0.0, d, limit)
+                if clear:
+                    continue
+                if d <= least:
+                    _note(marks, offset, i, found, x, y, z)
+                else:
+                    opened[p] = True
+
+
 def _pack(motion: Motion) -> tuple[Any, ...]:
     """The tree of a motion, its levels one after the other."""
     offset = np.cumsum([0, *(len(level.middle) for level in motion.levels)])
@@ -434,6 +536,18 @@ def scan(motion: Motion, piece: Piece, point: Array, distance: Array, row: Ints)
     assert FAN == 8  # the kernel counts on it
     body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)
     _scan(body, piece.list_edges(), motion.bow, point, *_pack(motion), distance, row)
+
+
+def touch(
+    motion: Motion, piece: Piece, cells: tuple[Array, Array, Array], limit: float, least: float, marks: tuple[Array, ...]
+) -> Mask:  # fmt: skip
+    """What ``places.touch_cells`` does; marks are changed."""
+    assert FAN == 8  # the kernel counts on it
+    body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)
+    point, normal, delta = cells
+    opened = np.zeros(len(point), dtype=bool)
+    _touch(body, piece.list_edges(), motion.bow, point, normal, delta, limit, least, *_pack(motion), marks, opened)
+    return opened
 
 
 def check_above(

@@ -97,7 +97,6 @@ def find_above(
 
 
 def _check_above(motion: Motion, piece: Piece, point: Array, normal: Array, delta: Array, limit: float) -> Mask:
-    clear = np.ones(len(point), dtype=bool)
     top = motion.levels[-1]
     owner: Ints = np.repeat(np.arange(len(point)), len(top.middle))
     node: Ints = np.tile(np.arange(len(top.middle)), len(point))
@@ -107,7 +106,7 @@ def _check_above(motion: Motion, piece: Piece, point: Array, normal: Array, delt
         lower = seen.phi - level.tip[node] - level.chord[node] * np.sqrt(np.einsum("ij,ij->i", seen.d, seen.d))
         owner, node = take(np.flatnonzero(lower - delta[owner] <= limit), owner, node)
         straight = level.tip_bend[node] < delta[owner]
-        straight[straight] = _is_stretch_above(
+        straight[straight] = is_stretch_above(
             motion, piece, level, node[straight], (point, normal, delta), owner[straight], limit
         )
         owner, node = list_children(
@@ -117,9 +116,18 @@ def _check_above(motion: Motion, piece: Piece, point: Array, normal: Array, delt
     move, turn = measure_motion(motion, node)
     away = np.linalg.norm(move, axis=1) + np.linalg.norm(turn, axis=1) * np.linalg.norm(seen.d, axis=1)
     near = np.flatnonzero(seen.phi - away - delta[owner] <= limit)
-    owner, row, move, turn = take(near, owner, node, move, turn)
-    linked = motion.linked[row]
-    low, width = np.zeros(len(row)), np.where(linked, 1.0, 0.0)
+    owner, row = take(near, owner, node)
+    return are_spans_above(motion, piece, (point, normal, delta), owner, row, limit)
+
+
+def are_spans_above(
+    motion: Motion, piece: Piece, facets: tuple[Array, Array, Array], owner: Ints, row: Ints, limit: float
+) -> Mask:  # fmt: skip
+    """Whether phi stays above a limit over facets (n,), with points, normals and delta, in all spans from rows (m,) of their own."""
+    point, normal, delta = facets
+    clear = np.ones(len(point), dtype=bool)
+    move, turn = measure_motion(motion, row)
+    low, width = np.zeros(len(row)), np.where(motion.linked[row], 1.0, 0.0)
     for halving in range(_HALVINGS + 1):
         start, end = (
             _View(motion, piece, point[owner], normal[owner], row, move, turn, share) for share in (low, low + width)
@@ -140,7 +148,7 @@ def _check_above(motion: Motion, piece: Piece, point: Array, normal: Array, delt
     return clear
 
 
-def _is_stretch_above(
+def is_stretch_above(
     motion: Motion, piece: Piece, level: Level, node: Ints, facets: tuple[Array, Array, Array], owner: Ints, limit: float
 ) -> Mask:  # fmt: skip
     """Whether phi stays above a limit over whole nodes (m,), by the straight motion between their ends and how it is bent."""

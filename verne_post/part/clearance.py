@@ -1,27 +1,61 @@
-"""Fixtures as meshes: how near the parts of moving tools come to them, certain between rows."""
+"""Fixtures as meshes: which lines of moving tools come too near to them, certain between rows, and how deep."""
 
 from typing import Final
 
 import numpy as np
 from msgspec import Struct
 
-from verne_post.base.arrays import Array
-from verne_post.part.bound import find_above
+from verne_post.base.arrays import Array, Ints
 from verne_post.part.compare import MAX_CELLS, Cells
 from verne_post.part.motion import Motion
-from verne_post.part.stl import Mesh
-from verne_post.part.sweep import Nearest, find_nearest
+from verne_post.part.places import GOLDEN, list_lines, touch_cells
+from verne_post.part.stl import Mesh, order_facets
+from verne_post.part.sweep import find_nearest
 
 #: Bodies may touch, and reach into a fixture by this, mm: a tool that slides along it would else be checked in steps of a
 #: nanometre.
 TOUCH_MM: Final = 0.005
-#: Triangles in contact are cut to this size, mm, so that every line that touches is seen; those at the border of what a line is
-#: known to touch no further.
-_LOCAL_MM: Final = 0.5
+#: So many neighbouring facets are held against all bodies together first.
+_CLUSTER: Final = 16
 #: Triangles this small that no bound clears count as touched, mm.
 _LEAST_MM: Final = 0.002
-#: So many triangles are cut again where the least distance is sought.
+#: The deepest place is sought on triangles down to this size, mm; what can be deeper by no more than this, mm, or as a share
+#: of the depth, is passed over.
+_DEEPEST_MM: Final = 0.01
+_DEEPER_MM: Final = 0.001
+_DEEPER_SHARE: Final = 0.01
+#: So many triangles are cut again where the least distance is sought, and so many are looked at first.
 _SOUGHT: Final = 500
+_FIRST: Final = 32
+
+
+class Spot(Struct, frozen=True, eq=False):
+    """A place (3,) of a mesh, its signed distance from a body, mm, and the motion and its row at or before; -1: none."""
+
+    distance: float = np.inf
+    place: Array = np.full(3, np.nan)
+    motion: int = -1
+    row: int = -1
+
+
+class Contact(Struct, frozen=True, eq=False):
+    """One body of one motion that comes too near.
+
+    Attributes
+    ----------
+    part : str
+    line : ndarray of int, shape (k,)
+        Every line in which it does.
+    value : ndarray, shape (k,)
+        How near it was seen there first, mm.
+    deepest : Spot
+        The least distance that was seen.
+    """
+
+    part: str
+    line: Ints
+    value: Array
+    deepest: Spot
 
 
 class Contacts(Struct, frozen=True, eq=False):
@@ -32,24 +66,21 @@ class Contacts(Struct, frozen=True, eq=False):
     mesh : Mesh
     allowed : float
         mm.
-    place : ndarray, shape (n, 3)
-    nearest : Nearest
-        Signed distances of the places (n,).
+    found : tuple of Contact
     least : float
         The least distance that was seen anywhere, mm; infinite where nothing moves, or it was not asked for.
     """
 
     mesh: Mesh
     allowed: float
-    place: Array
-    nearest: Nearest
+    found: tuple[Contact, ...]
     least: float = np.inf
 
 
 def find_contacts(
     mesh: Mesh, motions: tuple[Motion, ...], allowed: float, *, with_least: bool = False, accelerate: bool = True
 ) -> Contacts:  # fmt: skip
-    """Find where tools come nearer to a closed mesh than ``allowed``; where there are no contacts, that is certain for all time.
+    """Find where tools come nearer to a closed mesh than ``allowed``; a body that is not named keeps off for all time.
 
     Parameters
     ----------
@@ -61,55 +92,87 @@ def find_contacts(
         Seek the least distance too.
     """
     limit = allowed - TOUCH_MM
-    bow = max((motion.bow for motion in motions), default=0.0)
-    limits = {piece: limit for motion in motions for piece in motion.pieces}
+    near = _find_near(mesh, motions, limit, accelerate)
     normals, cells = mesh.list_normals(), Cells(mesh.list_corners(), np.arange(len(mesh.facets)))
-    places, found = [], []
-    known: set[tuple[int, int, int]] = set()
-    least = _seek_least(cells, motions, accelerate) if with_least else np.inf
+    found = [
+        contact
+        for motion in range(len(motions))
+        for part in dict.fromkeys(piece.part for piece in motions[motion].pieces)
+        for contact in _find_contact(cells.select(near), normals, motions, (motion, part), limit, accelerate)
+    ]
+    least = min((one.deepest.distance for one in found), default=np.inf)
+    if with_least and not found:
+        least = _seek_least(cells, motions, (), Spot(), accelerate).distance
+    return Contacts(mesh, allowed, tuple(found), least)
+
+
+def _find_near(mesh: Mesh, motions: tuple[Motion, ...], limit: float, accelerate: bool) -> Ints:
+    """Facets that any body may come near to, by balls about neighbouring ones."""
+    corner = mesh.list_corners()
+    facet = order_facets(corner.mean(axis=1))
+    first = np.arange(0, len(facet), _CLUSTER)
+    bow = max((motion.bow for motion in motions), default=0.0)
+    low = np.minimum.reduceat(corner[facet].min(axis=1), first)
+    high = np.maximum.reduceat(corner[facet].max(axis=1), first)
+    reach = 0.5 * np.linalg.norm(high - low, axis=1)
+    nearest = find_nearest(motions, 0.5 * (low + high), limit + reach + bow, accelerate=accelerate)
+    return facet[np.repeat(nearest.row >= 0, _CLUSTER)[: len(facet)]]
+
+
+def _find_contact(
+    cells: Cells, normals: Array, motions: tuple[Motion, ...], body: tuple[int, str], limit: float, accelerate: bool
+) -> list[Contact]:
+    """The lines in which one body touches cells, if there are any."""
+    motion, part = motions[body[0]], body[1]
+    pieces = [piece for piece in motion.pieces if piece.part == part]
+    marks = list_lines(motion)
+    for piece in pieces:
+        left = cells
+        while len(left.facet):
+            middle, delta = left.find_circles()
+            least = _LEAST_MM if 4 * len(left.facet) <= MAX_CELLS else np.inf  # what is left counts as touched
+            opened = touch_cells(
+                motion, piece, (middle, normals[left.facet], delta), limit, least, marks, accelerate=accelerate
+            )
+            left = left.select(opened).cut(2)
+    touched = np.flatnonzero(marks.touched)
+    if not len(touched):
+        return []
+    first = touched[int(np.argmin(marks.value[touched]))]
+    seen = Spot(float(marks.value[first]), marks.place[first], body[0], int(marks.row[first]))
+    deepest = _seek_least(cells, motions, body, seen, accelerate)
+    return [Contact(part, marks.line[touched], marks.value[touched], deepest)]
+
+
+def _seek_least(
+    cells: Cells, motions: tuple[Motion, ...], body: tuple[int, str] | tuple[()], seen: Spot, accelerate: bool
+) -> Spot:
+    """The place of cells that is nearest to one body that touches them, or to all; no bound.
+
+    What is ``seen`` is improved by looking again where it may be nearer.
+    """
+    own, parts = ((motions[body[0]],), (body[1],)) if body else (motions, ())
+    smallest = _DEEPEST_MM if body else _LEAST_MM
+    # inside a convex body of revolution no place is deeper than its radius
+    floor = -max((one.radius for motion in own for one in motion.pieces if not parts or one.part in parts), default=0.0)
     while len(cells.facet):
+        gain = max(_DEEPER_MM, -_DEEPER_SHARE * seen.distance) if body else 0.0
         middle, delta = cells.find_circles()
-        nearest = find_nearest(motions, middle, limit + delta + bow, accelerate=accelerate)
-        touched = nearest.distance <= limit
-        near = np.flatnonzero(nearest.distance - delta - bow <= limit)
-        open_ones = near[~touched[near]]
-        above = find_above(
-            motions, middle[open_ones], normals[cells.facet[open_ones]], delta[open_ones], limits, accelerate=accelerate
-        )
-        open_ones = open_ones[~above]
-        known |= set(_name_lines(motions, nearest.select(touched)))
-        found_there = [name in known for name in _name_lines(motions, nearest.select(open_ones))]
-        open_ones = open_ones[(delta[open_ones] > _LOCAL_MM) | ~np.array(found_there, dtype=bool)]
-        again = np.concatenate([open_ones[delta[open_ones] > _LEAST_MM], np.flatnonzero(touched & (delta > _LOCAL_MM))])
-        if 4 * len(again) > MAX_CELLS:  # what is left counts as touched
-            again = again[:0]
-        kept = np.union1d(np.flatnonzero(touched), open_ones[~np.isin(open_ones, again)])
-        places.append(middle[kept])
-        found.append(nearest.select(kept))
-        cells = cells.select(again).cut(2)
-    names = Nearest.__struct_fields__
-    joined = Nearest(*(np.concatenate([getattr(one, name) for one in found]) for name in names))
-    hit = joined.row >= 0
-    return Contacts(mesh, allowed, np.concatenate(places)[hit], joined.select(hit), least)
-
-
-def _name_lines(motions: tuple[Motion, ...], nearest: Nearest) -> list[tuple[int, int, int]]:
-    """Motion, piece and line of places (n,)."""
-    line = np.zeros(len(nearest.row), dtype=np.int64)
-    for k, motion in enumerate(motions):
-        own = (nearest.motion == k) & (nearest.row >= 0)
-        line[own] = motion.line[nearest.row[own]]
-    return list(zip(nearest.motion.tolist(), nearest.piece.tolist(), line.tolist(), strict=True))
-
-
-def _seek_least(cells: Cells, motions: tuple[Motion, ...], accelerate: bool) -> float:
-    """The least distance from the places of cells, by looking again where it may be less; no bound."""
-    least = np.inf
-    while len(cells.facet):
-        middle, delta = cells.find_circles()
-        nearest = find_nearest(motions, middle, least + delta, accelerate=accelerate)
-        least = min(least, float(nearest.distance[nearest.row >= 0].min(initial=np.inf)))
-        lower = nearest.distance - delta
-        again = np.flatnonzero((lower < least) & (delta > _LEAST_MM))
+        lower = np.full(len(delta), np.inf)
+        # evenly over all, so that the first ones say much about the others
+        mixed = np.argsort(np.arange(len(delta)) * GOLDEN % 1.0, kind="stable")
+        at, size = 0, _FIRST
+        while at < len(delta) and seen.distance > floor + gain:
+            some = np.sort(mixed[at : at + size])
+            nearest = find_nearest(own, middle[some], seen.distance - gain + delta[some], parts, accelerate=accelerate)
+            there = np.flatnonzero(nearest.row >= 0)
+            lower[some[there]] = nearest.distance[there] - delta[some[there]]
+            if len(there):
+                best = there[np.argmin(nearest.distance[there])]
+                if nearest.distance[best] < seen.distance:
+                    motion = body[0] if body else int(nearest.motion[best])
+                    seen = Spot(float(nearest.distance[best]), middle[some[best]], motion, int(nearest.row[best]))
+            at, size = at + size, 4 * size
+        again = np.flatnonzero((lower < seen.distance - gain) & (delta > smallest))
         cells = cells.select(again[np.argsort(lower[again], kind="stable")[:_SOUGHT]]).cut(2)
-    return least
+    return seen

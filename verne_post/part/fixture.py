@@ -8,14 +8,12 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.findings import InputError, finding
 from verne_post.part.motion import FAN
-from verne_post.part.stl import Mesh, read_stl, require_closed
+from verne_post.part.stl import Mesh, order_facets, read_stl, require_closed
 from verne_post.part.sweep import list_children
 from verne_post.part.verdict import describe_place
 
 #: Corners are this far on both sides of a facet that they cross, as a share of the mesh's size: more than single precision is off.
 _CROSSED_SHARE: Final = 1e-6
-#: Bits of a coordinate in the order of facets: neighbours are within a thousandth of the mesh's size.
-_BITS: Final = 10
 
 
 @lru_cache(maxsize=8)
@@ -39,7 +37,7 @@ def load_fixture(raw: bytes, name: str, unit: str) -> Mesh:
 def find_crossings(mesh: Mesh) -> Ints:
     """Facets (k,) that an edge of another facet goes through."""
     corner = mesh.list_corners()
-    facet = _order_facets(corner.mean(axis=1))
+    facet = order_facets(corner.mean(axis=1))
     corner = corner[facet]
     levels = [(corner.min(axis=1), corner.max(axis=1))]  # boxes about facets, about FAN of these, and so on
     while len(levels[-1][0]) > FAN:
@@ -64,14 +62,6 @@ def find_crossings(mesh: Mesh) -> Ints:
     reach = _CROSSED_SHARE * float(np.ptp(mesh.vertices, axis=0).max())
     crossed = [target[_is_pierced(corner[source], corner[target], reach)] for source, target in ((a, b), (b, a))]
     return np.asarray(np.unique(facet[np.concatenate(crossed)]))
-
-
-def _order_facets(middle: Array) -> Ints:
-    """Facets by their middles (n, 3), so that those near each other are neighbours: the bits of x, y and z in turn."""
-    size = np.ptp(middle, axis=0).max() or 1.0
-    grid = ((middle - middle.min(axis=0)) * ((2**_BITS - 1) / size)).astype(np.int64)
-    bits = (grid[:, :, None] >> np.arange(_BITS)) & 1
-    return np.argsort((bits << (3 * np.arange(_BITS) + np.arange(3)[:, None])).sum(axis=(1, 2)), kind="stable")
 
 
 def _is_pierced(source: Array, target: Array, reach: float) -> Array:

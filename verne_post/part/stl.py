@@ -18,6 +18,8 @@ WELD_SHARE: Final = 1e-6
 #: One facet of a binary file: normal, three vertices, attribute.
 _FACET: Final = np.dtype([("normal", "<f4", 3), ("vertex", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER: Final = 84
+#: Bits of a coordinate in the order of facets: neighbours are within a thousandth of the mesh's size.
+_BITS: Final = 10
 _NUMBER: Final = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _VERTEX: Final = re.compile(rb"\bvertex\s+(%s)\s+(%s)\s+(%s)(?=\s)" % ((_NUMBER,) * 3), re.IGNORECASE)
 _KEYWORD: Final = re.compile(rb"\b(vertex|endfacet)\b", re.IGNORECASE)
@@ -152,6 +154,14 @@ def require_closed(mesh: Mesh) -> Mesh:
 
 
 # --- reading -----------------------------------------------------------------------------------------
+
+
+def order_facets(middle: Array) -> Ints:
+    """Facets by their middles (n, 3), so that those near each other are neighbours: the bits of x, y and z in turn."""
+    size = np.ptp(middle, axis=0).max() or 1.0
+    grid = ((middle - middle.min(axis=0)) * ((2**_BITS - 1) / size)).astype(np.int64)
+    bits = (grid[:, :, None] >> np.arange(_BITS)) & 1
+    return np.argsort((bits << (3 * np.arange(_BITS) + np.arange(3)[:, None])).sum(axis=(1, 2)), kind="stable")
 
 
 def _refuse(name: str, text: str) -> InputError:

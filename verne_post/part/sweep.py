@@ -136,7 +136,7 @@ def _search_tree(motion: Motion, piece: Piece, point: Array, best: Array, row: I
     for level, below in zip(motion.levels[::-1], (*motion.levels[-2::-1], None), strict=True):
         owner, node = _drop_far(motion, piece, point, level, owner, node, best, row)
         owner, node = list_children(owner, node, len(motion.tip) if below is None else len(below.middle))
-    _search_spans(motion, piece, point, owner, node, best, row)
+    search_spans(motion, piece, point, owner, node, best, row)
     return best, row
 
 
@@ -193,7 +193,7 @@ def _drop_far(
     return owner[near], node[near]
 
 
-def _search_spans(motion: Motion, piece: Piece, point: Array, owner: Ints, first: Ints, best: Array, row: Ints) -> None:
+def search_spans(motion: Motion, piece: Piece, point: Array, owner: Ints, first: Ints, best: Array, row: Ints) -> None:
     """Look at rows ``first`` (m,) and at the spans that begin with them."""
     start = look(piece, point[owner], motion.tip[first], motion.axis[first])
     _improve(best, row, owner, start.phi, first)
@@ -232,27 +232,6 @@ def _search_spans(motion: Motion, piece: Piece, point: Array, owner: Ints, first
         falls = slope < 0
         low, f0, g0 = (np.where(falls, *one) for one in ((share, low), (seen.phi, f0), (slope, g0)))
         high, f1, g1 = (np.where(falls, *one) for one in ((high, share), (f1, seen.phi), (g1, slope)))
-
-
-def list_within(motion: Motion, piece: Piece, point: Array, limit: float) -> tuple[Ints, Array]:
-    """Rows (m,) at, or between which and the next, a piece comes as near to one of points (n, 3) as a limit, and how near."""
-    least = np.full(len(motion.tip), np.inf)
-    count = len(motion.levels[-1].middle)
-    for first in range(0, len(point), _TOGETHER):
-        some = point[first : first + _TOGETHER]
-        owner: Ints = np.repeat(np.arange(len(some)), count)
-        row: Ints = np.tile(np.arange(count), len(some))
-        for level, below in zip(motion.levels[::-1], (*motion.levels[-2::-1], None), strict=True):
-            at = level.middle[row]
-            seen = look(piece, some[owner], motion.tip[at], motion.axis[at])
-            lower = seen.phi - level.tip[row] - level.chord[row] * np.sqrt(np.einsum("ij,ij->i", seen.d, seen.d))
-            owner, row = take(np.flatnonzero(lower <= limit), owner, row)
-            owner, row = list_children(owner, row, len(motion.tip) if below is None else len(below.middle))
-        best, found = np.full(len(row), limit), np.full(len(row), -1)
-        _search_spans(motion, piece, some[owner], np.arange(len(row)), row, best, found)
-        np.minimum.at(least, row[found >= 0], best[found >= 0])
-    touched: Ints = np.flatnonzero(least <= limit)
-    return touched, least[touched]
 
 
 def measure_motion(motion: Motion, row: Ints) -> tuple[Array, Array]:

@@ -117,15 +117,13 @@ def list_findings(judged: Judged) -> list[Finding]:
 
 
 def list_contacts(contacts: Contacts, motions: tuple[Motion, ...]) -> list[Finding]:
-    """VP215 of a fixture, one for each stretch of neighbouring lines with one body."""
-    nearest, found = contacts.nearest, []
-    body, line = _name_nearest(motions, nearest.motion, nearest.piece, nearest.row)
-    for rows in _group(body, line):
-        worst = rows[int(np.argmin(nearest.distance[rows]))]
-        value = float(nearest.distance[worst])
-        text = f"distance of the {body[worst]} from {contacts.mesh.name}: {value:.3f} mm at {describe_place(contacts.place[worst])}, allowed {contacts.allowed:g}"
-        found.append(_make_finding("VP215", text, line[rows], int(line[worst]), value, contacts.allowed))
-    return _shorten(found)
+    """VP215 of a fixture, one for each body of each tool."""
+    found = []
+    for one in contacts.found:
+        motion, value = motions[one.deepest.motion], one.deepest.distance
+        text = f"distance of the {one.part} of {motion.name} from {contacts.mesh.name}: {value:.3f} mm at {describe_place(one.deepest.place)}, allowed {contacts.allowed:g}"
+        found.append(_make_finding("VP215", text, one.line, int(motion.line[one.deepest.row]), value, contacts.allowed))
+    return found
 
 
 def _name_nearest(motions: tuple[Motion, ...], motion: Ints, piece: Ints, row: Ints) -> tuple[list[str], Ints]:

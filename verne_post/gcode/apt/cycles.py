@@ -20,12 +20,42 @@ _MEANINGS: Final = {
     "DEPTH": "DEPTH", "FEDTO": "DEPTH", "CLEAR": "CLEAR", "RAPTO": "CLEAR", "STEP": "STEP", "INCR": "STEP", "SUBPECK": "STEP",
     "1STPECK": "FIRST", "DWELL": "DWELL", "RETURN": "RETURN", "RTRCTO": "RETURN",
 }  # fmt: skip
-_KINDS: Final = ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM")
+#: Words of a thread besides.
+_OF_THREADS: Final = {"TPI": "TPI", "PITCH": "PITCH", "RATIO": "RATIO", "ORIENT": "ORIENT"}
+_KINDS: Final = ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM", "TAP")
 #: Kinds that go down in steps, and how some writers name them.
 _STEPPED: Final = ("DEEP", "BRKCHP")
-_OTHER_NAMES: Final = {"DEEP2": "DEEP"}
+_OTHER_NAMES: Final = {"DEEP2": "DEEP", "RIGID": "TAP"}
+#: After TAP: the holder, or how the tap goes down.
+_TAPS: Final = ("FLOAT", "RIGID", "FIXED", *_STEPPED)
+#: As fast as this many times the tap may go out (RATIO), as Haas controls bound it.
+_MAX_RATIO: Final = 9
 #: Where each writer says whether holes are left at the height of RTRCTO or of RAPTO: the tool always goes to the higher one.
 _LEVELS: Final = ("INIT", "CLEAR")
+
+
+class Tap(Struct, frozen=True):
+    """What CYCLE/TAP says of its thread.
+
+    Attributes
+    ----------
+    pitch : float or None
+        Of PITCH, in the unit of the statements.
+    turns : float or None
+        An inch (TPI). Without both the feed rate of the cycle, or the set-up, says the pitch.
+    floats : bool
+        The holder follows the thread (FLOAT).
+    ratio : float
+        How many times as fast the tap goes out as in.
+    angle : float or None
+        To which the spindle turns before, degrees.
+    """
+
+    pitch: float | None = None
+    turns: float | None = None
+    floats: bool = False
+    ratio: float = 1.0
+    angle: float | None = None
 
 
 class Cycle(Struct, frozen=True):
@@ -44,6 +74,7 @@ class Cycle(Struct, frozen=True):
         s.
     feed : tuple or None
         Value, feed mode, and whether in inches.
+    thread : Tap or None
     """
 
     kind: str
@@ -54,6 +85,7 @@ class Cycle(Struct, frozen=True):
     step: float | None
     dwell: float | None
     feed: tuple[float, int, bool | None] | None
+    thread: Tap | None = None
 
 
 def is_end_of_cycle(s: Statement) -> bool:
@@ -85,12 +117,18 @@ def read_cycle(s: Statement) -> Cycle:
     if kind == "DRILL" and words and words[0].upper() in _KINDS:  # CYCLE/DRILL,DEEP
         kind = words.pop(0).upper()
     if kind not in _KINDS:
-        why = "taps need a spindle that follows; mill the thread, or leave the operation out; " if kind == "TAP" else ""
         raise ProgramError(
-            "VP002", f"CYCLE/{kind} is not executed; {why}expected {', '.join(_KINDS)} or OFF", s.column_of(kind)
+            "VP002", f"CYCLE/{kind} is not executed; expected {', '.join(_KINDS)} or OFF", s.column_of(kind)
         )
-    if words and is_number(words[0]):  # CYCLE/DRILL,depth,...
-        words.insert(0, "DEPTH")
+    way = words.pop(0).upper() if kind == "TAP" and words and words[0].upper() in _TAPS else ""
+    if way == "BRKCHP":
+        raise ProgramError(
+            "VP002",
+            "CYCLE/TAP,BRKCHP is not executed: how far the tap goes back is a number of the post-processor; write TAP, or TAP,DEEP",
+            s.column_of(way),
+        )
+    meanings = _MEANINGS | _OF_THREADS if kind == "TAP" else _MEANINGS
+    words = _name_numbers(words, of_thread=kind == "TAP")
     values: dict[str, float] = {}
     feed, automatic, cleared = None, False, 0.0
     while words:
@@ -110,7 +148,7 @@ def read_cycle(s: Statement) -> Cycle:
         if not words or not is_number(words[0]):
             raise ProgramError("VP005", f"CYCLE: {name} needs a number after it", column)
         value = read_numbers(s, [words.pop(0)])[0]
-        meaning = "feed" if name in FEED_UNITS else _MEANINGS.get(name)
+        meaning = "feed" if name in FEED_UNITS else meanings.get(name)
         if meaning is None:
             raise ProgramError("VP002", f"CYCLE: {name} is not a word that is known here", column)
         if meaning in values:
@@ -124,13 +162,45 @@ def read_cycle(s: Statement) -> Cycle:
             "VP007",
             f"CYCLE: CLEAR {cleared:g}: the tool would go below the point in rapid traverse; a clearance is not negative",
         )
-    depth, clear, step = _check_depths(kind, values)
+    depth, clear, step = _check_depths(way if way in _STEPPED else kind, values)
     retract = None if automatic else values.get("RETURN", clear)
     if retract is not None and retract < clear:
         raise ProgramError("VP007", f"CYCLE: RETURN {retract:g} lies below CLEAR {clear:g}")
     if kind in ("FACE", "CSINK") and "DWELL" not in values:
         values["DWELL"] = 0.0
-    return Cycle(kind, depth, clear, retract, values.get("FIRST", step), step, values.get("DWELL"), feed)
+    thread = _read_thread(values, floats=way == "FLOAT") if kind == "TAP" else None
+    return Cycle(kind, depth, clear, retract, values.get("FIRST", step), step, values.get("DWELL"), feed, thread)
+
+
+def _name_numbers(words: list[str], *, of_thread: bool) -> list[str]:
+    """The words of a cycle with names before numbers whose order somebody has published.
+
+    CATIA: TAP, total depth, clearance of the tip (syntax NC_TAPPING of its PP tables); Creo with ``cycle_format fixed``: TAP,
+    depth, feed rate, its unit, turns an inch, height of rapid traverse. Others begin with the depth alone.
+    """
+    numbers = [is_number(word) for word in words]
+    if not of_thread or numbers[:2] != [True, True]:
+        return ["DEPTH", *words] if numbers[:1] == [True] else words
+    if words[2:] and words[2].upper() in FEED_UNITS:
+        if numbers[3:] != [True, True]:
+            return words
+        depth, feed, unit, turns, clear = words
+        return ["DEPTH", depth, unit, feed, "TPI", turns, "CLEAR", clear]
+    return ["DEPTH", words[0], "CLEAR", *words[1:]]
+
+
+def _read_thread(values: dict[str, float], *, floats: bool) -> Tap:
+    """What the words of a thread say, with bounds."""
+    for name in ("PITCH", "TPI"):
+        if values.get(name, 1.0) <= 0:
+            raise ProgramError(
+                "VP007",
+                f"CYCLE/TAP: {name} {values[name]:g} is not greater than 0; SPINDL,CCLW makes a left-hand thread",
+            )
+    ratio = values.get("RATIO", 1.0)
+    if not 1 <= ratio <= _MAX_RATIO:
+        raise ProgramError("VP007", f"CYCLE/TAP: RATIO {ratio:g}: the tap goes out 1 to {_MAX_RATIO} times as fast")
+    return Tap(values.get("PITCH"), values.get("TPI"), floats, ratio, values.get("ORIENT"))
 
 
 def _check_depths(kind: str, values: dict[str, float]) -> tuple[float, float, float | None]:

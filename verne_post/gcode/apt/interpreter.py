@@ -1,10 +1,13 @@
-"""The interpreter of blocks, with arcs about any axis, and with remedies in words of cutter location text."""
+"""The interpreter of blocks, with arcs about any axis and threads, and with remedies in words of cutter location text."""
+
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.apt.arcs import Circle, lay_arc
 from verne_post.gcode.block import Block
+from verne_post.gcode.machining.holes import Thread, check_tapping, tap
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -25,6 +28,29 @@ def make_arc_block(block: Block, circle: Circle) -> ArcBlock:
     arc = ArcBlock(block.line, circle=circle)
     arc.codes, arc.words, arc.columns = block.codes, block.words, block.columns
     return arc
+
+
+class TapBlock(Block):
+    """A block that taps from where the tool stands over the hole; its motion code is for what goes on after an error.
+
+    Attributes
+    ----------
+    thread : Thread
+    heights : sequence of float
+        Along the tool axis: in, out, in, ..., out.
+    go : callable
+        The block that moves to a height at the feed rate in force.
+    floats : bool
+        The holder follows the thread; nobody must allow it.
+    angle : float or None
+        To which the spindle turns before, degrees.
+    """
+
+    thread: Thread | None = None
+    heights: Sequence[float] = ()
+    go: Callable[[float], Block] | None = None
+    floats: bool = False
+    angle: float | None = None
 
 
 class _Motion(MotionCodes):
@@ -57,8 +83,22 @@ class AptInterpreter(Rs274):
         """Execute one block."""
         if isinstance(block, ArcBlock) and block.circle is not None:
             self._move_along(block, block.circle)
+        elif isinstance(block, TapBlock):
+            self._tap(block)
         else:
             super().execute(block)
+
+    def _tap(self, block: TapBlock) -> None:
+        assert block.thread is not None
+        assert block.go is not None
+        if not block.floats:
+            check_tapping(self.core)
+        if block.angle is not None:
+            self.core.auxiliary.orient_spindle(block, block.angle)
+        move = block.go
+        tap(
+            self.core, block, block.thread, block.heights, lambda height: self.execute(move(height)), (True, self.state.spindle_reversed)
+        )  # fmt: skip
 
     def _move_along(self, block: Block, circle: Circle) -> None:
         self.motion.check_feed(block, 10)

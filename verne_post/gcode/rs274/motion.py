@@ -30,7 +30,9 @@ MAX_TURNS: Final = 10_000
 LENGTH_WORDS: Final = "G43 H with --tool-table, --tool-length MM, or G49 for length 0"
 
 
-def refuse_lacking(core: Machining, name: str, *, given: bool, length_words: str, turns_itself: bool = False) -> None:
+def refuse_lacking(
+    core: Machining, name: str, *, given: bool, length_words: str, turns_itself: bool = False, feed_words: str = "F"
+) -> None:
     """Refuse a feed move, ``name``, that lacks a feed rate (VP009) or a tool length (VP012).
 
     ``given``: its block has an F of its own, as inverse-time feed needs it; ``turns_itself``: it switches the spindle on.
@@ -39,7 +41,7 @@ def refuse_lacking(core: Machining, name: str, *, given: bool, length_words: str
         raise ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
     lacking = core.find_lacking(turns_itself=turns_itself)
     if lacking == "feed rate":
-        raise ProgramError("VP009", f"{name} with feed rate zero; give F")
+        raise ProgramError("VP009", f"{name} with feed rate zero; give {feed_words}")
     if lacking == "constant spindle speed":
         raise ProgramError("VP017", f"{name} with feed per revolution (G95) under G96: the feed rate would follow the spindle, and that the distance "
                            "of the tool from X0; write G94, or G97 with S")  # fmt: skip

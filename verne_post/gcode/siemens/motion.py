@@ -42,6 +42,7 @@ def tangent_of(plane: int, center: Sequence[float], end: Sequence[float], sweep:
 
 
 #: What gives a tool length.
+_FEED_WORDS: Final = "F: a control stops with alarm 10860. Where its SD42110 (DEFAULT_FEED) is not 0, write that F into start under [siemens] of the settings file"
 _LENGTH_WORDS: Final = "T and M6 with --tool-table, or --tool-length MM"
 
 
@@ -141,7 +142,7 @@ class SiemensMotion:
 
     def check_feed(self, name: str) -> None:
         """Refuse a feed move, ``name``, that lacks F or a tool length."""
-        refuse_lacking(self.core, name, given=self.has_feed, length_words=_LENGTH_WORDS)
+        refuse_lacking(self.core, name, given=self.has_feed, length_words=_LENGTH_WORDS, feed_words=_FEED_WORDS)
 
     # --- straight moves ---------------------------------------------------------------------------------
 

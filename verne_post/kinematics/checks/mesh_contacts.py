@@ -22,11 +22,10 @@ from verne_post.kinematics.checks.violations import Check, Worst, limit_findings
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 from verne_post.model.poses import Pose
-from verne_post.part.clearance import TOUCH_MM, Contacts, find_contacts
+from verne_post.part.clearance import find_contacts
 from verne_post.part.compare import is_inside
 from verne_post.part.motion import BOW_SHARE, Motion, build_motion
 from verne_post.part.stl import Mesh
-from verne_post.part.sweep import list_within
 
 #: No point of a body is farther than this from where its chord says, mm; what chords bow counts as well.
 CHORD_MM: Final = 0.002
@@ -34,8 +33,6 @@ CHORD_MM: Final = 0.002
 _MOST_CHORDS: Final = 4096
 #: Poses that are held against the meshes together.
 _BLOCK: Final = 1 << 17
-#: Places in contact, evenly over all, at which every element that touches is listed; at the others the deepest one is.
-_LISTED: Final = 1000
 #: Joint values that differ by less are the same pose, mm and rad.
 _SAME: Final = 1e-6
 
@@ -77,22 +74,14 @@ def _find_touching(place: Placed, mesh: Mesh, motions: list[Motion]) -> Iterator
     moved = mesh.move(rotate_z(np.eye(3), place.turn).T, place.middle)
     for motion in motions:  # a body that begins inside need not cross the surface
         start = np.flatnonzero(np.append(True, ~motion.linked[:-1]))
-        start = start[is_inside(moved, motion.tip[start])]
-        yield motion.pieces[0].part, motion.line[start], np.full(len(start), -max(motion.pieces[0].radius, THIN_MM))
-    contacts = find_contacts(moved, tuple(motions), place.distance + CHORD_MM)
-    yield from _list_nearest(contacts, motions)
-    touched = contacts.place[:: len(contacts.place) // _LISTED + 1]
-    for motion in motions if len(touched) else ():
         for piece in motion.pieces:
-            row, value = list_within(motion, piece, touched, place.distance - TOUCH_MM)
-            yield piece.part, motion.line[row], value
-
-
-def _list_nearest(contacts: Contacts, motions: list[Motion]) -> Iterator[tuple[str, Ints, Array]]:
-    nearest = contacts.nearest
-    for m, p in np.unique(np.column_stack([nearest.motion, nearest.piece]), axis=0).tolist():
-        own = (nearest.motion == m) & (nearest.piece == p)
-        yield motions[m].pieces[p].part, motions[m].line[nearest.row[own]], nearest.distance[own]
+            middle = 0.5 * (piece.low + min(piece.high, piece.low + 2.0 * piece.radius))
+            inside = start[is_inside(moved, motion.tip[start] + middle * motion.axis[start])]
+            yield piece.part, motion.line[inside], np.full(len(inside), -max(piece.radius, THIN_MM))
+    for one in find_contacts(moved, tuple(motions), place.distance + CHORD_MM).found:
+        yield one.part, one.line, one.value
+        motion, deepest = motions[one.deepest.motion], one.deepest
+        yield one.part, motion.line[deepest.row :][:1], np.array([deepest.distance])
 
 
 def _list_motions(moving: Moving, rows: _Rows) -> Iterator[Motion]:
