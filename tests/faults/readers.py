@@ -6,8 +6,10 @@ A reader returns, or raises what says that the input is wrong; anything else is 
 import io
 import json
 import tempfile
+import threading
 from collections.abc import Callable
 from functools import cache, partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,7 @@ from verne_post.cli.jobs import Job, Outcome, Record, _record
 from verne_post.config import machine_files
 from verne_post.config.load import machine_from_toml
 from verne_post.config.part_setup import read_lengths, read_offsets
+from verne_post.config.program_setup import read_setup
 from verne_post.config.settings import load_settings
 from verne_post.config.tool_shapes import read_tool_shapes
 from verne_post.gcode.parameter_file import read_parameter_file
@@ -37,6 +40,9 @@ from verne_post.output.parts import parts_of
 from verne_post.output.policy import read_baseline
 from verne_post.output.setpoints import csv_header, read_csv
 from verne_post.output.side_car import read_side_car
+from verne_post.part.dexels import Dexels
+from verne_post.part.stl import describe_faults, read_stl
+from verne_post.part.stock_forms import make_box, unpack
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOLS = {number: Tool(number, number, (0.0, 0.0, length, *ZERO9[3:]), 6.0) for number, length in ((1, 10.0), (2, 25.0))}
@@ -65,6 +71,9 @@ def readers() -> dict[str, Reader]:
     return found | {
         "machine": lambda raw: machine_from_toml(raw, "m.toml"),
         "settings": lambda raw: load_settings(_file("verne-post.toml", raw)),
+        "set-up": lambda raw: read_setup(Path("p.nc.toml"), lambda _path: raw, "p.nc.toml", named=True),
+        "mesh": lambda raw: describe_faults(read_stl(raw, "vise.stl")),
+        "stock left": lambda raw: unpack(raw, "left.npz"),
         "tool table": lambda raw: read_tool_table(_text(raw), "t.tbl"),
         "tool lengths": lambda raw: read_lengths(raw, "l.csv", dict(TOOLS)),
         "tool lengths (JSON)": lambda raw: read_lengths(raw, "l.json", dict(TOOLS)),
@@ -82,6 +91,7 @@ def readers() -> dict[str, Reader]:
         "readings of the tool": lambda raw: read_tool_readings(raw, machine(), 0.01, 0.1),
         "readings of lengths": read_length_readings,
         "covariance": lambda raw: read_covariance(raw, _deviations()),
+        **({"message of an editor": _send_message} if find_spec("pygls") else {}),  # of the extra lsp
     }
 
 
@@ -113,6 +123,24 @@ def _job() -> Job:
     return Job("a.nc", folder(), Path("a.csv"), machine(), Options(), "csv", ())
 
 
+@cache
+def _editor() -> Any:
+    from tests.cli.test_lsp import Client
+
+    client = Client()
+    threading.Thread(target=client.process.stderr.read, daemon=True).start()  # a full pipe would stop the server
+    return client
+
+
+def _send_message(raw: bytes) -> None:
+    """A message to one language server for all inputs, which has to answer the next request."""
+    editor = _editor()
+    editor.write(b"Content-Length: %d\r\n\r\n%s" % (len(raw), raw))
+    asked = editor.send_request("textDocument/hover", textDocument={"uri": "file:///none.nc"}, position=_PLACE)
+    editor.take(lambda message: message.get("id") == asked and "method" not in message)
+    editor.kept.clear()
+
+
 def _read_record(raw: bytes) -> object:
     job = _job()
     job.record.parent.mkdir(exist_ok=True)
@@ -138,6 +166,14 @@ def corpus() -> dict[str, list[bytes]]:
             b'[options]\ntolerance = 0.02\nsmoothing = "blend"\n[remap]\nM428 = "tcp on"\n[keep_out.vise]\nmin = [-60.0, -40.0, 0.0]\n'
             b'max = [-40.0, 40.0, 35.0]\n[check]\nfail_level = "warning"\nbaseline = "k.json"\nignore = ["VP203"]\n[siemens]\nrotation = "rpy"\n'
         ],
+        "set-up": [
+            b'tool_length = 80\nsplit_at_stops = true\n[wcs]\nG54 = [0, 0, 60]\nG55 = "measure"\n[remap]\nM11 = "decide"\n[fanuc]\ninch = false\n',
+            b'[tools]\n1 = { length = 80, diameter = 10 }\n"MILL 10" = { length = "measure", number = 7 }\n[keep_out.vise]\nfile = "vise.stl"\n'
+            b'[part]\nnominal = "part.stl"\nsystem = "G54"\n[stock]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n',
+        ],
+        "mesh": _make_meshes(),
+        "stock left": [_make_stock().pack()],
+        "message of an editor": _make_messages(),
         "tool table": [b"T1 P1 Z60 D6 ;mill\nT2 P2 X0 Y0 Z80.5 D10\n"],
         "tool lengths": [b"tool,length_mm\n1,60\n2,80\n"],
         "tool lengths (JSON)": [b'{"tools": [{"tool": 1, "length_mm": 60.0}]}', b'[{"tool": 1, "length_mm": 60.0}]'],
@@ -156,6 +192,66 @@ def corpus() -> dict[str, list[bytes]]:
         "readings of lengths": [b"length,value_mm,sigma_mm\nrod 1,850.01,0.01\n"],
         "covariance": ["".join(covariance_lines(*_covariance())).encode()],
     }  # fmt: skip
+
+
+def _make_meshes() -> list[bytes]:
+    """A cube as text and in binary."""
+    import numpy as np
+
+    low, high = np.zeros(3), np.ones(3)
+    corners = np.array(
+        [[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    )
+    faces = [
+        (0, 1, 3),
+        (0, 3, 2),
+        (4, 6, 7),
+        (4, 7, 5),
+        (0, 4, 5),
+        (0, 5, 1),
+        (2, 3, 7),
+        (2, 7, 6),
+        (0, 2, 6),
+        (0, 6, 4),
+        (1, 5, 7),
+        (1, 7, 3),
+    ]
+    text, binary = "solid cube\n", b"\0" * 80 + len(faces).to_bytes(4, "little")
+    for face in faces:
+        points = corners[list(face)]
+        lines = "".join(f"vertex {x:g} {y:g} {z:g}\n" for x, y, z in points)
+        text += f"facet normal 0 0 0\nouter loop\n{lines}endloop\nendfacet\n"
+        binary += np.append(np.zeros(3), points.ravel()).astype("<f4").tobytes() + b"\0\0"
+    return [f"{text}endsolid cube\n".encode(), binary]
+
+
+def _make_stock() -> Dexels:
+    import numpy as np
+
+    return make_box(np.zeros(3), np.array([4.0, 3.0, 2.0]), np.zeros(3), 0.1, cell=1.0)
+
+
+#: A place in a text, as the protocol has it.
+_PLACE = {"line": 0, "character": 0}
+
+
+def _make_messages() -> list[bytes]:
+    """What an editor tells and asks."""
+    here = {"textDocument": {"uri": "file:///a.nc"}}
+    text = {"textDocument": {"uri": "file:///a.nc", "languageId": "gcode", "version": 1, "text": "G0 X1\nM2\n"}}
+    span = {"start": _PLACE, "end": {"line": 1, "character": 0}}
+    messages = [
+        {"method": "textDocument/didOpen", "params": text},
+        {"method": "textDocument/didChange", "params": {"textDocument": {**here["textDocument"], "version": 2}, "contentChanges": [{"range": span, "text": "G1 Y2\n"}]}},
+        {"method": "textDocument/didClose", "params": here},
+        {"id": "h", "method": "textDocument/hover", "params": {**here, "position": _PLACE}},
+        {"id": "l", "method": "textDocument/codeLens", "params": here},
+        {"id": "a", "method": "textDocument/codeAction", "params": {**here, "range": span, "context": {"diagnostics": []}}},
+        {"id": "s", "method": "textDocument/documentSymbol", "params": here},
+        {"id": "d", "method": "textDocument/definition", "params": {**here, "position": _PLACE}},
+        {"method": "workspace/didChangeWatchedFiles", "params": {"changes": [{"uri": "file:///a.nc.toml", "type": 2}]}},
+    ]  # fmt: skip
+    return [json.dumps({"jsonrpc": "2.0", **message}).encode() for message in messages]
 
 
 def _covariance() -> tuple[Any, ...]:

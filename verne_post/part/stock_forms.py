@@ -1,7 +1,10 @@
 """Stock before it is cut: a box, a cylinder, a closed mesh, or what another set-up has left."""
 
 import io
+import struct
+import tokenize
 import zipfile
+import zlib
 from typing import Final
 
 import numpy as np
@@ -17,6 +20,11 @@ from verne_post.part.stl import Mesh
 CELL_MM: Final = 0.1
 #: Rays pass a mesh this share of a cell beside the middle, so that none runs along an edge of it; two numbers without a common measure.
 ASIDE: Final = (1.7e-6, 2.3e-6)
+#: What reading a damaged archive raises, in zipfile, zlib and numpy.
+_DAMAGES: Final = (
+    OSError, ValueError, TypeError, KeyError, EOFError, OverflowError, MemoryError, RuntimeError, struct.error, zipfile.BadZipFile,
+    zlib.error, tokenize.TokenError,
+)  # fmt: skip
 
 
 def make_box(low: Array, high: Array, origin: Array, turn: float, cell: float = CELL_MM) -> Dexels:
@@ -92,10 +100,12 @@ def unpack(raw: bytes, name: str) -> Dexels:
             )
             if low.ndim != 3 or low.shape != high.shape or np.isnan(low).any() or np.isnan(high).any():
                 raise ValueError("rays without ends")
+            if not (np.isfinite([*origin.ravel(), turn, *cell.ravel()]).all() and (cell > 0).all()):
+                raise ValueError("rays without places")
             return Dexels(
                 origin.reshape(3), float(turn), cell.reshape(2), np.ascontiguousarray(low), np.ascontiguousarray(high)
             )
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+    except _DAMAGES:
         text = f"{name}: no stock that verne-post left; expected a file of --stock-left, or an STL file"
         raise InputError(finding("VP506", text)) from None
 
