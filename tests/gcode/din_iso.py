@@ -6,6 +6,7 @@
 import re
 
 from verne_post.gcode.arcs import center_arc
+from verne_post.gcode.calls import CallStack
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, run_program
 from verne_post.gcode.initial_state import initial_state
@@ -122,30 +123,28 @@ class Interpreter:
 
 
 class Run:
-    """A program in execution, line by line; it is its own flow: there are no calls."""
-
-    shown_line, in_call = None, False
+    """A program in execution, line by line; there are no calls."""
 
     def __init__(self, text, interpreter):
-        self.main = self.text = text
-        self.interpreter, self.line, self.flow = interpreter, 1, self
+        self.interpreter, self.calls = interpreter, CallStack(text, 1, None)
 
     ended = property(lambda self: self.interpreter.ended)
     may_restart = staticmethod(lambda: True)
 
     def find_chunk(self):
         """The chunk of the next line."""
-        return self.text.chunk(self.line)
+        return self.calls.text.chunk(self.calls.line)
 
     def execute(self, chunk, stop):
         """One line."""
-        line, self.line = self.line, self.line + 1
+        line = self.calls.line
+        self.calls.line += 1
         self.interpreter.execute(decode_line(chunk.raw(line - chunk.first_line)), line)
         return line + 1, []
 
     def end_text(self, execution):
         """The text ends without its last line."""
-        execution.report_at_line("VP010", "the file ends without its last line, %NAME", self.line - 1)
+        execution.report_at_line("VP010", "the file ends without its last line, %NAME", self.calls.line - 1)
         return False
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from verne_post.gcode import read_moves
-from verne_post.gcode.rs274.flow import MAX_DEPTH
+from verne_post.gcode.calls import MAX_DEPTH
 from verne_post.model.findings import InputError
 
 

@@ -6,6 +6,7 @@ from typing import Any, Final, Protocol
 
 from msgspec import Struct, field
 
+from verne_post.gcode.calls import CallStack
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import ONE_TOOL
 from verne_post.gcode.program_error import ProgramError
@@ -141,27 +142,11 @@ class StopConditions(Struct, frozen=True):
         return passed or (self.all_known and all_known(state, setup))
 
 
-class Flow(Protocol):
-    """Where a program goes on: the text and the line that come next, and the line of the program that stands for lines of another file."""
-
-    main: Any
-    line: int
-    shown_line: int | None
-
-    @property
-    def text(self) -> Any:
-        """The text that is executed."""
-
-    @property
-    def in_call(self) -> bool:
-        """True inside a subprogram."""
-
-
 class Run(Protocol):
     """A program of one language in execution; :func:`run_program` asks it for one line, or a stretch of lines, after the other."""
 
     @property
-    def flow(self) -> Flow:
+    def calls(self) -> CallStack[Any, Any]:
         """Where it goes on."""
 
     @property
@@ -183,10 +168,10 @@ class Run(Protocol):
 
 def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditions) -> Execution:
     """Execute a program from its next line on, until it ends or a stop condition is met; its errors are collected."""
-    flow, state = run.flow, execution.state
+    calls, state = run.calls, execution.state
     watched = stop.all_known or stop.after_line is not None
     while not run.ended:
-        text, line, shown_line = flow.text, flow.line, flow.shown_line  # a return may leave them
+        text, line, shown_line = calls.text, calls.line, calls.shown_line  # a return may leave them
         errors: list[ProgramError] = []
         try:
             chunk = run.find_chunk()
@@ -194,7 +179,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
                 if run.end_text(execution):
                     continue
                 break
-            in_main = text is flow.main and not flow.in_call
+            in_main = calls.in_main
             if in_main and line == stop.before_line:
                 break
             restart = stop.trace is not None and may_restart(state) and run.may_restart()
@@ -207,7 +192,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error
         ):
             break
-        if watched and stop.is_met(state, setup, line, flow.line, in_main=text is flow.main):
+        if watched and stop.is_met(state, setup, line, calls.line, in_main=text is calls.main):
             break
     return execution
 

@@ -26,6 +26,7 @@ from verne_post.gcode.klartext.settings import KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.holes import MAX_HOLES
+from verne_post.gcode.machining.patterns import place_circle, place_grid, place_row
 from verne_post.gcode.program_error import ProgramError
 
 _ITEM: Final = re.compile(r"[ \t]*(POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)(\d+)[ \t]*\(([^()]*)\)")
@@ -151,17 +152,16 @@ class KlartextPatterns:
         counts = [_count(statement, values[name]) for name in ("NUM", "NUMX", "NUMY") if name in values]
         if kind == "POS":
             return [(x, y, z)]
+        turn = values.get("ROT", 0.0)
         if kind == "ROW":
-            return [(*_turn(x, y, k * values["D"], 0.0, values.get("ROT", 0.0)), z) for k in range(counts[0])]
-        if kind == "PAT":
-            rows, columns = counts[1], counts[0]
-            _count(statement, float(rows * columns))
-            return [
-                (*_turn(x, y, k * values["DX"], row * values["DY"], values.get("ROT", 0.0)), z)
-                for row in range(rows) for k in (range(columns) if row % 2 == 0 else reversed(range(columns)))
-            ]  # fmt: skip
-        step = _FULL_TURN / counts[0] if kind == "CIRC" else values["STEP"]
-        return [(*_turn(x, y, 0.5 * values["D"], 0.0, values["START"] + k * step), z) for k in range(counts[0])]
+            places = place_row(x, y, turn, 0.0, values["D"], counts[0])
+        elif kind == "PAT":
+            _count(statement, float(counts[0] * counts[1]))
+            places = place_grid(x, y, turn, (values["DX"], values["DY"]), counts[0], counts[1])
+        else:
+            step = _FULL_TURN / counts[0] if kind == "CIRC" else values["STEP"]
+            places = place_circle(x, y, 0.5 * values["D"], values["START"], step, counts[0])
+        return [(*place, z) for place in places]
 
     # --- calls -------------------------------------------------------------------------------------------------
 
@@ -268,12 +268,6 @@ def _count(statement: Statement, value: float) -> int:
     return round(value)
 
 
-def _turn(x: float, y: float, u: float, v: float, angle: float) -> tuple[float, float]:
-    """A place beside (x, y), turned about it by degrees."""
-    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-    return x + c * u - s * v, y + s * u + c * v
-
-
 def _circle(statement: Statement, q: dict[int, float]) -> list[Place]:
     """220: on a circle; without a step from the start angle to the stop angle."""
     n, step = _count(statement, q[241]), q[247]
@@ -281,14 +275,11 @@ def _circle(statement: Statement, q: dict[int, float]) -> list[Place]:
         span = q[246] - q[245]
         whole = abs(abs(span) - _FULL_TURN) < 1e-9
         step = span / n if whole else span / max(n - 1, 1)
-    return [(*_turn(q[216], q[217], 0.5 * q[244], 0.0, q[245] + k * step), 0.0) for k in range(n)]
+    return [(*place, 0.0) for place in place_circle(q[216], q[217], 0.5 * q[244], q[245], step, n)]
 
 
 def _grid(statement: Statement, q: dict[int, float]) -> list[Place]:
     """221: rows, to and fro, turned as a whole about the first place."""
     columns, rows = _count(statement, q[242]), _count(statement, q[243])
     _count(statement, float(columns * rows))
-    return [
-        (*_turn(q[225], q[226], k * q[237], row * q[238], q[224]), 0.0)
-        for row in range(rows) for k in (range(columns) if row % 2 == 0 else reversed(range(columns)))
-    ]  # fmt: skip
+    return [(*place, 0.0) for place in place_grid(q[225], q[226], q[224], (q[237], q[238]), columns, rows)]

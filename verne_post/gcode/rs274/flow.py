@@ -7,6 +7,7 @@ conditions, counters, calls with their arguments and names.
 from typing import Final
 
 from verne_post.gcode.block import Block, OWord
+from verne_post.gcode.calls import CallStack
 from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.program_error import ProgramError, locate_errors
 from verne_post.gcode.repeats import Repeats
@@ -14,8 +15,6 @@ from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
 from verne_post.gcode.text import ProgramText, decode_line
 
-#: Calls inside each other; LinuxCNC allows nine.
-MAX_DEPTH: Final = 50
 MAX_ARGUMENTS: Final = 30
 
 
@@ -32,28 +31,17 @@ class Flow:
 
     Attributes
     ----------
-    text : ProgramText
-        The file that is being executed.
-    line : int
-        The line that comes next, 1-based.
-    shown_line : int or None
-        Line of the program that stands for lines of another file; None while the program itself is executed.
+    calls : CallStack
+        The line that comes next, and where calls return to.
     """
 
     def __init__(self, text: ProgramText, interpreter: Rs274) -> None:
-        self.main, self.interpreter = text, interpreter
-        self.text, self.line = text, text.first_line
-        self.shown_line: int | None = None
-        self.frames = [Frame(text, 0)]
+        self.interpreter = interpreter
+        self.calls = CallStack(text, text.first_line, Frame())
         self._called: set[str] = set()
         self._files: dict[str, ProgramText] = {}
         self.repeats = Repeats(interpreter.setup.max_repeats)
         self.macros = MacroFlow(self)
-
-    @property
-    def in_call(self) -> bool:
-        """True inside a subroutine."""
-        return len(self.frames) > 1
 
     # --- O words ---------------------------------------------------------------------------------
 
@@ -63,7 +51,7 @@ class Flow:
         assert o is not None
         if o.keyword is None:
             return
-        _ = self.text.structure  # labels that do not fit together are errors from the first O word on
+        _ = self.calls.text.structure  # labels that do not fit together are errors from the first O word on
         try:
             self._execute_o_word(o, line)
         except ProgramError as error:
@@ -88,66 +76,66 @@ class Flow:
 
     def _execute_if(self, o: OWord, line: int) -> None:
         while not _holds(o, line):
-            line = self.text.structure.branch[line]
+            line = self.calls.text.structure.branch[line]
             following = self._branch(line)
             if following is None or following.keyword == "else":
                 break
             o = following
-        self.line = line + 1
+        self.calls.line = line + 1
 
     def _branch(self, line: int) -> OWord | None:
         """The elseif or else in a line; None for endif."""
-        if line not in self.text.structure.end:
+        if line not in self.calls.text.structure.end:
             return None
-        return self.interpreter.read(decode_line(self.text.line(line)), line).o
+        return self.interpreter.read(decode_line(self.calls.text.line(line)), line).o
 
     def _pass_branches(self, o: OWord | None, line: int) -> None:
         """Go to the line after the endif. The conditions on the way are evaluated, as LinuxCNC does: a mistake in one shows."""
-        structure = self.text.structure
+        structure = self.calls.text.structure
         while o is not None:
             if o.keyword == "elseif":
                 _holds(o, line)
             line = structure.branch[line]
             o = self._branch(line)
-        self.line = line + 1
+        self.calls.line = line + 1
 
     def _execute_loop(self, o: OWord, line: int) -> None:
-        structure, counters = self.text.structure, self.frames[-1].counters
+        structure, counters = self.calls.text.structure, self.calls.frame.counters
         if o.keyword == "while":
             if line in structure.begin:  # of do
                 if o.read_condition():
-                    self.line = structure.begin[line] + 1
+                    self.calls.line = structure.begin[line] + 1
             elif not o.read_condition():
-                self.line = structure.end[line] + 1
+                self.calls.line = structure.end[line] + 1
         elif o.keyword == "repeat":
             rounds = round(o.read_condition())
             if rounds <= 0:
-                self.line = structure.end[line] + 1
+                self.calls.line = structure.end[line] + 1
             counters[line] = rounds
         elif o.keyword == "endwhile":
-            self.line = structure.begin[line]
+            self.calls.line = structure.begin[line]
         elif o.keyword == "endrepeat":
             begin = structure.begin[line]
             if begin not in counters:
                 raise ProgramError("VP023", f"o{o.label} endrepeat is reached, and its repeat (line {begin}) was not")
             counters[begin] -= 1
             if counters[begin] > 0:
-                self.line = begin + 1
+                self.calls.line = begin + 1
 
     def _execute_leave(self, o: OWord, line: int) -> None:
-        structure = self.text.structure
+        structure = self.calls.text.structure
         end = structure.end[structure.loop[line]]
-        self.line = end + 1 if o.keyword == "break" else end
+        self.calls.line = end + 1 if o.keyword == "break" else end
 
     # --- calls -------------------------------------------------------------------------------------
 
     def _skip_sub(self, o: OWord, line: int) -> None:
-        if o.label in self._called and not self.in_call:
+        if o.label in self._called and not self.calls.in_call:
             raise ProgramError(
                 "VP023",
                 f"o{o.label} sub is met after its call; define it before the first call, or after the end of the program",
             )
-        self.line = self.text.structure.subs[o.label or ""][1] + 1
+        self.calls.line = self.calls.text.structure.subs[o.label or ""][1] + 1
 
     def _execute_call(self, o: OWord, line: int) -> None:
         label = o.resolve_label()
@@ -167,7 +155,7 @@ class Flow:
         self._called.add(label)
 
     def _find_sub(self, label: str) -> tuple[ProgramText, tuple[int, int]]:
-        for text in (self.text, self.main):
+        for text in (self.calls.text, self.calls.main):
             if label in text.structure.subs:
                 return text, text.structure.subs[label]
             if label in text.structure.programs and label not in text.structure.subs:
@@ -193,19 +181,15 @@ class Flow:
 
     def enter(self, text: ProgramText, begin: int, line: int, label: str) -> Frame:
         """Go into a subprogram, of which the first line is ``begin``; ``line`` calls it."""
-        if len(self.frames) > MAX_DEPTH:
-            raise ProgramError("VP024", f"more than {MAX_DEPTH} calls inside each other, the last of o{label}")
-        self.interpreter.recorder.event(self.shown_line or line, "call", label=label)
-        frame = Frame(self.text, self.line, label, begin=begin)
-        self.frames.append(frame)
+        self.calls.check_depth(f"o{label}")
+        self.interpreter.recorder.event(self.calls.show(line), "call", label=label)
+        frame = Frame(label, begin=begin)
+        self.calls.enter(text, begin, line, frame)
         self.interpreter.modes.saved.append(None)
-        if text is not self.main and self.shown_line is None:
-            self.shown_line = line
-        self.text, self.line = text, begin
         return frame
 
     def _execute_return(self, o: OWord) -> None:
-        frame = self.frames[-1]
+        frame = self.calls.frame
         if frame.label is None:
             raise ProgramError("VP023", f"o{o.label or ''} {o.keyword} outside a subroutine")
         if frame.program:
@@ -218,16 +202,14 @@ class Flow:
         store.named["_value_returned"] = float(value is not None)
         store.numbered.update(frame.arguments)
         store.local.pop()
-        self.leave(frame)
+        self.leave()
 
-    def leave(self, frame: Frame) -> None:
+    def leave(self) -> None:
         """Go back to where a subprogram was called."""
-        self.frames.pop()
-        self.text, self.line = frame.text, frame.line
-        if self.text is self.main:
-            self.shown_line = None
-        self.interpreter.functions.leave_call(self.shown_line or max(frame.line - 1, 1))
-        self.interpreter.recorder.event(self.shown_line or max(frame.line - 1, 1), "return", label=frame.label)
+        frame = self.calls.leave()
+        line = self.calls.show(max(self.calls.line - 1, 1))
+        self.interpreter.functions.leave_call(line)
+        self.interpreter.recorder.event(line, "return", label=frame.label)
 
     # --- M98, M99 ------------------------------------------------------------------------------------
 
@@ -242,7 +224,9 @@ class Flow:
         elif call.repeats > 0:
             local = call.number is not None
             text, begin = (
-                (self.text, self.macros.find_block(call.number or 0, line)) if local else self.find_program(call.label)
+                (self.calls.text, self.macros.find_block(call.number or 0, line))
+                if local
+                else self.find_program(call.label)
             )
             frame = self.enter(text, begin, line, call.label)
             frame.program, frame.remaining = True, call.repeats
@@ -250,9 +234,9 @@ class Flow:
                 self.macros.enter(frame, call)
 
     def _end_program(self, call: Call, line: int) -> None:
-        frame = self.frames[-1]
+        frame = self.calls.frame
         if frame.label is None and call.number is not None:
-            self.line = self.macros.find_block(call.number, line)
+            self.calls.line = self.macros.find_block(call.number, line)
             return
         if frame.label is None:
             raise ProgramError("VP024", "M99 in the main program starts it again, without end; end it with M2 or M30")
@@ -262,17 +246,17 @@ class Flow:
             )
         frame.remaining -= 1
         if frame.remaining > 0 and call.number is None:
-            self.line = frame.begin
+            self.calls.line = frame.begin
             self.macros.repeat(frame)
         else:
-            self.leave(frame)
+            self.leave()
             self.macros.leave(frame)
         if call.number is not None:
-            self.line = self.macros.find_block(call.number, self.line - 1)
+            self.calls.line = self.macros.find_block(call.number, self.calls.line - 1)
 
     def find_program(self, label: str) -> tuple[ProgramText, int]:
         """The text that has a program number, and its line."""
-        for text in (self.text, self.main):
+        for text in (self.calls.text, self.calls.main):
             if label in text.structure.programs:
                 return text, text.structure.programs[label]
             if label in text.structure.subs:

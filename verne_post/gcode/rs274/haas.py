@@ -11,6 +11,7 @@ from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.outlines import ROUNDING_SHARE, Circle
+from verne_post.gcode.machining.patterns import place_circle
 from verne_post.gcode.machining.pockets import MAX_STROKES
 from verne_post.gcode.machining.strokes import Placement, Stroke, list_stops, place_strokes
 from verne_post.gcode.program_error import ProgramError
@@ -146,9 +147,7 @@ class HaasCodes:
         for axis, letter in enumerate("XY"):
             if letter in words:
                 center[axis] = self.values.axis_value(block, axis) + (0.0 if self.modes.absolute else center[axis])
-        for number in range(count):
-            angle = math.radians(words.get("J", 0.0) + number * step)
-            place = center[0] + radius * math.cos(angle), center[1] + radius * math.sin(angle)
+        for place in place_circle(center[0], center[1], radius, words.get("J", 0.0), step, count):
             before = (0.0, 0.0) if self.modes.absolute else self.state.position[:2]
             hole = Block(block.line)
             hole.words = {letter: (place[axis] - before[axis]) / unit for axis, letter in enumerate("XY")}

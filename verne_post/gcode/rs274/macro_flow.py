@@ -4,6 +4,7 @@ from typing import Protocol
 
 from msgspec import Struct, field
 
+from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import ProgramError, locate_errors
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_text import Loops, Statement, find_loops, find_numbered_lines
@@ -12,13 +13,11 @@ from verne_post.gcode.text import ProgramText
 
 
 class Frame(Struct):
-    """One call: where it came from, and what it brings back.
+    """What one call brings back.
 
     ``label`` is None for the program itself; ``remaining`` counts the remaining calls of M98 L; ``counters`` the rounds of repeat.
     """
 
-    text: ProgramText
-    line: int
     label: str | None = None
     program: bool = False
     begin: int = 0
@@ -34,8 +33,7 @@ class Running(Protocol):
     """The order of execution of one program, as a statement can change it."""
 
     interpreter: Rs274
-    text: ProgramText
-    line: int
+    calls: CallStack[ProgramText, Frame]
 
 
 class MacroFlow:
@@ -49,7 +47,7 @@ class MacroFlow:
     # --- statements --------------------------------------------------------------------------------
 
     def step(self, statement: Statement, line: int) -> None:
-        """Execute a statement; the flow's ``line`` is already the next one.
+        """Execute a statement; ``line`` of its calls is already the next one.
 
         Raises
         ------
@@ -66,17 +64,17 @@ class MacroFlow:
             statement.start()
             self._jump(statement.read_number("GOTO"), line)
         elif statement.kind == "end":
-            begin = self._find_loops(flow.text).begin
+            begin = self._find_loops(flow.calls.text).begin
             if line not in begin:
                 raise ProgramError("VP023", "END without the DO that it would end")
-            flow.line = begin[line]
+            flow.calls.line = begin[line]
         else:
             holds = statement.kind == "do" or statement.read_condition()
-            end = self._find_loops(flow.text).end
+            end = self._find_loops(flow.calls.text).end
             if line not in end:
                 raise ProgramError("VP023", "expected WHILE [...] DO1, with END1 after it; numbers are 1 to 9")
             if not holds:
-                flow.line = end[line] + 1
+                flow.calls.line = end[line] + 1
 
     def _execute_if(self, statement: Statement, line: int) -> None:
         holds = statement.read_condition()
@@ -94,12 +92,12 @@ class MacroFlow:
     def _jump(self, number: int, line: int) -> None:
         flow = self.flow
         target = self.find_block(number, line)
-        entered = self._find_loops(flow.text).find_entered(line, target)
+        entered = self._find_loops(flow.calls.text).find_entered(line, target)
         if entered is not None:
             raise ProgramError(
                 "VP023", f"GOTO {number} leads into the loop of line {entered}; only ways out of a loop are open"
             )
-        flow.line = target
+        flow.calls.line = target
 
     def find_block(self, number: int, line: int) -> int:
         """The line of a block number: sought from a line on to the end of its program, then from its beginning.
@@ -109,7 +107,7 @@ class MacroFlow:
         ProgramError
             VP023: there is none.
         """
-        text = self.flow.text
+        text = self.flow.calls.text
         if (id(text), number) not in self._numbers:
             self._numbers[id(text), number] = find_numbered_lines(text.source, number)
         starts = sorted(text.structure.programs.values())

@@ -32,7 +32,7 @@ class _BlockRun:
     """A program of blocks in execution; with recovery all errors of a block are found."""
 
     def __init__(self, flow: Flow, recovery: Recovery | None) -> None:
-        self.flow, self.recovery = flow, recovery
+        self.flow, self.calls, self.recovery = flow, flow.calls, recovery
 
     @property
     def ended(self) -> bool:
@@ -45,26 +45,29 @@ class _BlockRun:
 
     def find_chunk(self) -> Chunk | None:
         """The chunk of the next line; None where the text ends."""
-        flow = self.flow
-        return None if flow.line == flow.text.closing else flow.text.chunk(flow.line)
+        text, line = self.calls.text, self.calls.line
+        return None if line == text.closing else text.chunk(line)
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next line, or a stretch at once."""
-        line = self.flow.line
+        line = self.calls.line
         if self._execute_stretch(chunk, stop):
-            return self.flow.line, []
+            return self.calls.line, []
         return line + 1, self._execute_line(chunk)
 
     def _execute_stretch(self, chunk: Chunk, stop: StopConditions) -> bool:
         """Execute a stretch of plain lines at once; False where there is none."""
         flow = self.flow
-        interpreter, row = flow.interpreter, flow.line - chunk.first_line
+        interpreter, row = flow.interpreter, self.calls.line - chunk.first_line
         last = chunk.lines.end(row)
         if last - row < plain.MIN_LINES:
             return False
-        if flow.text.closing is not None:
-            last = min(last, flow.text.closing - chunk.first_line)
-        last = stop.cut(flow.line, last + chunk.first_line, in_main=flow.text is flow.main) - chunk.first_line
+        if self.calls.text.closing is not None:
+            last = min(last, self.calls.text.closing - chunk.first_line)
+        last = (
+            stop.cut(self.calls.line, last + chunk.first_line, in_main=self.calls.text is self.calls.main)
+            - chunk.first_line
+        )
         view = interpreter.view_plain_lines(has_vector=bool(chunk.lines.has_offsets[row]))
         if view is None:
             return False
@@ -75,20 +78,20 @@ class _BlockRun:
         if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, view, chunk.lines, row):
             return False
         point = pointing(interpreter.core, chunk.lines) if view.pointed else None
-        done = plain.execute(chunk.lines, row, last, interpreter.core, view, flow.shown_line, point)
+        done = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line, point)
         if done > row:
             interpreter.go_on_after_plain_lines(view)
-            first, flow.line = flow.line, flow.line + done - row
-            flow.repeats.count(flow.text, first, flow.line - 1, 0)
+            first, self.calls.line = self.calls.line, self.calls.line + done - row
+            flow.repeats.count(self.calls.text, first, self.calls.line - 1, 0)
         return done > row
 
     def _execute_line(self, chunk: Chunk) -> list[ProgramError]:
         """Execute a line; with recovery its errors are returned, without the first is raised."""
         flow = self.flow
-        text, line, interpreter = flow.text, flow.line, flow.interpreter
+        text, line, interpreter = self.calls.text, self.calls.line, flow.interpreter
         moves, row = interpreter.recorder.count, line - chunk.first_line
         errors: list[ProgramError] = []
-        flow.line += 1
+        self.calls.line += 1
         interpreter.parameters.line = line
         block = chunk.block(row, line) if interpreter.reads_plain_words else None
         try:
@@ -123,7 +126,7 @@ class _BlockRun:
         if block.macro is not None:
             flow.macros.step(block.macro, line)
             return []
-        block.line = flow.shown_line or line
+        block.line = self.calls.show(line)
         if recovery is None:
             interpreter.execute(block)
         else:
@@ -139,18 +142,18 @@ class _BlockRun:
 
     def end_text(self, execution: Execution) -> bool:
         """The text ends without M2 or M30: an error but for a pair of %."""
-        flow, text = self.flow, self.flow.text
+        flow, text = self.flow, self.calls.text
         percent = text.opening is not None
         if (unfinished := flow.interpreter.find_unfinished()) is not None:
             what = f"the text ends before {unfinished}"
-        elif flow.in_call:
+        elif self.calls.in_call:
             what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
         elif text.closing is not None or flow.interpreter.ends_with_text:
-            execution.recorder.event(flow.line, "end", code="%")
+            execution.recorder.event(self.calls.line, "end", code="%")
             return False
         else:
             what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}"
-        execution.report_at_line("VP010", what, flow.shown_line or max(text.n_lines, 1))
+        execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1))
         return False
 
 

@@ -62,10 +62,9 @@ class Outside(Struct, frozen=True):
 
 
 class Frame(Struct):
-    """One call: its program, the line that comes next in the caller, how often it still runs, what it begins with and brings back."""
+    """One call: its program, how often it still runs, what it begins with and brings back."""
 
     section: Section
-    line: int
     remaining: int = 1
     saved: Modes | None = None
     modal: Call | None = None

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import Final
 
+from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.repeats import Repeats
-from verne_post.gcode.rs274.flow import MAX_DEPTH
 from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, copy_scope, freeze, read_procedure
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.executor import Executor
@@ -24,44 +24,23 @@ class Flow:
 
     Attributes
     ----------
-    frames : list of Frame
-        The program, and the calls inside each other; the last is executed.
-    line : int
-        The line that comes next, 1-based.
-    shown_line : int or None
-        Line of the program that stands for lines of another file.
+    calls : CallStack
+        The line that comes next, and where calls return to.
     ended : bool
         True after the end of the program.
     """
 
     def __init__(self, main: SiemensText, executor: Executor) -> None:
-        self.main, self.executor = main, executor
+        self.executor = executor
         self.library = Library(executor.setup, main)
         executor.words.is_subprogram = self.is_subprogram
-        self.frames = [Frame(main.main, 0)]
-        self.line = main.main.first
-        self.shown_line: int | None = None
+        self.calls = CallStack(main, main.main.first, Frame(main.main))
         self.ended = False
         self.repeats = Repeats(executor.setup.max_repeats)
 
-    @property
-    def frame(self) -> Frame:
-        """The call that is executed."""
-        return self.frames[-1]
-
-    @property
-    def text(self) -> SiemensText:
-        """The file that is executed."""
-        return self.frame.section.text
-
-    @property
-    def in_call(self) -> bool:
-        """True inside a subprogram."""
-        return len(self.frames) > 1
-
     def is_subprogram(self, name: str) -> bool:
         """True where a name is that of a subprogram that can be called."""
-        return self.library.find(name, self.text) is not None
+        return self.library.find(name, self.calls.text) is not None
 
     # --- one line -------------------------------------------------------------------------------------------
 
@@ -73,12 +52,12 @@ class Flow:
         ProgramError
             With the column of what cannot be executed.
         """
-        text, line, moves = self.text, self.line, self.executor.move_count
-        self.line += 1
+        text, line, moves = self.calls.text, self.calls.line, self.executor.move_count
+        self.calls.line += 1
         item = split_line(raw)
         if not (item.skipped and self.executor.setup.block_delete):
             self._execute(Cursor(item.text, item.begin), line)
-        if not self.ended and self.text is text:
+        if not self.ended and self.calls.text is text:
             end_stretch(self, line)
         self.repeats.count(text, line, line, self.executor.move_count - moves)
 
@@ -87,7 +66,7 @@ class Flow:
         if symbol == "":
             return
         if symbol == "%":
-            if line not in (self.frame.section.first, self.frame.section.last):
+            if line not in (self.calls.frame.section.first, self.calls.frame.section.last):
                 raise cursor.error("VP001", "'%' begins a program; a file with several has lines such as %_N_NAME_SPF")
             return
         at, name = cursor.at, cursor.name()
@@ -96,9 +75,9 @@ class Flow:
             handler(self, cursor, line)
             return
         cursor.at = at
-        words = self.executor.read(cursor, self.shown_line or line)
+        words = self.executor.read(cursor, self.calls.show(line))
         _refuse_second_call(words)
-        if any(number == 17 for number, _column in words.m) and self.in_call:
+        if any(number == 17 for number, _column in words.m) and self.calls.in_call:
             self.executor.run(words)
             self._return(cursor, line)
             return
@@ -111,13 +90,13 @@ class Flow:
         if due and self.executor.modal is not None:
             modal, self.executor.modal = self.executor.modal, None  # its own moves do not call it
             self.enter(modal, line)
-            self.frame.modal = modal
+            self.calls.frame.modal = modal
 
     # --- ends -----------------------------------------------------------------------------------------------
 
     def end_section(self) -> bool:
         """At the end of the lines of a program: return from it. False at the end of the program itself."""
-        if not self.in_call:
+        if not self.calls.in_call:
             return False
         self._leave()
         return True
@@ -126,20 +105,20 @@ class Flow:
         self.executor.finish()
         self.ended = True
         if not self.executor.ended:
-            self.executor.event(self.shown_line or line, "end", code="M17")
+            self.executor.event(self.calls.show(line), "end", code="M17")
 
     def _return(self, cursor: Cursor, line: int) -> None:
         """RET, M17."""
         if cursor.take("("):
             raise cursor.error("VP002", "RET with values (return to another block) is not executed", cursor.at - 1)
         refuse_leftover(cursor)
-        if not self.in_call:
+        if not self.calls.in_call:
             self._end_program(line)
             return
         self._leave()
 
     def _leave(self) -> None:
-        frame = self.frame
+        frame = self.calls.frame
         executor = self.executor
         variables = executor.variables
         results = [(outside, variables.read(outside.inside, (), Cursor("", 0), 0)) for outside in frame.results]
@@ -151,22 +130,19 @@ class Flow:
             variables.scopes[-1] = {**copy_scope(frame.scope), **kept}
             if frame.saved is not None:
                 executor.restore(frame.saved.copy())
-            self.line = read_procedure(frame.section).line + 1
+            self.calls.line = read_procedure(frame.section).line + 1
             return
-        self.frames.pop()
-        self.line = frame.line
-        if not self.in_call or self.text is self.main:
-            self.shown_line = None if self.text is self.main else self.shown_line
+        self.calls.leave()
         variables.scopes.pop()
-        shown_line = self.shown_line or max(frame.line - 1, 1)
+        called_by = self.calls.line - 1
         for outside, value in results:
             variables.write(outside.name, outside.index, value, Cursor("", 0), 0)
         if frame.saved is not None:
             executor.restore(frame.saved)
         if frame.modal is not None:
             executor.modal = frame.modal
-        executor.event(shown_line, "return", label=frame.section.name)
-        end_stretch(self, frame.line - 1)
+        executor.event(self.calls.show(max(called_by, 1)), "return", label=frame.section.name)
+        end_stretch(self, called_by)
 
     # --- calls ----------------------------------------------------------------------------------------------
 
@@ -175,20 +151,17 @@ class Flow:
         if (given := words.words.get("P")) is not None:
             repeats = whole_repeats(given.value, call.column)
         if self.executor.is_cycle(call.name):
-            self.executor.run_cycle(call, self.shown_line or line)
+            self.executor.run_cycle(call, self.calls.show(line))
         elif repeats:
             self.enter(call, line, repeats)
 
     def enter(self, call: Call, line: int, repeats: int = 1) -> None:
         """Call a subprogram."""
-        section = self.library.find(call.name, self.text)
+        section = self.library.find(call.name, self.calls.text)
         if section is None:
             raise ProgramError("VP023", f"{call.name} is defined neither in the program nor in a file {call.name}.SPF in its folder or a "
                              "--subroutine-path", call.column)  # fmt: skip
-        if len(self.frames) > MAX_DEPTH:
-            raise ProgramError(
-                "VP024", f"more than {MAX_DEPTH} calls inside each other, the last of {call.name}", call.column
-            )
+        self.calls.check_depth(call.name, call.column)
         executor = self.executor
         try:
             procedure = read_procedure(section)
@@ -196,14 +169,12 @@ class Flow:
             where = f"PROC of {section.name}, line {error.line}"
             raise ProgramError(error.code, f"{where}: {error.message}", call.column) from None
         scope, results = bind_arguments(call, procedure, executor.variables)
-        executor.event(self.shown_line or line, "call", label=section.name)
+        executor.event(self.calls.show(line), "call", label=section.name)
         saved = executor.modes.copy() if procedure.save else None
         kept = copy_scope(scope) if repeats > 1 else {}
-        self.frames.append(Frame(section, self.line, repeats, saved, results=results, scope=kept))
+        frame = Frame(section, repeats, saved, results=results, scope=kept)
+        self.calls.enter(section.text, procedure.line + 1, line, frame)
         executor.variables.scopes.append(scope)
-        if section.text is not self.main and self.shown_line is None:
-            self.shown_line = line
-        self.line = procedure.line + 1
 
     def _extcall(self, cursor: Cursor, line: int) -> None:
         """EXTCALL: the last part of the path names a file beside the program."""
@@ -223,7 +194,7 @@ class Flow:
         if cursor.ended:
             self.executor.modal = None
             return
-        words = self.executor.read(cursor, self.shown_line or line)
+        words = self.executor.read(cursor, self.calls.show(line))
         if len(words.calls) != 1 or words.words or words.groups or words.m:
             raise cursor.error("VP001", "MCALL takes one call: MCALL CYCLE81(...)", column)
         call = freeze(words.calls[0], self.executor.variables)
@@ -243,8 +214,8 @@ class Flow:
 
     def _proc(self, cursor: Cursor, line: int) -> None:
         """A PROC line of the program itself: nothing calls it, so its values are what they are without a call."""
-        procedure = read_procedure(self.frame.section)
-        if self.in_call or procedure.line != line:
+        procedure = read_procedure(self.calls.frame.section)
+        if self.calls.in_call or procedure.line != line:
             raise ProgramError("VP001", "PROC is the first block of a program", 1)
         scope, _results = bind_arguments(Call("PROC", None, 1), procedure, self.executor.variables)
         self.executor.variables.scopes[-1].update(scope)
@@ -257,7 +228,7 @@ class Flow:
         texts = [argument for argument in arguments if argument.text.strip()]
         for argument in texts[:1]:
             self.executor.event(
-                self.shown_line or line, "message", text=shown(read_value(argument.cursor(), self.executor.variables))
+                self.calls.show(line), "message", text=shown(read_value(argument.cursor(), self.executor.variables))
             )
 
     def _alarm(self, cursor: Cursor, line: int) -> None:
@@ -271,7 +242,7 @@ class Flow:
         shown_values = " ".join(shown(value) for value in values)
         if any(round(values[0]) in numbers for numbers in _STOPPING_ALARMS):
             raise ProgramError("VP027", f"the program asks to stop: alarm {shown_values}")
-        self.executor.event(self.shown_line or line, "message", text=f"alarm {shown_values}")
+        self.executor.event(self.calls.show(line), "message", text=f"alarm {shown_values}")
 
 
 _Handler = Callable[[Flow, Cursor, int], None]

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Final, Protocol
 
+from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.calls import Frame, Repeat
 from verne_post.gcode.siemens.cursor import Cursor, without_zeros
@@ -16,15 +17,7 @@ class Running(Protocol):
     """What the statements see and change of a program that is executed: :class:`~verne_post.gcode.siemens.flow.Flow`."""
 
     executor: Executor
-    line: int
-
-    @property
-    def frame(self) -> Frame:
-        """The call that is executed."""
-
-    @property
-    def text(self) -> SiemensText:
-        """The file that is executed."""
+    calls: CallStack[SiemensText, Frame]
 
 
 #: A subprogram or a stretch is repeated so often at most by one P.
@@ -49,24 +42,24 @@ def _if(flow: Running, cursor: Cursor, line: int) -> None:
             _jump(flow, cursor, line, word)
         return
     refuse_leftover(cursor)
-    structure = flow.text.structure
+    structure = flow.calls.text.structure
     branch = structure.branch[line]
     if not holds and branch in structure.end:  # ELSE
-        item = split_line(flow.text.line(branch))
+        item = split_line(flow.calls.text.line(branch))
         other = Cursor(item.text, item.begin)
         other.name()
         refuse_leftover(other)
     if not holds:
-        flow.line = branch + (branch in structure.end)
+        flow.calls.line = branch + (branch in structure.end)
 
 
 def _else(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
-    flow.line = flow.text.structure.branch[line]
+    flow.calls.line = flow.calls.text.structure.branch[line]
 
 
 def _endif(flow: Running, cursor: Cursor, line: int) -> None:
-    _ = flow.text.structure
+    _ = flow.calls.text.structure
     refuse_leftover(cursor)
 
 
@@ -126,8 +119,8 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
             return
         where = {"GOTOF": " after this line", "GOTOB": " before this line"}.get(word, "")
         raise cursor.error("VP023", f"{word} {target}: there is no such label or block number{where}", at)
-    flow.line = found
-    repeats = flow.frame.repeats
+    flow.calls.line = found
+    repeats = flow.calls.frame.repeats
     while repeats and not repeats[-1].first <= found <= repeats[-1].last:
         repeats.pop()  # a jump inside the stretch goes on with it
 
@@ -147,8 +140,8 @@ def _block_number(name: str) -> str:
 
 def _find(flow: Running, label: str, line: int, *, forward: bool, backward: bool) -> int | None:
     """The line of a label in the running program: after this line first, then before it."""
-    section = flow.frame.section
-    lines = [place for place in flow.text.labels.get(label, ()) if section.first <= place <= section.last]
+    section = flow.calls.frame.section
+    lines = [place for place in flow.calls.text.labels.get(label, ()) if section.first <= place <= section.last]
     after = next((place for place in lines if place > line), None)
     before = next((place for place in reversed(lines) if place <= line), None)
     return after if forward and after is not None else before if backward else None
@@ -165,10 +158,10 @@ def _for(flow: Running, cursor: Cursor, line: int) -> None:
         raise cursor.error("VP001", "expected TO and the last value of FOR")
     last = read_number(cursor, variables)
     refuse_leftover(cursor)
-    end = flow.text.structure.end[line]
-    flow.frame.ends[line] = last
+    end = flow.calls.text.structure.end[line]
+    flow.calls.frame.ends[line] = last
     if _loop_value(flow, line, cursor) > last:
-        flow.line = end + 1
+        flow.calls.line = end + 1
 
 
 def _loop_value(flow: Running, line: int, cursor: Cursor) -> float:
@@ -181,7 +174,7 @@ def _loop_value(flow: Running, line: int, cursor: Cursor) -> float:
 
 
 def _loop_variable(flow: Running, line: int) -> tuple[str, int, Cursor]:
-    item = split_line(flow.text.line(line))
+    item = split_line(flow.calls.text.line(line))
     cursor = Cursor(item.text, item.begin)
     cursor.name()
     cursor.skip()
@@ -192,49 +185,49 @@ def _loop_variable(flow: Running, line: int) -> tuple[str, int, Cursor]:
 
 def _endfor(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
-    begin = flow.text.structure.begin[line]
-    last = flow.frame.ends.get(begin)
+    begin = flow.calls.text.structure.begin[line]
+    last = flow.calls.frame.ends.get(begin)
     if last is None:
         raise cursor.error("VP023", f"ENDFOR is reached, and its FOR (line {begin}) was not", 0)
     value = _loop_value(flow, begin, cursor) + 1.0
     name, at, inner = _loop_variable(flow, begin)
     flow.executor.variables.write(name, read_indices(inner, flow.executor.variables), value, inner, at)
     if value < last or are_equal(value, last):
-        flow.line = begin + 1
+        flow.calls.line = begin + 1
 
 
 def _while(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
     refuse_leftover(cursor)
-    end = flow.text.structure.end[line]
+    end = flow.calls.text.structure.end[line]
     if not holds:
-        flow.line = end + 1
+        flow.calls.line = end + 1
 
 
 def _loop(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
-    _ = flow.text.structure
+    _ = flow.calls.text.structure
 
 
 def _back(flow: Running, cursor: Cursor, line: int) -> None:
     """ENDWHILE, ENDLOOP."""
     refuse_leftover(cursor)
-    begin = flow.text.structure.begin[line]
-    flow.line = begin
+    begin = flow.calls.text.structure.begin[line]
+    flow.calls.line = begin
 
 
 def _until(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
     refuse_leftover(cursor)
-    begin = flow.text.structure.begin[line]
+    begin = flow.calls.text.structure.begin[line]
     if not holds:
-        flow.line = begin + 1
+        flow.calls.line = begin + 1
 
 
 def _repeat(flow: Running, cursor: Cursor, line: int) -> None:
     """REPEAT of REPEAT ... UNTIL, or REPEAT label [label] P=n."""
     if cursor.ended:
-        _ = flow.text.structure.end[line]
+        _ = flow.calls.text.structure.end[line]
         return
     _repeat_stretch(flow, cursor, line, one_block=False)
 
@@ -270,7 +263,11 @@ def _repeat_stretch(flow: Running, cursor: Cursor, line: int, *, one_block: bool
     elif len(places) == 2:
         last = places[1]
     else:
-        ends = [place for place in flow.text.labels.get("ENDLABEL", ()) if first <= place <= flow.frame.section.last]
+        ends = [
+            place
+            for place in flow.calls.text.labels.get("ENDLABEL", ())
+            if first <= place <= flow.calls.frame.section.last
+        ]
         last = next((place for place in ends if place < line or first > line), line - 1)
     if last < first or first <= line <= last:
         raise cursor.error(
@@ -279,21 +276,21 @@ def _repeat_stretch(flow: Running, cursor: Cursor, line: int, *, one_block: bool
             labels[0][1],
         )
     if times:
-        flow.frame.repeats.append(Repeat(first, last, times, line + 1))
-        flow.line = first
+        flow.calls.frame.repeats.append(Repeat(first, last, times, line + 1))
+        flow.calls.line = first
 
 
 def end_stretch(flow: Running, line: int) -> None:
     """After the last line of a repeated stretch: once more, or on."""
-    repeats = flow.frame.repeats
-    while repeats and repeats[-1].last == line and flow.line == line + 1:
+    repeats = flow.calls.frame.repeats
+    while repeats and repeats[-1].last == line and flow.calls.line == line + 1:
         repeat = repeats[-1]
         repeat.remaining -= 1
         if repeat.remaining > 0:
-            flow.line = repeat.first
+            flow.calls.line = repeat.first
             return
         repeats.pop()
-        flow.line = repeat.back
+        flow.calls.line = repeat.back
         line = repeat.back - 1
 
 

@@ -4,6 +4,7 @@ import math
 from typing import Final
 
 from verne_post.gcode.machining.holes import MAX_HOLES
+from verne_post.gcode.machining.patterns import place_circle, place_grid, place_row
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
@@ -47,9 +48,7 @@ def _count(given: Arguments, name: str) -> int:
 
 def _row(given: Arguments, unit: float) -> list[tuple[float, float]]:
     x, y, first, step = (given.number(name) * unit for name in ("SPCA", "SPCO", "FDIS", "DBH"))
-    turn = math.radians(given.number("STA1"))
-    distances = [first + number * step for number in range(_count(given, "NUM"))]
-    return [(x + distance * math.cos(turn), y + distance * math.sin(turn)) for distance in distances]
+    return place_row(x, y, given.number("STA1"), first, step, _count(given, "NUM"))
 
 
 def _circle(given: Arguments, unit: float) -> list[tuple[float, float]]:
@@ -58,20 +57,13 @@ def _circle(given: Arguments, unit: float) -> list[tuple[float, float]]:
     if radius <= 0:
         raise given.error("VP007", "RAD is greater than 0", "RAD")
     begin, step = given.number("STA1"), given.number("INDA") or 360.0 / number
-    turns = [math.radians(begin + count * step) for count in range(number)]
-    return [(x + radius * math.cos(turn), y + radius * math.sin(turn)) for turn in turns]
+    return place_circle(x, y, radius, begin, step, number)
 
 
 def _grid(given: Arguments, unit: float) -> list[tuple[float, float]]:
     x, y, across, up = (given.number(name) * unit for name in ("_SPCA", "_SPCO", "_DIS1", "_DIS2"))
-    turn = math.radians(given.number("_STA"))
+    turn = given.number("_STA")
     columns, rows = _count(given, "_NUM1"), _count(given, "_NUM2")
     if columns * rows > MAX_HOLES:
         raise given.error("VP007", f"a pattern has at most {MAX_HOLES} holes", "_NUM1")
-    found = []
-    for row in range(rows):
-        order = range(columns) if row % 2 == 0 else range(columns - 1, -1, -1)
-        for column in order:
-            u, v = column * across, row * up
-            found.append((x + u * math.cos(turn) - v * math.sin(turn), y + u * math.sin(turn) + v * math.cos(turn)))
-    return found
+    return place_grid(x, y, turn, (across, up), columns, rows)

@@ -24,7 +24,7 @@ class _SiemensRun:
     """A Siemens program in execution."""
 
     def __init__(self, flow: Flow) -> None:
-        self.flow = flow
+        self.flow, self.calls = flow, flow.calls
 
     @property
     def ended(self) -> bool:
@@ -37,15 +37,15 @@ class _SiemensRun:
 
     def find_chunk(self) -> Chunk | None:
         """The chunk of the next line; None where the section ends."""
-        flow = self.flow
-        return flow.text.chunk(flow.line) if flow.line <= flow.frame.section.last else None
+        line = self.calls.line
+        return self.calls.text.chunk(line) if line <= self.calls.frame.section.last else None
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next line, or a stretch at once; a line that only follows from an error before it is passed."""
-        flow, line = self.flow, self.flow.line
+        flow, line = self.flow, self.calls.line
         raw = chunk.raw(line - chunk.first_line)
         try:
-            last = execute_stretch(flow, chunk, stop, in_main=flow.text is flow.main and not flow.in_call)
+            last = execute_stretch(flow, chunk, stop, in_main=self.calls.in_main)
             if last is None:
                 flow.step(raw)
         except ProgramError as error:
@@ -57,5 +57,5 @@ class _SiemensRun:
         if self.flow.end_section():
             return True
         self.flow.executor.finish()
-        execution.recorder.event(max(self.flow.line - 1, 1), "end", code="end of file")
+        execution.recorder.event(max(self.calls.line - 1, 1), "end", code="end of file")
         return False

@@ -38,11 +38,11 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     int or None
         The line after the last one that was executed; None where the next line is to be executed by itself.
     """
-    to, line = flow.executor.interpreter, flow.line
+    to, line = flow.executor.interpreter, flow.calls.line
     row = line - chunk.first_line
-    last = min(chunk.lines.end(row) + chunk.first_line, flow.frame.section.last + 1)
+    last = min(chunk.lines.end(row) + chunk.first_line, flow.calls.frame.section.last + 1)
     last = stop.cut(line, last, in_main=in_main) - chunk.first_line
-    if last - row < plain.MIN_LINES or flow.frame.repeats or flow.executor.modal is not None or not _is_plain(to):
+    if last - row < plain.MIN_LINES or flow.calls.frame.repeats or flow.executor.modal is not None or not _is_plain(to):
         return None
     pointed = not chunk.lines.arcs and bool(chunk.lines.has_offsets[row])
     motion = MOTIONS[to.modes.motion]
@@ -59,7 +59,13 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
         return None
     start = to.state.position
     done = plain.execute(
-        chunk.lines, row, last, to.core, view, flow.shown_line, partial(_point, to, chunk.lines) if pointed else None
+        chunk.lines,
+        row,
+        last,
+        to.core,
+        view,
+        flow.calls.shown_line,
+        partial(_point, to, chunk.lines) if pointed else None,
     )
     if done == row:
         return None
@@ -67,9 +73,9 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     for axis in [axis for axis in to.motion.shifted if chunk.lines.row[done - 1, axis] >= row]:
         del to.motion.shifted[axis]
     _set_heading(to, chunk.lines, row, done, start, motion)
-    flow.line = line + done - row
-    flow.repeats.count(flow.text, line, flow.line - 1, 0)
-    return flow.line
+    flow.calls.line = line + done - row
+    flow.repeats.count(flow.calls.text, line, flow.calls.line - 1, 0)
+    return flow.calls.line
 
 
 def _is_plain(to: SiemensInterpreter) -> bool:

@@ -1,0 +1,78 @@
+"""Calls inside each other, in every language: the text and the line that come next, and where each call returns to."""
+
+from typing import Final, Generic, TypeVar
+
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.text import ChunkedText
+
+#: Calls inside each other; LinuxCNC allows nine.
+MAX_DEPTH: Final = 50
+
+_Text = TypeVar("_Text", bound=ChunkedText)
+_Frame = TypeVar("_Frame")
+
+
+class CallStack(Generic[_Text, _Frame]):
+    """A program and the calls inside each other; the last one is executed.
+
+    Attributes
+    ----------
+    main : ChunkedText
+        The program itself.
+    text : ChunkedText
+        The file that is executed.
+    line : int
+        The line of it that comes next, 1-based.
+    shown_line : int or None
+        Line of the program that stands for lines of another file; None while the program itself is executed.
+    """
+
+    def __init__(self, main: _Text, line: int, frame: _Frame) -> None:
+        self.main, self.text, self.line = main, main, line
+        self.shown_line: int | None = None
+        self._frames = [frame]
+        self._callers: list[tuple[_Text, int, int | None]] = []
+
+    @property
+    def frame(self) -> _Frame:
+        """What the language keeps for the call that is executed."""
+        return self._frames[-1]
+
+    @property
+    def in_call(self) -> bool:
+        """True inside a subprogram."""
+        return bool(self._callers)
+
+    @property
+    def in_main(self) -> bool:
+        """True where the program itself is executed, outside of calls."""
+        return self.text is self.main and not self.in_call
+
+    def show(self, line: int) -> int:
+        """The line of the program that stands for a line of the text that is executed."""
+        return self.shown_line or line
+
+    def check_depth(self, name: str, column: int | None = None) -> None:
+        """Refuse one call more, of ``name``, where there are too many inside each other.
+
+        Raises
+        ------
+        ProgramError
+            VP024.
+        """
+        if len(self._frames) > MAX_DEPTH:
+            text = f"more than {MAX_DEPTH} calls inside each other, the last of {name}"
+            raise ProgramError("VP024", text, column)
+
+    def enter(self, text: _Text, begin: int, line: int, frame: _Frame) -> None:
+        """Go into a subprogram whose first line is ``begin``; the line ``line`` calls it."""
+        self._callers.append((self.text, self.line, self.shown_line))
+        self._frames.append(frame)
+        if text is not self.main and self.shown_line is None:
+            self.shown_line = line
+        self.text, self.line = text, begin
+
+    def leave(self) -> _Frame:
+        """Go back to where the last subprogram was called; returns what was kept for it."""
+        self.text, self.line, self.shown_line = self._callers.pop()
+        return self._frames.pop()
