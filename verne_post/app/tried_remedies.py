@@ -19,7 +19,7 @@ from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.remedies import ROTARY_CODES, movable, of_line, smallest_shift
 from verne_post.model.findings import Finding, InputError, Remedy
-from verne_post.model.part_setup import SYSTEM_NAMES, FixtureMesh, WorkOffset
+from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.verdict import Family, concerns_pose, family_of
 from verne_post.toolpath.contour import make_exact_contour
 
@@ -83,7 +83,7 @@ def _try_remedies(
             for one in turns(line, [item]):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         tried = item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
-        if tried and not _is_about_mesh(program, item):
+        if tried:
             yield Remedy(
                 "no work offset near this one makes the program legal; `verne-post fit` seeks one over the whole table"
             )
@@ -115,7 +115,7 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
 def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
     """A work offset, as an option, with which the whole program was checked; None where none was found."""
     concerned = _select_movable_errors(errors)
-    if not concerned or any(_is_about_mesh(program, item) for item in concerned):
+    if not concerned:
         return None
     first = _find_worst_line(program, guarded_joints(program), concerned[0])
     if first is None:
@@ -165,9 +165,3 @@ def _find_legal_origin(
 def _select_movable_errors(errors: Sequence[Finding]) -> list[Finding]:
     """Errors that a move of the part may cure."""
     return [item for item in errors if item.code not in (*ROTARY_CODES, *_OPTIONS) and item.line]
-
-
-def _is_about_mesh(program: Program, item: Finding) -> bool:
-    """Whether a finding is about a fixture that is a mesh: no move is sought, whose first order only boxes have."""
-    meshes = (one.name for one in program.options.keep_out if isinstance(one, FixtureMesh))
-    return item.code == "VP215" and any(f" from {name} " in item.message for name in meshes)

@@ -44,10 +44,12 @@ def check_constraints(
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
-def clearances(joints: JointPath) -> list[ClearanceModel]:
-    """The models of distances in single poses: between bodies of the machine, and from boxes on the table."""
-    boxes = joints.keep_out.select(meshes=False) if isinstance(joints.keep_out, KeepOut) else None
-    return [model for model in (joints.machine.clearance, boxes) if model is not None and model.names]
+def clearances(joints: JointPath, *, meshes: bool = False) -> list[ClearanceModel]:
+    """The models of distances in single poses: between bodies of the machine, and from boxes, or meshes too, on the table."""
+    bodies = joints.keep_out if isinstance(joints.keep_out, KeepOut) else None
+    if bodies is not None and not meshes:
+        bodies = bodies.select(meshes=False)
+    return [model for model in (joints.machine.clearance, bodies) if model is not None and model.names]
 
 
 def clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:
@@ -59,7 +61,7 @@ def clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:
 
 
 def check_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Finding]:
-    """VP211 to VP216 of every element, one finding for each stretch of consecutive violating elements."""
+    """VP211 to VP216 of every element: VP215 as in :func:`check_meshes`, else one finding for each stretch of consecutive elements."""
     contour = joints.contour
     check = _ClearanceCheck(joints, clearance)
     for chunk in chunk_elements(len(contour)):
@@ -73,9 +75,12 @@ def check_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Findin
                 halves = part.halve(check.check(part))
                 if len(halves):
                     waiting.append(halves)
+    tool = clearance.moving.tool[contour.segment] if isinstance(clearance, KeepOut) else None
     checks = clearance_checks(clearance, len(joints.machine.columns))
     return [
-        item for one, worst in zip(checks, check.worst, strict=True) for item in limit_findings(contour, one, worst)
+        item
+        for one, worst in zip(checks, check.worst, strict=True)
+        for item in limit_findings(contour, one, worst, tool if one.code == "VP215" else None)
     ]
 
 

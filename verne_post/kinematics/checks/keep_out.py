@@ -15,7 +15,8 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rotations import axis_of_angles, rotate_z
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
-from verne_post.kinematics.checks.moving import Bar, Moving
+from verne_post.kinematics.checks.mesh_distances import measure_distances
+from verne_post.kinematics.checks.moving import FAR_MM, Bar, Moving
 from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
@@ -32,8 +33,6 @@ from verne_post.part.stl import Mesh
 
 #: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
 NEAR_MM: Final = 25.0
-#: Stands for the distance of a body that is not there, or may be there, mm.
-FAR_MM: Final = 1e6
 
 
 class Placed(Struct, frozen=True, eq=False):
@@ -119,10 +118,21 @@ class KeepOut:
         return KeepOut(kept, self.moving, self.entering)
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
-        """Margins (n, m) of poses from boxes, and by group the points (n, p, 3) of the table frame whose motion bounds their change."""
+        """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change.
+
+        Those from meshes are no bounds: points of the surface have them.
+        """
         bars, points = self.moving.place(pose)
+        meshes = {
+            one.name: measure_distances(one.mesh, one.middle, one.turn, self.moving, pose, one.distance + NEAR_MM)
+            for one in self.obstacles
+            if one.mesh is not None
+        }
         columns = []
         for body, one in self.pairs:
+            if one.mesh is not None:
+                columns.append(meshes[one.name][body])
+                continue
             there = self.entering[pose.segment] if one.stock and body == "cutter" else None
             columns.append(np.min([_measure_to_box(one, bar, there) for bar in bars[body]], axis=0))
         return np.stack(columns, axis=1), points

@@ -85,6 +85,7 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
     """
     element, w = grid(problem.line)
     at, best = start, None
+    visited = {tuple(start.tolist())}
     for _ in range(NEWTON_STEPS):
         values, _solved = measure(problem.moved(at), element, w)
         inside, slope = _linearise(problem, at, values, element, w)
@@ -104,6 +105,10 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
             return best
         if np.linalg.norm(goal) > problem.farthest or np.linalg.norm(goal - at) < SETTLED_MM:
             return best
+        place = tuple(goal.tolist())
+        if place in visited:  # each step depends on the place alone: from here on it goes round
+            return best
+        visited.add(place)
         at = goal
     return best
 

@@ -57,7 +57,7 @@ def every_check(line: JointPath) -> list[Check]:
     machine = line.machine
     checks = machine_checks(machine)
     first = len(machine.columns) + len(machine.margins)
-    for model in clearances(line):
+    for model in clearances(line, meshes=True):
         checks += clearance_checks(model, first)
         first += len(model.names)
     checks.append(Check("VP210", "height over the table face", None, first, 1.0, 0.0, 0.0, LIMIT_SLACK_MM, "mm", 1.0))
@@ -70,7 +70,7 @@ def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
     solved = line.solve(element, w)
     parts = [solved.q, line.margins(solved)]
     tool = line.contour.tool_length(element)
-    parts += [model.evaluate(line.bodies(element, solved))[0] for model in clearances(line)]
+    parts += [model.evaluate(line.bodies(element, solved))[0] for model in clearances(line, meshes=True)]
     axis = line.tool_axis(solved)
     nose, tip = solved.tip + tool[:, None] * axis, solved.tip + line.lift * axis
     heights = [

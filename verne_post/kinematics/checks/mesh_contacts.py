@@ -46,7 +46,7 @@ class _Rows(Struct, frozen=True, eq=False):
 
 
 def check_meshes(joints: JointPath, keep_out: KeepOut, checks: list[Check]) -> list[Finding]:
-    """VP215 of meshes, one finding for each body and stretch of consecutive elements.
+    """VP215 of meshes, one finding for each body, mesh and tool: their elements mostly have one cause.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def check_meshes(joints: JointPath, keep_out: KeepOut, checks: list[Check]) -> l
     return [
         item
         for check, pair in zip(checks, worst.values(), strict=True)
-        for item in limit_findings(joints.contour, check, pair)
+        for item in limit_findings(joints.contour, check, pair, keep_out.moving.tool[joints.contour.segment])
     ]
 
 

@@ -13,6 +13,8 @@ from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
 from verne_post.model.poses import Pose
 from verne_post.part.bodies import Piece, build_capsule, build_pieces
 
+#: Stands for the distance of a body that is not there, or may be there, mm.
+FAR_MM: Final = 1e6
 #: Radius of what has no size, mm: a line would pierce a mesh unseen, and this is more than bodies may reach into one.
 THIN_MM: Final = 0.01
 #: Stands for a tool whose size nobody has given.
@@ -56,6 +58,8 @@ class Moving:
     def __init__(self, shapes: Sequence[ToolShape], lengths: Array, tool: Ints, machine: Machine) -> None:
         self.shapes, self.lengths, self.tool, self.machine = tuple(shapes), lengths, tool, machine
         self.bodies = machine.bodies
+        #: Of tools and lengths: remedies ask for them again and again.
+        self._pieces: dict[tuple[int, float], tuple[Piece, ...]] = {}
         #: For each tool: cutter, shank, then all parts of the holder: distance of the ends from the tip (NaN: up to the gauge
         #: line) and largest radius; NaN: none.
         holders = max([sum(one.part == "holder" for one in shape) for shape in shapes], default=0)
@@ -148,10 +152,13 @@ class Moving:
             yield np.flatnonzero(solved), self._build_capsule(one)
             return
         tool, length = self.tool[pose.segment], np.round(self.place_tools(pose)[2], 6)
-        for k, long in np.unique(np.column_stack([tool, length])[solved], axis=0).tolist():
-            pieces = build_pieces(self.shapes[int(k)] or (WIRE,), long)
-            rows = np.flatnonzero(solved & (tool == k) & (length == long))
-            yield rows, (*pieces, *build_spindle(self.machine, long))
+        for k in np.unique(tool[solved]).tolist():
+            own = np.flatnonzero(solved & (tool == k))
+            for long in np.unique(length[own]).tolist():
+                if (k, long) not in self._pieces:
+                    pieces = build_pieces(self.shapes[k] or (WIRE,), long)
+                    self._pieces[k, long] = (*pieces, *build_spindle(self.machine, long))
+                yield own[length[own] == long], self._pieces[k, long]
 
     def _build_capsule(self, one: Carried) -> tuple[Piece, ...]:
         assert self.bodies is not None

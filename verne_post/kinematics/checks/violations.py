@@ -15,6 +15,8 @@ from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Severity
 
+#: So many stretches of lines are named in a finding of several.
+NAMED_STRETCHES: Final = 4
 #: Why a pose has no solution, by finding code; other codes say what they mean in general.
 _UNREACHABLE: Final = {
     "VP110": "out of reach: no position of the sliders closes the rods",
@@ -86,11 +88,17 @@ def machine_checks(machine: Machine) -> list[Check]:
     return checks
 
 
-# --- findings: one for each stretch of consecutive violating elements ------------------------------
+# --- findings: one for each stretch of consecutive violating elements, or for each cause ------------
 
 
-def limit_findings(contour: Contour, check: Check, worst: Worst) -> list[Finding]:
-    """Findings of one check: errors beyond its limit, warnings beyond its weaker bound."""
+def limit_findings(contour: Contour, check: Check, worst: Worst, cause: Ints | None = None) -> list[Finding]:
+    """Findings of one check: errors beyond its limit, warnings beyond its weaker bound.
+
+    Parameters
+    ----------
+    cause : ndarray of int, shape (n_elements,), or None
+        All stretches with one cause are one finding.
+    """
     value_of = {element: value for element, (_margin, value) in worst.by_element.items()}
     bad = [element for element, v in value_of.items() if check.sign * (v - check.limit) < -check.slack]
     levels: list[tuple[Severity, list[int], float]] = [("error", bad, check.limit)]
@@ -104,11 +112,12 @@ def limit_findings(contour: Contour, check: Check, worst: Worst) -> list[Finding
         what = f"{check.name} ({check.axis})"
     unit = f" {check.unit}" if check.unit else ""
     for severity, elements, limit in levels:
-        for group in _split_stretches(elements):
+        for group in _split_stretches(elements) if cause is None else _split_causes(elements, cause):
             at = min(group, key=lambda element: check.sign * value_of[element])
             value, bound = value_of[at] * check.factor, limit * check.factor
             side = "below" if value < bound else "above"
             message = f"{what} {fixed(value, 6)}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
+            message += "" if cause is None else _describe_stretches(contour, group)
             findings.append(
                 _make_finding(contour, group, at, check.code, message, severity=severity, axis=check.axis, value=value,
                          limit=bound, unit=check.unit)
@@ -141,6 +150,25 @@ def _make_finding(contour: Contour, group: list[int], worst: int, code: str, mes
     first, last, at = contour.line(np.array([group[0], group[-1], worst])).tolist()
     count = len(np.unique(contour.segment[group]))
     return finding(code, message, line=first, last_line=last, worst_line=at, count=count, **values)
+
+
+def _split_causes(elements: Iterable[int], cause: Ints) -> Iterator[list[int]]:
+    """The numbers by their cause, in their order."""
+    groups: dict[int, list[int]] = {}
+    for element in sorted(elements):
+        groups.setdefault(int(cause[element]), []).append(element)
+    yield from groups.values()
+
+
+def _describe_stretches(contour: Contour, group: list[int]) -> str:
+    """Which lines a group of elements is on, where they are not consecutive."""
+    stretches = list(_split_stretches(group))
+    if len(stretches) == 1:
+        return ""
+    ends = contour.line(np.array([(one[0], one[-1]) for one in stretches[:NAMED_STRETCHES]]).ravel()).reshape(-1, 2)
+    named = [f"{first}-{last}" if last > first else f"{first}" for first, last in ends.tolist()]
+    left = " and on" if len(stretches) > NAMED_STRETCHES else ""
+    return f", in {len(stretches)} stretches: lines {', '.join(dict.fromkeys(named))}{left}"
 
 
 def _split_stretches(elements: Iterable[int]) -> Iterator[list[int]]:

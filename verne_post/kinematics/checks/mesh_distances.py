@@ -1,0 +1,101 @@
+"""How near bodies come to a mesh in single poses, by points of its surface: what remedies and the place of a contact need.
+
+No bound: whole motions are decided by ``mesh_contacts``.
+"""
+
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Array
+from verne_post.base.ragged import ragged
+from verne_post.base.rotations import rotate_z
+from verne_post.kinematics.checks.moving import FAR_MM, Moving
+from verne_post.model.poses import Pose
+from verne_post.part.bodies import Piece
+from verne_post.part.compare import Cells
+from verne_post.part.stl import Mesh, order_facets
+from verne_post.part.sweep import look, take
+
+#: Points of a surface are no farther apart than this, mm, or than about so many of them allow.
+_APART_MM: Final = 2.0
+_MOST_POINTS: Final = 6000
+#: Neighbouring points that are held against a pose together first, and neighbouring groups of them before that.
+_CLUSTER: Final = 16
+
+
+def measure_distances(
+    mesh: Mesh, middle: Array, turn: float, moving: Moving, pose: Pose, near: float
+) -> dict[str, Array]:
+    """Signed distances (n,) of bodies at poses from a mesh, mm.
+
+    Parameters
+    ----------
+    middle : ndarray, shape (3,)
+        Where the zero of the mesh is on the table, mm.
+    turn : float
+        By how much it is turned about the table's normal, rad.
+    near : float
+        Larger distances are lower bounds, mm.
+    """
+    found = {body: np.full(len(pose.q), FAR_MM) for body in moving.known}
+    for one in moving.carry(pose):
+        for rows, pieces in moving.list_pieces(one, pose):
+            tip, axis = rotate_z(one.origin[rows] - middle, -turn), rotate_z(one.axis[rows], -turn)
+            for piece in pieces:
+                if piece.part in found:
+                    own = found[piece.part]
+                    own[rows] = np.minimum(own[rows], _find_least(piece, tip, axis, _sample(mesh), near))
+    return found
+
+
+@lru_cache(maxsize=8)
+def _sample(mesh: Mesh) -> list[tuple[Array, Array]]:
+    """Balls: middles (n, 3) and radii (n,) about groups of groups of points all over a mesh, about the groups, and the points."""
+    cells = Cells(mesh.list_corners(), np.arange(len(mesh.facets)))
+    sides = cells.corner[:, 1:] - cells.corner[:, :1]
+    area = 0.5 * float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum())
+    apart = max(_APART_MM, float(np.sqrt(area / _MOST_POINTS)))
+    done = []
+    while len(cells.facet):
+        side = cells.corner - np.roll(cells.corner, 1, axis=1)
+        long = (side * side).sum(axis=2).max(axis=1) > apart * apart
+        done.append(cells.corner[~long].reshape(-1, 3))
+        cells = cells.select(long).halve()
+    points = np.unique(np.concatenate(done), axis=0)
+    points = points[order_facets(points)]
+    balls = [(points, np.zeros(len(points)))]
+    low = high = points
+    for _ in range(2):
+        first = np.arange(0, len(low), _CLUSTER)
+        low, high = np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
+        balls.insert(0, (0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1)))
+    return balls
+
+
+def _find_least(piece: Piece, tip: Array, axis: Array, balls: list[tuple[Array, Array]], near: float) -> Array:
+    """The least distance (n,) of points from a piece at poses (n, 3), (n, 3); a lower bound where it is more than ``near``."""
+    n, count = len(tip), len(balls[0][0])
+    row, ball = np.repeat(np.arange(n), count), np.tile(np.arange(count), n)
+    phi = look(piece, balls[0][0][ball], tip[row], axis[row]).phi
+    lower = phi - balls[0][1][ball]
+    least = lower.reshape(n, count).min(axis=1)
+    close = np.flatnonzero(least < near)
+    # down to one point first: few others can be nearer
+    chosen = phi.reshape(n, count)[close].argmin(axis=1)
+    for centre, _radius in balls[1:]:
+        child = np.minimum(_CLUSTER * chosen[:, None] + np.arange(_CLUSTER), len(centre) - 1)
+        owner = np.repeat(close, _CLUSTER)
+        of_child = look(piece, centre[child.ravel()], tip[owner], axis[owner]).phi.reshape(child.shape)
+        best = of_child.argmin(axis=1)
+        chosen = child[np.arange(len(close)), best]
+        least[close] = of_child[np.arange(len(close)), best]
+    row, ball = take(np.flatnonzero((least < near)[row] & (lower < least[row])), row, ball)
+    for centre, radius in balls[1:]:
+        pair, child = ragged(np.minimum(_CLUSTER, len(centre) - _CLUSTER * ball))
+        row, ball = row[pair], _CLUSTER * ball[pair] + child
+        lower = look(piece, centre[ball], tip[row], axis[row]).phi - radius[ball]
+        row, ball, lower = take(np.flatnonzero(lower < least[row]), row, ball, lower)
+    np.minimum.at(least, row, lower)
+    return least
