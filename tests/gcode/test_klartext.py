@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import make_tool, moves_as_text
+from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import MoveKind
 
 TOOLS = {1: make_tool(1, 10.0, 10.0)}
@@ -565,3 +566,61 @@ def test_words_before_a_dwell_are_those_of_the_controls_language(view, words):
 def test_a_dwell_needs_its_number(view, words):
     text = f"BEGIN PGM A MM\nCYCL DEF 9.0 DWELL\nCYCL DEF 9.1 {words}\nL X+5 FMAX\nEND PGM A MM\n"
     assert [item.code for item in view(text, dialect="heidenhain")[1]] == ["VP001"]
+
+
+# --- what the set-up has of the control ---------------------------------------------------------------------------
+
+DATUMS = {"heidenhain": {"datums": {"5": [10, -20, 2.5], "7": [1.0, 0.0, 0.0]}}}
+
+
+@pytest.mark.parametrize(("statements", "wanted"), [
+    (["CYCL DEF 7.0 DATUM SHIFT", "CYCL DEF 7.1 #5"], [11, -18, 5.5]), (["Q1 = 7", "CYCL DEF 7.1 #Q1"], [2, 2, 3]),
+    (["SEL TABLE \"TNC:/A.D\"", "TRANS DATUM TABLE TABLINE5"], [11, -18, 5.5]),
+    (["CYCL DEF 7.1 X+100 Y+100", "CYCL DEF 7.1 #7"], [2, 2, 3]), (["CYCL DEF 7.1 #5", "TRANS DATUM RESET"], [1, 2, 3]),
+    (["CYCL DEF 7.1 #5", "CYCL DEF 7.1 IX+1"], [12, -18, 5.5]),
+    (["CYCL DEF 10.1 ROT+90", "CYCL DEF 7.1 #5"], [20 - 2, 10 + 1, 5.5]),  # the shift acts in the turned system
+])  # fmt: skip
+def test_rows_of_the_datum_table_are_shifts_of_the_set_up(run, statements, wanted):
+    assert place(run(*statements, "L X+1 Y+2 Z+3", control=DATUMS)) == pytest.approx(wanted, abs=1e-9)
+    inches = run(
+        *statements[:-1],
+        statements[-1].replace("IX+1", "IX+0.03937007874"),
+        "L X+1 Y+2 Z+3",
+        unit="INCH",
+        control=DATUMS,
+    )
+    if not any("+100" in one for one in statements):
+        assert place(inches) == pytest.approx(np.array(wanted) + 24.4 * _turned(statements), abs=1e-6)
+
+
+def _turned(statements):
+    """How X1 Y2 Z3 count: turned by 90 degrees after the rotation."""
+    return np.array([-2, 1, 3]) if "CYCL DEF 10.1 ROT+90" in statements else np.array([1, 2, 3])
+
+
+@pytest.mark.parametrize(("statements", "control", "part"), [
+    (["CYCL DEF 7.1 #5"], {}, "none"), (["CYCL DEF 7.1 #6"], DATUMS, "rows 5, 7"), (["TRANS DATUM TABLE TABLINE1"], DATUMS, "#1"),
+    (["SEL TABLE \"A.D\""], {}, "heidenhain.datums"), (["SEL TABLE \"A.D\"", "SEL TABLE \"B.D\""], DATUMS, "several"),
+])  # fmt: skip
+def test_rows_that_the_set_up_does_not_have_are_refused(view, statements, control, part):
+    text = "\n".join(["BEGIN PGM T MM", "TOOL CALL 1 Z S1000 F300", "L X+0 Y+0 Z+0 R0 F100", *statements, "END PGM T"])
+    found = view(text, dialect="heidenhain", tools=TOOLS, control=control)[1]
+    assert [(item.code, item.line) for item in found] == [("VP002", 3 + len(statements))]
+    assert part in found[0].message
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [{"datums": {"A": [1, 2, 3]}}, {"datums": {"1": [1, 2]}}, {"datums": {"1": [1, 2, "Z"]}}, {"cycle_19": "turns"}],
+)
+def test_keys_of_the_control_are_checked(keys):
+    with pytest.raises(ValueError, match=next(iter(keys))):
+        read_keys(HeidenhainKeys, keys)
+
+
+def test_blanks_are_where_the_control_lets_them_be(run):
+    """Written by hand into the texts of CAM systems."""
+    moves = run("CYCL DEF9 .0 VARAKOZASI IDO", "CYCL DEF9.1 V.IDO5", "CYCL DEF7.1 X+2", "L X+1")
+    assert place(moves)[0] == 3
+    assert moves.feed[moves.kind == MoveKind.DWELL].tolist() == [5]
+    assert ends(run("M140 MB30 FMAX"))[-1].tolist() == ends(run("L M140 MB30 FMAX"))[-1].tolist() == [0, 0, 30]

@@ -40,7 +40,7 @@ WORDS = [
     "X+5 Y-3 Z+31 IX+2 IY+3 IZ-4 A+9 C+8 IA+2 IC+4 B+3 U+1 PR+12 PA+33 IPA+40 IPR+2 DR+ DR- R+20 R-20 R+7 RL RR R0 FMAX F333 F AUTO",
     "FU0.2 FZ0.1 M3 M4 M5 M8 M9 M13 M91 M92 M94 M99 M89 M116 M126 M128 M129 M130 M136 M140 MB5 MB MAX M97 M120 LA5 M6 M77 S500 T5 TX+0 TY+0",
     "TZ+1 NX+0 NY+0 NZ+1 CCA90 LEN5 DL+1 DR+1 DR2+1 SPA+5 SPB+5 SPC+5 STAY TURN MOVE SEQ+ SEQ- DIST5 TABLE ROT COORD ROT REP 2 Q1 Q200=3 ~ ; / *",
-    'Q9=5 Q201=-2 LBL 99 GOTO IF ROT+5 SCL2 "A" ( ) + - 5 0 . , 1e5 99999999 ÿ % ! = : X Y C L',
+    'Q9=5 Q201=-2 #5 #6 ABST5 LBL 99 GOTO IF ROT+5 SCL2 "A" ( ) + - 5 0 . , 1e5 99999999 ÿ % ! = : X Y C L',
 ]
 WORDS = [word for line in WORDS for word in re.findall(r"F AUTO|MB MAX|TABLE ROT|COORD ROT|REP 2|LBL 99|\S+", line)]
 #: Without effect by themselves where they are inserted: what they say holds already, they end what does not hold, or
@@ -48,20 +48,28 @@ WORDS = [word for line in WORDS for word in re.findall(r"F AUTO|MB MAX|TABLE ROT
 NEUTRAL = re.compile(r"R0|[;~*]|M(?:6|77|9[0124]|120|129|130)|\+|/|LA5|-?0+")
 
 
+#: What the set-ups have of the control, and statements that need it.
+CONTROL = {"heidenhain": {"datums": {"5": [3.0, -2.0, 1.0]}, "cycle_19": "moves"}}
+OF_CONTROL = [
+    ["CYCL DEF 7.1 #5", "L X+0 Y+3 FMAX"], ['SEL TABLE "A.D"', "TRANS DATUM TABLE TABLINE5", "L X+0 Y+3 FMAX"],
+    ["CYCL DEF 19.1 A+10 B+0 C+5 F2000 ABST25", "L X+5 FMAX"],
+]  # fmt: skip
+
+
 def examples():
-    """Statements of the first two tables of docs/heidenhain.md."""
+    """Statements of the first two tables of docs/heidenhain.md, and of what a set-up has of the control."""
     text = PAGE.read_text(encoding="utf-8").split("## Executed\n")[1].split("\n## Refused")[0]
-    return [
-        found.replace("\\|", "|").split(" / ")
-        for found in re.findall(r"^\|[^|]*\| `((?:\\\||[^|`])*)` \|", text, re.MULTILINE)
-    ]
+    found = re.findall(r"^\|[^|]*\| `((?:\\\||[^|`])*)` \|", text, re.MULTILINE)
+    return [one.replace("\\|", "|").split(" / ") for one in found] + OF_CONTROL
 
 
 def setups(machine):
     """The machine, and no machine: without it planes turn nothing, which is much faster."""
     tools = {1: make_tool(1, 80.0, 8.0), 2: make_tool(2, 60.0, 6.0)}
-    options = Options(tools=tools, dialect="heidenhain", wcs={"G54": (0.0, 0.0, 40.0)}, max_repeats=300)
-    plain = interpreter_setup(tools=tools, dialect="heidenhain", max_repeats=300)
+    options = Options(
+        tools=tools, dialect="heidenhain", wcs={"G54": (0.0, 0.0, 40.0)}, max_repeats=300, control=CONTROL
+    )
+    plain = interpreter_setup(tools=tools, dialect="heidenhain", max_repeats=300, control=CONTROL)
     return machine_setup(machine, options), plain
 
 

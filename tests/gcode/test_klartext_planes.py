@@ -4,6 +4,7 @@ The table of the nominal machine: A about x carries C about z carries the part; 
 system lies 40 mm over the rotary centre, which lies on the tilt axis of verne.toml.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -149,6 +150,22 @@ def test_cycle_19_is_a_plane_by_spatial_angles(poses):
     assert axis_of(*angles[-1]) == pytest.approx(rz(35) @ ry(-10) @ rx(15) @ [0, 0, 1], abs=1e-9)
 
 
+def test_cycle_19_that_positions_the_axes_is_plane_with_move(machine, options):
+    """F and the set-up clearance in the cycle; all angles 0 bring the table back in the same way."""
+    given = replace(options, control={"heidenhain": {"cycle_19": "moves"}})
+    programs = [
+        ["CYCL DEF 19.0 WORKING PLANE", "CYCL DEF 19.1 A+15 B-10 C+35 F2000 ABST25", TO_POINT, "CYCL DEF 19.1 A+0 B+0 C+0 FMAX SETUP25"],
+        ["PLANE SPATIAL SPA+15 SPB-10 SPC+35 MOVE DIST25 F2000", TO_POINT, "PLANE RESET MOVE DIST25 FMAX"],
+    ]  # fmt: skip
+    paths = [
+        read_draft("\n".join([*HEAD, *text, "M30", "END PGM P MM"]).encode(), machine, given).path for text in programs
+    ]
+    np.testing.assert_allclose(paths[0].end, paths[1].end, atol=1e-9)
+    stays = "\n".join([*HEAD, "CYCL DEF 19.1 A+15 B+0 C+0", "M30", "END PGM P MM"]).encode()
+    with pytest.raises(verne_post.InputError, match="set-up clearance"):
+        interpret_program(stays, machine_setup(machine, given))
+
+
 def test_table_rot_turns_the_table(poses):
     """Both have the same tips on the part; with TABLE ROT the plane's X lies along X of the machine."""
     for kind, c in (("COORD ROT", 0.0), ("TABLE ROT", -30.0)):
@@ -289,6 +306,21 @@ def test_headers_of_cam_systems(machine, options):
         *(line.format(0) for line in shift), "PLANE RESET STAY", "L A+0 C+0 FMAX", "L X+1 Y+2 Z+70 FMAX",
     )  # fmt: skip
     assert end.end[-1, :3] - ORIGIN == pytest.approx([1, 2, 70], abs=1e-8)
+
+
+def test_holes_of_a_post_for_turning_tables(machine, options):
+    """Head, labels, tool by name, datum from the table, plane with STAY and Q120: each hole by hand, 8 mm below a surface at -1."""
+    control = {"heidenhain": {"tools": {"DRILL_5": 1}, "datums": {"2": [10.0, 0.0, -5.0]}}}
+    raw = (Path(__file__).parents[1] / "corpus" / "heidenhain" / "planes.h").read_bytes()
+    path = read_draft(raw, machine, replace(options, control=control)).path
+    bottoms = [[10, 0, -5] + ry(30) @ [5, y, -9] for y in (0, -6)]
+    tips = path.end[:, :3] - ORIGIN
+    for bottom in bottoms:
+        at = np.abs(tips - bottom).max(axis=1).argmin()
+        assert tips[at] == pytest.approx(bottom, abs=1e-8)
+        assert axis_of(*np.degrees(path.end[at, 3:])) == pytest.approx(ry(30) @ [0, 0, 1], abs=1e-9)
+    plain = verne_post.convert(raw, machine, replace(options, control=control, cycle=0.01))
+    assert plain.ok, plain.findings
 
 
 def test_feed_per_turn_of_a_rotary_move_without_m128(machine):

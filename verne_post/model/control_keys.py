@@ -13,10 +13,13 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
     "flavour": ("", "linuxcnc", "pathpilot", "mach3", "grbl"), "arc_centres": ("incremental", "absolute"), "dwell": ("seconds", "milliseconds"),
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
+    "cycle_19": ("", "moves"),
 }  # fmt: skip
 
 #: No tap has a larger pitch: a number beyond is a feed rate.
 MAX_PITCH_MM: Final = 25.4
+#: No datum lies farther from another one.
+MAX_SHIFT_MM: Final = 1e5
 
 
 class Rs274Keys(Struct, frozen=True):
@@ -89,10 +92,16 @@ class HeidenhainKeys(Struct, frozen=True):
         TOOL CALL "name" -> number of the tool table.
     plunge_angle : float
         ANGLE of the tools: how steeply a helix, or a way to and fro, goes down in milling cycles, degrees.
+    datums : mapping
+        Row of the datum table -> X, Y, Z of its shift, mm.
+    cycle_19 : str
+        "moves": cycle 19 positions the rotary axes at its F, with its set-up clearance. Empty: they stay.
     """
 
     tools: Mapping[str, int] = field(default_factory=dict)
     plunge_angle: float = 3.0
+    datums: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    cycle_19: Literal["", "moves"] = ""
 
 
 class FanucKeys(Struct, frozen=True):
@@ -200,6 +209,15 @@ def read_keys(kind: type[_Keys], given: Mapping[str, object]) -> _Keys:
             and all(isinstance(tool, str) and type(number) is int and number > 0 for tool, number in value.items())
         ):
             raise ValueError(f"{name}: expected names with numbers of tools")
+        if name == "datums" and not (
+            isinstance(value, Mapping)
+            and all(
+                str(row).isdecimal() and isinstance(shift, list | tuple) and len(shift) == 3
+                for row, shift in value.items()
+            )
+            and all(type(one) in (int, float) and abs(one) <= MAX_SHIFT_MM for shift in value.values() for one in shift)
+        ):
+            raise ValueError(f"{name}: expected numbers of rows with X, Y and Z in mm")
         if name == "pitches" and not (
             isinstance(value, Mapping)
             and all(

@@ -11,7 +11,7 @@ from verne_post.gcode.klartext.statements import PROBING, SL, Statement
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
 FMAX_VALUE: Final = 99_999.0
 _PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUTO|AUTO|FU|FZ))(?![A-Z0-9])")
-_HEAD: Final = re.compile(r"[ \t]*(\d+)(?:\.(\d+))?(?![\d.])")
+_HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
 _MILLED: Final = (*_HOLE, 368, 207, 351, 202, 206)

@@ -25,7 +25,7 @@ from verne_post.model.moves import AXES, MoveKind
 #: Two motions of the rotary axes that differ by less (degrees) are equally long.
 _SAME_MOTION: Final = 1e-6
 _WORD: Final = re.compile(
-    rf"[ \t]*(?:(?P<flag>MOVE|TURN|STAY|FMAX|F[ \t]+MAX|MB[ \t]+MAX|SEQ[ \t]*[+-]|SYM[ \t]*[+-]|(?:TABLE|COORD)[ \t]+ROT)(?![A-Z0-9])"
+    rf"[ \t]*(?:(?P<flag>MOVE|TURN|STAY|FMAX|F[ \t]+MAX|MB[ \t]*MAX|SEQ[ \t]*[+-]|SYM[ \t]*[+-]|(?:TABLE|COORD)[ \t]+ROT)(?![A-Z0-9])"
     rf"|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
 )
 _KIND: Final = re.compile(r"[ \t]*(SPATIAL|EULER|VECTOR|POINTS|RELATIVE?|AXIAL|RESET|PROJECTED)(?![A-Z])")
@@ -131,7 +131,9 @@ class KlartextPlanes:
                 )
             if match.group("flag"):
                 flag = " ".join(match.group("flag").split())
-                words.flags.append({"F MAX": "FMAX"}.get(flag, flag.replace("SEQ ", "SEQ").replace("SYM ", "SYM")))
+                words.flags.append(
+                    {"F MAX": "FMAX", "MBMAX": "MB MAX"}.get(flag, flag.replace("SEQ ", "SEQ").replace("SYM ", "SYM"))
+                )
             else:
                 name = {"ABST": "DIST", "SET-UP": "DIST", "SETUP": "DIST"}.get(match.group("name"), match.group("name"))
                 if name in words.values:
@@ -354,14 +356,22 @@ class KlartextPlanes:
 
     # --- cycle 19 ------------------------------------------------------------------------------------------------
 
-    def set_working_plane(self, angles: tuple[float, float, float] | None) -> None:
-        """Cycle 19: spatial angles; None, or all 0, ends it. The rotary axes stay."""
+    def set_working_plane(
+        self,
+        angles: tuple[float, float, float] | None,
+        statement: Statement | None = None,
+        move: PlaneWords | None = None,
+    ) -> None:
+        """Cycle 19: spatial angles; None, or all 0, ends it. The rotary axes stay, or go there as after MOVE."""
         self.core.refuse_compensation("CYCL DEF 19")
         tilt = None if angles is None or not any(angles) else transformations.spatial(*angles)
         if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
             raise ProgramError("VP017", "cycle 19 while datum shift, mirror image, rotation or scaling hold that were set in the plane before; "
                 "reset them first")  # fmt: skip
         normal = self._outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
-        chosen = self._choose_angles(normal, None, None)
-        self._set_tilt(tilt)
+        chosen = self._choose_angles(normal, None, None, tip_stays=move is not None)
+        if statement is None or move is None:
+            self._set_tilt(tilt)
+        else:
+            self._position(statement, move, "MOVE", chosen, tilt)
         self._show_angles(chosen)

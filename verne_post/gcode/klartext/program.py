@@ -300,7 +300,8 @@ class Klartext:
         self.functions.begin_functions(words)
         self.contour.set_feed(statement, words)
         self.contour.set_side(statement, words.compensation)
-        words.check_used(statement, "side M")
+        retracts = words.rapid and any(word.number == 140 for word in words.functions)  # in rapid traverse anyway
+        words.check_used(statement, "side F M" if retracts else "side M")
         self.functions.end_functions(words)
         self.patterns.call_cycles(moved=False)
 
@@ -400,6 +401,7 @@ STATEMENTS: Final[Mapping[str, Callable[[Klartext], Callable[[Statement], None]]
     "CALL LBL": lambda one: one._call_label, "CALL PGM": lambda one: one._call_program,
     "CALL SELECTED PGM": lambda one: one._refuse_selected, "PLANE": lambda one: one.planes.execute_plane,
     "FUNCTION": lambda one: one.orientation.execute_function, "TRANS": lambda one: one.settings.transform,
+    "SEL TABLE": lambda one: one.settings.select_table,
     "PATTERN DEF": lambda one: one.patterns.define_places, "STOP": lambda one: one._stop, "LBL": lambda one: one._label,
     "FN": lambda one: one._function_of_q, "APPR": lambda one: one._approach, "DEP": lambda one: one._approach,
     "RND": lambda one: one._corner, "CHF": lambda one: one._corner, "CC": lambda one: one._pole,

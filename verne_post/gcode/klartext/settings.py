@@ -10,10 +10,11 @@ from verne_post.gcode.klartext.cycle_words import Head, read_parameters
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
-from verne_post.gcode.klartext.planes import KlartextPlanes
+from verne_post.gcode.klartext.planes import KlartextPlanes, PlaneWords
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.machining.machining import check_dwell
 from verne_post.gcode.program_error import At
+from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
@@ -21,6 +22,11 @@ _COORDINATE: Final = re.compile(rf"[ \t]*(I?)([XYZABCUVW])[ \t]*({VALUE})(?=[ \t
 _ROTATION: Final = re.compile(rf"[ \t]*(I?)ROT[ \t]*({VALUE})[ \t]*$")
 _SCALE: Final = re.compile(rf"[ \t]*SCL[ \t]*({VALUE})[ \t]*$")
 _LAST_NAMED_SYSTEM: Final = 9
+#: A row of the datum table, in cycle 7 and after TRANS.
+_ROW: Final = re.compile(rf"[ \t]*(?:#|TABLINE)[ \t]*({VALUE})[ \t]*")
+_TABLE: Final = re.compile(r"[ \t]*\"([^\"]+)\"[ \t]*")
+#: F and the set-up clearance of cycle 19.
+_TILT_WORD: Final = re.compile(rf"[ \t](?:F[ \t]*(MAX|{VALUE})|(?:ABST|DIST|SETUP|SET-UP|S)[ \t]*({VALUE}))(?=[ \t]|$)")
 #: Words before the number of a dwell or an angle: the control writes them in its own language (DWELL, V.ZEIT, V.IDO).
 _WORDS: Final = r"[ \t]*(?:(?!Q[LR]?\d)[^\W\d_]++(?:\.[^\W\d_]++)*+[ \t]*+)*+"
 _Handler = Callable[["KlartextSettings", Statement, Head], None]
@@ -38,6 +44,9 @@ class KlartextSettings:
         self.q = frames.q
         self.maps = frames.maps
         self.waiting = frames.waiting
+        self.keys = read_keys(HeidenhainKeys, frames.setup.control.get("heidenhain", {}))
+        #: The datum table that the program has selected.
+        self.table: str | None = None
 
     def execute_setting(self, statement: Statement, head: Head) -> bool:
         """One line of a setting cycle; False where the cycle is none."""
@@ -68,29 +77,14 @@ class KlartextSettings:
     # --- maps ---------------------------------------------------------------------------------------------
 
     def shift_datum(self, statement: Statement, text: str) -> None:
-        """``X+10 IY-5``: the datum shift of these axes."""
+        """``X+10 IY-5``: the datum shift of these axes; ``#5``: that of a row of the datum table."""
         self._change_maps("a datum shift")
-        layer, at = self.maps.current, 0
+        layer = self.maps.current
         shift = list(layer.shift)
-        text = text.rstrip()
+        row = _ROW.fullmatch(text)
+        values = self._read_shift(statement, text.rstrip()) if row is None else self._find_row(statement, row.group(1))
         outside = self.maps.tilt is not None and "shift" in self.maps.outer.order
-        while at < len(text):
-            match = _COORDINATE.match(text, at)
-            if match is None:
-                if text[at:].strip().startswith("#") or text[at:].strip().startswith("FILE"):
-                    raise statement.error(
-                        "VP002", "datum tables are not read; write the shift, or CYCL DEF 247 and --wcs"
-                    )
-                raise statement.error("VP001", f"{text[at:].strip()[:15]!r} is not a coordinate of a datum shift")
-            step, letter, value = match.group(1), match.group(2), read_value(match.group(3), self.q)
-            at = match.end()
-            if letter not in "XYZ":
-                if value:
-                    raise statement.error(
-                        "VP002", f"a datum shift of {letter} is not executed; give A and C with their whole values"
-                    )
-                continue
-            axis = "XYZ".index(letter)
+        for axis, (step, value) in values.items():
             if outside and not value and not step:  # takes back that of before the plane, as headers and footers do
                 self._end_outer_shift(axis)
                 continue
@@ -99,10 +93,53 @@ class KlartextSettings:
                     "VP017", "a datum shift in a tilted plane while one from before the plane holds: which of them it would change "
                     "differs between controls; write PLANE RESET first",
                 )  # fmt: skip
-            shift[axis] = self.frames.length(value) + (shift[axis] if step else 0.0)
+            shift[axis] = value + (shift[axis] if step else 0.0)
         layer.shift = (shift[0], shift[1], shift[2])
         layer.set("shift", active=any(shift))
         self.frames.refresh_frame()
+
+    def _read_shift(self, statement: Statement, text: str) -> dict[int, tuple[bool, float]]:
+        """Axis -> whether the value counts from the shift in force, and the value, mm."""
+        values: dict[int, tuple[bool, float]] = {}
+        at = 0
+        while at < len(text):
+            match = _COORDINATE.match(text, at)
+            if match is None:
+                raise statement.error("VP001", f"{text[at:].strip()[:15]!r} is not a coordinate of a datum shift")
+            step, letter, value = match.group(1), match.group(2), read_value(match.group(3), self.q)
+            at = match.end()
+            if letter in "XYZ":
+                if (axis := "XYZ".index(letter)) in values:
+                    raise statement.error("VP004", f"{letter} stands twice in the datum shift")
+                values[axis] = bool(step), self.frames.length(value)
+            elif value:
+                raise statement.error(
+                    "VP002", f"a datum shift of {letter} is not executed; give A and C with their whole values"
+                )
+        return values
+
+    def _find_row(self, statement: Statement, word: str) -> dict[int, tuple[bool, float]]:
+        """The shift of all axes that a row of the datum table of the set-up has."""
+        number = read_value(word, self.q)
+        row = self.keys.datums.get(f"{number:g}")
+        if row is None:
+            known = f"rows {', '.join(self.keys.datums)}" if self.keys.datums else "none"
+            raise statement.error(
+                "VP002",
+                f'#{number:g} is a row of a datum table, and the set-up has {known}; give it as "{number:g}" = [X, Y, Z] in mm under '
+                "[heidenhain.datums] of the settings file, or write the shift",
+            )
+        return {axis: (False, float(value)) for axis, value in enumerate(row)}
+
+    def select_table(self, statement: Statement) -> None:
+        """SEL TABLE: the datum table; the set-up has one."""
+        match = _TABLE.fullmatch(statement.rest)
+        if match is None or not self.keys.datums or self.table not in (None, match.group(1)):
+            raise statement.error(
+                "VP002", "SEL TABLE selects a datum table by its name in quotes; the set-up may have one table, under [heidenhain.datums] of the "
+                "settings file, and a program that selects several is refused: write the shifts", 0,
+            )  # fmt: skip
+        self.table = match.group(1)
 
     def _end_outer_shift(self, axis: int) -> None:
         outer = self.maps.outer
@@ -179,20 +216,39 @@ class KlartextSettings:
     # --- others ---------------------------------------------------------------------------------------------
 
     def _working_plane(self, statement: Statement, head: Head) -> None:
-        """19.1 A+0 B+45 C+0 as spatial angles; F and the set-up clearance position nothing here."""
+        """19.1 A+0 B+45 C+0 as spatial angles; F and the set-up clearance position the rotary axes where the set-up says so."""
         angles = {"A": 0.0, "B": 0.0, "C": 0.0}
-        text = re.sub(
-            rf"[ \t](?:F[ \t]*(?:MAX|{VALUE})|(?:ABST|DIST|SETUP|SET-UP|S)[ \t]*{VALUE})(?=[ \t]|$)", " ", head.rest
-        )
-        at, text = 0, text.rstrip()
+        given = [match.groups() for match in _TILT_WORD.finditer(head.rest)]
+        feeds, distances = ([pair[place] for pair in given if pair[place]] for place in (0, 1))
+        if max(len(feeds), len(distances)) > 1:
+            raise statement.error("VP004", "F or the set-up clearance stands twice in cycle 19")
+        at, text = 0, _TILT_WORD.sub(" ", head.rest).rstrip()
         while at < len(text):
             match = _COORDINATE.match(text, at)
             if match is None or match.group(2) not in angles or match.group(1):
                 raise statement.error("VP001", f"{text[at:].strip()[:15]!r} is not a spatial angle of cycle 19")
             angles[match.group(2)] = read_value(match.group(3), self.q)
             at = match.end()
-        if text.strip():
-            self.planes.set_working_plane((angles["A"], angles["B"], angles["C"]))
+        if not text.strip():
+            return
+        move = self._read_tilting_move(statement, feeds, distances)
+        self.planes.set_working_plane((angles["A"], angles["B"], angles["C"]), statement, move)
+
+    def _read_tilting_move(self, statement: Statement, feeds: list[str], distances: list[str]) -> PlaneWords | None:
+        """How cycle 19 positions the rotary axes; None where they stay."""
+        if self.keys.cycle_19 != "moves":
+            if feeds or distances:
+                self.core.recorder.event(statement.line, "without effect", word="F and set-up clearance of cycle 19")
+            return None
+        if not (feeds and distances):
+            raise statement.error(
+                "VP005",
+                "cycle 19 positions the rotary axes (cycle_19 of the settings file), and needs F and the set-up clearance",
+            )
+        move = PlaneWords("SPATIAL", {"DIST": read_value(distances[0], self.q)}, ["FMAX"] if feeds[0] == "MAX" else [])
+        if feeds[0] != "MAX":
+            move.values["F"] = read_value(feeds[0], self.q)
+        return move
 
     def _preset(self, statement: Statement, head: Head) -> None:
         """247: the preset; shifts, mirror images, rotations and scalings end."""
@@ -254,6 +310,7 @@ class KlartextSettings:
 #: TRANS functions: what they do, and with which text where the program gives none.
 _TRANS: Final[Mapping[str, tuple[Callable[[KlartextSettings, Statement, str], None], str | None]]] = {
     "DATUM RESET": (KlartextSettings.shift_datum, "X0 Y0 Z0"), "DATUM AXIS": (KlartextSettings.shift_datum, None),
+    "DATUM TABLE": (KlartextSettings.shift_datum, None),
     "MIRROR RESET": (KlartextSettings.mirror, ""), "MIRROR AXIS": (KlartextSettings.mirror, None),
     "ROTATION RESET": (KlartextSettings.rotate, "ROT0"), "ROTATION": (KlartextSettings.rotate, None),
     "SCALE RESET": (KlartextSettings.scale, "SCL1"), "SCALE": (KlartextSettings.scale, None),

@@ -16,7 +16,7 @@ from verne_post.gcode.words import split_words
 #: Keywords that begin a statement, the longer before those that they begin with.
 KEYWORDS: Final = (
     "BEGIN PGM", "END PGM", "BLK FORM", "TOOL CALL", "TOOL DEF", "CYCL DEF", "CYCL CALL", "CALL LBL", "CALL PGM",
-    "CALL SELECTED PGM", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "APPR", "DEP", "RND", "CHF",
+    "CALL SELECTED PGM", "SEL TABLE", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "APPR", "DEP", "RND", "CHF",
     "CTP", "CT", "CP", "CR", "CC", "LP", "LN", "L", "C", "M", "Q", "F", "S", "R0", "RL", "RR",
 )  # fmt: skip
 #: Why contours of cycles, and probing, are refused.
@@ -32,7 +32,7 @@ _REFUSED: Final = {
 _NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
 _KEYWORD: Final = re.compile(
     "|".join(
-        re.escape(word).replace(r"\ ", r"[ \t]+") + (r"(?![A-Z0-9])" if len(word) > 1 or word == "C" else "")
+        re.escape(word).replace(r"\ ", r"[ \t]+") + ("" if len(word) == 1 and word != "C" else r"(?![A-Z])" if word == "CYCL DEF" else r"(?![A-Z0-9])")
         for word in KEYWORDS if word not in "LCMQFS"
     )
     + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
@@ -41,7 +41,7 @@ _KEYWORD: Final = re.compile(
 #: is complete, and what follows it may be an assignment.
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
-_CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]+\d{3}", re.IGNORECASE)
+_CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]*\d{3}", re.IGNORECASE)
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")

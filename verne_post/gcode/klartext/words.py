@@ -15,7 +15,7 @@ from verne_post.gcode.program_error import ProgramError
 _M_WORDS: Final = {128: ("F",), 140: ("F", "MB"), 103: ("F",), 120: ("LA",), 112: ("T", "A")}
 _WORD: Final = re.compile(
     rf"[ \t]*(?:(?P<comp>R0(?![.,])|RL|RR|R\+(?![\d.,Q])|R-(?![\d.,Q]))(?![A-Z0-9])|(?P<feed>F[ \t]*(?:MAX|AUTO))(?![A-Z0-9])"
-    rf"|(?P<rotation>DR[ \t]*[+-])(?![ \t]*[\d.,Q])|(?P<max>MB[ \t]+MAX)|M[ \t]*(?P<m>\d+)"
+    rf"|(?P<rotation>DR[ \t]*[+-])(?![ \t]*[\d.,Q])|(?P<max>MB[ \t]*MAX)|M[ \t]*(?P<m>\d+)"
     rf"|(?P<name>IPR|IPA|PR|PA|CCA|LEN|NX|NY|NZ|TX|TY|TZ|DL|DR2|DR|MB|LA|FU|FZ|I?[XYZABCUVW]|[FSRT])[ \t]*:?[ \t]*(?P<value>{VALUE})"
     rf"|(?P<axis>[ABC])(?=[ \t]|$))"
 )  # fmt: skip
