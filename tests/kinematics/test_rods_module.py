@@ -222,16 +222,16 @@ def test_reference_values_of_the_urane_sx():
     ("key", "carrier"),
     [
         ("struts", 'kind = "rods"\nstruts = []'),
-        ("central", "central = {}"),
-        ("kind", 'kind = "verne"'),
-        ("", "spare = 1"),
+        ("rods", 'kind = "rods"\nrods = []'),
+        ("rods", "rods = []\ncentral = {}"),
+        ("", 'kind = "verne"'),
     ],
 )
-def test_a_carrier_in_a_chain_is_refused(key, carrier):
-    """Hexapods and the Tricept as published in schema 2: the key, and what there is."""
+def test_carriers_without_a_central_leg_are_refused(key, carrier):
+    """Hexapods and sliders in schema 2: the key, and what there is."""
     with pytest.raises(InputError) as refused:
         machine_from_toml(f'schema = 2\nname = "hexapod"\n[carrier]\n{carrier}\n'.encode(), "mine.toml")
     [item] = refused.value.findings
     assert item.code == "VP501"
     assert f"mine.toml: carrier{key and '.' + key}: " in item.message
-    assert "'rods' with three sliders and six rods of fixed length" in item.message
+    assert "there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'" in item.message
