@@ -14,7 +14,7 @@ from verne_post.output.machine_formats import linuxcnc_kins, mtconnect
 
 SHIPPED = {"verne": "VERNE", "serial": "serial five-axis machine", "linear_delta": "linear delta"}
 #: Machines described by their rods.
-RODS = ["urane_sx", "verne_by_rods"]
+RODS = ["quickstep", "urane_sx", "verne_by_rods"]
 #: Machines of one chain; their joints say what they are.
 CHAINS = ["ab_table", "ac_trunnion", "b_head_c_table", "bc_trunnion", "ca_fork_head", "nutating_head", "nutating_table"]
 #: Machines whose carrier carries a wrist.
@@ -62,7 +62,7 @@ def test_chains_are_sound(name):
 
 
 def test_nothing_of_the_new_machines_is_said_to_be_known():
-    for name in ("serial", "linear_delta", "urane_sx", *CHAINS, *CARRIERS):
+    for name in ("serial", "linear_delta", "urane_sx", "quickstep", *CHAINS, *CARRIERS):
         assert set(load_machine(name).provenance.values()) == {"assumed"}
 
 

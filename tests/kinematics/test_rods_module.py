@@ -15,7 +15,7 @@ from verne_post.kinematics.modules.rods import RodsModule
 from verne_post.model.findings import InputError
 
 FILES = ["verne_by_rods", "urane_sx"]
-TEXT = {name: (ROOT / f"machine_configs/{name}.toml").read_text() for name in FILES}
+TEXT = {name: (ROOT / f"machine_configs/{name}.toml").read_text() for name in [*FILES, "quickstep"]}
 
 
 def random_poses(seed, n=400):
@@ -76,7 +76,7 @@ def test_a_delta_by_its_rods_is_the_delta():
     assert mine.parallelograms == ("1", "2", "3")
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [*FILES, "quickstep"])
 def test_rods_close_and_forward_comes_back(name):
     machine = verne_post.load_machine(name)
     tip, angles = random_poses(7)
@@ -170,7 +170,7 @@ def test_cones_and_rods_as_bodies():
     assert {"VP211", "VP214"} <= {item.code for item in found}
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [*FILES, "quickstep"])
 def test_a_program_runs_and_a_violation_is_found(name):
     options = verne_post.Options(tool_length=80.0, wcs={"G54": (0, 0, 50)})
     text = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 Y20 A20 C40 F1500\nM2\n"
