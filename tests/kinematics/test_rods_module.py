@@ -15,7 +15,7 @@ from verne_post.kinematics.modules.rods import RodsModule
 from verne_post.model.findings import InputError
 
 FILES = ["verne_by_rods", "urane_sx"]
-TEXT = {name: (ROOT / f"machine_configs/{name}.toml").read_text() for name in FILES}
+TEXT = {name: (ROOT / f"machine_configs/{name}.toml").read_text() for name in [*FILES, "quickstep"]}
 
 
 def random_poses(seed, n=400):
@@ -76,7 +76,7 @@ def test_a_delta_by_its_rods_is_the_delta():
     assert mine.parallelograms == ("1", "2", "3")
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [*FILES, "quickstep"])
 def test_rods_close_and_forward_comes_back(name):
     machine = verne_post.load_machine(name)
     tip, angles = random_poses(7)
@@ -170,7 +170,7 @@ def test_cones_and_rods_as_bodies():
     assert {"VP211", "VP214"} <= {item.code for item in found}
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [*FILES, "quickstep"])
 def test_a_program_runs_and_a_violation_is_found(name):
     options = verne_post.Options(tool_length=80.0, wcs={"G54": (0, 0, 50)})
     text = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 Y20 A20 C40 F1500\nM2\n"
@@ -222,16 +222,16 @@ def test_reference_values_of_the_urane_sx():
     ("key", "carrier"),
     [
         ("struts", 'kind = "rods"\nstruts = []'),
-        ("central", "central = {}"),
-        ("kind", 'kind = "verne"'),
-        ("", "spare = 1"),
+        ("rods", 'kind = "rods"\nrods = []'),
+        ("rods", "rods = []\ncentral = {}"),
+        ("", 'kind = "verne"'),
     ],
 )
-def test_a_carrier_in_a_chain_is_refused(key, carrier):
-    """Hexapods and the Tricept as published in schema 2: the key, and what there is."""
+def test_carriers_without_a_central_leg_are_refused(key, carrier):
+    """Hexapods and sliders in schema 2: the key, and what there is."""
     with pytest.raises(InputError) as refused:
         machine_from_toml(f'schema = 2\nname = "hexapod"\n[carrier]\n{carrier}\n'.encode(), "mine.toml")
     [item] = refused.value.findings
     assert item.code == "VP501"
     assert f"mine.toml: carrier{key and '.' + key}: " in item.message
-    assert "'rods' with three sliders and six rods of fixed length" in item.message
+    assert "there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'" in item.message

@@ -40,7 +40,7 @@ from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import worst
 from verne_post.model.vibration import Shaper
 from verne_post.toolpath.approach import add_approach_and_departure, add_detours, joints_at_place
-from verne_post.toolpath.branch_choice import report_branch_changes
+from verne_post.toolpath.branch_choice import find_idle_turns, report_branch_changes
 from verne_post.toolpath.branches import BranchPlan
 from verne_post.toolpath.contour import Smoothing, make_exact_contour, smooth_contour
 from verne_post.toolpath.contour_pose import contour_pose, speed_cap
@@ -297,7 +297,9 @@ def lift(draft: Draft) -> Draft:
 
 
 def add_rewinds(draft: Draft) -> Draft:
-    """Where the table rewinds or changes sides: findings, and with ``allow_rewind`` the retracts that it takes."""
+    """Where the table rewinds, changes sides or turns for nothing: findings, and with ``allow_rewind`` the retracts that it takes."""
+    if idle := find_idle_turns(draft.path, draft.machine):
+        return replace(draft, findings=(*draft.findings, *idle))
     if draft.branches is None:
         return draft
     found = report_branch_changes(draft.path, draft.branches, draft.machine, allow_rewind=draft.options.allow_rewind)

@@ -30,7 +30,8 @@ def verifier_of(program: Program, fmt: SetpointFormat) -> Verifier:
         machine.limits,
         machine.columns,
         fmt,
-        machine.accuracy.uncorrected_axis,
+        0.0 if machine.coordinates.joints_by_axis else machine.accuracy.uncorrected_axis,
+        joints_by_axis=machine.coordinates.joints_by_axis,
     )
 
 

@@ -12,6 +12,7 @@ from msgspec.structs import asdict
 from verne_post.base.arrays import Array
 from verne_post.base.printable import visible
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
+from verne_post.config.carrier import CarrierFile, build_carried_machine
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
 from verne_post.config.schema import (
     AccuracyFile,
@@ -35,6 +36,7 @@ from verne_post.model.machine import Accuracy, Column, Limits, Machine
 from verne_post.model.moves import AXES
 from verne_post.model.nutation import Nutation
 from verne_post.model.plausibility import compare, compare_largest
+from verne_post.model.protocols import FiveAxis
 
 #: Three directions span no space where the volume of their unit vectors is smaller.
 _FLAT: Final = 1e-6
@@ -61,7 +63,10 @@ class ChainFile(Table, frozen=True, kw_only=True):
 
 
 class JointFile(Table, frozen=True, kw_only=True):
-    """[joints.NAME]: a direction to slide along or to turn about, whose motion is positive, travel, and speed limits."""
+    """[joints.NAME]: a direction to slide along or to turn about, whose motion is positive, travel, and speed limits.
+
+    A strut of a carrier has neither direction: its value is its length.
+    """
 
     checks: ClassVar[Checks] = {"travel_mm": check_range, "travel_deg": check_range}
 
@@ -76,13 +81,11 @@ class JointFile(Table, frozen=True, kw_only=True):
     jerk: Positive | None = None
 
     def check_together(self) -> None:
-        if (self.slides is None) == (self.turns is None):
+        if self.slides is not None and self.turns is not None:
             raise ValueError("expected one of slides and turns, a direction")
-        if not any(self.slides or self.turns or ()):
+        if not any(self.slides or self.turns or (1.0,)):
             raise ValueError("the direction [0, 0, 0] is none")
-        if self.slides is not None and (
-            self.travel_mm is None or self.through is not None or self.travel_deg is not None
-        ):
+        if self.turns is None and (self.travel_mm is None or self.through is not None or self.travel_deg is not None):
             raise ValueError("a joint that slides has travel_mm, and neither travel_deg nor through")
         if self.turns is not None and (self.through is None or self.travel_mm is not None):
             raise ValueError(
@@ -102,6 +105,7 @@ class ChainProvenanceFile(Table, frozen=True, kw_only=True):
     chain: Source
     joints: Source
     control: Source
+    carrier: Source | None = None
     table: Source | None = None
     home: Source | None = None
     drives: Source | None = None
@@ -115,6 +119,7 @@ class ChainMachineFile(Table, frozen=True, kw_only=True):
     schema: Literal[2]
     name: Annotated[str, Meta(min_length=1)]
     chain: ChainFile
+    carrier: CarrierFile | None = None
     joints: dict[str, JointFile]
     table: PartTableFile | None = None
     home: HomeFile | None = None
@@ -125,10 +130,13 @@ class ChainMachineFile(Table, frozen=True, kw_only=True):
     provenance: ChainProvenanceFile
 
     def check_together(self) -> None:
-        for group in ("table", "home", "accuracy", "drives", "vibration"):
+        for group in ("carrier", "table", "home", "accuracy", "drives", "vibration"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")
-        for text in _find_faults(self.chain, self.joints):
+        find = (
+            _find_faults(self.chain, self.joints) if self.carrier is None else _find_carrier_faults(self, self.carrier)
+        )
+        for text in find:
             raise ValueError(text)
 
 
@@ -138,6 +146,9 @@ def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str
     if sorted(named) != sorted(joints):
         yield (f"chain.tool and chain.part name {', '.join(named) or 'no joint'}, and the joints are {', '.join(joints)}; expected every "
                "joint once")  # fmt: skip
+    bare = [name for name in named if joints[name].slides is joints[name].turns is None]
+    if bare:
+        yield f"joints.{bare[0]}: expected one of slides and turns, a direction"
     slides = [name for name in named if joints[name].slides is not None]
     turns = [name for name in named if name not in slides]
     if sorted(slides) != list(_LINEAR) or len(turns) != 2 or not set(turns) <= set(_ROTARY):
@@ -147,6 +158,26 @@ def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str
         if kinds != sorted(kinds):
             yield (f"{side[kinds.index(True)]} turns {side[len(kinds) - 1 - kinds[::-1].index(False)]}: a rotary joint that carries a linear "
                    "one is not executed yet")  # fmt: skip
+
+
+def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterator[str]:
+    """What is wrong with the joints of a wrist on a carrier."""
+    turns = [name for name, joint in file.joints.items() if joint.turns is not None]
+    if len(turns) != 2 or not set(turns) <= set(_ROTARY):
+        yield f"the joints turn: {', '.join(turns) or 'none'}; expected two of a, b, c, the wrist on the carrier"
+    if set(carrier.actuators) != set(file.joints) - set(turns):
+        yield (f"carrier.actuators are {', '.join(carrier.actuators)}, and the joints that do not turn are "
+               f"{', '.join(name for name in file.joints if name not in turns)}; expected the same")  # fmt: skip
+    for name in carrier.actuators:
+        if file.joints[name].slides is not None:
+            yield f"joints.{name}.slides: the value of a strut is its length; leave the direction out"
+        if file.joints[name].positive is not None:
+            yield f"joints.{name}.positive: a strut that grows is positive; leave the key out"
+    if file.table is not None:
+        yield "table: the part of a carrier with a wrist stands still, so it has no face that turns; leave [table] out"
+    if file.chain.part or file.chain.tool[:1] != ["carrier"] or sorted(file.chain.tool[1:]) != sorted(turns):
+        yield (f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in tool, then both rotary joints, "
+               "and part = []; a carrier over a rotary table is not executed yet")  # fmt: skip
 
 
 # --- geometry -------------------------------------------------------------------------------------------------
@@ -161,9 +192,12 @@ class _Geometry:
         x = next(unit for unit in np.eye(3) if np.linalg.norm(np.cross(unit, up)) > _ALONG)
         x = _normalise(x - (x @ up) * up)
         to_part = np.stack([x, np.cross(up, x), up])
-        rotary = [name for name in (*reversed(chain.part), *chain.tool) if joints[name].turns is not None]
+        in_order = (*reversed(chain.part), *chain.tool)
+        rotary = [name for name in in_order if name in joints and joints[name].turns is not None]
         self.turn, self.tilt = rotary
-        directions = {name: to_part @ _normalise(joints[name].turns or joints[name].slides or []) for name in joints}
+        directions = {
+            name: to_part @ _normalise(one) for name, joint in joints.items() if (one := joint.turns or joint.slides)
+        }
         axis = to_part @ _normalise(chain.axis)
         on_tool = {name: name in chain.tool for name in joints}
         #: 1 where the positive sense is that of the tool's motion against the part, -1 where it is the part's.
@@ -175,7 +209,10 @@ class _Geometry:
         longer = self.senses[self.tilt] * (1.0 if high >= -low else -1.0)
         self.pair = build_pair(directions[self.turn], directions[self.tilt], axis, longer)
         polar, zero = self.pair.directions, np.array(chain.part_zero)
-        linear = np.stack([polar @ directions[name] * self.senses[name] for name in _LINEAR], axis=1)
+        self.linear = _LINEAR if file.carrier is None else tuple(file.carrier.actuators)
+        linear = polar  # of a carrier: X, Y, Z of the machine are those of the part
+        if file.carrier is None:
+            linear = np.stack([polar @ directions[name] * self.senses[name] for name in _LINEAR], axis=1)
         if abs(np.linalg.det(linear)) < _FLAT:
             raise ValueError("the directions of x, y, z lie in a plane: the tool cannot move out of it")
 
@@ -191,12 +228,16 @@ class _Geometry:
             _check_travel(
                 nutation, self.tilt, joints[self.tilt].travel_deg, self.pair.tilt_sign * self.senses[self.tilt]
             )
-        self.machine = ChainMachine(self.pair, gauge, axis, linear, tilt, turn, _compute_inverse(linear))
+        wrist = ChainMachine(self.pair, gauge, axis, linear, tilt, turn, _compute_inverse(linear))
+        self.machine: FiveAxis = wrist
+        if file.carrier is not None:
+            names = self.tilt, self.turn
+            self.machine = build_carried_machine(file.carrier, wrist, polar @ to_part, zero, names)
         #: Joint values inside per value of the file, rad per rad.
         self.signs = (self.pair.tilt_sign * self.senses[self.tilt], self.pair.turn_sign * self.senses[self.turn])
         axes = AXES.index(self.tilt.upper()), AXES.index(self.turn.upper())
         words = RotaryWords(axes, *self.signs, self.pair.home_tilt, self.pair.nutation)
-        self.coordinates = ChainCoordinates(self.machine, words, polar.T @ gauge)
+        self.coordinates = ChainCoordinates(wrist, words, polar.T @ gauge, file.carrier is not None)
 
 
 def _check_travel(nutation: Nutation, name: str, travel: list[float] | None, sign: float) -> None:
@@ -248,10 +289,9 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
     if file.table is not None and abs(geometry.pair.directions[2, 2]) < 1.0 - PARALLEL:
         text = f"{file_name}: table.radius: {geometry.turn} does not turn about z of the part, so it has no face at z = 0; leave [table] out"
         raise InputError(finding("VP501", text))
-    names = (*_LINEAR, geometry.tilt, geometry.turn)
-    signs = dict(zip(names[3:], geometry.signs, strict=True))
+    signs = dict(zip((geometry.tilt, geometry.turn), geometry.signs, strict=True))
     columns = (
-        *(Column(name, "mm", 1.0, "VP101") for name in _LINEAR),
+        *(Column(name, "mm", 1.0, "VP101") for name in geometry.linear),
         Column(geometry.tilt, "deg", DEG_PER_RAD * signs[geometry.tilt], "VP102"),
         Column(geometry.turn, "deg", DEG_PER_RAD * signs[geometry.turn], "VP103"),
     )
@@ -259,7 +299,7 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
     accuracy = file.accuracy or AccuracyFile()
     return Machine(
         name=visible(file.name),
-        kind="chain",
+        kind="chain" if file.carrier is None else "carrier",
         sha256=hashlib.sha256(raw).hexdigest(),
         module=None,
         five_axis=geometry.machine,
@@ -291,14 +331,15 @@ def _convert_limits(file: ChainMachineFile, columns: tuple[Column, ...]) -> Limi
         np.array([getattr(joint, key) or math.inf for joint in joints]) / size
         for key in ("velocity", "acceleration", "jerk")
     )
-    return Limits(travel[:, 0], travel[:, 1], velocity, acceleration, jerk, 0.0)
+    smallest = -math.inf if file.carrier is None else file.carrier.smallest_singular_value
+    return Limits(travel[:, 0], travel[:, 1], velocity, acceleration, jerk, 0.0, smallest)
 
 
 def _find_implausible(file: ChainMachineFile) -> Iterator[Finding]:
     """Warnings (VP505) about values that are legal but that no machine tool has: most often another unit."""
     texts = list[str]()
     for name, joint in file.joints.items():
-        kind, travel = ("linear", joint.travel_mm) if joint.slides is not None else ("rotary", joint.travel_deg)
+        kind, travel = ("linear", joint.travel_mm) if joint.turns is None else ("rotary", joint.travel_deg)
         if travel is not None:
             key = f"joints.{name}.travel_{'mm' if kind == 'linear' else 'deg'}"
             texts += compare(key, travel[1] - travel[0], f"{kind} {key[-3:].strip('_')}", "a travel of ")

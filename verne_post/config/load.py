@@ -5,7 +5,7 @@ import math
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from msgspec.structs import asdict
@@ -83,27 +83,6 @@ def _refuse_files(name: str) -> bytes:
     )
 
 
-#: Keys of [carrier] that other programs' files have, and what they ask for.
-_CARRIER_KEYS: Final = {
-    "struts": "struts of variable length (hexapod, Tricept)",
-    "central": "a central leg (Tricept)",
-    "actuators": "a carrier with actuators of its own names",
-    "kind": "a carrier in a chain of joints",
-}
-
-
-def _describe_carrier(carrier: object) -> str:
-    """Why a file with a [carrier] is refused, and what there is instead."""
-    keys = [key for key in _CARRIER_KEYS if isinstance(carrier, dict) and key in carrier]
-    where, what = (
-        (f"carrier.{keys[0]}", _CARRIER_KEYS[keys[0]]) if keys else ("carrier", "a carrier in a chain of joints")
-    )
-    return (
-        f"{where}: {what} is not executed; a carrier is the [module] of a file of schema 1, over the tilting rotary table: "
-        "kind = 'verne', 'serial', 'linear_delta', or 'rods' with three sliders and six rods of fixed length"
-    )
-
-
 def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] = _refuse_files) -> Machine:
     """Build a machine from the bytes of its file; ``read`` gives the bytes of files that it names."""
     try:
@@ -111,7 +90,10 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
     except ValueError as error:
         raise InputError(finding("VP501", f"{file_name}: {error}")) from None
     if "carrier" in data:
-        raise InputError(finding("VP501", f"{file_name}: {_describe_carrier(data['carrier'])}"))
+        from verne_post.config.carrier import describe_refused_carrier  # few machines have one
+
+        if why := describe_refused_carrier(data["carrier"], data.get("schema")):
+            raise InputError(finding("VP501", f"{file_name}: {why}"))
     if data.get("schema") == 2:
         from verne_post.config.chain import build_chain_machine  # the default machine has another schema
 

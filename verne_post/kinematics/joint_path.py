@@ -1,20 +1,26 @@
 """JointPath: the actuated joints along a contour, exactly: q(element, w)."""
 
 from collections.abc import Iterator
+from functools import cached_property
 from typing import Final, Protocol
 
 import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.ragged import ragged
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
 from verne_post.model.poses import JointPoses, Platform, Pose
-from verne_post.model.protocols import ClearanceModel, Nutating, PoseFunction, SpeedFunction
+from verne_post.model.protocols import Carrying, ClearanceModel, Nutating, PoseFunction, SpeedFunction
 from verne_post.model.toolpath import SegmentKind
 
 #: Rows evaluated at a time: what lies between pose and joints then stays in the processor's cache.
 EVALUATED_ROWS: Final = 4096
+#: Whole turns of a wrist on a carrier are followed in steps of so much path and rotation: its pole is 0.5 degrees wide, and beside it
+#: the turning joint goes on by less than half a turn in one.
+TURN_STEP_MM: Final = 4.0
+TURN_STEP: Final = np.radians(0.5)
 
 
 class KeepOutModel(ClearanceModel, Protocol):
@@ -31,7 +37,7 @@ class Solved(JointPoses, frozen=True, eq=False):
     ok: Mask
 
 
-class JointPath(Struct, frozen=True, eq=False):
+class JointPath(Struct, frozen=True, eq=False, dict=True):
     """The joints of a machine that follows a contour.
 
     ``pose`` evaluates the geometry and ``speed`` the feed; they are handed in, because kinematics knows no tool path.
@@ -52,6 +58,7 @@ class JointPath(Struct, frozen=True, eq=False):
         q, platform, ok = self.machine.five_axis.solve(tip, angles, length)
         q[joint] = q_joint
         self._lay_joints(element, w, tip, length, q)
+        self._follow_turns(element, w, q)
         return Solved(q, tip, angles, platform, ok)
 
     def tool_axis(self, solved: Solved) -> Array:
@@ -87,6 +94,32 @@ class JointPath(Struct, frozen=True, eq=False):
         turns = joints[:, :2] + self.contour.parameter(element[on], w[on])[:, None] * (joints[:, 2:] - joints[:, :2])
         q[on] = five_axis.place_joints(tip[on], turns, length[on])
 
+    def _follow_turns(self, element: Ints, w: Array, q: Array) -> None:
+        """Put the turning joint of a wrist on a carrier, of q (n, n_joints), on the turn to which the way from the start leads."""
+        if isinstance(self.machine.five_axis, Carrying):
+            place, turn = self._turns
+            q[:, -1] += 2 * np.pi * np.round((np.interp(element + w, place, turn) - q[:, -1]) / (2 * np.pi))
+
+    @cached_property
+    def _turns(self) -> tuple[Array, Array]:
+        """Places along the contour (m,), element and parameter in one number, and where the turning joint is, without whole turns."""
+        contour = self.contour
+        wanted = np.maximum(contour.length[:] / TURN_STEP_MM, contour.rotation[:] / TURN_STEP)
+        owner, index = ragged(parts := np.maximum(np.ceil(wanted), 1).astype(int))
+        w = index / parts[owner]
+        element, w = np.append(owner, len(contour) - 1), np.append(w, 1.0)
+        turn = np.empty(len(w))
+        for part in _split_rows(len(w)):
+            tip, angles, length, joint, q_joint = self._evaluate_pose(element[part], w[part])
+            q = self.machine.five_axis.joints(tip, angles, length)
+            q[joint] = q_joint
+            turn[part] = q[:, -1]
+        known = np.isfinite(turn)
+        if not known.any():
+            return element + w, np.zeros(len(w))
+        turn = np.unwrap(turn[np.maximum.accumulate(np.where(known, np.arange(len(w)), np.argmax(known)))])
+        return element + w, turn
+
     def bodies(self, element: Ints, solved: Solved) -> Pose:
         """Where the real tool and the module are at solved poses of elements (n,)."""
         segment = self.contour.segment[element]
@@ -110,6 +143,7 @@ class JointPath(Struct, frozen=True, eq=False):
             rows.q[part] = self.machine.five_axis.joints(tip, angles, length)
             rows.q[part][joint] = q_joint
             self._lay_joints(element[part], w[part], tip, length, rows.q[part])
+            self._follow_turns(element[part], w[part], rows.q[part])
         return rows
 
     def speed_cap(self, element: Ints, w: Array) -> Array:

@@ -364,7 +364,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "The vertical drop of a rod (the root of a radicand of equations 11 to 13) comes close to zero. "
         "Error below the machine file's limits.serial_singularity_mm, warning up to twice that. Or a great circle comes to the fold of a "
-        "nutating rotary pair, where both of its solutions meet.",
+        "nutating rotary pair, where both of its solutions meet, or the tool to the leg of a carrier, where its wrist has a pole.",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (

@@ -292,6 +292,15 @@ class Nutating(Protocol):
         """Joints (..., n_joints) of tips (..., 3) with the angles d and t (..., 2) of the rotary pair."""
 
 
+@runtime_checkable
+class Carrying(Protocol):
+    """A machine whose rotary joints follow from the tool axis alone: its carrier turns, so that words are not their values."""
+
+    @property
+    def home(self) -> Array:
+        """Joint values (n_joints,) with the carrier at home and the rotary joints at 0."""
+
+
 class FiveAxis(Protocol):
     """The whole machine: parallel module and tilting rotary table (tool centre point control). Table frame, workpiece sense."""
 
@@ -419,6 +428,10 @@ class TableCoordinates(Coordinates, Protocol):
     @property
     def home_tilt(self) -> float:
         """Nominal A where the tilting joint stands at 0, rad."""
+
+    @property
+    def joints_by_axis(self) -> bool:
+        """Whether the rotary joints follow from the tool axis alone, so that at the pole of the words C moves nothing."""
 
     @property
     def turns_with_part(self) -> bool:

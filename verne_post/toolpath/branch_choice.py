@@ -4,12 +4,14 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.numbers import fixed
 from verne_post.base.team import ALONE, Team
-from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
-from verne_post.model.toolpath import ToolPath
+from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
 from verne_post.toolpath.evaluate import pose
@@ -92,4 +94,22 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
         what = f"the programmed {tilt} and {turn} break a limit; from this line the table would stand at ({instead}) deg instead"
         findings.append(finding("VP301", what, severity="warning" if allow_rewind else "error",
                              line=line, last_line=line, worst_line=line))  # fmt: skip
+    return findings
+
+
+def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
+    """Refuse (VP202) words that turn while tool and tool axis stand, where joints follow from the axis: none moves, and no row tells."""
+    if not machine.coordinates.joints_by_axis:
+        return []
+    turn = path.end[:, 3:] - path.start[:, 3:]
+    still = (path.kind == SegmentKind.LINE) & (np.linalg.norm((path.end - path.start)[:, :3], axis=1) < ZERO_LENGTH_MM)
+    upright = np.abs(np.sin([path.start[:, 3], path.end[:, 3]])).max(axis=0) <= POLE_SINE
+    letter, findings = machine.rotary_letters[1], []
+    for segment in np.flatnonzero(still & upright & (np.abs(turn[:, 1]) > ZERO_ANGLE)).tolist():
+        line = int(path.line[segment])
+        what = (
+            f"the tool stands along the axis of {letter} while {letter} turns by {fixed(DEG_PER_RAD * float(turn[segment, 1]), 3)} deg: the "
+            "wrist follows from the tool axis, so no joint would move; lean the tool by 0.01 deg or more there, or turn as it tilts or moves"
+        )
+        findings.append(finding("VP202", what, severity="error", line=line, last_line=line, worst_line=line))
     return findings

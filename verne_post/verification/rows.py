@@ -18,6 +18,7 @@ from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.toolpath import SegmentKind
+from verne_post.verification.axis_words import name_angles
 from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.one_line import place_rows
 from verne_post.verification.projection import RADIAN_MM, Measured, straight_u, unwrapped_u
@@ -123,8 +124,8 @@ class RowMatcher:
         (q, tool_length) -> tip, nominal angles, ok.
     """
 
-    def __init__(self, reference: Reference, forward: Forward) -> None:
-        self.reference, self.forward = reference, forward
+    def __init__(self, reference: Reference, forward: Forward, *, joints_by_axis: bool = False) -> None:
+        self.reference, self.forward, self._joints_by_axis = reference, forward, joints_by_axis
         #: The largest angle between the true tool axis and that of the nominal angles so far, rad.
         self.axis_error = 0.0
         self.last = LastRow()
@@ -166,6 +167,8 @@ class RowMatcher:
         rest = items.rest_segment[item]
         segment = np.minimum(rest, len(path) - 1)
         tip, angles, axis, ok = self.forward(q[:n], path.tool_length[segment])
+        if self._joints_by_axis:
+            angles = name_angles(path, segment, angles, self.reference.noise.angle)
         if not ok.all():
             n = int(np.argmin(ok))
             lost = LostPath(n, "VP411", ": the joint values close no position of the platform")

@@ -50,6 +50,8 @@ class Verifier:
         How the rows are rounded, and their cycle.
     axis_error_limit : float
         How far the true tool axis may be from that of the nominal angles, rad.
+    joints_by_axis : bool
+        The joints of the machine tell the tool axis, and not which words hold it.
 
     Attributes
     ----------
@@ -59,10 +61,10 @@ class Verifier:
 
     def __init__(
         self, contour: Contour, forward: Forward, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat,
-        axis_error_limit: float = math.inf,
+        axis_error_limit: float = math.inf, *, joints_by_axis: bool = False,
     ) -> None:  # fmt: skip
         reference = build_reference(contour, limits, columns, fmt)
-        self._matcher = RowMatcher(reference, forward)
+        self._matcher = RowMatcher(reference, forward, joints_by_axis=joints_by_axis)
         self._lost = False
         self.parts: tuple[VerifierPart, ...] = (
             _PathPart(reference), _MotionPart(reference, self._matcher, axis_error_limit),

@@ -29,11 +29,14 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         The words of the rotary joints.
     machine_zero : ndarray, shape (3,)
         The gauge point with all joints at 0, part frame, mm.
+    joints_by_axis : bool
+        The chain is a wrist on a carrier that turns: words are those of the nominal one, on linear axes.
     """
 
     machine: ChainMachine
     words: RotaryWords
     machine_zero: Array
+    joints_by_axis: bool = False
 
     @property
     def rotary(self) -> tuple[int, int]:

@@ -30,7 +30,7 @@ from verne_post.model.poses import Platform
 from verne_post.model.protocols import Margin, WholeSolution
 
 #: The base frame of pictures and bodies has z down, as that of the parallel modules.
-_MIRROR: Final = np.array([1.0, -1.0, -1.0])
+MIRROR: Final = np.array([1.0, -1.0, -1.0])
 
 
 class Rotary(Struct, frozen=True, eq=False):
@@ -239,16 +239,11 @@ class ChainMachine(Struct, frozen=True, eq=False):
         return self._find_platform(q), np.asarray(np.isfinite(q).all(axis=-1))
 
     def _find_platform(self, q: Array) -> Platform:
-        point = (self.turn_tool(self.gauge, q[..., 3:]) + q[..., :3] @ self.linear.T) * _MIRROR
+        point = (self.turn_tool(self.gauge, q[..., 3:]) + q[..., :3] @ self.linear.T) * MIRROR
         if self.pair.lean and self.tilt.on_tool:
             middle = self.turn_tool(np.zeros(3), q[..., 3:])
-            x, y, z = ((self.turn_tool(unit, q[..., 3:]) - middle) * _MIRROR for unit in np.diag(_MIRROR))
-            angles = (
-                np.arctan2(-z[..., 1], z[..., 2]),
-                np.arcsin(np.clip(z[..., 0], -1.0, 1.0)),
-                np.arctan2(-y[..., 0], x[..., 0]),
-            )
-            return Platform(point, np.stack(angles, axis=-1))
+            units = ((self.turn_tool(unit, q[..., 3:]) - middle) * MIRROR for unit in np.diag(MIRROR))
+            return Platform(point, find_platform_angles(*units))
         a, c = (
             q[..., 3 + number] if joint.on_tool else np.zeros(q.shape[:-1])
             for number, joint in enumerate((self.tilt, self.turn))
@@ -262,7 +257,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
     @property
     def spindle(self) -> Array:
         """Unit vector from the gauge point towards the tip with all joints at 0, z down."""
-        return np.asarray(-self.axis * _MIRROR)
+        return np.asarray(-self.axis * MIRROR)
 
     def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Tool axis (..., 3) in the polar frame: as programmed."""
@@ -270,7 +265,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def on_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame in the polar frame of the part, for joint values (..., 5)."""
-        return self.turn_part_back(point * _MIRROR, q[..., 3:])
+        return self.turn_part_back(point * MIRROR, q[..., 3:])
 
     # --- what parallel machines have and a chain has not ----------------------------------------------------------
 
@@ -292,3 +287,13 @@ class ChainMachine(Struct, frozen=True, eq=False):
     def sketch(self, q: Array, platform: Platform) -> Array:
         """No rods: (n, 0, 2, 3)."""
         return np.empty((len(q), 0, 2, 3))
+
+
+def find_platform_angles(x: Array, y: Array, z: Array) -> Array:
+    """alpha, beta, gamma (..., 3) of a platform whose directions x, y, z are these unit vectors (..., 3) of the base frame."""
+    angles = (
+        np.arctan2(-z[..., 1], z[..., 2]),
+        np.arcsin(np.clip(z[..., 0], -1.0, 1.0)),
+        np.arctan2(-y[..., 0], x[..., 0]),
+    )
+    return np.stack(angles, axis=-1)

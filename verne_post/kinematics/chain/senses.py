@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.kinematics.chain.carried import CarriedMachine
 from verne_post.model.machine import Column, Machine
 
 #: mm or degrees by which a joint is moved.
@@ -15,8 +16,9 @@ _STILL: Final = 1e-9
 
 
 def describe_senses(machine: Machine) -> Iterator[str]:
-    """What a positive step of each joint does, one line a joint, from all joints at 0."""
-    still = np.zeros(len(machine.columns))
+    """What a positive step of each joint does, one line a joint, from all joints at 0, or struts as at home."""
+    five_axis = machine.five_axis
+    still = five_axis.home if isinstance(five_axis, CarriedMachine) else np.zeros(len(machine.columns))
     for k, column in enumerate(machine.columns):
         yield f"{column.joint.upper()} {_STEP:+g}: {describe_sense(machine, still, k)}"
 

@@ -65,6 +65,11 @@ class TiltingTable(Struct, frozen=True, eq=False):
         """The table's axes are at right angles."""
 
     @property
+    def joints_by_axis(self) -> bool:
+        """The table's joints have words of their own."""
+        return False
+
+    @property
     def part_frame(self) -> Array:
         """Rows: x, y, z of the table frame in directions of the part frame, which is the same."""
         return np.eye(3)

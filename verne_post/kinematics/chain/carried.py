@@ -1,0 +1,302 @@
+"""A five-axis machine whose rotary pair is a wrist on a carrier that turns as it moves: a central leg on three struts.
+
+Words are nominal: A and C are those that hold the tool axis with the carrier turned as at home, so that a program means the same
+part everywhere. The joints of the wrist follow from the tool axis as the carrier sees it,
+
+    k' = R(P)' k = (sin a sin c, sin a cos c, cos a),      a in [0, pi].
+
+The axis of c lies along the leg, and the axis of a and the gauge
+line cross it in one point, the wrist's centre. So its place W = tip + (l + g) k tells the leg, and all is closed form: from o to W
+the leg's direction, P at the wrist's reach h before W.
+
+Whole turns of c are those to which the way of a program leads (``JointPath``); a pose alone has c less than half a turn from C.
+Where the tool stands along the leg, c means nothing: the wrist's pole, a singularity and a margin. All vectors are in the polar frame of the pair, as in :mod:`~verne_post.kinematics.chain.machine`, but for
+those of the leg, which are in the base frame. mm and rad.
+"""
+
+from typing import Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array, Mask
+from verne_post.base.rotations import angles_of_axis, axis_of_angles, wrap_angle
+from verne_post.base.tolerances import POLE_SINE
+from verne_post.base.units import DEG_PER_RAD
+from verne_post.kinematics.chain.machine import MIRROR, ChainMachine, find_platform_angles
+from verne_post.kinematics.five_axis import axis_and_angles, pose_vectors
+from verne_post.kinematics.modules.central_leg import CentralLeg
+from verne_post.model.poses import Platform
+from verne_post.model.protocols import Margin, WholeSolution
+
+#: The tilting joint of the wrist may come so near to its pole, degrees: the other turns up to 115 times as fast as the tool axis.
+POLE_DEG: Final = 0.5
+
+
+class CarriedMachine(Struct, frozen=True, eq=False):
+    """Implements the ``FiveAxis`` protocol; joints are the struts, the tilt and the turn of the wrist.
+
+    Attributes
+    ----------
+    nominal_chain : ChainMachine
+        The wrist on three linear axes along those of the part: what words and machine coordinates mean.
+    leg : CentralLeg
+    to_polar : ndarray, shape (3, 3)
+        Turns directions of the base frame into the polar frame.
+    part_zero : ndarray, shape (3,)
+        Origin of the polar frame, base frame.
+    reach, nose : float
+        h, from P along the leg to the wrist's centre, and g, from there along the tool to the gauge point.
+    actuators : tuple of str
+        Names of the struts.
+    base_cone, platform_cone : float or None
+        How far struts may turn in their joints from home, degrees.
+    """
+
+    nominal_chain: ChainMachine
+    leg: CentralLeg
+    to_polar: Array
+    part_zero: Array
+    reach: float
+    nose: float
+    actuators: tuple[str, ...]
+    base_cone: float | None = None
+    platform_cone: float | None = None
+
+    @property
+    def nose_offset(self) -> float:
+        """The gauge point is the platform point: 0."""
+        return 0.0
+
+    @property
+    def spindle(self) -> Array:
+        """Unit vector from the gauge point towards the tip with all joints at 0, z down."""
+        return self.nominal_chain.spindle
+
+    def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Gauge point (..., 3) of the nominal machine, from its place at home."""
+        return self.nominal_chain.platform_gauge(tip, angles, tool_length)
+
+    @property
+    def home(self) -> Array:
+        """Joint values (5,) with the carrier at home and the wrist at 0."""
+        return np.append(self.leg.find_lengths(np.array(self.leg.home, dtype=float)), [0.0, 0.0])
+
+    # --- wrist and leg -----------------------------------------------------------------------------------------------
+
+    def _find_carrier(self, wrist: Array) -> Array:
+        """P (..., 3) in the base frame of wrist centres (..., 3) of the polar frame; NaN where the leg does not reach out to W."""
+        away = wrist @ self.to_polar + self.part_zero - np.array(self.leg.base)
+        size = np.linalg.norm(away, axis=-1, keepdims=True)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(size > max(self.reach, 0.0), 1.0 - self.reach / size, np.nan)
+        return np.asarray(away * share + np.array(self.leg.base))
+
+    def _find_turn(self, position: Array) -> Array:
+        """How the carrier is turned at P (..., 3): (..., 3, 3), polar directions."""
+        return np.asarray(self.to_polar @ self.leg.find_turn(position) @ self.to_polar.T)
+
+    @np.errstate(all="ignore")
+    def _solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+        """Joints (..., 5), P (..., 3) and ok (...)."""
+        angles = np.asarray(angles, dtype=float)
+        axis = axis_of_angles(angles[..., 0], angles[..., 1])
+        wrist = tip + (np.asarray(tool_length, dtype=float) + self.nose)[..., None] * axis
+        position = self._find_carrier(wrist)
+        inside = (np.swapaxes(self._find_turn(position), -1, -2) @ axis[..., None])[..., 0]
+        near = find_nominal_turn(angles)
+        tilt, turn = angles_of_axis(inside)
+        turn = np.where(np.sin(tilt) > POLE_SINE, near + wrap_angle(turn - near), near)
+        q = np.empty((*position.shape[:-1], 5))
+        q[..., :3] = self.leg.find_lengths(position)
+        q[..., 3:] = self.nominal_chain.pair.find_joints(np.stack([tilt, turn], axis=-1))
+        ok = np.asarray(np.isfinite(q).all(axis=-1))
+        ok[ok] = self.leg.is_own(position[ok])
+        q[~ok] = np.nan
+        return q, position, ok
+
+    def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Joint values (..., 5) of tips (..., 3) and nominal angles (..., 2); NaN out of reach."""
+        return self._solve(tip, angles, tool_length)[0]
+
+    def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
+        """Joint values, platform and ok; see ``FiveAxis``."""
+        q, position, ok = self._solve(tip, angles, tool_length)
+        return q, self._find_platform(position, q), ok
+
+    def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+        """Finding codes of poses (m, 3), (m, 2) without a solution: beyond a singularity within the leg's bound, or out of reach."""
+        axis = axis_of_angles(angles[..., 0], angles[..., 1])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            position = self._find_carrier(tip + (np.asarray(tool_length, dtype=float) + self.nose)[..., None] * axis)
+            return ["VP203" if within else "VP110" for within in self.leg.is_within(position)]
+
+    def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
+        """Both solutions of one pose (3,), (3,) in the polar frame: the wrist to either side of its pole; the first is in use."""
+        tip, axis = pose_vectors(tip, "tip"), pose_vectors(axis, "axis")
+        tilt, turn = (float(angle) for angle in angles_of_axis(axis))
+        q, _position, ok = self._solve(tip, np.array([tilt, turn]), tool_length)
+        if not ok:
+            return []
+        a, c = self.nominal_chain.pair.find_angles(q[3:])
+        other = np.append(q[:3], self.nominal_chain.pair.find_joints(np.array([-a, wrap_angle(c + np.pi)])))
+        why = "the wrist on the other side of its pole"
+        return [
+            WholeSolution(tuple(q.tolist()), (tilt, turn), 0.0, (), False, None),
+            WholeSolution(tuple(other.tolist()), (-tilt, float(wrap_angle(turn + np.pi))), 0.0, (), True, why),
+        ]
+
+    # --- joints to poses ------------------------------------------------------------------------------------------------
+
+    @np.errstate(all="ignore")
+    def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
+        """Tip (..., 3), nominal angles (..., 2) with A in [0, pi], tool axis (..., 3), and ok (...) of joint values (..., 5).
+
+        C is less than half a turn from the wrist's; where the tool stands upright it is the wrist's, because it means nothing.
+        """
+        q = np.asarray(q, dtype=float)
+        position, ok = self.leg.find_position(q[..., :3])
+        own = self.nominal_chain.pair.find_angles(q[..., 3:])
+        axis = (self._find_turn(position) @ axis_of_angles(own[..., 0], own[..., 1])[..., None])[..., 0]
+        away = position - np.array(self.leg.base)
+        along = away / np.linalg.norm(away, axis=-1, keepdims=True)
+        wrist = (position + self.reach * along - self.part_zero) @ self.to_polar.T
+        tip = wrist - (np.asarray(tool_length, dtype=float) + self.nose)[..., None] * axis
+        tilt, turn = angles_of_axis(axis)
+        near = find_nominal_turn(own)
+        turn = np.where(np.sin(tilt) > POLE_SINE, near + wrap_angle(turn - near), near)
+        ok = ok & np.isfinite(tip).all(axis=-1) & np.isfinite(axis).all(axis=-1)
+        return tip, np.stack([tilt, turn], axis=-1), axis, np.asarray(ok)
+
+    def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+        """As :meth:`measure`, without the tool axis."""
+        tip, angles, _axis, ok = self.measure(q, tool_length)
+        return tip, angles, ok
+
+    @np.errstate(all="ignore")
+    def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
+        """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
+        directions = self.nominal_chain.pair.directions
+        tip, axis = (pose_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
+        q, _position, ok = self._solve(*axis_and_angles(tip, axis, tool_length), tool_length)
+        return q, ok
+
+    @np.errstate(all="ignore")
+    def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+        """Tip and tool axis in the part frame, and ok; see :meth:`Machine.forward`."""
+        q = np.asarray(q, dtype=float)
+        if q.ndim == 0 or q.shape[-1] != 5:
+            raise ValueError(f"q must have shape (..., 5), got {q.shape}")
+        tip, _angles, axis, ok = self.measure(q, tool_length)
+        directions = self.nominal_chain.pair.directions
+        return tip @ directions, axis @ directions, ok
+
+    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Joint rates by pose rates, (..., 5, 5): rows the joints, columns tip x, y, z (mm), nominal A and C (rad)."""
+        q, position, _ok = self._solve(tip, angles, tool_length)
+        angles = np.broadcast_to(np.asarray(angles, dtype=float), (*q.shape[:-1], 2))
+        (sin_a, sin_c), (cos_a, cos_c) = np.moveaxis(np.sin(angles), -1, 0), np.moveaxis(np.cos(angles), -1, 0)
+        still = np.zeros_like(sin_a)
+        turns = np.zeros((*q.shape[:-1], 3, 5))  # the tool axis by the pose
+        turns[..., 3] = np.stack([cos_a * sin_c, cos_a * cos_c, -sin_a], axis=-1)
+        turns[..., 4] = np.stack([sin_a * cos_c, -sin_a * sin_c, still], axis=-1)
+        moves = (np.asarray(tool_length, dtype=float) + self.nose)[..., None, None] * turns  # W by the pose
+        moves[..., :3] += np.eye(3)
+        away = position - np.array(self.leg.base)
+        size = np.linalg.norm(away, axis=-1)[..., None, None]
+        along = away[..., None] / size
+        share = self.reach / (size + self.reach)
+        by_wrist = (1.0 - share) * np.eye(3) + share * along @ np.swapaxes(along, -1, -2)
+        carried = by_wrist @ (self.to_polar.T @ moves)  # P by the pose, base frame
+        spin = self.to_polar @ self.leg.find_turn_rates(position) @ carried
+        axis = axis_of_angles(angles[..., 0], angles[..., 1])
+        back = np.swapaxes(self._find_turn(position), -1, -2)
+        seen = back @ (turns - np.cross(spin, axis[..., None], axis=-2))
+        own = self.nominal_chain.pair.find_angles(q[..., 3:])
+        (sin_a, sin_c), (cos_a, cos_c) = np.moveaxis(np.sin(own), -1, 0), np.moveaxis(np.cos(own), -1, 0)
+        rates = np.empty((*q.shape[:-1], 5, 5))
+        rates[..., :3, :] = self.leg.find_rates(position) @ carried
+        rates[..., 3, :] = (np.stack([cos_a * sin_c, cos_a * cos_c, -sin_a], -1)[..., None, :] @ seen)[..., 0, :]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rates[..., 4, :] = (np.stack([cos_c, -sin_c, still], -1)[..., None, :] @ seen)[..., 0, :] / sin_a[..., None]
+        return rates
+
+    # --- bodies and pictures: z down, the part stands still ---------------------------------------------------------------
+
+    def platform(self, q: Array) -> tuple[Platform, Mask]:
+        """The spindle's end as a platform, for joint values (..., 5)."""
+        q = np.asarray(q, dtype=float)
+        position, ok = self.leg.find_position(q[..., :3])
+        return self._find_platform(position, q), ok & np.isfinite(q).all(axis=-1)
+
+    @np.errstate(all="ignore")
+    def _find_platform(self, position: Array, q: Array) -> Platform:
+        """The same where P (..., 3) is known."""
+        turn = self._find_turn(position)
+        chain = self.nominal_chain
+        middle = chain.turn_tool(np.zeros(3), q[..., 3:])
+        units = [
+            (turn @ (chain.turn_tool(unit, q[..., 3:]) - middle)[..., None])[..., 0] * MIRROR
+            for unit in np.diag(MIRROR)
+        ]
+        away = position - np.array(self.leg.base)
+        along = away / np.linalg.norm(away, axis=-1, keepdims=True)
+        wrist = (position + self.reach * along - self.part_zero) @ self.to_polar.T
+        axis = (turn @ (chain.turn_tool(chain.axis, q[..., 3:]) - middle)[..., None])[..., 0]
+        return Platform((wrist - self.nose * axis) * MIRROR, find_platform_angles(*units))
+
+    def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """Tool axis (..., 3) in the polar frame: as programmed."""
+        return axis_of_angles(angles[..., 0], angles[..., 1])
+
+    def on_table(self, point: Array, q: Array) -> Array:
+        """Points (..., 3) of the base frame with z down in the polar frame of the part, which stands still."""
+        return np.asarray(point * MIRROR)
+
+    @np.errstate(all="ignore")
+    def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """The Jacobian's measure, the wrist's way to its pole, and what is left of cones, degrees."""
+        axis = axis_of_angles(angles[..., 0], angles[..., 1])
+        position = self._find_carrier(platform.position * MIRROR + self.nose * axis)
+        own = self.nominal_chain.pair.find_angles(q[..., 3:])
+        first = [self.leg.measure(position), DEG_PER_RAD * np.abs(own[..., 0])]
+        cones = [
+            cone - DEG_PER_RAD * turned
+            for cone, turned in zip((self.base_cone, self.platform_cone), self.leg.measure_cones(position), strict=True)
+            if cone is not None
+        ]
+        return np.concatenate([np.stack(first, axis=-1), *cones], axis=-1)
+
+    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`geometry_margins` measures, with thresholds."""
+        cones = ((self.base_cone, "base"), (self.platform_cone, "platform"))
+        return (
+            Margin(
+                "measure of the parallel Jacobian", "VP203", None, "", parallel_singularity, 2 * parallel_singularity
+            ),
+            Margin("tilt of the tool against the central leg", "VP202", None, "deg", POLE_DEG, 2 * POLE_DEG),
+            *(
+                Margin(f"angle left to the strut's joint on the {where}", "VP214", name, "deg", 0.0, 0.0)
+                for cone, where in cones
+                if cone is not None
+                for name in self.actuators
+            ),
+        )
+
+    def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
+        """Reciprocal condition number of the struts' rates, and 1: struts have no serial singularity."""
+        conditions = self.leg.measure_conditioning(self.leg.find_position(q[..., :3])[0])
+        return conditions, np.ones_like(conditions)
+
+    def sketch(self, q: Array, platform: Platform) -> Array:
+        """Struts, and last the central leg (n, 4, 2, 3) for a picture, base frame with z down."""
+        position = self.leg.find_position(q[..., :3])[0]
+        foot, end = self.leg.find_rods(position)
+        leg = np.stack([np.broadcast_to(np.array(self.leg.base), position.shape), position], axis=-2)
+        rods = np.concatenate([np.stack([foot, end], axis=-2), leg[..., None, :, :]], axis=-3)
+        return np.asarray(((rods - self.part_zero) @ self.to_polar.T) * MIRROR)
+
+
+def find_nominal_turn(angles: Array) -> Array:
+    """C (...) of the same tool axis with A > 0, of angles (..., 2): half a turn on where A < 0."""
+    return np.asarray(angles[..., 1] + np.where(np.sin(angles[..., 0]) < -POLE_SINE, np.pi, 0.0))
