@@ -451,7 +451,7 @@ def test_g89_goes_to_the_initial_level_in_rapid_traverse(view):
 
 @pytest.mark.parametrize(("text", "code", "line"), [
     ("GOTO/1,2", "VP005", 1), ("FEDRAT/9\nGOTO/1,2,x", "VP001", 2), ("GOTO/1,2,3", "VP009", 1), ("INSERT/G0", "VP002", 1), ("ROTHED/30", "VP002", 1),
-    ("MULTAX/OFF\nFEDRAT/9\nGOTO/0,0,0,0,1,0", "VP017", 3), ("MULTAX/ON\nFEDRAT/9\nGOTO/0,0,0,0,1,1", "VP007", 3), ("CYCLE/TAP,5", "VP002", 1),
+    ("MULTAX/OFF\nFEDRAT/9\nGOTO/0,0,0,0,1,0", "VP017", 3), ("MULTAX/ON\nFEDRAT/9\nGOTO/0,0,0,0,1,1", "VP007", 3), ("CYCLE/THREAD,5", "VP002", 1), ("CYCLE/TAP,5", "VP005", 1),
     ("CYCLE/DRILL,DEPTH,5", "VP005", 1), ("CYCLE/DRILL,5,CLEAR,-1", "VP007", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1,STEP,1E-9", "VP007", 1),
     ("CYCLE/DRILL,DEPTH,5,CLEAR,1,CAM", "VP005", 1), ("UNITS/FURLONG", "VP005", 1), ("LOADTL/A", "VP005", 1), ("LOADTL/1,LENGHT,5", "VP002", 1),
     ("CUTCOM/LEFT", "VP002", 1), ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,.6,.9,5\nGOTO/10,0,0", "VP008", 3),
@@ -472,7 +472,7 @@ def test_statements_that_are_refused(view, text, code, line):
     ("text", "column"),
     [
         (" GOTO / 1 , 2 , x3", 17), ("GOTO/1,,2", 8), ("GOTO/1,2,", 10), ("  FOO/1", 3), ("  12,3", 3), ("TLAXIS/0,0,1E99", 12),
-        ("RAPID/5", 7), ("CYCLE/TAP,5", 7), ("CYCLE/DRILL,DEPTH,5,CAM,1", 21), ("LOADTL/1, LENGHT,5", 11), ("GOTO/1,2", None), ("GOTO/1,$\n2,x", None),
+        ("RAPID/5", 7), ("CYCLE/THREAD,5", 7), ("CYCLE/DRILL,DEPTH,5,CAM,1", 21), ("LOADTL/1, LENGHT,5", 11), ("GOTO/1,2", None), ("GOTO/1,$\n2,x", None),
     ],
 )  # fmt: skip
 def test_errors_of_a_word_name_its_column(view, text, column):
