@@ -96,13 +96,13 @@ def markdown_of(docstring: str) -> str:
 
 def option_rows() -> list[str]:
     """A table of the options, from their model."""
-    from verne_post.cli.options import flag_of
+    from verne_post.cli.options import spell_flag
     from verne_post.model.options import OPTIONS
 
     rows = ["| option | command line | default | meaning |", "|---|---|---|---|"]
     for name, option in OPTIONS.items():
         shown, value = option.about, option.default()
-        flag = f"`{flag_of(name)}`" if shown.flag != "" else "from a file"
+        flag = f"`{spell_flag(name)}`" if shown.flag != "" else "from a file"
         default = "" if value == {} else f"`{value!r}`"
         unit = f" ({shown.unit})" if shown.unit else ""
         rows.append(f"| `{name}` | {flag} | {default} | {shown.help.replace('|', '/')}{unit} |")

@@ -26,7 +26,7 @@ from importlib.metadata import version
 from pathlib import Path
 from unittest import mock
 
-from verne_post.cli.arithmetic import same_everywhere
+from verne_post.cli.arithmetic import choose_kernels
 from verne_post.cli.main import main as run_command
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -219,5 +219,5 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    same_everywhere()  # as the command does, before numpy is loaded
+    choose_kernels()  # as the command does, before numpy is loaded
     sys.exit(main(sys.argv[1:]))

@@ -17,7 +17,7 @@ import pytest
 import verne_post as vp
 from verne_post.app.assemble import Program
 from verne_post.app.tried_remedies import add_remedies
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 
@@ -248,7 +248,7 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     Path("part.nc").write_text(case.program, encoding="utf-8")
     if case.settings:
         Path("verne-post.toml").write_text(case.settings, encoding="utf-8")
-    text = machine_files()[case.machine].read_text(encoding="utf-8")
+    text = list_machine_files()[case.machine].read_text(encoding="utf-8")
     for old, new in case.changes:
         assert text.count(old) == 1, old
         text = text.replace(old, new)

@@ -13,7 +13,7 @@ import pytest
 
 import verne_post as vp
 from tests.kinematics.test_chain import judge
-from verne_post.app.assemble import assemble, machine_setup
+from verne_post.app.assemble import assemble, build_interpreter_setup
 from verne_post.app.machined import place_on_table
 from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.keep_out import place_body
@@ -302,7 +302,7 @@ def test_a_body_on_the_table_stands_where_one_in_a_work_system_without_offset_do
     letters = loaded.coordinates.axes[3:]
     source = f"G21 G90 G94 F600\nG0 X0 Y0 Z60 {letters[0]}0 {letters[1]}0\nG1 X1\nM2\n".encode()
     program, point = assemble(source, loaded, options), np.array([10.0, 20.0, 30.0])
-    frames = machine_setup(loaded, options).frames
+    frames = build_interpreter_setup(loaded, options).frames
     on_table, in_system = (
         place_body(loaded, "vise", system, point, program.moves, options, frames) for system in (None, 1)
     )

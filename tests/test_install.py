@@ -19,9 +19,9 @@ SHIPPED = sorted(path.name for path in (ROOT / "machine_configs").glob("*.toml")
 #: Prints where the package is, its machine files as "name=path" lines, and the default machine's name.
 PROBE = """
 import pathlib, verne_post
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 print(pathlib.Path(verne_post.__file__).resolve().parent)
-for name, path in machine_files().items():
+for name, path in list_machine_files().items():
     print(f"{name}={path}")
 print(verne_post.load_machine().name)
 """

@@ -129,7 +129,7 @@ def test_rows_do_not_depend_on_the_blocks(
 @pytest.mark.parametrize(("source", "option", "long_section", "steps"), [
     (finishing(600).replace(b"F3000", b"F300"), {}, 1, {
         "is_legal", "fair_part", "compensate_part", "round_part", "open_spans", "make_grid", "_solve_group", "evaluate",
-        "_excess_of_rows", "_shift_stretches", "find", "make_block", "measure_some", "_check_part", "_finish_part"}),
+        "_measure_part_of_excess", "_shift_stretches", "find", "make_block", "measure_some", "_check_part", "_finish_part"}),
     (mixed(), {}, 1000, {
         "is_legal", "fair_part", "compensate_part", "round_part", "open_spans", "_plan", "make_block", "measure_some",
         "_check_part", "_finish_part"}),
@@ -212,7 +212,7 @@ def test_a_text_in_a_file_reads_like_bytes(tmp_path: Path) -> None:
     path = tmp_path / "long.nc"
     path.write_bytes(raw)
     with path.open("rb") as file:
-        text = long_text.text_in(file)
+        text = long_text.map_text(file)
     assert text[:] == raw
     assert (text.startswith(b"%\nG1"), text.endswith(b"M2"), text.endswith(b"\n")) == (True, True, False)
     assert text.index(b"X399999") == raw.index(b"X399999")
@@ -222,10 +222,10 @@ def test_a_text_in_a_file_reads_like_bytes(tmp_path: Path) -> None:
     assert text.count(b"\n", 7, 3_000_000) == raw.count(b"\n", 7, 3_000_000)
     lines = raw.split(b"\n")
     for number in (1, 2, 3, 200_000, 400_001, 400_002):
-        assert long_text.line_of(text, number) == long_text.line_of(raw, number) == lines[number - 1]
-    assert long_text.line_of(text, 400_003) is None
-    assert long_text.line_of(b"a\n", 2) == b""
-    assert long_text.line_of(b"", 1) == b""
+        assert long_text.take_line(text, number) == long_text.take_line(raw, number) == lines[number - 1]
+    assert long_text.take_line(text, 400_003) is None
+    assert long_text.take_line(b"a\n", 2) == b""
+    assert long_text.take_line(b"", 1) == b""
 
 
 @pytest.mark.parametrize("name", ["posted.nc", "wing.cls", "fanuc_tilted.nc", "violates_tilt.nc"])

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from verne_post import Machine, Options, convert, load_machine
-from verne_post.config import machine_files
-from verne_post.config.load import machine_from_toml
+from verne_post.config import list_machine_files
+from verne_post.config.load import build_machine
 
 ROUNDING_MM = 2e-6
 PLANNING = 1e-3
@@ -122,8 +122,8 @@ def test_numbers_comments_and_blanks_change_nothing_but_lines() -> None:
 @pytest.mark.parametrize("mode", ["G61.1", "G64 P0.05"])
 def test_larger_limits_are_never_slower(mode: str) -> None:
     """Every velocity, acceleration and jerk is a quarter larger. From stop to stop a section is a whole number of cycles."""
-    text = machine_files()["verne"].read_text("utf-8")
-    larger = machine_from_toml(scaled_limits(text, 1.25).encode(), "larger.toml")
+    text = list_machine_files()["verne"].read_text("utf-8")
+    larger = build_machine(scaled_limits(text, 1.25).encode(), "larger.toml")
     fast = program(mode).replace("F2500", "F20000")
     slow_time, fast_time = (rows(fast, one)[1].cycle_time for one in (load_machine(), larger))
     assert fast_time <= slow_time * (1.0 if mode == "G61.1" else 1.0 + PLANNING)
@@ -156,12 +156,12 @@ def test_two_dialects_make_the_same_part() -> None:
 
 
 def test_an_as_built_machine_without_deviations_is_the_nominal_one() -> None:
-    from verne_post.calibration.as_built.machine_text import machine_text
+    from verne_post.calibration.as_built.machine_text import write_machine_text
     from verne_post.model.deviations import Deviations
 
-    raw = machine_files()["verne"].read_bytes()
-    built = machine_from_toml(
-        machine_text(raw, Deviations.none(), "specified: none", "verne.toml").encode(), "built.toml"
+    raw = list_machine_files()["verne"].read_bytes()
+    built = build_machine(
+        write_machine_text(raw, Deviations.none(), "specified: none", "verne.toml").encode(), "built.toml"
     )
     text = program("G61.1")
     nominal, _ = rows(text)

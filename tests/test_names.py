@@ -14,23 +14,23 @@ LEFT_TO_RENAME = Path(__file__).with_name("names_to_come.txt")
 
 #: What a function may do. A predicate begins with the verb of its sentence: is, has, can.
 WORDS = """
-add address adjust agrees align allow amend apply approach are arrive assemble assign assume average begin bind blend
-bore bound bracket break build calibrate call can carry change check choose claim classify clean climb close collect
-combine compare compensate compile complete compute connect convert copy correct count cross cut decode decorate
-define depart depends derive describe differ differentiate displace disturb divide draft draw drill drop echo emit
-encode end enter escape estimate evaluate exchange execute exists expand expect explain extend fair fetch fill find
-finish fit fits fix flatten flip flips flush follow follows forget fork format freeze get give go group guard halve
-happens has hold holds identify ignore improve index initialise insert interpolate interpret intersect invoke is
-iterate join judge jump keep know label lay lead leave lies lift linearise list load locate lock look lose lower make
-map mark match may measure meet meets merge mill minimise mirror move multiply name need nest normalise normalize note
-number open order orient pack pad paint parse pass peek perturb picture place plan polish predict prepare preset print
-probe project propose put quote raise rate reach reaches read ream rebuild recognise record reduce refine reflect
-refresh refuse release reload remove repair repeat replace replay report require resample reset resolve restart
-restore retime retract return rotate round run sample save say scale scan search select send sends separate serve set
-settle shape share shift shorten show simulate sketch skip slice smooth solve sort span split spread stack stand
-stands start starts stay step stop store straighten strip study suggest sum summarise suspend sweep switch take tap
-test thin tick tidy touch trace transform trim try turn unpack update validate verify view wait wake warn watch whiten
-widen work wrap write
+add address adjust agrees align allow amend append apply approach are arrive assemble assign assume average begin bind
+blank blend bore bound bracket break build calibrate call can carry chamfer change check choose claim classify clean
+climb close collect combine compare compensate compile complete compute connect convert copy correct count cross cut
+decode decorate define depart depends derive describe differ differentiate displace disturb divide draft draw drill drop
+dwell echo emit enclose encode end enter escape estimate evaluate exchange execute exists expand expect explain extend
+fair fetch fill find finish fit fits fix flatten flip flips flush follow follows forget fork format freeze gather get
+give go group guard halve happens has hold holds identify ignore improve index initialise insert interpolate interpret
+intersect invoke is iterate join judge jump keep know label lay lead leave lies lift limit linearise list load locate
+lock look lose lower make map mark match may measure meet meets merge mill minimise mirror move multiply name need nest
+normalise normalize note number open order orient pack pad paint parse pass peek perturb picture place plan polish
+predict prepare preset print probe project propose put quote raise rate reach reaches read ream rebuild recognise record
+reduce refine reflect refresh refuse release reload remove renumber repair repeat replace replay report require resample
+reset resolve restart restore retime retract return rotate round run sample save say scale scan search select send sends
+separate serve set settle shape share shift shorten show simulate sketch skip slice smooth solve sort space span spell
+split spread stack stand stands start starts stay step stop store straighten strip study suggest sum summarise suspend
+sweep switch take tap taper test thin tick tidy tilt touch trace transform translate trim try turn unpack update
+validate verify view wait wake warn watch whiten widen work wrap write
 """
 VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.

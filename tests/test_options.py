@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import verne_post as vp
-from verne_post.model.options import OPTIONS, Options, about, key_of
+from verne_post.model.options import OPTIONS, Options, about, find_key
 from verne_post.model.part_setup import Cylinder, NominalPart, Wanted
 
 CASES = 10_000
@@ -449,7 +449,7 @@ class Cases:
         at = pick.randrange(len(name))
         return pick.choice([
             name[:at] + name[at + 1 :], name[:at] + name[at] + name[at:], name.upper(), name.replace("_", "-"), name + "s",
-            name.replace("_", ""), "_" + name, name + "_mm", name[:at] + "e" + name[at + 1 :], key_of(name) + " ", name.title(),
+            name.replace("_", ""), "_" + name, name + "_mm", name[:at] + "e" + name[at + 1 :], find_key(name) + " ", name.title(),
         ])  # fmt: skip
 
     def values(self) -> dict[str, Any]:

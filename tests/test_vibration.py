@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import verne_post as vp
-from verne_post.output.summary import summary_text
+from verne_post.output.summary import format_summary
 
 from .builders import ROOT
 
@@ -106,7 +106,7 @@ def test_tolerance_stops_and_dwells_are_kept(
     assert result.summary.verification is not None
     assert result.summary.verification.tip_deviation_mm <= 0.01
     assert "input shaper" in result.summary.verification.slow
-    assert f"input shaper {shaper}" in summary_text(result.summary)
+    assert f"input shaper {shaper}" in format_summary(result.summary)
     assert result.summary.cycle_time > converted(BEND, loaded, shaper="off").summary.cycle_time  # type: ignore[union-attr]
     setpoints = result.setpoints
     assert setpoints is not None

@@ -20,26 +20,26 @@ from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
-from verne_post.app.row_format import drives_of
+from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
-from verne_post.base.text_marks import without_mark
+from verne_post.base.text_marks import strip_mark
 from verne_post.config import load_machine
-from verne_post.config.setup_values import Setup, with_setup
-from verne_post.config.subprograms import subprograms_of
+from verne_post.config.setup_values import Setup, lay_over_setup
+from verne_post.config.subprograms import collect_subprograms
 from verne_post.model.findings import InputError, UsageError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.option_checks import check_ranges
 from verne_post.model.options import Options
 from verne_post.model.part_setup import COORDINATES, SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.model.verdict import ExitStatus, status_of
+from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.model.verification import Verification
-from verne_post.output.findings import text_line
+from verne_post.output.findings import format_finding
 from verne_post.output.fit import text as fit_text
 from verne_post.output.machined import describe_comparisons
 from verne_post.output.setpoints import read_csv
-from verne_post.output.summary import verdict_line
+from verne_post.output.summary import format_verdict
 from verne_post.part.stl import read_stl
 from verne_post.part.verdict import Datum, Machined
 from verne_post.toolpath.work_offset import Aim, Proposal
@@ -164,9 +164,9 @@ def verify(
     program = assemble(text, loaded, chosen)
     name, blocks = _read_setpoints(setpoints, rows, program)
     verdict = verify_setpoints(program, blocks)
-    passes = status_of(verdict.findings) == ExitStatus.CLEAN
-    lines = [text_line(chosen.source_name, item) for item in verdict.findings]
-    verdict.text = "\n".join([*lines, verdict_line(name, verdict, loaded, passes=passes)])
+    passes = find_exit_status(verdict.findings) == ExitStatus.CLEAN
+    lines = [format_finding(chosen.source_name, item) for item in verdict.findings]
+    verdict.text = "\n".join([*lines, format_verdict(name, verdict, loaded, passes=passes)])
     return verdict
 
 
@@ -239,7 +239,7 @@ def machined(
             ) from None
         bodies.append(Body(read_stl(raw, shown, unit), SYSTEM_NUMBERS.get(place)))
     found = judge_rows(program, q, line, bodies[0], bodies[1:], Wanted(**given), datum, distance)
-    lines = [text_line(chosen.source_name, item) for item in found.findings]
+    lines = [format_finding(chosen.source_name, item) for item in found.findings]
     return replace(found, text="\n".join([*lines, describe_comparisons(shown_rows, found).rstrip()]))
 
 
@@ -283,10 +283,10 @@ def _read_program(source: Source, options: Options | None, setup: Setup) -> tupl
     chosen = options or Options()
     text = _read(source, "source")
     path = Path(source) if isinstance(source, os.PathLike) else None
-    chosen = with_setup(chosen, path, setup)
+    chosen = lay_over_setup(chosen, path, setup)
     if path is None:
         return text, chosen
-    found = subprograms_of(text, path.resolve().parent, (), lambda file, _name: file.read_bytes())
+    found = collect_subprograms(text, path.resolve().parent, (), lambda file, _name: file.read_bytes())
     return text, chosen.changed(subroutines={**found, **chosen.subroutines}, source_name=str(path))
 
 
@@ -294,7 +294,7 @@ def _read(source: Source, what: str) -> Text:
     """Bytes of a text, or of a file."""
     if isinstance(source, os.PathLike):
         try:
-            return without_mark(Path(source).read_bytes())
+            return strip_mark(Path(source).read_bytes())
         except OSError as error:
             raise UsageError(what, f"{source}: {error.strerror or error}") from None
         except ValueError:
@@ -303,11 +303,11 @@ def _read(source: Source, what: str) -> Text:
         if "\n" not in source and source.strip() and os.path.exists(source):
             raise UsageError(what, f"{source!r} is taken as text; pass pathlib.Path({source!r}) to read the file")
         try:
-            return without_mark(source.encode())
+            return strip_mark(source.encode())
         except UnicodeEncodeError as error:
             raise UsageError(what, f"character {error.start + 1} is half of a surrogate pair, not text") from None
     if isinstance(source, bytes):
-        return without_mark(source)
+        return strip_mark(source)
     if isinstance(source, LongText):
         return source
     raise UsageError(what, f"expected bytes, text or a path, got {type(source).__name__}")
@@ -325,7 +325,7 @@ def _decode_setpoints(setpoints: Setpoints | Source) -> str:
 def _read_setpoints(setpoints: Setpoints | Source, rows: str, program: Program) -> tuple[str, Iterator[SetpointBlock]]:
     """The name and the rows of a setpoint file."""
     name = str(setpoints) if isinstance(setpoints, os.PathLike) else "setpoints"
-    drives = drives_of(program.machine, program.options)
+    drives = find_drives(program.machine, program.options)
     return name, read_csv(io.StringIO(rows), name, program.machine.columns, program.cycle, drives)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import verne_post
 from verne_post.app.assemble import assemble
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.model.part_setup import WorkOffset
 
 SAMPLE = Path("gcode_samples/blade_5axis.nc")
@@ -27,7 +27,7 @@ figure = plt.figure(figsize=(11, 4.6), constrained_layout=True)
 grid = figure.add_gridspec(2, 2, width_ratios=[1.0, 1.5])
 scene = figure.add_subplot(grid[:, 0], projection="3d")
 tip = path.end[:, :3]
-axis = axis_of_angles(path.end[:, 3], path.end[:, 4])
+axis = find_axis_of_angles(path.end[:, 3], path.end[:, 4])
 scene.plot(*tip[1:-1].T, color="tab:blue", linewidth=1.0)
 for row in range(1, len(tip) - 1, 12):
     scene.plot(*np.stack([tip[row], tip[row] + 15 * axis[row]]).T, color="0.6", linewidth=0.6)

@@ -13,7 +13,7 @@ from PIL import Image
 
 import verne_post
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.output.plots import iso_alpha_figure, workspace_figure
+from verne_post.output.plots import draw_iso_alpha, draw_workspace
 
 FOLDER = Path("docs/pictures")
 #: Half length of the platform along x. The paper does not give it, and it does not matter: only differences do.
@@ -75,7 +75,7 @@ def save(figure: Figure, name: str, dpi: int) -> None:
     Image.open(buffer).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(FOLDER / name, optimize=True)
 
 
-save(iso_alpha_figure(machine, module), "fig5_iso_alpha.png", 90)
+save(draw_iso_alpha(machine, module), "fig5_iso_alpha.png", 90)
 
 P = np.array([-240.0, -86.0, 1000.0])
 solutions = [
@@ -95,5 +95,5 @@ modes = [
 title = "the six assembly modes of rho = (250, 1000, 750) mm; leg I blue, II orange, III green; z up"
 save(poses_figure(modes, 2, 3, title), "fig7_assembly.png", 95)
 
-figure, _drawn = workspace_figure(machine, "xz", 0.0, np.radians([30.0, 0.0]), 100.0)
+figure, _drawn = draw_workspace(machine, "xz", 0.0, np.radians([30.0, 0.0]), 100.0)
 figure.savefig(FOLDER / "workspace.png", dpi=90)

@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
 from verne_post.base.bsplines import (
-    bezier_controls,
-    bezier_derivatives,
-    bezier_points,
-    curve_parameter,
     derive_by_length,
+    differentiate_bezier,
+    evaluate_bezier,
+    evaluate_piece_ends,
+    find_bezier_controls,
+    find_curve_parameter,
     find_even_parts,
-    piece_ends,
 )
 
 
@@ -51,16 +51,16 @@ def test_points_and_derivatives_are_those_of_scipy(seed: int, degree: int) -> No
     points, weights, knots = drawn(seed, degree)
     t = np.linspace(0.0, 1.0, 7)
     expected = by_scipy(points, weights, knots, t, 3)
-    controls = np.repeat(bezier_controls(points - points[:, :1], weights, knots), len(t), axis=0)
-    for order, (here, wanted) in enumerate(zip(bezier_derivatives(controls, t, 3), expected, strict=True)):
+    controls = np.repeat(find_bezier_controls(points - points[:, :1], weights, knots), len(t), axis=0)
+    for order, (here, wanted) in enumerate(zip(differentiate_bezier(controls, t, 3), expected, strict=True)):
         wanted = wanted - (points[:, 0] if order == 0 else 0.0)
         np.testing.assert_allclose(here, wanted, atol=1e-11 * max(1.0, np.abs(wanted).max()))
-    np.testing.assert_allclose(piece_ends(points, weights, knots)[0], expected[0][-1], atol=1e-11)
+    np.testing.assert_allclose(evaluate_piece_ends(points, weights, knots)[0], expected[0][-1], atol=1e-11)
 
 
 def test_clamped_ends_are_the_control_point_to_the_last_bit() -> None:
     points, weights, _knots = drawn(3, 3)
-    assert (piece_ends(points, weights, np.array([[0.1, 0.2, 0.3, 0.7, 0.7, 0.7]])) == points[:, -1]).all()
+    assert (evaluate_piece_ends(points, weights, np.array([[0.1, 0.2, 0.3, 0.7, 0.7, 0.7]])) == points[:, -1]).all()
 
 
 def test_parabola_has_its_length_in_closed_form() -> None:
@@ -77,11 +77,11 @@ def test_quarter_circle_is_evenly_divided() -> None:
     assert parts.length[0] == pytest.approx(1.5 * np.pi, rel=1e-13)
     u = np.linspace(0.0, 1.0, 101)
     part = np.clip(np.searchsorted(parts.high, u), 0, len(parts.high) - 1)
-    t = curve_parameter(parts.low[part], parts.high[part], parts.polynomial[part], u)
+    t = find_curve_parameter(parts.low[part], parts.high[part], parts.polynomial[part], u)
     many = np.repeat(controls, len(u), axis=0)
     angle = 0.5 * np.pi * u
-    np.testing.assert_allclose(bezier_points(many, t)[:, 0], 3.0 * np.cos(angle), atol=1e-12)
-    first, second, third = derive_by_length(bezier_derivatives(many, t, 3), 3)
+    np.testing.assert_allclose(evaluate_bezier(many, t)[:, 0], 3.0 * np.cos(angle), atol=1e-12)
+    first, second, third = derive_by_length(differentiate_bezier(many, t, 3), 3)
     np.testing.assert_allclose(first[:, 1], np.cos(angle), atol=1e-12)
     np.testing.assert_allclose(second[:, 0], -np.cos(angle) / 3.0, atol=1e-12)
     np.testing.assert_allclose(third[:, 1], -np.cos(angle) / 9.0, atol=1e-12)

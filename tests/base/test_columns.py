@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from verne_post.base import columns
-from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory, running_sums
+from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory, sum_running
 
 
 @pytest.fixture(params=[0, 1 << 10, 1 << 30], ids=["file", "both", "memory"])
@@ -55,10 +55,10 @@ def test_a_table_needs_every_column(held: int) -> None:
 def test_sums_are_those_of_all_at_once(held: int) -> None:
     """To the last bit: lengths along a path must not depend on the blocks."""
     values = np.random.default_rng(2).normal(size=105)
-    assert np.array_equal(running_sums(values), np.append(0.0, np.cumsum(values)))
+    assert np.array_equal(sum_running(values), np.append(0.0, np.cumsum(values)))
     flags = values > 0
-    assert running_sums(flags).tolist() == [0, *np.cumsum(flags).tolist()]
-    assert running_sums(values[:0]).tolist() == [0.0]
+    assert sum_running(flags).tolist() == [0, *np.cumsum(flags).tolist()]
+    assert sum_running(values[:0]).tolist() == [0.0]
 
 
 def test_blocks_follow_each_other(held: int) -> None:

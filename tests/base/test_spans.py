@@ -32,7 +32,7 @@ def test_the_enclosure_holds_between_the_samples_and_at_the_ends(order):
     coefficients = random_polynomials(1)
     derived = np.polynomial.polynomial.polyder(coefficients, order) if order else coefficients
     dense = np.polynomial.polynomial.polyval(U, derived)
-    lower, upper = spans.enclosure(sampled(coefficients), order)
+    lower, upper = spans.enclose_derivative(sampled(coefficients), order)
     slack = ROUNDING[order]
     assert (lower[:, 0] <= dense.min(axis=1) + slack).all()
     assert (upper[:, 0] >= dense.max(axis=1) - slack).all()
@@ -49,7 +49,7 @@ def test_the_enclosure_closes_in_when_a_span_is_halved(order):
 
     def excess(width):
         at = 0.2 + width * spans.SAMPLES
-        _lower, upper = spans.enclosure(sampled(coefficients, at), order)
+        _lower, upper = spans.enclose_derivative(sampled(coefficients, at), order)
         dense = np.polynomial.polynomial.polyval(0.2 + width * U, derived)
         return float(upper[0, 0] - dense.max() * width**order) / width**order
 
@@ -59,10 +59,10 @@ def test_the_enclosure_closes_in_when_a_span_is_halved(order):
 @pytest.mark.parametrize("slope", [-2.0, 0.0, 3.0])
 def test_a_straight_line_is_enclosed_exactly(slope):
     values = (1.0 + slope * spans.SAMPLES)[:, None, None]
-    lower, upper = spans.enclosure(values)
+    lower, upper = spans.enclose_derivative(values)
     assert lower[0, 0] == pytest.approx(min(1.0, 1.0 + slope), abs=ROUNDING[0])
     assert upper[0, 0] == pytest.approx(max(1.0, 1.0 + slope), abs=ROUNDING[0])
-    lower, upper = spans.enclosure(values, 1)
+    lower, upper = spans.enclose_derivative(values, 1)
     assert (lower[0, 0], upper[0, 0]) == pytest.approx((slope, slope), abs=ROUNDING[1])
 
 
@@ -78,9 +78,9 @@ def test_columns_are_independent():
     first, second = sampled(random_polynomials(3)), sampled(random_polynomials(4))
     both = np.concatenate([first, second], axis=2)
     for order in range(4):
-        lower, upper = spans.enclosure(both, order)
+        lower, upper = spans.enclose_derivative(both, order)
         for column, values in enumerate((first, second)):
-            alone = spans.enclosure(values, order)
+            alone = spans.enclose_derivative(values, order)
             np.testing.assert_allclose(lower[:, column], alone[0][:, 0], rtol=0, atol=ROUNDING[order])
             np.testing.assert_allclose(upper[:, column], alone[1][:, 0], rtol=0, atol=ROUNDING[order])
 
@@ -90,7 +90,7 @@ def test_few_samples_enclose_what_their_last_coefficients_say():
     falling = np.random.default_rng(5).normal(size=(spans.NODES, 400)) * 0.2 ** np.arange(spans.NODES)[:, None]
     dense = np.polynomial.chebyshev.chebval(2 * U - 1, falling)
     few = np.polynomial.chebyshev.chebval(2 * spans.FEW_SAMPLES - 1, falling).T[:, :, None]
-    (lower, upper), tail = spans.enclosure(few), spans.tail(few)
+    (lower, upper), tail = spans.enclose_derivative(few), spans.tail(few)
     assert few.shape == (spans.FEW_NODES, 400, 1)
     assert (lower - tail <= dense.min(axis=1)[:, None]).all()
     assert (upper + tail >= dense.max(axis=1)[:, None]).all()

@@ -15,14 +15,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import verne_post as vp
-from verne_post.config import machine_files
-from verne_post.config.load import machine_from_toml
+from verne_post.config import list_machine_files
+from verne_post.config.load import build_machine
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "kinematics"))
 from six_rods import PIVOT, F, SixRods, as_toml, random_table  # noqa: E402
 
-VERNE = machine_files()["verne"].read_text(encoding="utf-8")
+VERNE = list_machine_files()["verne"].read_text(encoding="utf-8")
 TOOL = 100.0
 MACHINES, POSES, PERTURBED = 50, 10_000, 10
 #: Steps of the central differences of the second formulation, and its Newton steps.
@@ -30,7 +30,7 @@ DIFFERENCE, STEPS = 1e-4, 6
 
 
 def machine_of(table):
-    return machine_from_toml((VERNE + as_toml(table)).encode(), "perturbed.toml")
+    return build_machine((VERNE + as_toml(table)).encode(), "perturbed.toml")
 
 
 def poses(n):

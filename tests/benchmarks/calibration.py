@@ -11,28 +11,28 @@ from msgspec.structs import replace
 
 import verne_post
 from verne_post.calibration.as_built.calibrate import DETERMINED
-from verne_post.calibration.as_built.data import ToolReadings, prior_of_manufacture, tolerance_vector
+from verne_post.calibration.as_built.data import ToolReadings, build_prior_of_manufacture, build_tolerance_vector
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import fit_robustly
-from verne_post.calibration.as_built.machine_text import as_built_route
+from verne_post.calibration.as_built.machine_text import take_as_built_route
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.perturb import draw_deviations
 from verne_post.calibration.as_built.plan import plan_poses
-from verne_post.calibration.as_built.prediction import quantiles, tool_errors
+from verne_post.calibration.as_built.prediction import compute_tool_errors, quantiles
 from verne_post.calibration.as_built.workspace import WorkspacePoses, sample_workspace
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 from verne_post.model.deviations import Deviations
 
 MACHINES = int(sys.argv[1]) if len(sys.argv) > 1 else 20
 SIGMA, SIGMA_AXIS, TOOLS = 0.003, 2e-5, (60.0, 160.0)
-TOLERANCES = tolerance_vector()
-PRIOR = prior_of_manufacture(TOLERANCES)
+TOLERANCES = build_tolerance_vector()
+PRIOR = build_prior_of_manufacture(TOLERANCES)
 
 nominal = verne_post.load_machine()
-machine, as_built = as_built_route(nominal, machine_files()["verne"].read_bytes(), "verne.toml")
+machine, as_built = take_as_built_route(nominal, list_machine_files()["verne"].read_bytes(), "verne.toml")
 model = AsBuiltModel(as_built)
 held = sample_workspace(machine, 1000, TOOLS, np.random.default_rng(1))
-machines = [draw_deviations(seed, TOLERANCES).to_vector() for seed in range(MACHINES)]
+machines = [draw_deviations(seed, TOLERANCES).pack_vector() for seed in range(MACHINES)]
 
 
 def read(poses: WorkspacePoses, true: np.ndarray, rng: np.random.Generator, axes: bool) -> ToolReadings:
@@ -61,11 +61,11 @@ def left_by_models() -> None:
     for name in ("ideal", "as built, C as programmed", "as built, C corrected too"):
         tips, axes = [], []
         for true in machines:
-            own = as_built.with_deviations(Deviations.from_vector(true))
+            own = as_built.replace_deviations(Deviations.build_from_vector(true))
             five_axis = {"ideal": nominal.five_axis, "as built, C as programmed": own}.get(
                 name, own.with_correction(on=True)
             )
-            errors = tool_errors(model, true, five_axis.joints(held.tip, held.angles, held.length), held)
+            errors = compute_tool_errors(model, true, five_axis.joints(held.tip, held.angles, held.length), held)
             tips.append(errors.tip)
             axes.append(errors.axis)
         row(name, tips, axes)

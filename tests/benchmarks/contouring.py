@@ -36,10 +36,10 @@ from verne_post.model.machine import Machine
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Summary
-from verne_post.output.setpoints import csv_header, csv_rows
+from verne_post.output.setpoints import write_csv_header, write_csv_rows
 from verne_post.trajectory import continuous, reachability, toppra_backend, tuning
 from verne_post.trajectory.plan import ContourSection, PlanningOptions, plan_contour
-from verne_post.trajectory.section_path import grid_along
+from verne_post.trajectory.section_path import build_grid_along
 
 Array = NDArray[np.float64]
 Answer = TypeVar("Answer")
@@ -157,10 +157,10 @@ def sample(name: str) -> bytes:
 def converted(part: Part, machine: Machine) -> tuple[str, Summary]:
     """From text to verified CSV: the written file, and its summary."""
     out = io.StringIO()
-    out.write(csv_header(machine.columns, ()))
+    out.write(write_csv_header(machine.columns, ()))
 
     def sink(block: SetpointBlock) -> None:
-        out.write(csv_rows(block))
+        out.write(write_csv_rows(block))
 
     result = convert(part.source, machine, part.options, sink)
     assert result.ok and result.summary is not None, f"{part.name}: {result.findings}"
@@ -239,7 +239,7 @@ def second_order(plan: Plan) -> float:
     """Least time of the same contour under velocity, acceleration and feed, jerk left out, s."""
     total = 0.0
     for section in sections(plan):
-        grid = grid_along(section)
+        grid = build_grid_along(section)
         total += reachability.duration(grid.s, reachability.solve(grid, plan.program.machine.limits))
     return total
 
@@ -337,7 +337,7 @@ def toppra_table(machine: Machine) -> str:
     for part in parts():
         plan = planned(part.short, part, machine, "spline")
         section = max(sections(plan), key=lambda one: one.length)
-        grid, limits = grid_along(section), machine.limits
+        grid, limits = build_grid_along(section), machine.limits
         if len(grid.s) > TOPPRA_POINTS:
             continue
         ours, x = least(partial(reachability.solve, grid, limits))

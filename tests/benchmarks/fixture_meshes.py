@@ -12,8 +12,8 @@ import numpy as np
 import verne_post
 from gcode_samples.make_vise_sample import pack_stl
 from verne_post.app.assemble import assemble
-from verne_post.app.constraints import guarded_joints
-from verne_post.kinematics.checks.clearance import clearance_checks
+from verne_post.app.constraints import guard_joints
+from verne_post.kinematics.checks.clearance import build_clearance_checks
 from verne_post.kinematics.checks.mesh_contacts import check_meshes
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Cylinder, FixtureMesh
@@ -74,12 +74,12 @@ def main() -> None:
         jaw = FixtureMesh("jaw", make_jaw(gap + LEANING * asked.five), system=1)
         options = Options(tool_length=110.0, tool_shapes={1: SHAPE}, wcs={"G54": (0.0, -40.0, 30.0)}, keep_out=(jaw,))
         program = assemble(source, machine, options)
-        joints = guarded_joints(program)
+        joints = guard_joints(program)
         keep_out = joints.keep_out.select(meshes=True)
         seconds = []
         for _ in range(2):
             began = time.process_time()
-            found = check_meshes(joints, keep_out, clearance_checks(keep_out, 0))
+            found = check_meshes(joints, keep_out, build_clearance_checks(keep_out, 0))
             seconds.append(time.process_time() - began)
         deepest = min((item.value for item in found), default=float("nan"))
         facets = len(keep_out.obstacles[0].mesh.facets)

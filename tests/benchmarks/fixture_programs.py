@@ -19,7 +19,7 @@ from tests.kinematics.test_fixture_meshes import pack_stl, unite_boxes
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
 from verne_post.base.rotations import rotate_z
-from verne_post.config.machine_paths import machine_files
+from verne_post.config.machine_paths import list_machine_files
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Cylinder, FixtureMesh
@@ -40,7 +40,7 @@ platform_diameter_mm = 80.0
 
 def load_machine(folder: Path) -> Any:
     """The VERNE with sizes for spindle, platform and rods."""
-    text = machine_files()["verne"].read_text(encoding="utf-8").replace("[provenance]", SIZES + "\n[provenance]")
+    text = list_machine_files()["verne"].read_text(encoding="utf-8").replace("[provenance]", SIZES + "\n[provenance]")
     assert "[rods]" in text
     text = text.replace("[rods]", "[rods]\ndiameter_mm = 40.0").replace(
         "[provenance]", '[provenance]\nclearance = "assumed"'

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 import verne_post
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 
 REPEATS = 3
 
@@ -30,7 +30,7 @@ def pose_rates(poses: int = 1_000_000) -> None:
     machine = verne_post.load_machine()
     rng = np.random.default_rng(1)
     tip = rng.uniform([-150, -150, 0], [150, 150, 150], (poses, 3))
-    axis = axis_of_angles(rng.uniform(0, np.pi / 2, poses), rng.uniform(-np.pi, np.pi, poses))
+    axis = find_axis_of_angles(rng.uniform(0, np.pi / 2, poses), rng.uniform(-np.pi, np.pi, poses))
     length = rng.uniform(50, 250, poses)
     q, ok = machine.inverse(tip, axis, length)
     assert ok.all()

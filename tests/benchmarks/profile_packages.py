@@ -25,7 +25,7 @@ import verne_post as vp
 from verne_post.app.convert import convert_source
 from verne_post.cli.arithmetic import settings
 from verne_post.output.fixed_point import format_rows
-from verne_post.output.setpoints import csv_rows
+from verne_post.output.setpoints import write_csv_rows
 
 #: CPU time between two looks, s.
 INTERVAL = 0.001
@@ -47,7 +47,7 @@ def profile(source: bytes, machine: vp.Machine, options: vp.Options) -> tuple[di
         looks[where.removesuffix(".py")] += 1
 
     def take(block: object) -> None:
-        csv_rows(block)  # as convert writes it
+        write_csv_rows(block)  # as convert writes it
         blocks.append(block.written)
 
     signal.signal(signal.SIGPROF, look)

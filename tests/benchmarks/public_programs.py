@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import verne_post
-from verne_post.app.assemble import interpreter_view
-from verne_post.config.subprograms import subprograms_of
+from verne_post.app.assemble import view_moves_plainly
+from verne_post.config.subprograms import collect_subprograms
 from verne_post.model.findings import Finding
 from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
@@ -77,9 +77,9 @@ def judge(row: Row, raw: bytes, folder: Path | None = None) -> Row:
     given: dict[str, Any] = tomllib.loads(row.setup.replace("; ", "\n"))
     diameter, machine = given.pop("diameter", DIAMETER), wide_machine(given.pop("machine", MACHINE))
     tools = {number: Tool(number, number, (0.0, 0.0, LENGTH, *ZERO9[3:]), diameter) for number in range(400)}
-    beside = {} if folder is None else subprograms_of(raw, folder, (), lambda path, _called: path.read_bytes())
+    beside = {} if folder is None else collect_subprograms(raw, folder, (), lambda path, _called: path.read_bytes())
     common = {"tools": tools, "source_name": Path(row.path).name, "subroutines": beside, **given}
-    errors = [item for item in interpreter_view(raw, Options(**common))[1] if item.severity == "error"]
+    errors = [item for item in view_moves_plainly(raw, Options(**common))[1] if item.severity == "error"]
     read = not errors
     if read:
         options = Options(wcs=OFFSET, split_at_stops=True, **common)

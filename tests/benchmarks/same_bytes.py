@@ -21,7 +21,7 @@ import tempfile
 from itertools import pairwise
 from pathlib import Path
 
-from verne_post.cli.arithmetic import same_everywhere
+from verne_post.cli.arithmetic import choose_kernels
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Cases that are generated.
@@ -182,5 +182,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    same_everywhere()
+    choose_kernels()
     sys.exit(main())

@@ -26,7 +26,7 @@ from verne_post import Options, convert
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import WorkOffset
 from verne_post.trajectory import reachability, toppra_backend
-from verne_post.trajectory.section_path import Grid, grid_along
+from verne_post.trajectory.section_path import Grid, build_grid_along
 
 IMPORTS: Final = {
     "numpy": "import numpy",
@@ -84,7 +84,7 @@ def compare() -> str:
         blended, stopping = (planned(part.source, part, machine, how) for how in ("spline", "off"))
         parts_, total, ours_2nd = [], 0.0, second_order(blended)
         for section in sections(blended):
-            grid = grid_along(section)
+            grid = build_grid_along(section)
             x = toppra_backend.solve(grid, machine.limits)
             total += reachability.duration(grid.s, x)
             parts_.append(section.q(sample_profile(grid, x, machine.cycle)))

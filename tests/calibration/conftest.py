@@ -7,10 +7,10 @@ import pytest
 
 import verne_post
 from verne_post.calibration.as_built.data import ToolReadings
-from verne_post.calibration.as_built.machine_text import as_built_route
+from verne_post.calibration.as_built.machine_text import take_as_built_route
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.workspace import WorkspacePoses, sample_workspace
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 
 from .independent import SIGMA, tools
 
@@ -18,7 +18,7 @@ from .independent import SIGMA, tools
 @pytest.fixture(scope="session")
 def as_built(machine: verne_post.Machine) -> verne_post.Machine:
     """The VERNE with deviations of zero."""
-    return as_built_route(machine, machine_files()["verne"].read_bytes(), "verne.toml")[0]
+    return take_as_built_route(machine, list_machine_files()["verne"].read_bytes(), "verne.toml")[0]
 
 
 @pytest.fixture(scope="session")

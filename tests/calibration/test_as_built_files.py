@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.calibration.as_built.covariance_file import covariance_lines, read_covariance
-from verne_post.calibration.as_built.machine_text import machine_text
+from verne_post.calibration.as_built.covariance_file import format_covariance, read_covariance
+from verne_post.calibration.as_built.machine_text import write_machine_text
 from verne_post.calibration.as_built.perturb import draw_deviations, simulate_tips
-from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings, reading_lines
+from verne_post.calibration.as_built.readings import format_readings, read_length_readings, read_tool_readings
 from verne_post.calibration.as_built.tolerances import study_tolerances
-from verne_post.config import machine_files
-from verne_post.config.load import machine_from_toml
+from verne_post.config import list_machine_files
+from verne_post.config.load import build_machine
 from verne_post.model.deviations import IS_ANGLE, PARAMETERS, Deviations
 from verne_post.model.findings import InputError
 
 from .independent import SIGMA, tools
 
-VERNE = machine_files()["verne"].read_bytes()
+VERNE = list_machine_files()["verne"].read_bytes()
 HEADER = "rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,tool_length_mm,x_mm,y_mm,z_mm"
 ROW = "600,580,590,10,20,100"
 
@@ -29,20 +29,22 @@ ROW = "600,580,590,10,20,100"
 
 def test_a_machine_file_keeps_its_text_and_gets_the_deviations():
     drawn = draw_deviations(3, SIGMA)
-    text = machine_text(VERNE, drawn, "perturbed", "verne.toml")
+    text = write_machine_text(VERNE, drawn, "perturbed", "verne.toml")
     assert text.startswith(VERNE.decode().rstrip())
-    machine = machine_from_toml(text.encode(), "mine.toml")
+    machine = build_machine(text.encode(), "mine.toml")
     assert machine.provenance["as_built"] == "perturbed"
-    assert machine.five_axis.deviations.to_vector() == pytest.approx(drawn.to_vector(), abs=1e-7)
-    assert machine.five_axis.deviations.to_vector()[IS_ANGLE] == pytest.approx(drawn.to_vector()[IS_ANGLE], abs=1e-10)
+    assert machine.five_axis.deviations.pack_vector() == pytest.approx(drawn.pack_vector(), abs=1e-7)
+    assert machine.five_axis.deviations.pack_vector()[IS_ANGLE] == pytest.approx(
+        drawn.pack_vector()[IS_ANGLE], abs=1e-10
+    )
 
 
 def test_a_table_that_stands_in_the_middle_is_replaced():
-    first = machine_text(VERNE, draw_deviations(3, SIGMA), "one", "verne.toml")
+    first = write_machine_text(VERNE, draw_deviations(3, SIGMA), "one", "verne.toml")
     table = first[first.rindex("[as_built]") :]
     moved = first.replace(table, "").replace("[control]", table + "\n[control]")
     assert tomllib.loads(moved) == tomllib.loads(first)
-    again = machine_text(moved.encode(), Deviations.none(), 'quotes " and \\', "mine.toml")
+    again = write_machine_text(moved.encode(), Deviations.none(), 'quotes " and \\', "mine.toml")
     assert again.count("\n[as_built]") == 1
     found = tomllib.loads(again)
     assert found["as_built"]["source"] == 'quotes " and \\'
@@ -51,7 +53,7 @@ def test_a_table_that_stands_in_the_middle_is_replaced():
     assert {key: value for key, value in found.items() if key != "as_built"} == tomllib.loads(VERNE.decode())
     bare = re.sub(r"\],\s*# [^\n]*\n\]", "]\n]", moved)  # last rows without a comma look like a header
     assert bare != moved
-    assert machine_text(bare.encode(), Deviations.none(), "x", "m") == machine_text(
+    assert write_machine_text(bare.encode(), Deviations.none(), "x", "m") == write_machine_text(
         moved.encode(), Deviations.none(), "x", "m"
     )
     for comment in ("# mm; symbols of the paper", "# seconds", "# defaults of G64"):
@@ -61,14 +63,14 @@ def test_a_table_that_stands_in_the_middle_is_replaced():
 def test_a_table_that_cannot_be_replaced_line_by_line_is_refused():
     inline = VERNE.replace(b"schema = 1", b'schema = 1\nas_built = {source = "inline"}')
     with pytest.raises(InputError, match="under a line"):
-        machine_text(inline, Deviations.none(), "x", "mine.toml")
+        write_machine_text(inline, Deviations.none(), "x", "mine.toml")
 
 
 def test_the_same_seed_is_the_same_machine_and_all_parts_move():
-    one, same, other = (draw_deviations(seed, SIGMA).to_vector() for seed in (5, 5, 6))
+    one, same, other = (draw_deviations(seed, SIGMA).pack_vector() for seed in (5, 5, 6))
     assert (one == same).all()
     assert (one != other).all()
-    spread = np.mean([(draw_deviations(seed, SIGMA).to_vector() / SIGMA) ** 2 for seed in range(200)], axis=0)
+    spread = np.mean([(draw_deviations(seed, SIGMA).pack_vector() / SIGMA) ** 2 for seed in range(200)], axis=0)
     assert spread == pytest.approx(np.ones(58), abs=0.45)  # 4.5 deviations of a chi-square of 200
     assert spread.mean() == pytest.approx(1.0, abs=0.06)
 
@@ -78,9 +80,9 @@ def test_tolerances_of_the_machine_file(tmp_path):
         "[accuracy]", "[tolerances]\nlengths_mm = 0.02\nrod_lengths_mm = 0.005\nguides_mrad = 0.3\n\n[accuracy]"
     )
     with pytest.raises(InputError, match=r"provenance\.tolerances is missing"):
-        machine_from_toml(file.encode(), "mine.toml")
+        build_machine(file.encode(), "mine.toml")
     file = file.replace('limits = "assumed"', 'limits = "assumed"\ntolerances = "specified by the drawings"')
-    found = dict(zip(PARAMETERS, machine_from_toml(file.encode(), "mine.toml").tolerances, strict=True))
+    found = dict(zip(PARAMETERS, build_machine(file.encode(), "mine.toml").tolerances, strict=True))
     assert found["rod_lengths_mm, rod I at +y"] == 0.005
     assert found["platform_ends_mm, rod I at +y, x"] == 0.02
     assert found["guides_mrad, leg II, x"] == pytest.approx(3e-4)
@@ -110,7 +112,7 @@ def test_readings_in_units_and_senses_of_the_machine(machine):
     assert found.sigma_axis == pytest.approx([2e-5, 5e-4, 2e-5])
     assert np.isnan(found.tip).tolist() == [[False] * 3, [False, True, False], [False] * 3]
     assert np.isnan(found.axis).all(axis=1).tolist() == [True, False, True]
-    turned = machine_from_toml(VERNE.replace(b'a_positive = "workpiece"', b'a_positive = "tool"'), "x.toml")
+    turned = build_machine(VERNE.replace(b'a_positive = "workpiece"', b'a_positive = "tool"'), "x.toml")
     assert read_tool_readings(text.encode(), turned, 0.003, 0.02)[0].joints[0, 3] == pytest.approx(-np.radians(10))
 
 
@@ -142,12 +144,12 @@ def test_a_mistake_has_its_line_and_what_would_be_right(machine, text, line, say
 def test_lines_to_fill_in_are_read_back(machine, draw_poses):
     poses = draw_poses(5, 2)
     tips = poses.tip + 0.01
-    text = "".join(reading_lines(machine, poses.joints, poses.length, tips))
+    text = "".join(format_readings(machine, poses.joints, poses.length, tips))
     found, blank = read_tool_readings(text.encode(), machine, 0.003, 0.02)
     assert blank == 0
     assert found.joints == pytest.approx(poses.joints, abs=1e-6)
     assert found.tip == pytest.approx(tips, abs=6e-5)
-    empty = "".join(reading_lines(machine, poses.joints, poses.length, np.full((5, 3), np.nan)))
+    empty = "".join(format_readings(machine, poses.joints, poses.length, np.full((5, 3), np.nan)))
     assert empty.count(",60,,,,pose") + empty.count(",160,,,,pose") == 5
 
 
@@ -166,7 +168,7 @@ def test_measured_lengths_by_name():
 
 def test_simulated_tips_are_those_of_the_equations(model, draw_poses, true_machine):
     poses, true = draw_poses(10, 4), true_machine(4)
-    machine = model.machine.with_deviations(Deviations.from_vector(true))
+    machine = model.machine.replace_deviations(Deviations.build_from_vector(true))
     exact = tools(true, poses.joints, poses.length)[0]
     assert simulate_tips(machine, poses.joints, poses.length, 0.0, 1) == pytest.approx(exact, abs=1e-9)
     noisy = np.concatenate(
@@ -182,7 +184,7 @@ def test_a_covariance_is_read_back_for_its_own_deviations():
     rng = np.random.default_rng(1)
     root = SIGMA[:, None] * rng.standard_normal((58, 58))
     covariance, deviations = root @ root.T, SIGMA * rng.standard_normal(58)
-    raw = "".join(covariance_lines(deviations, covariance)).encode()
+    raw = "".join(format_covariance(deviations, covariance)).encode()
     prior = read_covariance(raw, deviations)
     assert prior.factor @ prior.factor.T == pytest.approx(covariance, rel=1e-9, abs=1e-16)
     other = np.array(deviations)
@@ -220,6 +222,6 @@ def test_all_tolerances_together_are_what_random_machines_do(model, draw_poses):
     study = study_tolerances(model, np.zeros(58), SIGMA, poses, IS_ANGLE)
     squares = []
     for seed in range(300):
-        true = draw_deviations(seed, SIGMA).to_vector()
+        true = draw_deviations(seed, SIGMA).pack_vector()
         squares.append(((model.predict(true, poses.joints, poses.length).tip - poses.tip) ** 2).sum(axis=1))
     assert np.sqrt(np.mean(squares)) == pytest.approx(np.sqrt((study.tip**2).mean()), rel=0.1)

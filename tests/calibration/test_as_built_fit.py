@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 from verne_post.calibration.as_built.data import (
     JointUncertainty,
     LengthReading,
-    prior_of_covariance,
-    prior_of_manufacture,
-    tolerance_vector,
+    build_prior_of_covariance,
+    build_prior_of_manufacture,
+    build_tolerance_vector,
 )
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import fit, fit_robustly, hold_out
@@ -18,7 +18,7 @@ from verne_post.calibration.as_built.stations import align_stations
 
 from .independent import PLATFORM, RODS, SIGMA, tools
 
-PRIOR = prior_of_manufacture(tolerance_vector())
+PRIOR = build_prior_of_manufacture(build_tolerance_vector())
 
 
 def everything(measurement: Measurement) -> np.ndarray:
@@ -302,7 +302,7 @@ def test_readings_in_two_parts_tell_the_same_as_at_once(model, draw_poses, read_
     at_once = fit(whole, PRIOR, everything(whole))
     first, second = (Measurement(model, readings.take(part)) for part in (np.arange(40), np.arange(40, 60)))
     half = fit(first, PRIOR, everything(first))
-    again = fit(second, prior_of_covariance(half.deviations, half.covariance), everything(second))
+    again = fit(second, build_prior_of_covariance(half.deviations, half.covariance), everything(second))
     # the machine is not quite linear: a thousandth of what is known
     spread = np.sqrt(np.diag(at_once.covariance))
     assert np.abs((again.deviations - at_once.deviations) / spread).max() < 0.02

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 
 AT = (600.0, 580.0, 590.0, 4.0, -30.0)
 
@@ -95,7 +95,9 @@ def test_what_must_be_seen_is_what_happens(folder: Path, run: Callable[..., Any]
 def test_senses_of_the_machine_file_are_named(folder: Path, run: Callable[..., Any]) -> None:
     """A named by the tool: its positive side lowers the table's y side. A drive that counts the other way says so."""
     text = (
-        machine_files()["verne"].read_text(encoding="utf-8").replace('a_positive = "workpiece"', 'a_positive = "tool"')
+        list_machine_files()["verne"]
+        .read_text(encoding="utf-8")
+        .replace('a_positive = "workpiece"', 'a_positive = "tool"')
     )
     drives = "".join(
         f'[drives.{joint}]\nunit = "counts"\nsign = {sign}\nscale = 1e7\ninteger = true\n'

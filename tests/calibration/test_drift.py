@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from verne_post.calibration.as_built.data import prior_of_manufacture, tolerance_vector
-from verne_post.calibration.as_built.drift import drift_directions, prior_of_drift, split_drift
+from verne_post.calibration.as_built.data import build_prior_of_manufacture, build_tolerance_vector
+from verne_post.calibration.as_built.drift import build_prior_of_drift, find_drift_directions, split_drift
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import fit
 
@@ -15,15 +15,15 @@ DRIFT_MM = 0.05
 def warm(model, draw_poses, read_tools, true_machine):
     """Ten machines: calibrated cold from 60 readings, drifted, touched up with 8."""
     cases = []
-    directions = drift_directions(model.machine.geometry)
+    directions = find_drift_directions(model.machine.geometry)
     for seed in range(10):
         true, rng = true_machine(seed), np.random.default_rng([5, seed])
         cold = Measurement(model, read_tools(draw_poses(60, 200 + seed), true, 1000 + seed))
-        before = fit(cold, prior_of_manufacture(tolerance_vector()), np.ones(60, dtype=bool))
+        before = fit(cold, build_prior_of_manufacture(build_tolerance_vector()), np.ones(60, dtype=bool))
         drift = DRIFT_MM * rng.standard_normal(6)
         drifted = true + directions @ drift
         few = Measurement(model, read_tools(draw_poses(8, 300 + seed), drifted, 2000 + seed))
-        prior = prior_of_drift(before.deviations, before.covariance, directions, DRIFT_MM)
+        prior = build_prior_of_drift(before.deviations, before.covariance, directions, DRIFT_MM)
         after = fit(few, prior, np.ones(8, dtype=bool))
         told = split_drift(before.deviations, after.deviations, prior, after.covariance, directions, DRIFT_MM)
         cases.append((drift, drifted, before, after, told))
@@ -32,7 +32,7 @@ def warm(model, draw_poses, read_tools, true_machine):
 
 def test_the_directions_are_what_their_names_say(model, draw_poses):
     """Rods of one leg longer by 1 mm, and a zero of 1 mm: the same as another reading of that slider."""
-    poses, directions = draw_poses(20, 3), drift_directions(model.machine.geometry)
+    poses, directions = draw_poses(20, 3), find_drift_directions(model.machine.geometry)
     assert np.abs(directions[:, :3]).sum(axis=0).tolist() == [2.0, 2.0, 2.0]
     for leg in range(3):
         moved = model.predict(0.1 * directions[:, 3 + leg], poses.joints, poses.length).tip

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from verne_post.calibration.as_built.data import tolerance_vector
+from verne_post.calibration.as_built.data import build_tolerance_vector
 from verne_post.calibration.as_built.stations import see_from_stations
 from verne_post.model.deviations import PARAMETERS
 
@@ -11,7 +11,7 @@ from .independent import SIGMA, tip_and_axis, tools
 
 
 def test_the_tolerances_stand_in_the_order_of_the_parameters():
-    assert (tolerance_vector(0.05, 1e-4) == SIGMA).all()
+    assert (build_tolerance_vector(0.05, 1e-4) == SIGMA).all()
     assert [SIGMA[k] == 1e-4 for k in range(58)] == ["mrad" in name for name in PARAMETERS]
 
 

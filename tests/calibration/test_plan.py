@@ -10,18 +10,18 @@ import verne_post
 from verne_post.calibration.as_built import plan as planning
 from verne_post.calibration.as_built.data import (
     JointUncertainty,
-    prior_of_covariance,
-    prior_of_manufacture,
-    tolerance_vector,
+    build_prior_of_covariance,
+    build_prior_of_manufacture,
+    build_tolerance_vector,
 )
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import fit
-from verne_post.calibration.as_built.program import program_lines
+from verne_post.calibration.as_built.program import write_program_lines
 from verne_post.calibration.as_built.workspace import solve_legal
 
 from .independent import SIGMA
 
-PRIOR = prior_of_manufacture(tolerance_vector())
+PRIOR = build_prior_of_manufacture(build_tolerance_vector())
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def test_poses_are_legal_different_and_of_both_tools(forty, as_built):
 
 def test_the_program_stands_where_the_readings_say(forty, as_built):
     """Converted, every planned pose is a row that stands still for the dwell, with the joints of the readings."""
-    text = "".join(program_lines(as_built, forty.middle, forty.poses, forty.over, 0.5, "readings.csv"))
+    text = "".join(write_program_lines(as_built, forty.middle, forty.poses, forty.over, 0.5, "readings.csv"))
     result = verne_post.convert(text, as_built, verne_post.Options(split_at_stops=True))
     assert result.ok
     values = result.setpoints.values
@@ -97,15 +97,15 @@ def test_the_program_stands_where_the_readings_say(forty, as_built):
 
 
 def test_senses_of_the_machine_file_are_those_of_the_program(forty, machine):
-    from verne_post.calibration.as_built.machine_text import as_built_route
-    from verne_post.config import machine_files
+    from verne_post.calibration.as_built.machine_text import take_as_built_route
+    from verne_post.config import list_machine_files
 
-    raw = machine_files()["verne"].read_bytes().replace(b'a_positive = "workpiece"', b'a_positive = "tool"')
-    other = as_built_route(
+    raw = list_machine_files()["verne"].read_bytes().replace(b'a_positive = "workpiece"', b'a_positive = "tool"')
+    other = take_as_built_route(
         dataclasses.replace(machine), raw.replace(b'c_positive = "workpiece"', b'c_positive = "tool"'), "x.toml"
     )[0]
-    text = "".join(program_lines(other, forty.middle, forty.poses, forty.over, 0.0, "readings.csv"))
-    plain = "".join(program_lines(machine, forty.middle, forty.poses, forty.over, 0.0, "readings.csv"))
+    text = "".join(write_program_lines(other, forty.middle, forty.poses, forty.over, 0.0, "readings.csv"))
+    plain = "".join(write_program_lines(machine, forty.middle, forty.poses, forty.over, 0.0, "readings.csv"))
     assert text != plain
     assert text.replace("A-", "A").replace("C-", "C") == plain.replace("A-", "A").replace("C-", "C")
 
@@ -121,7 +121,7 @@ def test_what_is_known_already_is_not_measured_again(forty, as_built, model, rea
     """After forty readings, five more bring less than five did at first."""
     monkeypatch.setattr(planning, "CANDIDATES", 400)
     found = fit(Measurement(model, read_tools(forty.poses, np.zeros(58), 1)), PRIOR, np.ones(40, dtype=bool))
-    after = prior_of_covariance(found.deviations, found.covariance)
+    after = build_prior_of_covariance(found.deviations, found.covariance)
     more = planning.plan_poses(as_built, model, after, (60.0, 160.0), 5, 0.003)
     first = planning.plan_poses(as_built, model, PRIOR, (60.0, 160.0), 5, 0.003)
     assert np.sqrt((more.errors**2).mean()) < np.sqrt((forty.errors**2).mean())

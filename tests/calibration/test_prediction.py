@@ -6,9 +6,9 @@ from msgspec.structs import replace
 from scipy.spatial.transform import Rotation
 
 from verne_post.calibration.as_built.calibrate import calibrate
-from verne_post.calibration.as_built.data import prior_of_manufacture, tolerance_vector
+from verne_post.calibration.as_built.data import build_prior_of_manufacture, build_tolerance_vector
 from verne_post.calibration.as_built.equations import Measurement
-from verne_post.calibration.as_built.prediction import errors_before, quantiles, tool_errors
+from verne_post.calibration.as_built.prediction import compute_tool_errors, predict_errors_before, quantiles
 from verne_post.calibration.as_built.stations import align_stations
 from verne_post.model.deviations import Deviations
 
@@ -19,14 +19,14 @@ from .independent import tools
 def calibrated(machine, model, draw_poses, read_tools, true_machine):
     true = true_machine(2)
     measurement = Measurement(model, read_tools(draw_poses(40, 2), true, 2))
-    prior = prior_of_manufacture(tolerance_vector())
+    prior = build_prior_of_manufacture(build_tolerance_vector())
     return true, calibrate(measurement, prior, machine.five_axis, model.machine, draw_poses(400, 9))
 
 
 def test_the_ideal_model_is_tenths_off_on_real_parts(machine, model, draw_poses, true_machine):
     """Places of 0.05 mm and directions of 0.1 mrad: some tenths of a millimetre, some hundredths of a degree."""
     poses = draw_poses(300, 9)
-    found = [errors_before(model, true_machine(seed), machine.five_axis, poses) for seed in range(20)]
+    found = [predict_errors_before(model, true_machine(seed), machine.five_axis, poses) for seed in range(20)]
     medians = [quantiles(errors.tip)[0] for errors in found]
     assert 0.2 < np.mean(medians) < 0.5
     assert 0.4 < np.mean([quantiles(errors.tip)[2] for errors in found]) < 0.9
@@ -37,15 +37,17 @@ def test_the_ideal_model_is_tenths_off_on_real_parts(machine, model, draw_poses,
 
 def test_errors_before_are_those_of_the_equations(machine, model, draw_poses, true_machine):
     poses, true = draw_poses(15, 3), true_machine(3)
-    found = errors_before(model, true, machine.five_axis, poses)
+    found = predict_errors_before(model, true, machine.five_axis, poses)
     tip = tools(true, poses.joints, poses.length)[0]
     assert found.tip == pytest.approx(np.linalg.norm(tip - poses.tip, axis=1), abs=1e-9)
 
 
 def test_the_true_deviations_leave_the_axis_that_c_could_correct_and_no_tip(model, draw_poses, true_machine):
     poses, true = draw_poses(200, 9), true_machine(4)
-    joints = model.machine.with_deviations(Deviations.from_vector(true)).joints(poses.tip, poses.angles, poses.length)
-    left = tool_errors(model, true, joints, poses)
+    joints = model.machine.replace_deviations(Deviations.build_from_vector(true)).joints(
+        poses.tip, poses.angles, poses.length
+    )
+    left = compute_tool_errors(model, true, joints, poses)
     assert left.tip.max() < 1e-9
     assert 0.01 < np.degrees(left.axis.max()) < 0.2
 
@@ -54,8 +56,8 @@ def test_what_is_predicted_after_is_what_is_left(calibrated, model, draw_poses):
     """The quantiles that it promises hold for the true machine, at poses of another draw."""
     true, result = calibrated
     poses = draw_poses(400, 77)
-    machine = model.machine.with_deviations(Deviations.from_vector(result.fit.deviations))
-    left = tool_errors(model, true, machine.joints(poses.tip, poses.angles, poses.length), poses)
+    machine = model.machine.replace_deviations(Deviations.build_from_vector(result.fit.deviations))
+    left = compute_tool_errors(model, true, machine.joints(poses.tip, poses.angles, poses.length), poses)
     promised, found = quantiles(result.after.errors.tip), quantiles(left.tip)
     assert 0.4 * promised[0] < found[0] < 2.0 * promised[0]
     assert found[2] < 1.5 * promised[2]
@@ -81,7 +83,7 @@ def test_a_shift_and_turn_of_the_part_is_taken_off(calibrated, machine, model, d
     true, with_place = calibrated
     readings = read_tools(draw_poses(40, 2), true, 2)
     readings = align_stations(model, np.zeros(58), replace(readings, station=np.zeros(40, dtype=int)))
-    prior = prior_of_manufacture(tolerance_vector())
+    prior = build_prior_of_manufacture(build_tolerance_vector())
     result = calibrate(Measurement(model, readings), prior, machine.five_axis, model.machine, draw_poses(400, 9))
     whole, shape = quantiles(result.after.errors.tip), quantiles(result.after.shape)
     assert whole[0] > 3 * shape[0]
@@ -89,7 +91,7 @@ def test_a_shift_and_turn_of_the_part_is_taken_off(calibrated, machine, model, d
     assert (quantiles(with_place.after.shape)[0]) < quantiles(with_place.after.errors.tip)[0]
     # the best rigid motion of one drawn machine, by another route
     poses = draw_poses(400, 9)
-    held = model.machine.with_deviations(Deviations.from_vector(result.fit.deviations))
+    held = model.machine.replace_deviations(Deviations.build_from_vector(result.fit.deviations))
     joints = held.joints(poses.tip, poses.angles, poses.length)
     left = model.predict(true, joints, poses.length).tip
     turn, _rest = Rotation.align_vectors(poses.tip - poses.tip.mean(axis=0), left - left.mean(axis=0))

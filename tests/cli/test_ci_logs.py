@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import pytest
 
 from tests.agents import commands_in
-from verne_post.base.printable import break_commands, json_text, printable, printable_in_place
+from verne_post.base.printable import break_commands, format_json, make_printable, make_printable_in_place
 from verne_post.cli.streams import TextStream
 
 #: What begins a command of one agent or another, and what only nearly does.
@@ -52,18 +52,23 @@ PROGRAMS = {
 @pytest.mark.parametrize("text", HOSTILE)
 def test_no_agent_finds_a_command(text: str) -> None:
     assert bool(commands_in(text)) == (text not in ALIKE)
-    for shown in (break_commands(text), printable(text), printable_in_place(text), f"a\n{break_commands(text)}"):
+    for shown in (
+        break_commands(text),
+        make_printable(text),
+        make_printable_in_place(text),
+        f"a\n{break_commands(text)}",
+    ):
         assert commands_in(shown) == []
-    assert len(printable_in_place(text)) == len(text)
-    assert json.loads(json_text({text: text})) == {text: text}
-    assert commands_in(json_text([text], 2)) == commands_in(json_text(text, ensure_ascii=False)) == []
+    assert len(make_printable_in_place(text)) == len(text)
+    assert json.loads(format_json({text: text})) == {text: text}
+    assert commands_in(format_json([text], 2)) == commands_in(format_json(text, ensure_ascii=False)) == []
     # how often a text is broken does not matter
     assert break_commands(break_commands(text)) == break_commands(text)
 
 
 @pytest.mark.parametrize("text", HARMLESS)
 def test_other_texts_stay_as_they_are(text: str) -> None:
-    assert break_commands(text) == printable(text) == printable_in_place(text) == text
+    assert break_commands(text) == make_printable(text) == make_printable_in_place(text) == text
 
 
 def test_commands_in_pieces() -> None:

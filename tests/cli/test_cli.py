@@ -166,7 +166,7 @@ def test_solver_that_gives_up_is_3(good: Path, run: Callable[..., Any], monkeypa
     def lost(distance: np.ndarray, *_limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.full((len(distance), 7), np.nan), np.zeros((len(distance), 7))
 
-    monkeypatch.setattr(stop_to_stop, "rest_to_rest", lost)
+    monkeypatch.setattr(stop_to_stop, "plan_rest_to_rest", lost)
     answer = run(good, *PLACE, "--smoothing", "off")
     assert (answer.code, answer.out) == (3, "")
     assert f"{good}:3: VP420 error: " in answer.err
@@ -959,11 +959,11 @@ def test_result_is_the_same_through_python_and_the_command_line(good: Path, run:
 def test_no_output_replaces_an_input_or_another_output(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any], words: tuple[str, ...]
 ) -> None:
-    from verne_post.config import machine_files
+    from verne_post.config import list_machine_files
 
     monkeypatch.chdir(tmp_path)
     Path("p.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X9 F900\nM2\n")
-    Path("m.toml").write_bytes(machine_files()["verne"].read_bytes())
+    Path("m.toml").write_bytes(list_machine_files()["verne"].read_bytes())
     Path("t.tbl").write_text("T1 P1 Z50\n")
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     answer = run("convert", "p.nc", "--tool-length", 60, *words)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError
 
@@ -44,7 +44,7 @@ lead_error = [[-180.0, 0.0], [-60.0, 0.02], [60, -0.02], [180.0, 0.0]]
 
 
 def file_with(drives: str, folder: Path, *, replaced: tuple[str, str] = ("", "")) -> Path:
-    text = machine_files()["verne"].read_text(encoding="utf-8")
+    text = list_machine_files()["verne"].read_text(encoding="utf-8")
     text = text.replace("[control]", f"{drives.replace(*replaced)}\n[control]", 1)
     path = folder / "drives.toml"
     path.write_text(text + 'drives = "measured, a test"\n', encoding="utf-8")

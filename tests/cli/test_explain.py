@@ -11,7 +11,7 @@ import pytest
 
 from verne_post import load_machine
 from verne_post.cli.main import main
-from verne_post.config import machine_files, schema
+from verne_post.config import list_machine_files, schema
 from verne_post.model.codes import CODES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -213,7 +213,7 @@ def test_a_dry_run_has_the_length_of_the_tool(explain: Callable[..., str]) -> No
 def test_margins_reach_to_clearances_and_the_table(explain: Callable[..., str], tmp_path: Path) -> None:
     """A spindle of radius 60 whose nose is 20 over the face: 40 short, and every solution says so."""
     file = tmp_path / "guarded.toml"
-    original = machine_files()["verne"].read_text(encoding="utf-8")
+    original = list_machine_files()["verne"].read_text(encoding="utf-8")
     guard = '[clearance]\nminimum_mm = 5.0\nspindle_diameter_mm = 120.0\n\n[provenance]\nclearance = "assumed"\n'
     file.write_text(original.replace("[provenance]", guard), encoding="utf-8")
     program = lines("G49 G0 X0 Y0 Z100 A0 C0", "G1 Z5 F2000", "M2")
@@ -315,7 +315,7 @@ def test_the_other_branch(
     explain: Callable[..., str], codes: Callable[..., set[str]], tmp_path: Path,
 ) -> None:  # fmt: skip
     file = tmp_path / "narrow.toml"
-    original = machine_files()["verne"].read_text(encoding="utf-8")
+    original = list_machine_files()["verne"].read_text(encoding="utf-8")
     file.write_text(original.replace("a_deg = [-95.0, 95.0]", limits), encoding="utf-8")
     options = ("--machine", file, *OPTIONS)
     program = lines(f"G49 G0 X0 Y0 Z120 {words}", "G1 X20 F900", "M2")
@@ -378,8 +378,8 @@ def test_the_response_told_is_what_happens(file: Path, run: Callable[..., Any]) 
 def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) -> None:
     groups = {
         "limits": {
-            *schema.limits_file("rho", True).__struct_fields__,
-            *schema.limits_file("xyz", False).__struct_fields__,
+            *schema.describe_limits_table("rho", True).__struct_fields__,
+            *schema.describe_limits_table("xyz", False).__struct_fields__,
         },
         "module": schema.VerneModuleFile.__struct_fields__,
         "spindle": schema.SpindleFile.__struct_fields__,

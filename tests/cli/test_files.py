@@ -13,7 +13,7 @@ import pytest
 
 import verne_post
 from verne_post.cli.files import FileError, RunFiles
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 
 PROGRAM = "G21 G90 G64\nT1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\no<subx> call\nG1 X5\nM2\n"
 SUBPROGRAM = "o<subx> sub\nG1 X9 F3000\no<subx> endsub\n"
@@ -23,7 +23,7 @@ INPUTS = {
     "subx.ngc": (SUBPROGRAM, None),
     "verne-post.toml": ('[check]\nbaseline = "known.json"\n', None),
     "known.json": ('{"schema": 1, "known": {}}\n', None),
-    "m.toml": (machine_files()["verne"].read_text("utf-8"), "--machine"),
+    "m.toml": (list_machine_files()["verne"].read_text("utf-8"), "--machine"),
     "t.tbl": ("T1 P1 Z60 D6\n", "--tool-table"),
     "lengths.csv": ("tool,length_mm\n1,60\n", "--tool-lengths"),
     "offsets.csv": ("system,x_mm,y_mm,z_mm\nG54,0,0,20\n", "--measured-offset"),

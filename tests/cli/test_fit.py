@@ -14,7 +14,7 @@ from verne_post.app.assemble import assemble
 from verne_post.app.fit import propose
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.toolpath.margins import margin_functions
+from verne_post.toolpath.margins import list_margin_functions
 
 from ..builders import SAMPLES
 
@@ -50,10 +50,10 @@ def test_the_sample_that_violates_converts_where_fit_says(tmp_path: Path, run: C
 def test_the_block_in_the_program_does_the_same(
     tilted: Path, tmp_path: Path, run: Callable[..., Any], senses: str
 ) -> None:
-    from verne_post.config import machine_files
+    from verne_post.config import list_machine_files
 
     text = (
-        machine_files()["verne"]
+        list_machine_files()["verne"]
         .read_text(encoding="utf-8")
         .replace('_positive = "workpiece"', f'_positive = "{senses}"')
     )
@@ -87,7 +87,7 @@ def test_the_margin_is_larger_than_anywhere_near(tilted: Path) -> None:
     options = Options(tool_length=70.0, wcs={1: WorkOffset((5.0, 5.0, 40.0))})
     found = propose(TILTED.encode(), machine, options, "xy", aim="margin")
     assert found.after.smallest > found.before.smallest
-    margins, _names = margin_functions(machine)
+    margins, _names = list_margin_functions(machine)
     best = found.after.place
     rng = np.random.default_rng(1)
     for spread in (2.0, 20.0, 120.0):

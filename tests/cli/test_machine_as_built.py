@@ -187,14 +187,14 @@ def test_a_machine_far_beyond_its_tolerances_is_told(inside: Path, run: Callable
 
 def test_a_warm_machine_is_touched_up(inside: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """Rods of leg II grow by 0.06 mm; six reference readings find it."""
-    from verne_post.calibration.as_built.machine_text import machine_text
+    from verne_post.calibration.as_built.machine_text import write_machine_text
     from verne_post.model.deviations import Deviations
 
     monkeypatch.setattr(planning, "CANDIDATES", 300)
-    true = verne_post.load_machine("true.toml").five_axis.deviations.to_vector()
+    true = verne_post.load_machine("true.toml").five_axis.deviations.pack_vector()
     true[38:40] += 0.06
     Path("warm.toml").write_text(
-        machine_text(Path("true.toml").read_bytes(), Deviations.from_vector(true), "warm", "w")
+        write_machine_text(Path("true.toml").read_bytes(), Deviations.build_from_vector(true), "warm", "w")
     )
     plan = "calibrate --plan 6 --machine mine.toml --touch-up --simulate warm.toml --seed 9 -o ref.csv"
     assert run("machine", *plan.split()).code == 0

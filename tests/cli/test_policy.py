@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 
 #: VP101 in line 3, and VP202 warnings: near the level rod.
 BEYOND = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 Z680 F3000\nM2\n"
@@ -27,7 +27,9 @@ def warned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, ...]:
     """A program with nothing but warnings: on a machine whose rods are warned of early."""
     monkeypatch.chdir(tmp_path)
     text = (
-        machine_files()["verne"].read_text().replace("serial_singularity_mm = 100.0", "serial_singularity_mm = 400.0")
+        list_machine_files()["verne"]
+        .read_text()
+        .replace("serial_singularity_mm = 100.0", "serial_singularity_mm = 400.0")
     )
     Path("m.toml").write_text(text)
     Path("w.nc").write_text("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X20 F3000\nM2\n")

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
 HEAD = "G0 X0 Y0 Z20 A0 C0\n"
@@ -362,7 +362,7 @@ def test_completion_knows_commands_choices_machines_and_files() -> None:
     """A program may stand where a command does, and options before it."""
     assert completed("ch") == ["file,ch", "plain,check"]
     assert "plain,fanuc" in completed("check", "--dialect", "fa")
-    names = ["file,", *(f"plain,{name}" for name in machine_files())]
+    names = ["file,", *(f"plain,{name}" for name in list_machine_files())]
     for words in (["--machine"], ["check", "--machine"], ["part.nc", "--machine"], ["machine", "show"]):
         assert completed(*words, "") == names, words
     assert completed("check", "--machine", "se") == ["file,se", "plain,serial"]

@@ -16,7 +16,7 @@ from verne_post.app.assemble import Program, assemble
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
-from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.contour_pose import find_contour_pose
 
 from ..builders import LEGAL_SAMPLES, SAMPLES
 
@@ -45,8 +45,8 @@ def test_the_rest_of_the_path_is_that_of_the_whole_program(
         begin = len(whole.contour) - len(own)
         for w in (0.0, 0.37, 1.0):
             at = np.full(len(own), w)
-            tip, angles = contour_pose(rest.contour, own, at)
-            tip_whole, angles_whole = contour_pose(whole.contour, begin + np.arange(len(own)), at)
+            tip, angles = find_contour_pose(rest.contour, own, at)
+            tip_whole, angles_whole = find_contour_pose(whole.contour, begin + np.arange(len(own)), at)
             # the same formulas on the same numbers, added up from another beginning
             assert np.abs(tip - tip_whole).max() < 1e-9
             assert np.abs(angles - angles_whole).max() < 1e-11

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from verne_post import InputError, load_machine
-from verne_post.config import machine_files, validate_machine
+from verne_post.config import list_machine_files, validate_machine
 from verne_post.config.kinds import KINDS
-from verne_post.config.load import machine_from_toml
+from verne_post.config.load import build_machine
 from verne_post.output.machine_formats import linuxcnc_kins, mtconnect
 
 SHIPPED = {"verne": "VERNE", "serial": "serial five-axis machine", "linear_delta": "linear delta"}
@@ -22,7 +22,7 @@ CARRIERS = ["tricept"]
 
 
 def text(name):
-    return machine_files()[name].read_text(encoding="utf-8")
+    return list_machine_files()[name].read_text(encoding="utf-8")
 
 
 def changed(name, *pairs):
@@ -36,7 +36,7 @@ def changed(name, *pairs):
 
 def mistakes(name, *pairs):
     with pytest.raises(InputError) as refused:
-        machine_from_toml(changed(name, *pairs), "mine.toml")
+        build_machine(changed(name, *pairs), "mine.toml")
     assert all(item.code == "VP501" and item.severity == "error" for item in refused.value.findings)
     return [item.message for item in refused.value.findings]
 
@@ -46,7 +46,7 @@ def test_every_kind_is_shipped_and_sound(name):
     machine = load_machine(name)
     assert (machine.name, machine.kind) == (SHIPPED[name], name)
     assert validate_machine(machine) == []
-    assert set(machine_files()) - set(CHAINS) - set(RODS) - set(CARRIERS) == set(KINDS) - {"rods"} == set(SHIPPED)
+    assert set(list_machine_files()) - set(CHAINS) - set(RODS) - set(CARRIERS) == set(KINDS) - {"rods"} == set(SHIPPED)
     joints = [column.joint for column in machine.columns]
     assert joints == [*machine.module.actuators, "a", "c"]
     assert [column.code for column in machine.columns] == ["VP101"] * 3 + ["VP102", "VP103"]
@@ -80,7 +80,7 @@ def test_limits_of_a_serial_machine_have_the_names_of_its_axes():
 @pytest.mark.parametrize("name", ["verne", "serial", "linear_delta", *CHAINS])
 def test_a_jerk_that_is_absent_is_not_limited_and_told(name):
     raw = re.sub(r"(?m)^(\w+_)?jerk = .*$", "", text(name))
-    machine = machine_from_toml(raw.encode(), "mine.toml")
+    machine = build_machine(raw.encode(), "mine.toml")
     assert np.isinf(machine.limits.jerk).all()
     assert (
         machine.unlimited == f"jerk of {', '.join(c.joint for c in machine.columns)}: the machine file names no limit"
@@ -95,9 +95,9 @@ def test_a_jerk_that_is_absent_is_not_limited_and_told(name):
 
 def test_one_value_for_all_or_three():
     one = changed("serial", ("xyz_mm = [[-400.0, 400.0], [-400.0, 400.0], [-600.0, 100.0]]", "xyz_mm = [-700, 700]"))
-    assert machine_from_toml(one, "mine.toml").limits.lower[:3].tolist() == [-700.0] * 3
+    assert build_machine(one, "mine.toml").limits.lower[:3].tolist() == [-700.0] * 3
     three = changed("serial", ("xyz_velocity = 500.0", "xyz_velocity = [400.0, 500.0, 300.0]"))
-    assert machine_from_toml(three, "mine.toml").limits.velocity[:3].tolist() == [400.0, 500.0, 300.0]
+    assert build_machine(three, "mine.toml").limits.velocity[:3].tolist() == [400.0, 500.0, 300.0]
 
 
 def test_keys_of_another_kind_are_refused_with_the_kind():
@@ -166,9 +166,9 @@ def test_mistakes_of_every_group_are_reported_at_once():
 
 def test_a_home_beyond_the_travel_names_the_axis():
     high = changed("serial", ("g28 = [0.0, 0.0, 0.0, 0.0, 0.0]", "g28 = [0.0, 0.0, 150.0, 0.0, 0.0]"))
-    (item,) = validate_machine(machine_from_toml(high, "mine.toml"))
+    (item,) = validate_machine(build_machine(high, "mine.toml"))
     assert (item.axis, item.value, item.limit) == ("z", pytest.approx(150.0), pytest.approx(100.0))
     far = changed("linear_delta", ("g30 = [0.0, 0.0, 0.0, 0.0, 0.0]", "g30 = [900.0, 0.0, 0.0, 0.0, 0.0]"))
-    (item,) = validate_machine(machine_from_toml(far, "mine.toml"))
+    (item,) = validate_machine(build_machine(far, "mine.toml"))
     assert "home.g30" in item.message
     assert "out of reach" in item.message

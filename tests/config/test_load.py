@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from verne_post import InputError, load_machine
-from verne_post.config import machine_files, validate_machine
+from verne_post.config import list_machine_files, validate_machine
 
 #: The machine file of the contract, as data. Only "schema" and the tables' order are free.
 CONTRACT = {
@@ -140,7 +140,7 @@ def mistakes(path):
 
 
 def test_the_shipped_file_is_the_contracts():
-    path = machine_files()["verne"]
+    path = list_machine_files()["verne"]
     assert path.name == "verne.toml"
     shipped = tomllib.loads(path.read_text(encoding="utf-8"))
     assert 0.0 < shipped["limits"].pop("parallel_singularity") < 0.19  # a later key; the rim has 0.186
@@ -148,7 +148,7 @@ def test_the_shipped_file_is_the_contracts():
 
 
 def test_the_shipped_machine_has_its_values_in_inside_units():
-    path = machine_files()["verne"]
+    path = list_machine_files()["verne"]
     for machine in (load_machine(), load_machine("verne"), load_machine(path), load_machine(str(path))):
         assert (machine.name, machine.kind) == ("VERNE", "verne")
         assert machine.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()

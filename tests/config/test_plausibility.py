@@ -10,10 +10,10 @@ import pytest
 
 import verne_post as vp
 from verne_post.app.capability import describe_moves
-from verne_post.config import machine_files
-from verne_post.config.load import machine_from_toml
+from verne_post.config import list_machine_files
+from verne_post.config.load import build_machine
 
-VERNE = machine_files()["verne"].read_text(encoding="utf-8")
+VERNE = list_machine_files()["verne"].read_text(encoding="utf-8")
 
 
 def warned(*changes):
@@ -21,12 +21,12 @@ def warned(*changes):
     for old, new in changes:
         assert text.count(old) == 1
         text = text.replace(old, new)
-    machine = machine_from_toml(text.encode(), "mine.toml")
+    machine = build_machine(text.encode(), "mine.toml")
     assert all((item.code, item.severity) == ("VP505", "warning") for item in machine.warnings)
     return [item.message for item in machine.warnings], machine
 
 
-@pytest.mark.parametrize("name", machine_files())
+@pytest.mark.parametrize("name", list_machine_files())
 def test_shipped_machines_are_plausible(name):
     assert vp.load_machine(name).warnings == ()
 

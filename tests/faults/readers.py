@@ -16,15 +16,15 @@ from typing import Any
 from msgspec import to_builtins
 
 import verne_post
-from verne_post.app.assemble import interpreter_view
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.base.long_text import sha256
-from verne_post.calibration.as_built.covariance_file import covariance_lines, read_covariance
+from verne_post.calibration.as_built.covariance_file import format_covariance, read_covariance
 from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings
 from verne_post.calibration.readings import read_readings
 from verne_post.cli.files import FileError
 from verne_post.cli.jobs import Job, Outcome, Record, _record
-from verne_post.config import machine_files
-from verne_post.config.load import machine_from_toml
+from verne_post.config import list_machine_files
+from verne_post.config.load import build_machine
 from verne_post.config.part_setup import read_lengths, read_offsets
 from verne_post.config.program_setup import read_setup
 from verne_post.config.settings import load_settings
@@ -38,7 +38,7 @@ from verne_post.model.part_setup import Tool
 from verne_post.output.logs import read_log
 from verne_post.output.parts import parts_of
 from verne_post.output.policy import read_baseline
-from verne_post.output.setpoints import csv_header, read_csv
+from verne_post.output.setpoints import read_csv, write_csv_header
 from verne_post.output.side_car import read_side_car
 from verne_post.part.dexels import Dexels
 from verne_post.part.stl import describe_faults, read_stl
@@ -69,7 +69,7 @@ def readers() -> dict[str, Reader]:
     """Reader by name."""
     found: dict[str, Reader] = {name: partial(_program, name) for name in DIALECTS}
     return found | {
-        "machine": lambda raw: machine_from_toml(raw, "m.toml"),
+        "machine": lambda raw: build_machine(raw, "m.toml"),
         "settings": lambda raw: load_settings(_file("verne-post.toml", raw)),
         "set-up": lambda raw: read_setup(Path("p.nc.toml"), lambda _path: raw, "p.nc.toml", named=True),
         "mesh": lambda raw: describe_faults(read_stl(raw, "vise.stl")),
@@ -96,7 +96,7 @@ def readers() -> dict[str, Reader]:
 
 
 def _program(dialect: str, raw: bytes) -> object:
-    return interpreter_view(raw, Options(tools=TOOLS, dialect=dialect, max_repeats=2000))
+    return view_moves_plainly(raw, Options(tools=TOOLS, dialect=dialect, max_repeats=2000))
 
 
 def _text(raw: bytes) -> str:
@@ -110,13 +110,13 @@ def _file(name: str, raw: bytes) -> Path:
 
 
 def _names() -> tuple[str, ...]:
-    return tuple(csv_header(machine().columns, ()).strip().split(",")[1:-1])
+    return tuple(write_csv_header(machine().columns, ()).strip().split(",")[1:-1])
 
 
 def _deviations() -> Any:
     from verne_post.model.deviations import Deviations
 
-    return Deviations.none().to_vector()
+    return Deviations.none().pack_vector()
 
 
 def _job() -> Job:
@@ -154,10 +154,10 @@ def _read_record(raw: bytes) -> object:
 def corpus() -> dict[str, list[bytes]]:
     """Texts to change, by reader: samples, rejected programs, reference programs, and one good file of each other kind."""
     programs = _programs()
-    header = csv_header(machine().columns, ())
+    header = write_csv_header(machine().columns, ())
     row = ",".join(["654.1", "600.7", "600.7", "0.1", "0.2"])
     record = json.dumps(to_builtins(Record(2, sha256(b""), {"a.csv": "0" * 64}, Outcome("a.nc", 0, (), 1.5, 20))))
-    tables = {path.stem: path.read_bytes() for path in machine_files().values()}
+    tables = {path.stem: path.read_bytes() for path in list_machine_files().values()}
     names = ",".join(_names())
     return {
         **dict.fromkeys(DIALECTS, programs),
@@ -190,7 +190,7 @@ def corpus() -> dict[str, list[bytes]]:
         "readings of poses": [b"rho1_mm,rho2_mm,rho3_mm,x_mm,y_mm,z_mm,alpha_deg\n654.1,600.7,600.7,0,0,100,0\n"],
         "readings of the tool": [b"rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,tool_length_mm,x_mm,y_mm,z_mm\n654.1,600.7,600.7,0,0,60,1,2,3\n"],
         "readings of lengths": [b"length,value_mm,sigma_mm\nrod 1,850.01,0.01\n"],
-        "covariance": ["".join(covariance_lines(*_covariance())).encode()],
+        "covariance": ["".join(format_covariance(*_covariance())).encode()],
     }  # fmt: skip
 
 

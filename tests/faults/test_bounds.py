@@ -6,7 +6,7 @@ import resource
 import pytest
 
 from tests.faults.trials import PLACE, ROOT, Ground
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 
 HEAD = "G21 G90 G64\nT1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\n"
 #: Seconds of the processor; each of these programs once took from 13 to for ever, and takes one now.
@@ -98,7 +98,7 @@ def test_texts_that_are_read(ground: Ground) -> None:
 def test_files_that_once_ended_in_a_traceback(ground: Ground, option: str, text: str, said: str) -> None:
     if option == "--machine":
         key = text.split(" ")[0]
-        machine = machine_files()["verne"].read_text("utf-8")
+        machine = list_machine_files()["verne"].read_text("utf-8")
         text = "\n".join(text if line.startswith(key) else line for line in machine.split("\n"))
     (ground.folder / "given.toml").write_text(text)
     refused = ground.run("check", "short.nc", *PLACE, option, "given.toml")

@@ -20,13 +20,13 @@ WRITER = """
 import itertools, sys
 from pathlib import Path
 from verne_post.cli.files import RunFiles
-from verne_post.cli.temporary import temporary_folder, tidy_up_when_ended
+from verne_post.cli.temporary import make_temporary_folder, tidy_up_when_ended
 tidy_up_when_ended()
 def rows():
     print("writing", flush=True)
     for number in itertools.count():
         yield f"{number}\\n"
-with temporary_folder(Path.cwd()) as folder:
+with make_temporary_folder(Path.cwd()) as folder:
     (folder / "rows").touch()
     RunFiles().write(Path("axes.csv"), "-o", rows())
 """

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from verne_post.app.assemble import interpreter_view
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.gcode import plain
 from verne_post.model.moves import AXES, ZERO9, MoveKind
 from verne_post.model.options import Options
@@ -55,7 +55,7 @@ def view():
 
     def run(text, **options):
         options.setdefault("tools", {1: make_tool(1, 10.0), 2: make_tool(2, 25.0)})
-        return interpreter_view(text.encode() if isinstance(text, str) else text, Options(**options))
+        return view_moves_plainly(text.encode() if isinstance(text, str) else text, Options(**options))
 
     return run
 

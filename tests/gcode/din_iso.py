@@ -5,7 +5,7 @@
 
 import re
 
-from verne_post.gcode.arcs import center_arc
+from verne_post.gcode.arcs import build_arc_from_center
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, run_program
@@ -118,7 +118,7 @@ class Interpreter:
         if self.motion < 2:
             self.core.line(at, kind, end, list(places), absolute=self.absolute)
         else:
-            arc = center_arc(start, end, 0, self.motion == 2, self.pole, True, 0)
+            arc = build_arc_from_center(start, end, 0, self.motion == 2, self.pole, True, 0)
             self.core.arc(at, start, end, arc, list(places), absolute=self.absolute)
 
 

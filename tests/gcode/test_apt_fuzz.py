@@ -14,7 +14,7 @@ import pytest
 
 from tests.gcode.conftest import make_tool
 from tests.gcode.test_apt_writers import EXECUTED, WITH_CONDITIONS
-from verne_post.gcode import interpreter_setup
+from verne_post.gcode import build_plain_setup
 from verne_post.gcode.apt.words import REFUSED, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
@@ -83,7 +83,7 @@ TEXTS += [
 ]  # fmt: skip
 TEXTS += [f"{word}/1,2" for word in (*REMARKS, *WITHOUT_EFFECT, *REFUSED)]
 SETUPS = [
-    interpreter_setup(tools={1: make_tool(1, 10.0), 2: make_tool(2, 25.0)}, dialect="aptcl", control=control, tapping="feed", max_repeats=300)
+    build_plain_setup(tools={1: make_tool(1, 10.0), 2: make_tool(2, 25.0)}, dialect="aptcl", control=control, tapping="feed", max_repeats=300)
     for control in ({}, {"aptcl": {"pitches": {"2": 1.0}, "cutcom": "centre", "insert": "message", "msys": "one clamping", "times": "begun", "tools": {"B": 1}}})
 ]  # fmt: skip
 

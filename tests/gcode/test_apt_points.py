@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import assert_same_moves
-from verne_post.app.assemble import interpreter_view
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 
@@ -44,7 +44,7 @@ def lines(pick):
 
 
 def view(text):
-    return interpreter_view(text.encode(), Options(dialect="aptcl", tools={1: Tool(1, 1, (0.0,) * 9)}))
+    return view_moves_plainly(text.encode(), Options(dialect="aptcl", tools={1: Tool(1, 1, (0.0,) * 9)}))
 
 
 @pytest.mark.parametrize("seed", range(150))

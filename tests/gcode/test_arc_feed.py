@@ -13,7 +13,7 @@ from verne_post.model.codes import CODES
 from verne_post.model.control_keys import FanucKeys, read_keys
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
-from verne_post.output.summary import summary_text
+from verne_post.output.summary import format_summary
 
 from .conftest import make_tool
 
@@ -212,6 +212,6 @@ def test_rows_keep_the_contour_at_f_and_the_judge_agrees(machine):
 def test_the_summary_says_what_holds_and_what_is_assumed(machine, word, text):
     result = check(f"{word} {SIEMENS}", machine, OPTIONS)
     assert result.ok
-    shown = " ".join(summary_text(result.summary).split())
+    shown = " ".join(format_summary(result.summary).split())
     assert ("feed on arcs" in shown) == (text is not None)
     assert text is None or f"feed on arcs {text}" in shown

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from verne_post import check
-from verne_post.app.assemble import machine_setup
+from verne_post.app.assemble import build_interpreter_setup
 from verne_post.gcode import interpret_program
 from verne_post.model.moves import PathMode
 from verne_post.model.options import Options
@@ -38,7 +38,7 @@ def test_g98_stays_at_the_initial_level_between_holes(moves_text):
 def test_a_drill_must_point_along_its_hole(machine, program, code):
     source = f"G49 F200 G0 X0 Y0 Z100 A0 C0\n{program}\nG80\nM2".encode()
     try:
-        interpret_program(source, machine_setup(machine, Options(dialect="rs274")))
+        interpret_program(source, build_interpreter_setup(machine, Options(dialect="rs274")))
         found = None
     except Exception as error:
         (found,) = [item for item in error.findings if item.severity == "error"]

@@ -15,7 +15,7 @@ import pytest
 import verne_post
 from tests.gcode.conftest import make_tool
 from verne_post import convert
-from verne_post.app.assemble import interpreter_view, machine_setup, read_draft
+from verne_post.app.assemble import build_interpreter_setup, read_draft, view_moves_plainly
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.gcode.read import interpret_program
 from verne_post.model.control_keys import Rs274Keys, read_keys
@@ -28,7 +28,7 @@ PACKAGE = Path(verne_post.__file__).parent
 #: A dialect whose programs begin with HELLO.
 DUMMY = '''
 """Only a test has this dialect."""
-from verne_post.gcode.dialect import dialect_of_blocks
+from verne_post.gcode.dialect import build_dialect_of_blocks
 from verne_post.gcode.rs274.interpreter import Rs274
 
 
@@ -41,7 +41,7 @@ class _Hello(Rs274):
         return super().read(self.prepare(text), line)
 
 
-DIALECT = dialect_of_blocks(_Hello, lambda source: source[:5] == b"HELLO")
+DIALECT = build_dialect_of_blocks(_Hello, lambda source: source[:5] == b"HELLO")
 '''
 SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 
@@ -754,7 +754,7 @@ def test_apt_feed_rates_without_a_unit_after_another_one(first, second, refused,
 
 def fanuc_moves(body, decimal_point):
     options = Options(dialect="fanuc", tool_length=60.0, control={"fanuc": {"decimal_point": decimal_point}})
-    moves, errors = interpreter_view(f"O1\nG90 G21\n{body}\nM30\n".encode(), options)
+    moves, errors = view_moves_plainly(f"O1\nG90 G21\n{body}\nM30\n".encode(), options)
     assert errors == ()
     return moves
 
@@ -805,7 +805,7 @@ def test_long_stretches_without_points_are_read_alike():
 
 def test_f_per_turn_without_a_point_is_refused():
     options = Options(dialect="fanuc", tool_length=60.0, control={"fanuc": {"decimal_point": "conventional"}})
-    _moves, errors = interpreter_view(b"O1\nG90 G21 G95 S100 M3\nG1 X5. F20\nM30\n", options)
+    _moves, errors = view_moves_plainly(b"O1\nG90 G21 G95 S100 M3\nG1 X5. F20\nM30\n", options)
     assert [(item.code, item.line, item.column) for item in errors] == [("VP007", 3, 8)]
 
 
@@ -863,7 +863,7 @@ def test_each_control_of_the_family_is_what_the_table_says(dialect, control, cel
     _name, _option, end, repeats, remarks, motion, dwell = cells
 
     def run(text):
-        return interpreter_view(text.encode(), Options(dialect=dialect, control=control))
+        return view_moves_plainly(text.encode(), Options(dialect=dialect, control=control))
 
     assert (run("G0 X1\n")[1] == ()) == ("its text" in end)
     assert (run("G0 X1\n%\nG0 X2\n")[1] == ()) == ("`%`" in end and "pair" not in end)
@@ -907,11 +907,11 @@ def test_a_fanuc_program_without_a_unit_is_noted(machine, text, line):
 
     def run(**keys):
         options = Options(dialect="fanuc", tool_length=50.0, control={"fanuc": keys})
-        moves = interpret_program(f"%\nO1\n{text}\nM30\n%\n".encode(), machine_setup(machine, options))
+        moves = interpret_program(f"%\nO1\n{text}\nM30\n%\n".encode(), build_interpreter_setup(machine, options))
         return moves, [item.line for item in moves.findings if "neither G20" in item.message]
 
     assert run()[1] == ([] if line is None else [line])
     assert run(units="inch")[1] == run(units="mm")[1] == []
     if text == "G0 X1.":
         assert [run(units=unit)[0].end[0][0] for unit in ("mm", "inch")] == [1.0, 25.4]
-        assert interpreter_view(b"G0 X1\nM2", Options(control={"rs274": {"units": "inch"}}))[0].end[0][0] == 25.4
+        assert view_moves_plainly(b"G0 X1\nM2", Options(control={"rs274": {"units": "inch"}}))[0].end[0][0] == 25.4

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from tests.gcode.fanuc_lines import make_program
-from verne_post.app.assemble import interpreter_view, machine_setup
+from verne_post.app.assemble import build_interpreter_setup, view_moves_plainly
 from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -24,14 +24,14 @@ def test_random_programs(machine, seed):
     ran = 0
     for _ in range(60):
         text = make_program(rng)
-        moves, findings = interpreter_view(text.encode(), options)
+        moves, findings = view_moves_plainly(text.encode(), options)
         lines = text.count("\n") + 1
         assert all(item.line is None or 1 <= item.line <= lines for item in findings), text
         assert not findings or len(findings[0].message) < 600
         ran += not findings
         assert (moves.line <= lines).all()
         try:
-            interpret_program(text.encode(), machine_setup(machine, options))
+            interpret_program(text.encode(), build_interpreter_setup(machine, options))
         except InputError as error:
             assert all(1 <= (item.line or 1) <= lines for item in error.findings), text
     assert ran  # or the programs would test refusals alone

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from verne_post.app.assemble import machine_setup
+from verne_post.app.assemble import build_interpreter_setup
 from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -46,7 +46,9 @@ def outcome(machine):
 
     def run(blocks):
         try:
-            moves = interpret_program("\n".join([*BEFORE, *blocks, *AFTER]).encode(), machine_setup(machine, options))
+            moves = interpret_program(
+                "\n".join([*BEFORE, *blocks, *AFTER]).encode(), build_interpreter_setup(machine, options)
+            )
         except InputError as error:
             return None, error.findings
         columns = (moves.kind, moves.end, moves.feed, moves.feed_mode, moves.spindle, moves.tool_axis)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from verne_post.app.assemble import interpreter_view, machine_setup
+from verne_post.app.assemble import build_interpreter_setup, view_moves_plainly
 from verne_post.gcode import interpret_program, plain
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9
@@ -27,13 +27,13 @@ def snapshot(moves):
 
 
 def as_interpreter(source, **options):
-    moves, findings = interpreter_view(source, Options(tools=TOOLS, **options))
+    moves, findings = view_moves_plainly(source, Options(tools=TOOLS, **options))
     return snapshot(moves), findings
 
 
 def as_machine(source, machine, **options):
     try:
-        return snapshot(interpret_program(source, machine_setup(machine, Options(tools=TOOLS, **options))))
+        return snapshot(interpret_program(source, build_interpreter_setup(machine, Options(tools=TOOLS, **options))))
     except InputError as error:
         return error.findings
 
@@ -239,7 +239,7 @@ def test_stretches_without_motion_leave_no_trace(word, idle):
     source = f"G0 X1\n{word}\n{idle * 20}G49 G54 G64 G0 X2\nM2".encode()
     fast, usual, general = fast_and_general(as_interpreter, source)
     assert fast == usual == general
-    assert interpreter_view(source, Options(tools=TOOLS))[0].frame.tolist() == [0, 0]
+    assert view_moves_plainly(source, Options(tools=TOOLS))[0].frame.tolist() == [0, 0]
 
 
 @pytest.mark.parametrize("source", [
@@ -268,7 +268,7 @@ def test_the_fast_path_is_really_taken(monkeypatch):
         return done
 
     monkeypatch.setattr(plain, "execute", watched)
-    moves, findings = interpreter_view(("G1 F100\n" + PLAIN * 3 + "M2").encode(), Options())
+    moves, findings = view_moves_plainly(("G1 F100\n" + PLAIN * 3 + "M2").encode(), Options())
     assert findings == ()
     assert sum(taken) == 1 + 3 * PLAIN.count("\n")  # the first line says G1
     assert len(moves) == 1 + 3 * (PLAIN.count("\n") - 1)  # F50 alone is no move
@@ -285,6 +285,6 @@ def test_lines_that_are_refused_one_after_the_other_are_not_all_looked_at_again_
 
     monkeypatch.setattr(plain, "_execute", watched)
     arcs = "".join(f"G2 X{number % 50} Y{number % 7} I3\n" for number in range(4000))
-    _moves, findings = interpreter_view(f"G21 G90 F100\nG0 X0 Y0 Z0 A0 C0\n{arcs}M2".encode(), Options())
+    _moves, findings = view_moves_plainly(f"G21 G90 F100\nG0 X0 Y0 Z0 A0 C0\n{arcs}M2".encode(), Options())
     assert {finding.code for finding in findings} == {"VP008"}
     assert sum(looked) < 4000 * plain._HEAD + plain._LONG_STRETCH**2

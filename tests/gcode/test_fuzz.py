@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from verne_post import check
-from verne_post.app.assemble import interpreter_view
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.gcode import read_moves
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9, MoveKind
@@ -68,7 +68,7 @@ def all_at_once(source, options):
 
 def try_everything(source, machine, options):
     """Both doors of the front end, and the whole check."""
-    moves, findings = interpreter_view(source, options)
+    moves, findings = view_moves_plainly(source, options)
     assert well_formed(findings)
     assert len(findings) <= 1
     assert np.isfinite(moves.end).all()
@@ -121,7 +121,7 @@ NINES = "9" * 400  # infinite as a double
 def test_numbers_beyond_all_bounds_are_findings(machine, program):
     for head in ("", "G49 G0 X0 Y0 Z200 A0 C0\n"):
         source = f"{head}{program}\nM2".encode()
-        _moves, findings = interpreter_view(source, Options(tools=TOOLS))
+        _moves, findings = view_moves_plainly(source, Options(tools=TOOLS))
         assert [item.severity for item in findings] == ["error"]
         assert not check(source, machine, Options()).ok
 

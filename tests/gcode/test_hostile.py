@@ -134,13 +134,13 @@ def test_axis_words_beside_user_defined_codes_are_refused(view):
     "block", ["S1000 M3 G81 G98 X50 Y0 Z30 R50 F100", "G28 X40 Y10 Z60", "G2 X5 Y5 R50 F100", "G0 X51"]
 )
 def test_nothing_moves_over_a_turned_table_without_tool_centre_point_control(machine, block):
-    from verne_post.app.assemble import machine_setup
+    from verne_post.app.assemble import build_interpreter_setup
     from verne_post.gcode import interpret_program
     from verne_post.model.options import Options
 
     source = f"G49 G0 X0 Y0 Z100 A0 C0\nG0 C90\nM429\n{block}\nG80\nM2".encode()
     with pytest.raises(InputError) as error:
-        interpret_program(source, machine_setup(machine, Options(remap={"M429": "tcp off"}, dialect="rs274")))
+        interpret_program(source, build_interpreter_setup(machine, Options(remap={"M429": "tcp off"}, dialect="rs274")))
     assert [(item.code, item.line) for item in error.value.findings] == [("VP017", 4)]
 
 

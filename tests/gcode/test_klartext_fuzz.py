@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import make_tool
-from verne_post.app.assemble import machine_setup
-from verne_post.gcode import interpreter_setup
+from verne_post.app.assemble import build_interpreter_setup
+from verne_post.gcode import build_plain_setup
 from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -69,8 +69,8 @@ def setups(machine):
     options = Options(
         tools=tools, dialect="heidenhain", wcs={"G54": (0.0, 0.0, 40.0)}, max_repeats=300, control=CONTROL
     )
-    plain = interpreter_setup(tools=tools, dialect="heidenhain", max_repeats=300, control=CONTROL)
-    return machine_setup(machine, options), plain
+    plain = build_plain_setup(tools=tools, dialect="heidenhain", max_repeats=300, control=CONTROL)
+    return build_interpreter_setup(machine, options), plain
 
 
 def outcome(statements, setup):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.app.assemble import assemble, machine_setup, read_draft
+from verne_post.app.assemble import assemble, build_interpreter_setup, read_draft
 from verne_post.gcode.read import interpret_program
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
@@ -65,7 +65,7 @@ def findings(machine, options):
     def run(*statements):
         text = "\n".join([*HEAD, *statements, "M30", "END PGM P MM"]).encode()
         with pytest.raises(verne_post.InputError) as error:
-            interpret_program(text, machine_setup(machine, options))
+            interpret_program(text, build_interpreter_setup(machine, options))
         return error.value.findings[0]
 
     return run
@@ -163,7 +163,7 @@ def test_cycle_19_that_positions_the_axes_is_plane_with_move(machine, options):
     np.testing.assert_allclose(paths[0].end, paths[1].end, atol=1e-9)
     stays = "\n".join([*HEAD, "CYCL DEF 19.1 A+15 B+0 C+0", "M30", "END PGM P MM"]).encode()
     with pytest.raises(verne_post.InputError, match="set-up clearance"):
-        interpret_program(stays, machine_setup(machine, given))
+        interpret_program(stays, build_interpreter_setup(machine, given))
 
 
 def test_table_rot_turns_the_table(poses):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from verne_post.app.assemble import machine_setup
+from verne_post.app.assemble import build_interpreter_setup
 from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -54,7 +54,7 @@ def outcome(machine):
     def run(statements):
         text = "\n".join([*BEFORE, *statements, *AFTER]).encode()
         try:
-            moves = interpret_program(text, machine_setup(machine, options))
+            moves = interpret_program(text, build_interpreter_setup(machine, options))
         except InputError as error:
             return None, error.findings
         shown = [

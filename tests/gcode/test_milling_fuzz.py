@@ -8,7 +8,7 @@ import pytest
 
 from tests.gcode.conftest import make_tool
 from tests.gcode.pocket_judge import circle, curved_slot, judge, rectangle
-from verne_post.app.assemble import interpreter_view
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.gcode.klartext.cycle_words import MACHINING
 from verne_post.gcode.klartext.milling import CYCLES
 from verne_post.gcode.siemens.milling_values import PARAMETERS
@@ -88,7 +88,7 @@ def try_program(seed):
     """Execute a program; it ends in time, in findings of its lines or in moves that reach the part."""
     dialect, text = make_program(seed)
     begin = time.process_time()
-    moves, findings = interpreter_view(text.encode(), Options(dialect=dialect, tools={1: make_tool(1, 10.0, TOOL)}))
+    moves, findings = view_moves_plainly(text.encode(), Options(dialect=dialect, tools={1: make_tool(1, 10.0, TOOL)}))
     assert time.process_time() - begin < 5.0, text
     if findings:
         assert all(item.code.startswith("VP0") and item.line in (3, 4, 5) for item in findings), (text, findings)
@@ -160,7 +160,7 @@ def try_pocket(seed):
     number, q, (x, y), shape, blank = make_pocket(seed)
     words = " ".join(f"Q{name}={value:.9f}" for name, value in q.items())
     text = f"BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X{x:.9f} Y{y:.9f} Z+40 R0 FMAX M3\nCYCL DEF {number} C {words}\nCYCL CALL\nEND PGM C MM\n"
-    moves, findings = interpreter_view(
+    moves, findings = view_moves_plainly(
         text.encode(), Options(dialect="heidenhain", tools={1: make_tool(1, 10.0, TOOL)})
     )
     assert findings == (), (seed, text)

@@ -50,7 +50,7 @@ END PGM FACE MM
 
 def read(text, dialect=din_iso.DIALECT):
     """The moves and the errors of a text in a dialect."""
-    setup = gcode.interpreter_setup(tools=TOOLS)
+    setup = gcode.build_plain_setup(tools=TOOLS)
     state = dialect.initial_state(setup)
     start, frame = list(state.position), state.frame
     done = dialect.execute(text.encode(), setup, state, StopConditions(first_error=True))

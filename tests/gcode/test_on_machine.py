@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from verne_post import check
-from verne_post.app.assemble import assemble, interpreter_view, machine_setup
-from verne_post.config.load import machine_from_toml
-from verne_post.config.machine_paths import machine_files
+from verne_post.app.assemble import assemble, build_interpreter_setup, view_moves_plainly
+from verne_post.config.load import build_machine
+from verne_post.config.machine_paths import list_machine_files
 from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9
@@ -84,7 +84,7 @@ def near(*values):
 @pytest.fixture(scope="session")
 def variant():
     """Build the default machine with groups of its file changed: ``variant(a_positive='"tool"', home=None)``."""
-    text = machine_files()["verne"].read_text("utf-8")
+    text = list_machine_files()["verne"].read_text("utf-8")
 
     def build(home="", **keys):
         changed = text
@@ -94,7 +94,7 @@ def variant():
         if home is None:
             changed, n = re.subn(r"(?ms)^\[home\].*?(?=^\[)", "", changed)
             assert n == 1
-        return machine_from_toml(changed.encode(), "changed.toml")
+        return build_machine(changed.encode(), "changed.toml")
 
     return build
 
@@ -545,7 +545,7 @@ def test_the_sense_of_a_programmed_pose(variant, a_sense, c_sense):
 def test_axes_that_the_machine_lacks(machine, letter, words):
     source = f"G49 G0 X0 Y0 Z100 A0 C0\n{words.format(letter)}\nM2"
     assert refusals(source, machine) == [("VP011", 2)]
-    assert interpreter_view(source.encode(), Options())[1] == ()
+    assert view_moves_plainly(source.encode(), Options())[1] == ()
 
 
 # --- stops for a person -----------------------------------------------------------------------------------
@@ -622,7 +622,9 @@ def test_feed_per_turn_under_g96_is_refused(machine):
         ("VP045", "warning"),
     }
     assert min(item.line for item in found if item.code == "VP017") == 5
-    slow = interpret_program(head + b"F100\nG1 X1\nM2", machine_setup(machine, options))
-    plain = interpret_program(head.replace(b"G96", b"G97") + b"F100\nG1 X1\nM2", machine_setup(machine, options))
+    slow = interpret_program(head + b"F100\nG1 X1\nM2", build_interpreter_setup(machine, options))
+    plain = interpret_program(
+        head.replace(b"G96", b"G97") + b"F100\nG1 X1\nM2", build_interpreter_setup(machine, options)
+    )
     assert (slow.end == plain.end).all()
     assert slow.feed[-1] == plain.feed[-1] == 100.0

@@ -6,7 +6,7 @@ from verne_post import check
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.tools import read_tool_table
 from verne_post.model.options import Options
-from verne_post.output.findings import text_line
+from verne_post.output.findings import format_finding
 
 HEAD = "G21 G90\nG0 X0 Y0 Z100 A0 C0\n"
 
@@ -141,7 +141,7 @@ def test_a_finding_names_few_tools_one_by_one(machine):
 def test_findings_say_where_else_and_what_settles_them(machine):
     (item,) = check(f"{HEAD}G49\nM200\nM200\nM30".encode(), machine, Options(dialect="rs274")).findings
     assert 'M200 = "ignore"' in item.message
-    assert text_line("a.nc", item).endswith("(column 1) (lines 4 to 5, 2 times)")
+    assert format_finding("a.nc", item).endswith("(column 1) (lines 4 to 5, 2 times)")
 
 
 def test_apt_statements_go_on_too(machine):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from verne_post.app.assemble import interpreter_view
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.model.moves import ZERO9, MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
@@ -53,7 +53,7 @@ LATE = {"G41.1", "negative compensation diameter"}
 def answer(name):
     """Moves and findings of one program."""
     # rs274 alone keeps its parameters in inches
-    return interpreter_view(
+    return view_moves_plainly(
         CASES[name]["program"].encode(), Options(tools=TOOLS, parameter_units="inch", dialect="rs274")
     )
 

@@ -10,8 +10,8 @@ import pytest
 from tests.gcode.conftest import make_tool
 from tests.gcode.test_on_machine import machine_coordinates
 from verne_post import convert, gcode
-from verne_post.app.assemble import machine_setup
-from verne_post.gcode.read import state_after
+from verne_post.app.assemble import build_interpreter_setup
+from verne_post.gcode.read import find_state_after
 from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
@@ -147,7 +147,7 @@ def test_work_offsets_are_frames_of_a_shift_and_a_turn(machine):
     ]  # fmt: skip
     text = "\n".join(["TRAORI", "G0 X0 Y0 Z50 A0 C0", *lines])
     given = Options(tool_length=LENGTH, dialect="siemens")
-    moves = gcode.interpret_program(text.encode(), machine_setup(machine, given))
+    moves = gcode.interpret_program(text.encode(), build_interpreter_setup(machine, given))
     at = {
         line: machine.coordinates.to_machine(moves.end[row], moves.frames[moves.frame[row]])
         for row, line in enumerate(moves.line.tolist())
@@ -216,7 +216,7 @@ def test_compensation_is_mirrored_with_the_contour(view):
 def poses(machine, text, **options):
     """Tip in the table frame and A, C (degrees, workpiece sense) of every motion."""
     given = Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens", **options)
-    moves = gcode.interpret_program(text.encode(), machine_setup(machine, given))
+    moves = gcode.interpret_program(text.encode(), build_interpreter_setup(machine, given))
     found = []
     for row in np.flatnonzero(moves.kind != MoveKind.DWELL):
         tip, angles = machine.coordinates.to_table(moves.end[row], moves.frames[moves.frame[row]])
@@ -334,7 +334,7 @@ def test_tool_axes_and_the_words_of_orientation(machine):
 
     def rows(text, **keys):
         given = Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens", control={"siemens": keys})
-        return gcode.interpret_program(f"{head}{text}".encode(), machine_setup(machine, given))
+        return gcode.interpret_program(f"{head}{text}".encode(), build_interpreter_setup(machine, given))
 
     moves = rows("G1 X5 A3=0.2 B3=-0.4 C3=2 F500")
     assert moves.tool_axis[-1] == pytest.approx(vector / np.linalg.norm(vector), abs=1e-12)
@@ -355,7 +355,7 @@ def test_tool_axes_and_the_words_of_orientation(machine):
 def test_a_rotated_frame_rotates_tool_axes(machine):
     text = "G0 X0 Y0 Z60 A0 C0\nTRAORI\nROT Z90\nG1 X5 A3=1 B3=0 C3=5 F500"
     given = Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens")
-    moves = gcode.interpret_program(text.encode(), machine_setup(machine, given))
+    moves = gcode.interpret_program(text.encode(), build_interpreter_setup(machine, given))
     tip, angles = machine.coordinates.to_table(moves.end[-1], moves.frames[moves.frame[-1]])
     assert tip == pytest.approx(np.array(ORIGIN) + (0, 5, 60), abs=1e-9)
     axis = about("Z", -math.degrees(angles[1]), about("X", -math.degrees(angles[0]), (0, 0, 1)))
@@ -386,10 +386,12 @@ def test_an_empty_spindle_has_no_length(machine):
     """NX writes D1 before the first T."""
     head, tools = "D1\nG0 X0 Y0 Z60 A0 C0 F500\n", {1: make_tool(1, 30.0)}
     options = Options(tools=tools, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens")
-    moves = gcode.interpret_program(f"{head}T1 M6\nD1\nG0 Z50\nG1 X1".encode(), machine_setup(machine, options))
+    moves = gcode.interpret_program(
+        f"{head}T1 M6\nD1\nG0 Z50\nG1 X1".encode(), build_interpreter_setup(machine, options)
+    )
     assert [moves.frames[frame].tool_length for frame in moves.frame.tolist()] == [0.0, 30.0, 30.0]
     with pytest.raises(InputError) as raised:  # D1 gives no length to a cut
-        gcode.interpret_program(f"{head}G1 X1\nT1 M6".encode(), machine_setup(machine, options))
+        gcode.interpret_program(f"{head}G1 X1\nT1 M6".encode(), build_interpreter_setup(machine, options))
     assert [(item.code, item.line) for item in raised.value.findings] == [("VP012", 3)]
     assert "T and M6" in raised.value.findings[0].message
 
@@ -408,9 +410,11 @@ def test_what_means_nothing_on_the_machine(machine, text, code, part):
 
 def test_the_state_after_a_line_names_the_motion_as_siemens_does(machine):
     text = b"G0 X0 Y0 Z60 A0 C0\nG18 G1 X5 F500\nG3 X8 Z60 CR=9\nG1 X1"
-    setup = machine_setup(machine, Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens"))
+    setup = build_interpreter_setup(
+        machine, Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens")
+    )
     moves = gcode.interpret_program(text, setup)
-    states = [state_after(text, setup, moves, line) for line in (1, 2, 3)]
+    states = [find_state_after(text, setup, moves, line) for line in (1, 2, 3)]
     assert [(state.modes.motion, state.plane) for state in states] == [("G0", 0), ("G1", 1), ("G3", 1)]
     assert [round(state.position[0], 9) for state in states] == [0.0, 5.0, 8.0]
 

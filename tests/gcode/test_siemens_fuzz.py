@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from verne_post.app.assemble import interpreter_view
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUPS, NO_EFFECT, REFUSED, STATEMENTS
 from verne_post.model.moves import ZERO9, MoveKind
 from verne_post.model.options import Options
@@ -151,7 +151,7 @@ def run_one(seed: int) -> bool:
     pick = random.Random(seed)
     text = mutated(pick.choice([SAMPLE, OTHERS, *[""] * 38]) or stretch(pick), pick)
     try:
-        moves, findings = interpreter_view(text.encode(), OPTIONS[seed % len(OPTIONS)])
+        moves, findings = view_moves_plainly(text.encode(), OPTIONS[seed % len(OPTIONS)])
     except Exception as error:
         raise AssertionError(f"seed {seed}: {type(error).__name__}: {error}") from error
     assert all(item.code.startswith("VP") and item.message for item in findings), seed
@@ -180,13 +180,13 @@ def test_an_unknown_word_is_refused_in_every_line(number):
     code = lines[number].partition(";")[0].rstrip()
     for at in {0, len(code), *(match.start() for match in re.finditer(" ", code))}:
         changed = [*lines[:number], f"{code[:at]} QZ7K {code[at:]}", *lines[number + 1 :]]
-        _moves, findings = interpreter_view("\n".join(changed).encode(), OPTIONS[0])
+        _moves, findings = view_moves_plainly("\n".join(changed).encode(), OPTIONS[0])
         assert findings, changed[number]
 
 
 def test_a_changed_number_changes_the_motion_or_is_refused():
     """Every number of the axes, arcs, frames and cycles of the program: nothing reads it and forgets it."""
-    plain = interpreter_view(OTHERS.encode(), OPTIONS[0])
+    plain = view_moves_plainly(OTHERS.encode(), OPTIONS[0])
     assert plain[1] == ()
 
     def shown(moves):
@@ -209,7 +209,7 @@ def test_a_changed_number_changes_the_motion_or_is_refused():
             continue
         for match in re.finditer(r"(?<![A-Z\d.\[_])(?:[XYZACIJKF]|[=(,]-?)(\d+\.?\d*)", line):
             changed = line[: match.start(1)] + str(float(match[1]) + 0.375) + line[match.end(1) :]
-            moves, findings = interpreter_view(
+            moves, findings = view_moves_plainly(
                 "\n".join([*lines[:number], changed, *lines[number + 1 :]]).encode(), OPTIONS[0]
             )
             if not findings and str(shown(moves)) == before:

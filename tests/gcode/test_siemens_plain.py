@@ -7,7 +7,7 @@ import pytest
 
 from tests.gcode.conftest import assert_same_moves
 from verne_post import gcode
-from verne_post.app.assemble import interpreter_view, machine_setup
+from verne_post.app.assemble import build_interpreter_setup, view_moves_plainly
 from verne_post.gcode import plain
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -72,7 +72,7 @@ def lines(pick):
 
 
 def view(text, **options):
-    return interpreter_view(text.encode(), Options(dialect="siemens", tools={1: Tool(1, 1, (0.0,) * 9)}, **options))
+    return view_moves_plainly(text.encode(), Options(dialect="siemens", tools={1: Tool(1, 1, (0.0,) * 9)}, **options))
 
 
 @pytest.mark.parametrize("seed", range(120))
@@ -149,7 +149,7 @@ def test_stretches_with_tool_axes_are_their_lines(monkeypatch, machine, seed):
         monkeypatch.setattr(plain, "MIN_LINES", least)
         options = Options(dialect="siemens", tool_length=60.0, wcs={"G54": (0.0, 0.0, 40.0)})
         try:
-            on_machine = gcode.interpret_program(text.encode(), machine_setup(machine, options))
+            on_machine = gcode.interpret_program(text.encode(), build_interpreter_setup(machine, options))
         except InputError as error:
             on_machine = error.findings
         answers.append((view(text), on_machine))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from verne_post.app.assemble import machine_setup
+from verne_post.app.assemble import build_interpreter_setup
 from verne_post.gcode import interpret_program
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
@@ -35,7 +35,7 @@ def vector_words(a, c, size=2.0):
 @pytest.fixture(scope="module")
 def moves_of(machine):
     """Moves on the machine."""
-    setup = machine_setup(machine, Options(tool_length=60.0, dialect="siemens"))
+    setup = build_interpreter_setup(machine, Options(tool_length=60.0, dialect="siemens"))
     return lambda source: interpret_program(source, setup)
 
 
@@ -84,7 +84,7 @@ def test_other_blocks_between_two_splines(view):
 
 
 def test_axes_too_far_apart_for_angles(machine):
-    setup = machine_setup(machine, Options(tool_length=60.0, dialect="siemens"))
+    setup = build_interpreter_setup(machine, Options(tool_length=60.0, dialect="siemens"))
     text = program(lambda a, c: vector_words(a, 30 + 8 * (c - 30)))
     with pytest.raises(Exception, match="too far apart") as caught:
         interpret_program(text, setup)

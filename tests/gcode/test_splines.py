@@ -8,9 +8,9 @@ import pytest
 
 from verne_post.base.bsplines import find_even_parts
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.splines import BSpline, cut_spline, uniform_knots
+from verne_post.gcode.splines import BSpline, build_uniform_knots, cut_spline
 from verne_post.model.moves import MoveKind, PathMode
-from verne_post.verification.splines import measure_splines, parameters_at, project, spline_points
+from verne_post.verification.splines import evaluate_spline_points, find_parameters_at, measure_splines, project
 
 HEAD = "G21 G90 G94 G17 F1000\nG0 X0 Y0 Z0\n"
 CHORDS = [
@@ -21,7 +21,7 @@ CHORDS = [
 
 def curve(moves):
     """All pieces of a program's splines, measured: X, Y, Z, A, C of their control points."""
-    pieces = moves.splines.with_points(moves.splines.points[:, [0, 1, 2, 3, 5]])
+    pieces = moves.splines.replace_points(moves.splines.points[:, [0, 1, 2, 3, 5]])
     return measure_splines(pieces, 50.0)
 
 
@@ -33,7 +33,9 @@ def places(moves, share):
     for piece in range(m):
         knots = splines.pieces.knots[splines.pieces.first_knot[piece] :][: 2 * degree[piece]]
         low, high = knots[degree[piece] - 1], knots[degree[piece]]
-        found.append(spline_points(splines.pieces, np.full(len(share), piece), low + share * (high - low))[:, :2])
+        found.append(
+            evaluate_spline_points(splines.pieces, np.full(len(share), piece), low + share * (high - low))[:, :2]
+        )
     return np.array(found)
 
 
@@ -53,7 +55,7 @@ def test_chords_of_linuxcnc_end_on_the_curve(view, case):
         pose = np.column_stack([points, np.full(len(points), splines.pieces.points[0, 2]), np.zeros((len(points), 2))])
         every = np.full(len(points), piece)
         u = np.clip(project(splines, every, pose, np.ones(len(points), bool), 0.0, 50.0, None), 0.0, 1.0)
-        at = spline_points(splines.pieces, every, parameters_at(splines, every, u, 50.0))
+        at = evaluate_spline_points(splines.pieces, every, find_parameters_at(splines, every, u, 50.0))
         off = np.linalg.norm(at[:, :2] - points, axis=1)
         nearer = off < away - 1e-7
         away, place = np.where(nearer, off, away), np.where(nearer, piece + u, place)
@@ -291,7 +293,7 @@ def test_the_first_refusal_ends_the_work(monkeypatch):
 def spline_of(points, degree, knots=None, weights=None):
     nine = [[*point, *[0.0] * (9 - len(point))] for point in points]
     n = len(points)
-    return BSpline(degree, nine, weights or [1.0] * n, knots or uniform_knots(n, degree), list(range(1, n + 1)))
+    return BSpline(degree, nine, weights or [1.0] * n, knots or build_uniform_knots(n, degree), list(range(1, n + 1)))
 
 
 def test_degree_one_is_straight_moves():

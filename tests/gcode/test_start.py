@@ -8,7 +8,7 @@ import pytest
 
 from tests.gcode.heads import DIALECTS, HEADS, LENGTH, MOVES, PART_HEIGHT, program
 from verne_post import gcode
-from verne_post.app.assemble import assemble, machine_setup
+from verne_post.app.assemble import assemble, build_interpreter_setup
 from verne_post.model.findings import InputError
 from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
@@ -92,7 +92,7 @@ def with_tool(dialect="auto", **options):
 
 def poses(source, machine, dialect="auto"):
     """The moves, the start and all ends in machine coordinates: X Y Z A C, mm and degrees."""
-    moves = gcode.interpret_program(source.encode(), machine_setup(machine, with_tool(dialect)))
+    moves = gcode.interpret_program(source.encode(), build_interpreter_setup(machine, with_tool(dialect)))
     to_machine = machine.coordinates.to_machine
     ends = [to_machine(end, moves.frames[frame])[XYZAC] for end, frame in zip(moves.end, moves.frame, strict=True)]
     return moves, to_machine(moves.start, moves.start_frame)[XYZAC], np.array(ends)
@@ -181,7 +181,7 @@ def test_an_axis_turned_before_z_is_named_does_not_lower_the_start(machine):
 def test_axes_never_named_are_0_in_the_work_system_of_the_first_place(machine):
     source = b"G21 G90\nG53 G0 Z0\nT1 M6\nG55\nG43 H1\nG0 X10 Z50\nM2"
     options = Options(tools=TOOLS, wcs={"G55": (0.0, 7.0, 60.0, 30.0)})
-    moves = gcode.interpret_program(source, machine_setup(machine, options))
+    moves = gcode.interpret_program(source, build_interpreter_setup(machine, options))
     assert moves.end[-1][XYZAC] == pytest.approx([10.0, 0.0, 50.0, 0.0, 0.0], abs=ROUNDING)
     assert machine.coordinates.to_machine(moves.start, moves.start_frame)[5] == pytest.approx(-30.0)
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from verne_post import convert
-from verne_post.app.assemble import assemble, modal_state
-from verne_post.config.load import machine_from_toml
+from verne_post.app.assemble import assemble, find_modal_state
+from verne_post.config.load import build_machine
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 
@@ -44,7 +44,7 @@ def machine_with(a_deg):
     """The serial machine with another travel of A: of the two sides of the table only one fits."""
     text = re.sub(r"^a_deg = .*$", f"a_deg = {a_deg}", SERIAL, count=1, flags=re.MULTILINE)
     text = re.sub(r"^g28 = .*$", "g28 = [0.0, 0.0, 0.0, 0.0, 0.0]", text, count=1, flags=re.MULTILINE)
-    return machine_from_toml(text.encode(), "serial.toml")
+    return build_machine(text.encode(), "serial.toml")
 
 
 def check_tail(program, first, tail):
@@ -96,7 +96,7 @@ def test_the_rows_and_the_modal_state_are_those_of_the_side_that_was_chosen():
     assert result.ok  # convert verifies its rows
     assert result.setpoints.values[-1] == pytest.approx([0.0] * 5, abs=1e-6)
     program = assemble(text, machine, options)
-    state = modal_state(text, program, 7)
+    state = find_modal_state(text, program, 7)
     place = machine.coordinates.to_machine(np.array(state.position), state.frame)
     assert place[[0, 1]] == pytest.approx([0, 0], abs=1e-8)
     assert place[3] < 0

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from verne_post.gcode import templates
-from verne_post.gcode.block import block_of_words, read_exactly
+from verne_post.gcode.block import build_block_of_words, read_exactly
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.templates import read_by_template, word_columns
+from verne_post.gcode.templates import find_word_columns, read_by_template
 from verne_post.gcode.words import split_words
 
 SETTINGS = settings(max_examples=600, deadline=None, database=None, derandomize=True)
@@ -80,7 +80,7 @@ def test_templates_read_as_the_exact_reader_does(line, custom_macro):
     exact = read_exactly(line, 1, Values(custom_macro))  # a line with an error is never read by a template
     (wanted, columns), (got, places) = parts_of(exact), parts_of(fast)
     assert got == wanted
-    assert [word_columns(line)[-place - 1] for place in places] == columns
+    assert [find_word_columns(line)[-place - 1] for place in places] == columns
 
 
 @SETTINGS
@@ -90,12 +90,12 @@ def test_plain_words_become_the_block_of_the_exact_reader(line):
     if not table.plain[0]:
         return
     mine = table.row == 0
-    block = block_of_words(table.letter[mine].tobytes().decode(), table.value[mine].tolist(), 1)
+    block = build_block_of_words(table.letter[mine].tobytes().decode(), table.value[mine].tolist(), 1)
     if block is None:
         return
     (wanted, columns), (got, places) = parts_of(read_exactly(line, 1, Values())), parts_of(block)
     assert got == wanted
-    assert [word_columns(line)[-place - 1] for place in places] == columns
+    assert [find_word_columns(line)[-place - 1] for place in places] == columns
 
 
 @pytest.mark.parametrize("line", [

@@ -8,7 +8,7 @@ import pytest
 
 import verne_post
 from verne_post.app.assemble import assemble
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
@@ -128,7 +128,7 @@ def test_shifted_rotary_words_do_not_move_vectors(path_of):
 @pytest.mark.parametrize("c_sense", [1.0, -1.0])
 def test_a_vector_is_the_same_axis_on_machines_of_either_sense(tmp_path, a_sense, c_sense):
     """Words change their sign with the sense of the machine file; the axis in the part does not."""
-    text = machine_files()["verne"].read_text(encoding="utf-8")
+    text = list_machine_files()["verne"].read_text(encoding="utf-8")
     for name, sense in (("a", a_sense), ("c", c_sense)):
         if sense < 0:
             text = text.replace(f'{name}_positive = "workpiece"', f'{name}_positive = "tool"')

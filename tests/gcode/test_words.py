@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from verne_post.gcode import interpreter_setup, words
+from verne_post.gcode import build_plain_setup, words
 from verne_post.gcode.block import read_block
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.text import ProgramText
@@ -165,7 +165,7 @@ TEXT = "G1 F100\nX1\n\nY2.5 (a comment longer than most chunks)\r\nX3Y4\n%\nZ5\n
 def test_chunks_are_whole_lines_and_lose_nothing(monkeypatch, size, source):
     monkeypatch.setattr(words, "CHUNK_BYTES", size)
     raw = source.encode()
-    text = ProgramText(raw, interpreter_setup(), Rs274)
+    text = ProgramText(raw, build_plain_setup(), Rs274)
     segments, line = [], 1
     while (chunk := text.chunk(line)) is not None:
         segments.append((chunk.first_line, chunk.text))

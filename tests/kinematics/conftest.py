@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from verne_post import load_machine
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 
 # newton_raphson.py and dense_scan.py stand with the study that measures them
 sys.path.append(str(Path(__file__).resolve().parents[1] / "benchmarks"))
@@ -34,7 +34,7 @@ def machine_with(tmp_path_factory):
     """Function: a shipped machine with keys of its file changed, as {"table.key": value}; the VERNE unless named."""
 
     def build(changes: dict | None = None, name: str = "verne"):
-        tables = tomllib.loads(machine_files()[name].read_text(encoding="utf-8"))
+        tables = tomllib.loads(list_machine_files()[name].read_text(encoding="utf-8"))
         for place, item in (changes or {}).items():
             table, key = place.split(".")
             tables.setdefault(table, {})[key] = item

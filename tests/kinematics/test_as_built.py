@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 import verne_post as vp
-from verne_post.base.rotations import axis_of_angles
-from verne_post.config import machine_files
-from verne_post.config.load import machine_from_toml
+from verne_post.base.rotations import find_axis_of_angles
+from verne_post.config import list_machine_files
+from verne_post.config.load import build_machine
 from verne_post.kinematics.as_built.axis_correction import AxisCorrection
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 
 from .six_rods import SixRods, as_toml, random_table
 
-VERNE = machine_files()["verne"].read_text(encoding="utf-8")
+VERNE = list_machine_files()["verne"].read_text(encoding="utf-8")
 SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
 TOOL = 100.0
 #: Tips (mm) and angles (degrees) at the corners of the workspace, and its middle.
@@ -29,7 +29,7 @@ def built(table, changes=()):
     for old, new in changes:
         assert text.count(old) == 1
         text = text.replace(old, new)
-    return machine_from_toml((text + as_toml(table)).encode(), "m.toml")
+    return build_machine((text + as_toml(table)).encode(), "m.toml")
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +143,7 @@ def test_the_axis_lies_in_the_plane_of_the_programmed_one_and_the_tilt_axis(pert
     tip, angles, _q = poses
     q, platform, _ok = perturbed.five_axis.solve(tip, angles, TOOL)
     axis = perturbed.five_axis.forward(q, TOOL)[1]
-    off = np.linalg.norm(axis - axis_of_angles(angles[:, 0], angles[:, 1]), axis=1)
+    off = np.linalg.norm(axis - find_axis_of_angles(angles[:, 0], angles[:, 1]), axis=1)
     error = perturbed.five_axis.axis_error(q, angles, platform)
     assert np.abs(error) == pytest.approx(off, rel=1e-3, abs=1e-9)
     assert np.degrees(off).max() > 0.03  # nothing is corrected by accident
@@ -157,7 +157,7 @@ def test_c_takes_its_share_where_the_tool_is_tilted(perturbed, poses):
     assert ok.all()
     assert np.abs(back - tip).max() < 1e-9
     tilt = np.abs(np.degrees(angles[:, 0]))
-    off = np.linalg.norm(axis - axis_of_angles(angles[:, 0], angles[:, 1]), axis=1)
+    off = np.linalg.norm(axis - find_axis_of_angles(angles[:, 0], angles[:, 1]), axis=1)
     assert off[tilt > 6.0].max() < 1e-11
     assert np.array_equal(q[tilt < 2.0, 4], angles[tilt < 2.0, 1])
     error = np.abs(perturbed.five_axis.axis_error(*_solved(perturbed, tip, angles))).max()
@@ -194,7 +194,7 @@ def test_the_axis_error_of_a_program_is_bounded_and_not_far_from_sampled_ones(pe
 
 def refused(text):
     with pytest.raises(vp.InputError) as found:
-        machine_from_toml(text.encode(), "m.toml")
+        build_machine(text.encode(), "m.toml")
     return [item.message for item in found.value.findings]
 
 
@@ -206,7 +206,7 @@ def test_what_is_no_as_built_table_is_refused():
     assert "did you mean rod_lengths_mm" in text
     assert len(refused(VERNE + as_toml({"rod_lengths_mm": [850.1] * 6}))) == 6  # lengths in place of deviations
     assert "source is missing" in " ".join(refused(VERNE + "\n[as_built]\nrod_lengths_mm = [0, 0, 0, 0, 0, 0]\n"))
-    serial = machine_files()["serial"].read_text(encoding="utf-8")
+    serial = list_machine_files()["serial"].read_text(encoding="utf-8")
     (text,) = refused(serial + as_toml({}))
     assert "'serial' has no as-built model" in text
     without = VERNE[: VERNE.index("[rods]")] + VERNE[VERNE.index("[accuracy]") :].replace('rods = "assumed"\n', "")
@@ -227,7 +227,7 @@ def test_a_file_of_its_own(tmp_path):
     (tmp_path / "machine.toml").write_text(VERNE + '\n[as_built]\nfile = "parts.toml"\n', encoding="utf-8")
     (tmp_path / "parts.toml").write_text(as_toml(table), encoding="utf-8")
     machine = vp.load_machine(str(tmp_path / "machine.toml"))
-    assert np.array_equal(machine.five_axis.deviations.to_vector(), built(table).five_axis.deviations.to_vector())
+    assert np.array_equal(machine.five_axis.deviations.pack_vector(), built(table).five_axis.deviations.pack_vector())
     assert machine.provenance["as_built"] == "made for a test"
     before = machine.sha256
     (tmp_path / "parts.toml").write_text(as_toml(random_table(4)), encoding="utf-8")

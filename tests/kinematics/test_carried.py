@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import verne_post
 from tests.kinematics.test_chain import ROOT, in_file_units, random_axes
-from verne_post.config.load import machine_from_toml
+from verne_post.config.load import build_machine
 from verne_post.kinematics.modules.central_leg import CentralLeg
 from verne_post.model.findings import InputError
 
@@ -128,7 +128,7 @@ def refuse(*changes):
         assert old in text
         text = text.replace(old, new, 1)
     with pytest.raises(InputError) as refused:
-        machine_from_toml(text.encode(), "mine.toml")
+        build_machine(text.encode(), "mine.toml")
     return " ".join(item.message for item in refused.value.findings)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.config.load import machine_from_toml
+from verne_post.config.load import build_machine
 from verne_post.kinematics.chain.senses import describe_senses
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
@@ -38,7 +38,7 @@ def describe(
 
 
 def build(text: str) -> Machine:
-    return machine_from_toml(text.encode(), "test.toml")
+    return build_machine(text.encode(), "test.toml")
 
 
 def random_axes(n: int) -> np.ndarray:

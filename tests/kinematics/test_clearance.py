@@ -5,12 +5,12 @@ import pytest
 
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.kinematics.checks.bodies import (
     _bound_flat_end_to_table,
     _measure_to_table,
-    line_segment_distance,
-    point_distance,
+    measure_between_segments,
+    measure_point_to_segment,
 )
 from verne_post.kinematics.checks.clearance import check_clearance, find_straight
 from verne_post.model.findings import InputError
@@ -18,7 +18,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.poses import Platform, Pose
 from verne_post.model.toolpath import SegmentKind
-from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.contour_pose import find_contour_pose
 
 BODIES = {
     "rods.diameter_mm": 40.0, "rods.leg1_slider_x": 480.0, "rods.leg23_slider_x": -400.0, "rods.leg23_spacing": 120.0,
@@ -57,7 +57,7 @@ def tilted(position, alpha):
 def pose_of(position, alpha, rho, tip, angles, tool):
     """A pose of the machine's own tool and platform; the clearances do not read the table's joints."""
     q = np.concatenate([rho, angles], axis=-1)
-    return Pose(q, tilted(position, alpha), tip, axis_of_angles(angles[:, 0], angles[:, 1]), tool)
+    return Pose(q, tilted(position, alpha), tip, find_axis_of_angles(angles[:, 0], angles[:, 1]), tool)
 
 
 # --- distances ------------------------------------------------------------------------------------
@@ -75,7 +75,7 @@ def test_segment_distance_against_brute_force():
     ends[1, :5] = ends[0, :5]  # points
     ends[3, 5:10] = ends[2, 5:10] + 0.5 * (ends[1, 5:10] - ends[0, 5:10])  # parallel
     ends[:, 10:15, 2] = 0.0  # crossing in a plane
-    found = line_segment_distance(*ends)
+    found = measure_between_segments(*ends)
     for k in range(60):
         brute = brute_distance(*ends[:, k])
         assert found[k] <= brute + 1e-12
@@ -85,10 +85,10 @@ def test_segment_distance_against_brute_force():
 def test_segment_distance_of_known_pairs():
     o, x, y = np.zeros((1, 3)), np.array([[1.0, 0, 0]]), np.array([[0, 1.0, 0]])
     up = np.array([[0, 0, 1.0]])
-    assert line_segment_distance(o - x, x, up - y, up + y) == pytest.approx(1.0)
-    assert line_segment_distance(o, x, 3 * x + up, 4 * x + up) == pytest.approx(np.sqrt(5.0))
-    assert point_distance(2 * x, o, x) == pytest.approx(1.0)
-    assert line_segment_distance(o, o, x, x) == pytest.approx(1.0)
+    assert measure_between_segments(o - x, x, up - y, up + y) == pytest.approx(1.0)
+    assert measure_between_segments(o, x, 3 * x + up, 4 * x + up) == pytest.approx(np.sqrt(5.0))
+    assert measure_point_to_segment(2 * x, o, x) == pytest.approx(1.0)
+    assert measure_between_segments(o, o, x, x) == pytest.approx(1.0)
 
 
 def test_distance_from_the_table_against_brute_force():
@@ -285,7 +285,7 @@ def test_only_what_goes_straight_without_turning_is_bound_as_convex(machine):
     assert straight[contour.line() == 4].any()
     # by the poses themselves: the middle of a straight element is the mean of its ends, and so is its tool
     every = np.arange(len(contour))
-    at = [contour_pose(contour, every, np.full(len(every), w)) for w in (0.0, 0.5, 1.0)]
+    at = [find_contour_pose(contour, every, np.full(len(every), w)) for w in (0.0, 0.5, 1.0)]
     bent = np.linalg.norm(at[1][0] - 0.5 * (at[0][0] + at[2][0]), axis=1)
     turned = np.abs(at[2][1] - at[0][1]).max(axis=1)
     assert (bent[straight] < 1e-9).all()

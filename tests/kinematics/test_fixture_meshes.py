@@ -12,7 +12,7 @@ import verne_post
 from tests.builders import MACHINE
 from tests.kinematics.test_keep_out import PAST, SHAPE, SWING, check
 from verne_post.app.assemble import assemble
-from verne_post.app.constraints import check_program, guarded_joints
+from verne_post.app.constraints import check_program, guard_joints
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -97,7 +97,7 @@ def test_distances_in_poses_are_those_from_the_same_box() -> None:
     source = "G21 G90 G61.1\nT1 M6\nG0 X-60 Y30 Z80 A0 C0\nG1 X60 Y-30 Z50 A20 C40 F6000\nM2\n"
     found = []
     for body in (Box("block", *corners, system=1), mesh_of(*corners, "block", system=1)):
-        joints = guarded_joints(assemble(source.encode(), MACHINE, Options(**given, keep_out=(body,))))
+        joints = guard_joints(assemble(source.encode(), MACHINE, Options(**given, keep_out=(body,))))
         element, w = np.full(201, len(joints.contour) - 1), np.linspace(0, 1, 201)
         assert isinstance(joints.keep_out, KeepOut)
         found.append(joints.keep_out.evaluate(joints.bodies(element, joints.solve(element, w)))[0])

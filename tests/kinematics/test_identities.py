@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from msgspec.structs import asdict, replace
 
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.modules.verne.module import VerneModule
 from verne_post.kinematics.tables.tilting import TiltingTable
@@ -146,7 +146,7 @@ def test_a_batch_is_its_rows(module, seed, n):
         module, TiltingTable(np.array([6.0, -9.0, 1580.0]), np.array([12.0, -8.0, 35.0]), np.zeros(3), 1.0, 1.0), 42.0
     )
     tip = rng.uniform([-400.0, -400.0, 0.0], [400.0, 400.0, 150.0], (n, 3))
-    axis = axis_of_angles(rng.uniform(0, np.pi / 2, n), rng.uniform(-np.pi, np.pi, n))
+    axis = find_axis_of_angles(rng.uniform(0, np.pi / 2, n), rng.uniform(-np.pi, np.pi, n))
     tool = rng.uniform(0.0, 250.0, n)
     q, ok = machine.inverse(tip, axis, tool)
     for row in range(n):

@@ -10,13 +10,13 @@ import pytest
 from scipy.optimize import minimize
 
 import verne_post
-from verne_post.app.assemble import assemble, machine_setup
+from verne_post.app.assemble import assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program
 from verne_post.base import spans
 from verne_post.kinematics.checks.clearance import _bound_convex
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_keep_out
 from verne_post.kinematics.checks.moving import Moving
-from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
+from verne_post.kinematics.checks.separation import bound_distance, measure_cylinder_to_box
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Cylinder, Tool, WorkOffset
@@ -46,7 +46,7 @@ def test_ten_thousand_poses_against_brute_force() -> None:
     half = np.array([45.0, 12.0, 30.0])
     n = 10_000
     start, end, radius = random_cylinders(n, 1)
-    told = cylinder_to_box(start, end, radius, half)
+    told = measure_cylinder_to_box(start, end, radius, half)
     axis = end - start
     length = np.linalg.norm(axis, axis=1)
     axis /= length[:, None]
@@ -76,7 +76,7 @@ def test_distances_are_exact() -> None:
     """Against a general solver for the nearest two points, started at several places."""
     half = np.array([45.0, 12.0, 30.0])
     start, end, radius = random_cylinders(150, 2)
-    told = cylinder_to_box(start, end, radius, half)
+    told = measure_cylinder_to_box(start, end, radius, half)
     for a, b, r, d in zip(start, end, radius, told, strict=True):
         if d < 1e-3:
             continue
@@ -106,7 +106,7 @@ def test_known_distances() -> None:
     half = np.array([10.0, 20.0, 30.0])
 
     def one(start: list[float], end: list[float], radius: float) -> float:
-        return float(cylinder_to_box(np.array([start]), np.array([end]), np.array([radius]), half)[0])
+        return float(measure_cylinder_to_box(np.array([start]), np.array([end]), np.array([radius]), half)[0])
 
     assert one([0, 0, 32], [0, 0, 90], 5.0) == pytest.approx(2.0, abs=1e-9)  # stands above, flat on flat
     assert one([18, 0, -5], [18, 0, 90], 5.0) == pytest.approx(3.0, abs=1e-9)  # beside
@@ -124,8 +124,8 @@ def test_known_distances() -> None:
 def test_the_quick_bound_is_one() -> None:
     half = np.array([45.0, 12.0, 30.0])
     cylinders = random_cylinders(5000, 3)
-    exact = cylinder_to_box(*cylinders, half)
-    assert (farther_than(*cylinders, half) <= np.maximum(exact, 0.0) + 1e-6).all()
+    exact = measure_cylinder_to_box(*cylinders, half)
+    assert (bound_distance(*cylinders, half) <= np.maximum(exact, 0.0) + 1e-6).all()
 
 
 # --- the machine's bodies -----------------------------------------------------------------------
@@ -221,7 +221,7 @@ def least(source: str, box: Box, body: str, **options: Any) -> float:
     """Smallest distance by dense sampling of all motion."""
     given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, "keep_out": (box,), **options}
     program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
-    frames = machine_setup(MACHINE, program.options).frames
+    frames = build_interpreter_setup(MACHINE, program.options).frames
     model = build_keep_out(MACHINE, program.path, program.moves, program.options, frames)
     assert model is not None
     joints, n = program.joints(), 4001
@@ -433,7 +433,7 @@ def test_boxes_in_a_work_system_move_with_the_part() -> None:
     offset = {1: WorkOffset((5.0, -7.0, 12.0), 90.0)}
     box = Box("pin", (10.0, -2.0, 0.0), (14.0, 6.0, 20.0), system=1)
     program = assemble(PAST.encode(), MACHINE, Options(tool_length=100.0, wcs=offset, keep_out=(box,)))
-    frames = machine_setup(MACHINE, program.options).frames
+    frames = build_interpreter_setup(MACHINE, program.options).frames
     model = build_keep_out(MACHINE, program.path, program.moves, program.options, frames)
     assert model is not None
     placed = model.boxes[0]

@@ -7,8 +7,8 @@ import pytest
 
 from verne_post.app.assemble import assemble
 from verne_post.kinematics.checks.clearance import check_constraints
-from verne_post.kinematics.checks.line_measures import every_check, measure
-from verne_post.kinematics.checks.remedies import TURNS, legal_branches, of_line, place_of, worst_places
+from verne_post.kinematics.checks.line_measures import list_checks, measure
+from verne_post.kinematics.checks.remedies import TURNS, find_legal_branches, of_line, place_of, worst_places
 
 from ..builders import MACHINE, OPTIONS
 
@@ -22,7 +22,7 @@ def test_the_worst_place_is_found_between_samples(line: int) -> None:
     motion = of_line(assemble(SOURCE, MACHINE, OPTIONS).joints(), line)
     n, dense = len(motion.contour), np.linspace(0.0, 1.0, 20001)
     values = measure(motion, np.repeat(np.arange(n), len(dense)), np.tile(dense, n))[0]
-    checks = every_check(motion)
+    checks = list_checks(motion)
     inside = 0
     for check, found in zip(checks, worst_places(motion, checks), strict=True):
         assert found is not None
@@ -48,7 +48,7 @@ def test_turns_of_c_within_its_travel_are_branches_the_nearest_first(most: float
     )
     source = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG1 X40 F2000\nM2\n"
     motion = of_line(assemble(source, replace(MACHINE, limits=limits), OPTIONS).joints(), 2)
-    found = [(one.flip, one.turns) for one in legal_branches(motion)]
+    found = [(one.flip, one.turns) for one in find_legal_branches(motion)]
     reached = [(flip, turn) for flip in (0, 1) for turn in range(-TURNS, TURNS + 1) if abs(turn + 0.5 * flip) < most]
     assert sorted(found) == sorted(set(reached) - {(0, 0)})
     assert [abs(turn) for _flip, turn in found] == sorted(abs(turn) for _flip, turn in found)
@@ -78,7 +78,7 @@ def test_a_finding_with_a_value_is_where_the_line_has_it() -> None:
         values = measure(motion, np.array([place.element]), np.array([place.w]))[0][0]
         found = [
             values[check.quantity] * check.factor
-            for check in every_check(motion)
+            for check in list_checks(motion)
             if (check.code, check.axis) == (item.code, item.axis)
         ]
         assert min(abs(value - item.value) for value in found) < 1e-3

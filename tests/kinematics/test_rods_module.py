@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import verne_post
 from tests.kinematics.test_chain import ROOT
-from verne_post.config.load import machine_from_toml
+from verne_post.config.load import build_machine
 from verne_post.kinematics.modules.rod_geometry import Rod
 from verne_post.kinematics.modules.rods import RodsModule
 from verne_post.model.findings import InputError
@@ -134,7 +134,7 @@ def refuse(name, *pairs):
         assert old in text, old
         text = text.replace(old, new, 1)
     with pytest.raises(InputError) as refused:
-        machine_from_toml(text.encode(), "mine.toml")
+        build_machine(text.encode(), "mine.toml")
     return " ".join(item.message for item in refused.value.findings)
 
 
@@ -164,7 +164,7 @@ def test_cones_and_rods_as_bodies():
     """Thick rods and narrow cones are found by the checks of every machine."""
     bodies = "[rods]\ndiameter_mm = 30\nslider_cone_deg = 5\ncone_centre = [0, 0, 1000]\n[clearance]\nminimum_mm = 500\n[home]"
     text = TEXT["verne_by_rods"].replace("[home]", bodies, 1) + 'rods = "assumed"\nclearance = "assumed"\n'
-    machine = machine_from_toml(text.encode(), "mine.toml")
+    machine = build_machine(text.encode(), "mine.toml")
     options = verne_post.Options(tool_length=80.0, wcs={"G54": (0, 0, 50)})
     found = verne_post.check("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X120 F900\nM2\n", machine, options).findings
     assert {"VP211", "VP214"} <= {item.code for item in found}
@@ -230,7 +230,7 @@ def test_reference_values_of_the_urane_sx():
 def test_carriers_without_a_central_leg_are_refused(key, carrier):
     """Hexapods and sliders in schema 2: the key, and what there is."""
     with pytest.raises(InputError) as refused:
-        machine_from_toml(f'schema = 2\nname = "hexapod"\n[carrier]\n{carrier}\n'.encode(), "mine.toml")
+        build_machine(f'schema = 2\nname = "hexapod"\n[carrier]\n{carrier}\n'.encode(), "mine.toml")
     [item] = refused.value.findings
     assert item.code == "VP501"
     assert f"mine.toml: carrier{key and '.' + key}: " in item.message

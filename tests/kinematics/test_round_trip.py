@@ -3,7 +3,7 @@
 import numpy as np
 from newton_raphson import forward_machine, inverse, numbers_of, pose_without_tilt
 
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 
 #: Blocks of poses: the memory of the test stays small.
 BLOCKS, BLOCK = 10, 100_000
@@ -20,7 +20,7 @@ def test_a_million_poses_return(machine):
     lengths, table = numbers_of(machine.five_axis)
     for _ in range(BLOCKS):
         tip = rng.uniform([-150.0, -150.0, 0.0], [150.0, 150.0, 150.0], (BLOCK, 3))
-        axis = axis_of_angles(rng.uniform(0.0, np.pi / 2, BLOCK), rng.uniform(-np.pi, np.pi, BLOCK))
+        axis = find_axis_of_angles(rng.uniform(0.0, np.pi / 2, BLOCK), rng.uniform(-np.pi, np.pi, BLOCK))
         tool = rng.uniform(50.0, 250.0, BLOCK)
         q, ok = machine.inverse(tip, axis, tool)
         assert ok.all()
@@ -38,7 +38,7 @@ def test_beyond_reach_every_pose_is_refused_with_its_reason(machine):
     lengths, table = numbers_of(machine.five_axis)
     tip = rng.uniform(-1200.0, 1200.0, (n, 3))
     angles = np.column_stack([rng.uniform(0.0, np.pi, n), rng.uniform(-np.pi, np.pi, n)])
-    axis = axis_of_angles(angles[:, 0], angles[:, 1])
+    axis = find_axis_of_angles(angles[:, 0], angles[:, 1])
     tool = rng.uniform(0.0, 300.0, n)
     q, ok = machine.inverse(tip, axis, tool)
     out = np.flatnonzero(~ok)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.kinematics.workspace import BELOW_TABLE, OUT_OF_REACH, classify
 
 from ..builders import MACHINE, orientations
@@ -20,7 +20,7 @@ def test_classification_agrees_with_the_inverse_and_the_limits(a, c, length, see
     tip = np.random.default_rng(seed).uniform([-700, -700, -400], [700, 700, 800], (40, 3))
     angles = np.radians([a, c])
     reach = classify(MACHINE, tip, angles, length)
-    axis = np.broadcast_to(axis_of_angles(*angles), tip.shape)
+    axis = np.broadcast_to(find_axis_of_angles(*angles), tip.shape)
     q, platform, ok = MACHINE.five_axis.solve(tip, np.broadcast_to(angles, (40, 2)), length)
     position, alpha = platform.position, platform.alpha
     if a > 1:  # the inverse answers with the table solution of positive tilt, at the pole with a C of its own

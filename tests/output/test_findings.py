@@ -12,8 +12,8 @@ import pytest
 
 from verne_post.model.codes import CODES
 from verne_post.model.findings import finding
-from verne_post.model.verdict import concerns_text
-from verne_post.output.findings import Report, text_line
+from verne_post.model.verdict import is_about_text
+from verne_post.output.findings import Report, format_finding
 from verne_post.output.reports import json as json_report
 from verne_post.output.reports import text as text_report
 
@@ -133,13 +133,13 @@ def test_output_file_gets_what_standard_output_would(
 @pytest.mark.parametrize("code", sorted(CODES))
 def test_every_code_has_a_line(code: str) -> None:
     item = finding(code, "one sentence", line=7, last_line=9, worst_line=8, count=3)
-    shown = LINE.match(text_line("a b.nc", item))
+    shown = LINE.match(format_finding("a b.nc", item))
     assert shown
     assert (shown["file"], shown["line"], shown["code"]) == ("a b.nc", "7", code)
     assert shown["severity"] == CODES[code].severity
-    for number in ("7", "9", "3", *(() if concerns_text(code) else ("8",))):  # errors in the text have no worst line
+    for number in ("7", "9", "3", *(() if is_about_text(code) else ("8",))):  # errors in the text have no worst line
         assert number in shown["message"]
-    assert text_line("a.nc", finding(code, "one sentence")) == f"a.nc: {code} {CODES[code].severity}: one sentence"
+    assert format_finding("a.nc", finding(code, "one sentence")) == f"a.nc: {code} {CODES[code].severity}: one sentence"
 
 
 def test_json_never_contains_nan() -> None:

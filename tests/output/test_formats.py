@@ -219,9 +219,9 @@ def test_pvt(written: Callable[..., Any], cycle: float) -> None:
 
 
 def test_drive_units_in_every_format(tmp_path: Path, run: Callable[..., Any]) -> None:
-    from verne_post.config import machine_files
+    from verne_post.config import list_machine_files
 
-    text = machine_files()["verne"].read_text(encoding="utf-8")
+    text = list_machine_files()["verne"].read_text(encoding="utf-8")
     drives = "".join(
         f'[drives.{joint}]\nunit = "counts"\nsign = -1\nscale = 1e8\ninteger = true\n'
         for joint in ("rho1", "rho2", "rho3", "a", "c")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import verne_post
 from tests.benchmarks.linuxcnc_run import run_program, stream, why_not
 from tests.kinematics.six_rods import as_toml, random_table
-from verne_post.config.load import machine_from_toml
+from verne_post.config.load import build_machine
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.machine import Machine
 from verne_post.output.machine_formats.linuxcnc_kins import write_component
@@ -91,7 +91,7 @@ def other_places(kind: str) -> str:
 
 def built(text: str) -> Machine:
     """A VERNE whose 58 deviations are those of parts made badly: ten times the tolerances of the page."""
-    return machine_from_toml((text + as_toml(random_table(3, mm=0.5, mrad=1.0))).encode(), "built.toml")
+    return build_machine((text + as_toml(random_table(3, mm=0.5, mrad=1.0))).encode(), "built.toml")
 
 
 @pytest.fixture(
@@ -101,7 +101,7 @@ def built(text: str) -> Machine:
 def machine(request: pytest.FixtureRequest) -> Machine:
     *words, kind = request.param.split()
     text = other_places(kind) if "other" in words else (ROOT / "machine_configs" / f"{kind}.toml").read_text("utf-8")
-    return built(text) if "built" in words else machine_from_toml(text.encode(), f"{request.param}.toml")
+    return built(text) if "built" in words else build_machine(text.encode(), f"{request.param}.toml")
 
 
 @pytest.fixture(scope="module")
@@ -291,7 +291,7 @@ def test_device_moves_as_the_machine_does(machine: Machine, device: ElementTree.
 
     def place(a: float, c: float) -> NDArray[np.float64]:
         angles = np.radians([a * np.sign(machine.columns[3].factor), c * np.sign(machine.columns[4].factor)])
-        return table.gauge_point(tip, angles, 0.0) - table.rotary_offset - table.machine_zero
+        return table.find_gauge_point(tip, angles, 0.0) - table.rotary_offset - table.machine_zero
 
     for name, (a, c) in (("a", (turned[0], 0.0)), ("c", (0.0, turned[1]))):
         origin, axis = (

@@ -16,8 +16,8 @@ from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
 from verne_post.model.findings import InputError
 from verne_post.model.setpoints import SetpointBlock
-from verne_post.output.rounding import choose_setpoint_format, round_setpoints, rounding_noise
-from verne_post.output.setpoints import csv_rows
+from verne_post.output.rounding import choose_setpoint_format, estimate_rounding_noise, round_setpoints
+from verne_post.output.setpoints import write_csv_rows
 
 from ..builders import MACHINE
 
@@ -93,7 +93,7 @@ def test_decimals_whose_noise_is_below_every_limit_are_taken(decimals: int) -> N
 def test_noise_is_what_differences_of_rounded_numbers_can_show() -> None:
     """The bounds 2 q / dt^2 and 4 q / dt^3 are reached, and never exceeded, by errors of half a unit."""
     fmt = choose_setpoint_format(MACHINE, 0.001, 6, accept_rounding=False)
-    acceleration, jerk = rounding_noise(fmt)
+    acceleration, jerk = estimate_rounding_noise(fmt)
     half = 0.5e-6
     errors = np.random.default_rng(1).uniform(-half, half, 100000)
     worst = np.resize([half, -half], 8)
@@ -111,7 +111,7 @@ def test_rounding_is_to_the_nearest_and_makes_no_negative_zero() -> None:
     assert values[0].tolist() == [100.0, 100.0000001, 0.0, 0.0, 0.0]
     assert values[1].tolist() == [1.0, 2.0, 3.0, 45.12345679, -360.0]
     assert not np.signbit(values[0]).any()
-    text = csv_rows(SetpointBlock(0, values, np.array([1, 2], dtype=np.int32), fmt))
+    text = write_csv_rows(SetpointBlock(0, values, np.array([1, 2], dtype=np.int32), fmt))
     assert text.splitlines()[0] == "0.000,100.0000000,100.0000001,0.0000000,0.00000000,0.00000000,1"
     assert "-0.0" not in text
 

@@ -14,7 +14,7 @@ import verne_post
 from verne_post.model.findings import InputError
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import choose_setpoint_format
-from verne_post.output.setpoints import csv_header, csv_rows, read_csv
+from verne_post.output.setpoints import read_csv, write_csv_header, write_csv_rows
 
 from ..builders import HEADER, MACHINE, OPTIONS
 
@@ -32,7 +32,7 @@ def made() -> Any:
 @pytest.fixture(scope="module")
 def text(made: Any) -> str:
     fmt = choose_setpoint_format(MACHINE, 0.001, None, accept_rounding=False)
-    return csv_header(MACHINE.columns, ()) + csv_rows(SetpointBlock(0, made.values, made.line, fmt))
+    return write_csv_header(MACHINE.columns, ()) + write_csv_rows(SetpointBlock(0, made.values, made.line, fmt))
 
 
 def read(text: str, cycle: float = 0.001) -> list[SetpointBlock]:

@@ -5,7 +5,7 @@ import re
 
 from rs274_answers import BLOCK_DELETE, PLANES, SWITCHES, TOOLS, Answer, Server, Steps
 
-from verne_post.app.assemble import interpreter_view
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 
@@ -26,7 +26,7 @@ MAX_REPEATS = 20_000
 def interpret_here(program: str, **options: object) -> Answer:
     """What our interpreter makes of a program; rs274 alone keeps its parameters in inches."""
     options = {"tools": TOOLS, "max_repeats": MAX_REPEATS, "block_delete": BLOCK_DELETE in program, **options}
-    moves, errors = interpreter_view(program.encode(), Options(parameter_units="inch", dialect="rs274", **options))
+    moves, errors = view_moves_plainly(program.encode(), Options(parameter_units="inch", dialect="rs274", **options))
     steps, events, messages = Steps(), iter(moves.events), []
     event = next(events, None)
     for i in range(len(moves) + 1):

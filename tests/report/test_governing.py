@@ -10,10 +10,10 @@ import pytest
 import verne_post
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool, WorkOffset
-from verne_post.output.summary import summary_text
+from verne_post.output.summary import format_summary
 from verne_post.report.governing import OTHERS
-from verne_post.report.modal import modal_states
-from verne_post.report.sheet import sheet_html, verdict_html, worst_places
+from verne_post.report.modal import collect_modal_states
+from verne_post.report.sheet import worst_places, write_sheet_html, write_verdict_html
 from verne_post.report.spectrum import spectrum
 from verne_post.report.study import study
 from verne_post.report.table import Study
@@ -132,7 +132,7 @@ def test_modal_states_are_those_of_the_text() -> None:
     }
     seen = study_of(STATES, **options)
     assert seen.program is not None
-    states, of = modal_states(seen.program.moves, seen.move, seen.program.path.first_move)
+    states, of = collect_modal_states(seen.program.moves, seen.move, seen.program.path.first_move)
     said = {int(line): dict(states[of[np.flatnonzero(seen.line == line)[-1]]]) for line in np.unique(seen.line) if line}
     assert said[8] == {
         "motion": "straight feed", "feed": "300 mm/min", "spindle": "900/min clockwise", "coolant": "flood", "tool": "T3, length 70 mm",
@@ -144,7 +144,7 @@ def test_modal_states_are_those_of_the_text() -> None:
     assert said[14]["coolant"] == "off"
     assert said[14]["work offset"] == "G55"
     assert said[14]["corners"] == "exact path"
-    sheet = re.sub("<[^>]*>", " ", sheet_html(MACHINE, seen))
+    sheet = re.sub("<[^>]*>", " ", write_sheet_html(MACHINE, seen))
     assert re.search(r"T3\s+70\s+8 ", sheet)
     assert re.search(r"G54\s+0\s+0\s+40\s+0\s+given", sheet)
     assert re.search(r"G55\s+1\s+2\s+45", sheet)
@@ -160,16 +160,16 @@ def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:
     warned = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F600\nM2\n", wcs={})
     measured = replace(MACHINE, provenance={**MACHINE.provenance, "limits": "measured"})
     for seen, word, assumed in ((good, "Go", True), (warned, "Go, with warnings", True), (bad, "No go", False)):
-        text = re.sub("<[^>]*>", "|", verdict_html(MACHINE, seen))
+        text = re.sub("<[^>]*>", "|", write_verdict_html(MACHINE, seen))
         assert text.startswith(f"|{word}{', on assumed limits' * assumed}|")
         assert "spindle, table, limits" in text
-        assert re.sub("<[^>]*>", "|", verdict_html(measured, seen)).startswith(
+        assert re.sub("<[^>]*>", "|", write_verdict_html(measured, seen)).startswith(
             f"|{word}{', on measured limits' * assumed}|"
         )
         assert "|tool length||80 mm|" in text
         assert "|work offset||G54 at 0, 0, " in text
-    assert f"{good.x[-1]:.3f} s" in verdict_html(MACHINE, good)
-    assert "1 error, " in verdict_html(MACHINE, bad)
+    assert f"{good.x[-1]:.3f} s" in write_verdict_html(MACHINE, good)
+    assert "1 error, " in write_verdict_html(MACHINE, bad)
 
 
 def test_stops_inside_lines_are_named() -> None:
@@ -183,14 +183,14 @@ def test_stops_inside_lines_are_named() -> None:
     place = next(place for place in worst_places(MACHINE, drilled) if place.what == "line 3 stops inside")
     assert place.value == f"{within.most} times"
     assert drilled.line[place.frame] == 3
-    text = " ".join(summary_text(drilled.summary).split())
+    text = " ".join(format_summary(drilled.summary).split())
     assert f"; {within.count} of the stops are within lines, most in line 3 ({within.most})" in text
     for body in ("G1 X10 F300\nG4 P0.1\nG1 X20\nG0 X0\n", "G61\nG1 X10 F300\nX10 Y10\nX0\n"):
         plain = study_of(head + "G49\n" + body + "M2\n")
         assert plain.summary is not None
         assert plain.summary.n_stops > 0
         assert plain.summary.stops_within.count == 0
-        assert "within lines" not in summary_text(plain.summary)
+        assert "within lines" not in format_summary(plain.summary)
         assert not any("stops inside" in place.what for place in worst_places(MACHINE, plain))
 
 

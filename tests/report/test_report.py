@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.report.study import study
-from verne_post.toolpath.margins import margin_functions
+from verne_post.toolpath.margins import list_margin_functions
 
 from ..builders import MACHINE, SAMPLES
 
@@ -160,7 +160,7 @@ def test_frames_are_rows_and_nothing_between_is_lost(monkeypatch: pytest.MonkeyP
     speed = np.linalg.norm(np.diff(tip, axis=0, prepend=tip[:1]), axis=1) / 0.001
     assert np.abs(seen.speed - speed[at]).max() < 1e-6
     angles = np.stack([q[:, 3] - alpha, q[:, 4]], axis=1)
-    margin = margin_functions(MACHINE)[0](tip, angles, np.full(len(q), 80.0)).min(axis=1)
+    margin = list_margin_functions(MACHINE)[0](tip, angles, np.full(len(q), 80.0)).min(axis=1)
     assert np.abs(seen.margin - margin[at]).max() < 1e-9
     assert np.abs(seen.alpha_deg - np.degrees(alpha[at])).max() < 1e-9
     assert np.abs(seen.alpha_deg).max() > 0.1  # degrees, not radians
@@ -278,7 +278,7 @@ def test_data_stay_data(tmp_path: Path, run: Callable[..., Any]) -> None:
     expected = Outline(outside_of_the_library(page.read_text("utf-8")))
     assert [tag for tag, _names in expected.tags].count("script") == 8
     machine, program = tmp_path / "m.toml", tmp_path / NASTY_NAME
-    text = machine_files()["verne"].read_text("utf-8")
+    text = list_machine_files()["verne"].read_text("utf-8")
     machine.write_text(text.replace('name = "VERNE"', 'name = "<!--library--></script>"'), "utf-8")
     program.parent.mkdir(exist_ok=True)
     program.write_text(NASTY_PROGRAM, "utf-8")

@@ -6,7 +6,7 @@ from verne_post.app.assemble import assemble
 from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.contour_pose import find_contour_pose
 from verne_post.toolpath.corner_shapes import KNEE
 
 from ..builders import MACHINE
@@ -41,7 +41,7 @@ def poses_at(contour: Contour, s: np.ndarray, side: str) -> np.ndarray:
     ends = np.cumsum(contour.length)
     element = np.clip(np.searchsorted(ends, s, side="left" if side == "before" else "right"), 0, len(contour) - 1)
     w = np.clip((s - (ends - contour.length)[element]) / contour.length[element], 0.0, 1.0)
-    return np.hstack(contour_pose(contour, element, w))
+    return np.hstack(find_contour_pose(contour, element, w))
 
 
 def shares_of_tolerance(contour: Contour, per_element: int = 9) -> np.ndarray:
@@ -51,7 +51,7 @@ def shares_of_tolerance(contour: Contour, per_element: int = 9) -> np.ndarray:
     """
     element = np.repeat(np.arange(len(contour)), per_element)
     w = np.tile(np.linspace(0.0, 1.0, per_element), len(contour))
-    here = np.hstack(contour_pose(contour, element, w))
+    here = np.hstack(find_contour_pose(contour, element, w))
     path, segment = contour.path, contour.segment[element]
     start, delta = path.start[segment], path.end[segment] - path.start[segment]
     tip = np.maximum(contour.tip_tolerance[segment], 1e-9)  # 1 nm where nothing is allowed

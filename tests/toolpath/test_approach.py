@@ -7,7 +7,7 @@ import pytest
 
 from verne_post import InputError, load_machine
 from verne_post.app.assemble import assemble
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 from verne_post.model.moves import Frame
 from verne_post.model.options import Options
 from verne_post.model.toolpath import SegmentKind
@@ -25,7 +25,7 @@ LINE, JOINT = SegmentKind.LINE, SegmentKind.JOINT
 @pytest.fixture(scope="module")
 def offset_machine(tmp_path_factory):
     """A machine with every offset of the table and the spindle, A and C named by the tool's motion, and a bent home."""
-    text = machine_files()["verne"].read_text(encoding="utf-8")
+    text = list_machine_files()["verne"].read_text(encoding="utf-8")
     for key, value in {
         "rotary_offset": "[12.0, -8.0, 35.0]",
         "machine_zero": "[3.0, -2.0, 520.0]",
@@ -180,7 +180,7 @@ def test_from_home(any_machine):
 
 
 def test_home_must_be_in_the_file(tmp_path):
-    text = machine_files()["verne"].read_text(encoding="utf-8")
+    text = list_machine_files()["verne"].read_text(encoding="utf-8")
     text = re.sub(r"(?ms)^\[home\].*?(?=^\[)", "", text)
     text = re.sub(r'(?m)^home = "assumed"\n', "", text)
     path = tmp_path / "homeless.toml"

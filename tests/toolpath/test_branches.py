@@ -10,9 +10,9 @@ import pytest
 
 import verne_post
 from verne_post import check, convert
-from verne_post.app.assemble import assemble, machine_setup
-from verne_post.config import machine_files
-from verne_post.config.load import machine_from_toml
+from verne_post.app.assemble import assemble, build_interpreter_setup
+from verne_post.config import list_machine_files
+from verne_post.config.load import build_machine
 from verne_post.gcode import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -93,9 +93,11 @@ def test_a_great_circle_close_to_the_pole_is_the_same_finding():
 
 def test_the_senses_of_the_machine_hold_in_the_finding():
     text = (
-        machine_files()["serial"].read_text(encoding="utf-8").replace('c_positive = "workpiece"', 'c_positive = "tool"')
+        list_machine_files()["serial"]
+        .read_text(encoding="utf-8")
+        .replace('c_positive = "workpiece"', 'c_positive = "tool"')
     )
-    machine = machine_from_toml(text.encode(), "mine.toml")
+    machine = build_machine(text.encode(), "mine.toml")
     assert machine.columns[-1].factor < 0
     (finding,) = program("G0 X0 Y0 Z60 A20 C179.5\nG1 X3 C-176", machine, wcs={"G54": (0.0, 0.0, 0.0, 30.0)}).findings
     assert "C turns by -355.5 deg, from 179.5 to -176" in finding.message
@@ -106,7 +108,7 @@ def test_the_senses_of_the_machine_hold_in_the_finding():
 
 def provisional(body):
     moves = interpret_program(
-        f"{HEAD}{body}\nM2\n".encode(), machine_setup(SERIAL, Options(tool_length=50.0, wcs=AT_THE_CENTRE))
+        f"{HEAD}{body}\nM2\n".encode(), build_interpreter_setup(SERIAL, Options(tool_length=50.0, wcs=AT_THE_CENTRE))
     )
     return build_path(moves, SERIAL.coordinates)
 

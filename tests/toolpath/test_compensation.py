@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import verne_post
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import measure_rows
 from verne_post.model.options import Options
 from verne_post.toolpath import compensation
-from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.contour_pose import find_contour_pose
 from verne_post.toolpath.corners import find_bends, find_slopes
 from verne_post.toolpath.deviations import Chords
 
@@ -29,7 +29,7 @@ def test_facets_of_a_circle_become_a_circle_again() -> None:
     n = len(contour.path)
     middle = np.flatnonzero((contour.segment > 2 * n // 5) & (contour.segment < 3 * n // 5))
     element, w = np.repeat(middle, 21), np.tile(np.linspace(0, 1, 21), len(middle))
-    tip = contour_pose(contour, element, w)[0][:, :2]
+    tip = find_contour_pose(contour, element, w)[0][:, :2]
     off = np.hypot(tip[:, 0], tip[:, 1] - RADIUS_MM) - RADIUS_MM
     chord = STEP_MM**2 / (8 * RADIUS_MM)
     # near the share of the chord error inside the vertices, with no more than a fiftieth of it left of the facets
@@ -52,7 +52,7 @@ def test_coarse_steps_take_no_longer_than_fine_ones() -> None:
 def compensate(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Vertices (n, 5) of a path, where they are moved, and which are compensated."""
     vertex = np.column_stack([xy, np.zeros((len(xy), 3))])
-    s = np.append(0.0, np.cumsum(row_norm(np.diff(vertex, axis=0))))
+    s = np.append(0.0, np.cumsum(measure_rows(np.diff(vertex, axis=0))))
     soft = np.ones(len(xy), dtype=bool)
     soft[[0, -1]] = False
     bound = np.full(len(xy), TOLERANCE_MM)
@@ -64,7 +64,7 @@ def compensate(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_vertices_of_a_curve_move_outward_and_evenly() -> None:
     vertex, moved, chain = compensate(circle())
     assert chain.mean() > 0.7
-    outward = row_norm(moved[:, :2] - [0.0, RADIUS_MM]) - RADIUS_MM
+    outward = measure_rows(moved[:, :2] - [0.0, RADIUS_MM]) - RADIUS_MM
     inner = slice(2 * len(vertex) // 5, 3 * len(vertex) // 5)
     assert np.ptp(outward[inner]) < 1e-9
     assert outward[inner].min() > 0.01
@@ -97,7 +97,7 @@ def test_a_feature_in_a_curve_ends_what_is_compensated() -> None:
     assert contour.n_sections == 1
     assert shares_of_tolerance(contour, 21).max() <= 0.98
     corner = len(half) - 1
-    shift = row_norm(contour.shape.end - contour.path.end)
+    shift = measure_rows(contour.shape.end - contour.path.end)
     assert shift[corner - 1] == 0
     assert shift.max() > 0.005
 
@@ -121,5 +121,5 @@ def test_both_directions_are_alike() -> None:
     _vertex, there, _chain = compensate(wave)
     _vertex, back, _chain = compensate(wave[::-1])
     np.testing.assert_allclose(back[::-1], there, atol=1e-12)
-    bend = find_bends(find_slopes(there[:-1], there[1:], row_norm(np.diff(there, axis=0))))
+    bend = find_bends(find_slopes(there[:-1], there[1:], measure_rows(np.diff(there, axis=0))))
     assert np.isfinite(bend).all()

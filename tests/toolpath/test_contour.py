@@ -8,7 +8,7 @@ from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind
-from verne_post.toolpath.contour_pose import contour_pose, speed_cap
+from verne_post.toolpath.contour_pose import find_contour_pose, speed_cap
 from verne_post.toolpath.evaluate import pose
 
 from ..builders import MACHINE
@@ -156,8 +156,8 @@ def test_elements_cover_every_segment_once_and_in_order(mode: str) -> None:
         assert (np.diff(contour.section) <= 1).all()
         np.testing.assert_array_equal(np.unique(contour.segment), np.arange(len(contour.path)))
         element = np.arange(n)
-        begin = np.hstack(contour_pose(contour, element, np.zeros(n)))
-        end = np.hstack(contour_pose(contour, element, np.ones(n)))
+        begin = np.hstack(find_contour_pose(contour, element, np.zeros(n)))
+        end = np.hstack(find_contour_pose(contour, element, np.ones(n)))
         lines = contour.path.kind[contour.segment] != SegmentKind.JOINT
         gap = np.abs(begin[1:] - end[:-1])[lines[1:] & lines[:-1]]
         assert gap.max(initial=0.0) < 1e-9
@@ -173,7 +173,7 @@ def test_speed_cap_is_the_feed_over_the_motion_of_the_tip(mode: str) -> None:
     h = 1e-4
     w = np.array([0.11, 0.37, 0.5, 0.73, 0.92])
     element, w = np.repeat(np.arange(len(contour)), len(w)), np.tile(w, len(contour))
-    before, after = (np.hstack(contour_pose(contour, element, w + sign * h)) for sign in (-1, 1))
+    before, after = (np.hstack(find_contour_pose(contour, element, w + sign * h)) for sign in (-1, 1))
     rate = (after - before) / (2 * h * contour.length[element])[:, None]
     segment = contour.segment[element]
     cap = speed_cap(contour, element, w)
@@ -200,8 +200,8 @@ def test_a_corner_blend_across_a_smooth_joint_does_not_reach_into_a_curve() -> N
     """The short segment after the arc continues in the next: the corner blend at its end may reach over both."""
     contour = contour_of(lines_named("G64 P0.5\nG1 Y5\nG2 X5 Y10 I5\nG1 X7 Y12\nX9 Y14\nX19 Y24.2"), "spline")
     n = np.arange(len(contour))
-    gap = np.hstack(contour_pose(contour, n[1:], 0.0 * n[1:])) - np.hstack(
-        contour_pose(contour, n[:-1], 0.0 * n[1:] + 1)
+    gap = np.hstack(find_contour_pose(contour, n[1:], 0.0 * n[1:])) - np.hstack(
+        find_contour_pose(contour, n[:-1], 0.0 * n[1:] + 1)
     )
     assert contour.n_blended >= 3
     assert np.abs(gap).max() < 1e-9

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.toolpath import corners, deviations
-from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.contour_pose import find_contour_pose
 from verne_post.toolpath.corner_shapes import (
     EVEN_PEAK,
     EVEN_THIRD,
@@ -320,7 +320,7 @@ def test_a_corner_alone_uses_its_tolerance(mode: str, degrees: float) -> None:
     points = flat(np.array([[-40.0, 0.0], [0.0, 0.0], [40 * np.cos(turn), 40 * np.sin(turn)]]))
     contour = contour_of(program_of(points, 0.002), mode)
     assert contour.corners is not None
-    vertex = np.linalg.norm(contour_pose(contour, np.flatnonzero(contour.segment == 1)[:1], np.zeros(1))[0][0, :2])
+    vertex = np.linalg.norm(find_contour_pose(contour, np.flatnonzero(contour.segment == 1)[:1], np.zeros(1))[0][0, :2])
     used = shares_of_tolerance(contour, 401).max()
     assert used <= 0.9701
     assert vertex <= np.sqrt(2.0) * 0.97 * 0.002 * 1.0001

@@ -6,7 +6,7 @@ import pytest
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Contour
 from verne_post.toolpath import curved_corners
-from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.contour_pose import find_contour_pose
 from verne_post.toolpath.corner_shapes import BRAKING, PEAK, SHAPES
 from verne_post.toolpath.evaluate import pose
 
@@ -108,7 +108,7 @@ def test_blends_stay_within_tolerance_of_their_segments(what: str, mode: str) ->
     for element in np.flatnonzero(contour.blended).tolist():
         on = np.full(9, element)
         w = np.linspace(0.0, 1.0, 9)
-        here = np.hstack(contour_pose(contour, on, w))
+        here = np.hstack(find_contour_pose(contour, on, w))
         assert max(find_nearest(contour, element, here)) <= 1.0
         segment = contour.segment[on]
         u = contour.low[on] + w * (contour.high - contour.low)[on]
@@ -131,7 +131,7 @@ def test_a_corner_alone_uses_its_tolerance(degrees: float, radius: float) -> Non
     )
     contour = contour_of(lines_named(body))
     element = np.repeat(np.arange(len(contour)), 401)
-    tip = contour_pose(contour, element, np.tile(np.linspace(0, 1, 401), len(contour)))[0]
+    tip = find_contour_pose(contour, element, np.tile(np.linspace(0, 1, 401), len(contour)))[0]
     own = contour.path.line[contour.segment[element]]
     line = np.abs(tip[own == 4][:, 1] - contour.path.start[0, 1])
     middle = contour.path.arcs.center[0]

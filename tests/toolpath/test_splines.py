@@ -10,8 +10,8 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.splines import GrowingSplines, Splines
 from verne_post.model.toolpath import SegmentKind
-from verne_post.toolpath.contour_pose import contour_pose
-from verne_post.toolpath.evaluate import pose, pose_derivatives
+from verne_post.toolpath.contour_pose import find_contour_pose
+from verne_post.toolpath.evaluate import differentiate_pose, pose
 from verne_post.toolpath.splines import turn_pieces
 
 from .polylines import MACHINE, contour_of, poses_at
@@ -74,7 +74,7 @@ def test_sections_are_smooth_and_tips_even(body: str) -> None:
     n = len(contour)
     element = np.repeat(np.arange(n), 9)
     w, step = np.tile(np.linspace(0.1, 0.9, 9), n), 1e-5
-    tips = [contour_pose(contour, element, w + side * step)[0] for side in (-1, 1)]
+    tips = [find_contour_pose(contour, element, w + side * step)[0] for side in (-1, 1)]
     speed = np.linalg.norm(tips[1] - tips[0], axis=1) / (2 * step * contour.length[element])
     splined = contour.path.kind[contour.segment[element]] == SegmentKind.SPLINE
     plain = splined & ~contour.blended[element]
@@ -95,8 +95,8 @@ def test_a_circle_of_weights_is_the_circle() -> None:
         np.testing.assert_allclose(tip, wanted, atol=1e-9)
         for order, (here, there) in enumerate(
             zip(
-                pose_derivatives(spline, mine, u),
-                pose_derivatives(arc, np.zeros(len(u), int), (quarter + u) / 4),
+                differentiate_pose(spline, mine, u),
+                differentiate_pose(arc, np.zeros(len(u), int), (quarter + u) / 4),
                 strict=True,
             ),
             start=1,
@@ -131,7 +131,7 @@ def test_derivatives_are_those_of_the_poses() -> None:
     for segment in range(3):
         mine = np.full(len(u), segment)
         values = [np.hstack(pose(path, mine, u + k * step)) for k in range(-3, 4)]
-        first, second, third = pose_derivatives(path, mine, u)
+        first, second, third = differentiate_pose(path, mine, u)
         stencils = {
             1: np.array([-1, 9, -45, 0, 45, -9, 1]) / 60 / step,
             2: np.array([2, -27, 270, -490, 270, -27, 2]) / 180 / step**2,
@@ -164,7 +164,7 @@ def drawn_pieces(degree: int, m: int) -> Splines:
 
 
 def angles_along(pieces: Splines) -> np.ndarray:
-    from verne_post.verification.splines import spline_points
+    from verne_post.verification.splines import evaluate_spline_points
 
     m = len(pieces)
     share = np.linspace(0.0, 1.0, 5)
@@ -172,7 +172,7 @@ def angles_along(pieces: Splines) -> np.ndarray:
     for piece in range(m):
         degree, first = pieces.degree[piece], pieces.first_knot[piece]
         low, high = pieces.knots[first + degree - 1], pieces.knots[first + degree]
-        rows.append(spline_points(pieces, np.full(5, piece), low + share * (high - low)))
+        rows.append(evaluate_spline_points(pieces, np.full(5, piece), low + share * (high - low)))
     return np.array(rows)
 
 

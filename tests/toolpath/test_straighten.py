@@ -11,7 +11,7 @@ import verne_post
 from verne_post.app.assemble import assemble
 from verne_post.model.contour import Contour
 from verne_post.model.options import Options
-from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.contour_pose import find_contour_pose
 from verne_post.toolpath.evaluate import pose
 from verne_post.toolpath.straighten import find_cheapest_sequence
 
@@ -55,7 +55,7 @@ def measure_from_path(contour: Contour) -> np.ndarray:
     segment = np.repeat(np.arange(len(path)), per_segment)
     tip = pose(path, segment, np.tile(np.linspace(0.0, 1.0, per_segment), len(path)))[0]
     element = np.repeat(np.arange(len(contour)), 25)
-    here = contour_pose(contour, element, np.tile(np.linspace(0.0, 1.0, 25), len(contour)))[0]
+    here = find_contour_pose(contour, element, np.tile(np.linspace(0.0, 1.0, 25), len(contour)))[0]
     return np.asarray(cKDTree(tip).query(here)[0])
 
 
@@ -167,7 +167,7 @@ def test_chords_are_followed_behind_an_approach_too(added: dict[str, Any]) -> No
     assert chords(alone)[alone.segment[theirs]].sum() > 30
     for w in (0.0, 0.3, 1.0):
         here, there = (
-            np.concatenate(contour_pose(contour, on, np.full(len(own), w)), axis=1)
+            np.concatenate(find_contour_pose(contour, on, np.full(len(own), w)), axis=1)
             for contour, on in ((joined, own), (alone, theirs))
         )
         # the same numbers, but for the places of segments, which are added up from another beginning

@@ -12,14 +12,14 @@ import pytest
 import verne_post
 from verne_post.app.assemble import assemble
 from verne_post.app.verify import verify_setpoints
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.model.moves import Frame
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.output.rounding import choose_setpoint_format
-from verne_post.toolpath.evaluate import pose, pose_derivatives
-from verne_post.verification.projection import lengths_to, metric_lengths, programmed_pose
+from verne_post.toolpath.evaluate import differentiate_pose, pose
+from verne_post.verification.projection import find_programmed_pose, measure_lengths_to, measure_metric_lengths
 
 from ..builders import MACHINE, two_machines, with_ranges
 
@@ -87,7 +87,7 @@ def test_a_point_before_the_tip_keeps_its_place(block: str) -> None:
     path = path_of(program(BLOCKS[block]))
     segment = int(np.flatnonzero(path.line == 5)[0])
     tip, angles = pose(path, np.full(41, segment), np.linspace(0.0, 1.0, 41))
-    held = tip - 50.0 * axis_of_angles(angles[:, 0], angles[:, 1])
+    held = tip - 50.0 * find_axis_of_angles(angles[:, 0], angles[:, 1])
     np.testing.assert_allclose(held, np.tile(held[0], (41, 1)), atol=1e-8)
     assert np.ptp(angles[:, 1]) > 0.5
 
@@ -99,17 +99,17 @@ def test_planning_and_verification_have_the_same_curve(block: str) -> None:
     segment = np.full(2001, int(np.flatnonzero(path.line == 5)[0]))
     u = np.linspace(0.0, 1.0, len(segment))
     tip, angles = pose(path, segment, u)
-    for one, other in zip((tip, angles), programmed_pose(path, segment, u), strict=True):
+    for one, other in zip((tip, angles), find_programmed_pose(path, segment, u), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-9)
     step = u[1]
-    derived = [np.concatenate([tip, angles], axis=1), *pose_derivatives(path, segment, u)]
+    derived = [np.concatenate([tip, angles], axis=1), *differentiate_pose(path, segment, u)]
     for values, rates in pairwise(derived):
         differences = (values[2:] - values[:-2]) / (2 * step)
         # the error of central differences: third derivative times step squared, over 6; the sharpest turn has 1000 degrees in u
         np.testing.assert_allclose(rates[1:-1], differences, atol=2e-5 * max(float(np.abs(rates).max()), 1.0))
     way = np.hypot(*(np.linalg.norm(np.diff(part, axis=0), axis=1) for part in (tip, 50.0 * angles)))
-    metric = metric_lengths(path)
-    np.testing.assert_allclose(lengths_to(path, segment, u, metric)[1:], np.cumsum(way), rtol=1e-5)
+    metric = measure_metric_lengths(path)
+    np.testing.assert_allclose(measure_lengths_to(path, segment, u, metric)[1:], np.cumsum(way), rtol=1e-5)
     # what planning takes for the length is nowhere shorter than the way
     assert (way <= path.length[segment[0]] * step * 1.001).all()
 

@@ -10,7 +10,7 @@ from verne_post.trajectory import continuous, repair, tuning
 from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.reachability import duration as profile_duration
 from verne_post.trajectory.reachability import solve as second_order
-from verne_post.trajectory.section_path import SectionTask, grid_along
+from verne_post.trajectory.section_path import SectionTask, build_grid_along
 from verne_post.trajectory.stop_to_stop import duration
 from verne_post.trajectory.tuning import QUALITY, Effort
 
@@ -40,7 +40,7 @@ def test_every_scale(scale: float, share: float) -> None:
     top = limits(3, acceleration=5000 * share, jerk=1e5 * share * share)
     s = plan_continuous(section, top, 1e-3).s
     assert_legal(section, s, top, 1e-3)
-    grid = grid_along(section)
+    grid = build_grid_along(section)
     assert (len(s) - 1) * 1e-3 >= 0.98 * profile_duration(grid.s, second_order(grid, top))
 
 

@@ -13,7 +13,7 @@ from verne_post.trajectory import continuous, tuning
 from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.cruise import find_cruise
 from verne_post.trajectory.reachability import solve as second_order
-from verne_post.trajectory.section_path import grid_along
+from verne_post.trajectory.section_path import build_grid_along
 
 from ..builders import MACHINE, SAMPLES
 from .curves import Curve, assert_legal, cornered, limits, straight
@@ -26,7 +26,7 @@ def stepped(s: Array) -> Array:
 
 def test_a_range_begins_after_the_way_to_brake() -> None:
     section, top = straight(100.0, 50.0), limits(3)
-    grid = grid_along(section)
+    grid = build_grid_along(section)
     [(first, last)] = find_cruise(grid, second_order(grid, top), top, 1e-3)
     # v = 50, J = 1e5: 2 sqrt(v / J) = 45 ms, in which braking takes 1.1 mm
     assert 1.1 < first < 6.0
@@ -40,7 +40,7 @@ def test_joints_near_a_limit_are_no_cruise(share: float, found: bool) -> None:
     feed = np.sqrt(share * top.acceleration[0] * 10.0)
     section = Curve(2000.0, lambda s: [10 * np.sin(s / 10), 10 * np.cos(s / 10), 0 * s], feed, 400)
     wide = limits(3, 833.0, 5000.0, 1e9)
-    grid = grid_along(section)
+    grid = build_grid_along(section)
     assert bool(len(find_cruise(grid, second_order(grid, wide), wide, 1e-3))) is found
 
 
@@ -52,14 +52,14 @@ def test_rows_are_legal_and_no_slower_than_solved_ones(
     top = limits(3)
     s = plan_continuous(section, top, cycle).s
     assert_legal(section, s, top, cycle)
-    solved = continuous.initial_profile
+    solved = continuous.plan_initial_profile
 
     def without(*arguments: Any) -> Any:
         found = solved(*arguments)
         assert len(found.cruise)
         return replace(found, cruise=np.empty((0, 2)))
 
-    monkeypatch.setattr(continuous, "initial_profile", without)
+    monkeypatch.setattr(continuous, "plan_initial_profile", without)
     assert len(s) <= 1.005 * len(plan_continuous(section, top, cycle).s) + 1
 
 

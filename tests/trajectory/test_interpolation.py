@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
-from verne_post.trajectory.interpolation import interpolate, lowest_around, mean_around
+from verne_post.trajectory.interpolation import average_around, find_lowest_around, interpolate
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 6, 7, 8, 40])
@@ -25,7 +25,7 @@ def test_splines_are_those_of_scipy(count: int, even: bool) -> None:
 def test_windows_are_those_of_scipy(count: int, reach: int) -> None:
     values = np.random.default_rng(count).normal(size=count)
     width = 2 * reach + 1
-    np.testing.assert_array_equal(lowest_around(values, reach), minimum_filter1d(values, width, mode="nearest"))
+    np.testing.assert_array_equal(find_lowest_around(values, reach), minimum_filter1d(values, width, mode="nearest"))
     np.testing.assert_allclose(
-        mean_around(values, reach), uniform_filter1d(values, width, mode="nearest"), rtol=0, atol=1e-14
+        average_around(values, reach), uniform_filter1d(values, width, mode="nearest"), rtol=0, atol=1e-14
     )

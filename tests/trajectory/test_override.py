@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from verne_post.app.assemble import Program
 from verne_post.model.findings import InputError
-from verne_post.trajectory.override import START_RATE, FeedOverride, feed_override
+from verne_post.trajectory.override import START_RATE, FeedOverride, build_feed_override
 
 from ..builders import LEGAL_SAMPLES, MACHINE, SAMPLES
 
@@ -55,8 +55,8 @@ def test_the_ramp_leaves_room_for_what_it_adds() -> None:
     """The two inequalities of the module, sampled: r'V + r^2 A <= A and r^3 J + 3 r r' A + r'' V <= J for every joint."""
     limits = MACHINE.limits
     with pytest.raises(InputError, match=r"at least 4\.32 s"):
-        feed_override(1.0, 4.31, limits)
-    played = feed_override(1.0, 4.33, limits)
+        build_feed_override(1.0, 4.31, limits)
+    played = build_feed_override(1.0, 4.33, limits)
     t = np.linspace(0.0, 8.0, 200_001)
     r = np.gradient(played.planned(t), t)
     r1 = np.gradient(r, t)

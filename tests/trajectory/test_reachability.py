@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 
 from verne_post.trajectory import reachability
 from verne_post.trajectory.reachability import _lower_to_possible, _rising_in_x
-from verne_post.trajectory.section_path import Grid, grid_along
+from verne_post.trajectory.section_path import Grid, build_grid_along
 
 from .curves import Curve, limits, straight, wavy
 
@@ -22,7 +22,7 @@ def ratios(grid, limits, x):  # type: ignore[no-untyped-def]
 
 def test_straight_line_takes_the_time_of_the_trapezoid() -> None:
     section, top = straight(40.0, feed=50.0), limits(3)
-    grid = grid_along(replace(section, elements=2000))
+    grid = build_grid_along(replace(section, elements=2000))
     # v / a + s / v; a grid of 5 um shortens the ramps by less than a step each
     assert reachability.duration(grid.s, reachability.solve(grid, top)) == pytest.approx(50 / 5000 + 40 / 50, rel=2e-4)
 
@@ -31,9 +31,9 @@ def test_the_bound_of_a_straight_line_is_that_of_the_trapezoid_on_any_grid() -> 
     """At a slow feed the first and last step of the grid are many times as long as the ramps."""
     for feed in (1.0, 10.0):
         section, top = straight(20.0, feed=feed), limits(3)
-        grid = grid_along(section)
+        grid = build_grid_along(section)
         x = reachability.solve(grid, top)
-        least = reachability.least_duration(grid.s, x, reachability.accelerations(grid, top, x))
+        least = reachability.bound_duration(grid.s, x, reachability.accelerations(grid, top, x))
         exact = feed / 5000 + 20 / feed
         assert least == pytest.approx(exact, rel=1e-12)
         assert reachability.duration(grid.s, x) > (1 + 5e-4) * exact
@@ -42,24 +42,24 @@ def test_the_bound_of_a_straight_line_is_that_of_the_trapezoid_on_any_grid() -> 
 @pytest.mark.parametrize("waves", [0.5, 3.0, 20.0])
 @pytest.mark.parametrize("feed", [np.inf, 30.0])
 def test_the_bound_is_no_more_than_the_profile_takes_on_the_grid(waves: float, feed: float) -> None:
-    grid, top = grid_along(wavy(50.0, waves, feed)), limits(3)
+    grid, top = build_grid_along(wavy(50.0, waves, feed)), limits(3)
     x = reachability.solve(grid, top)
-    least = reachability.least_duration(grid.s, x, reachability.accelerations(grid, top, x))
+    least = reachability.bound_duration(grid.s, x, reachability.accelerations(grid, top, x))
     assert 0.95 < least / reachability.duration(grid.s, x) <= 1.0
 
 
 @pytest.mark.parametrize("waves", [0.5, 3.0, 20.0])
 @pytest.mark.parametrize("feed", [np.inf, 30.0])
 def test_profile_is_legal_and_somewhere_at_a_limit_at_every_step(waves: float, feed: float) -> None:
-    grid, top = grid_along(wavy(50.0, waves, feed)), limits(3)
+    grid, top = build_grid_along(wavy(50.0, waves, feed)), limits(3)
     x = reachability.solve(grid, top)
     ratio = ratios(grid, top, x).max(axis=1)
     assert x[0] == x[-1] == 0.0
-    assert (x <= reachability.speed_caps(grid, top) * (1 + 1e-12)).all()
+    assert (x <= reachability.limit_speeds(grid, top) * (1 + 1e-12)).all()
     assert ratio.max() <= 1 + 1e-9
     # nothing is left over: the acceleration is at its limit, or the speed at its cap at one end of the step,
     # but for the single steps on which it turns from speeding up to slowing down
-    at_cap = x >= reachability.speed_caps(grid, top) * (1 - 1e-9)
+    at_cap = x >= reachability.limit_speeds(grid, top) * (1 - 1e-9)
     loose = ~((ratio > 1 - 1e-6) | at_cap[:-1] | at_cap[1:])
     assert not (loose[1:] & loose[:-1]).any()
 
@@ -89,14 +89,14 @@ def test_caps_are_lowered_to_what_leaves_a_next_speed(seed: int) -> None:
 
 @pytest.mark.parametrize("window", [3, 17, 64])
 def test_windows_join_to_the_full_solution(window: int) -> None:
-    grid = grid_along(wavy(80.0, 12.0, 60.0))
+    grid = build_grid_along(wavy(80.0, 12.0, 60.0))
     top = limits(3)
     full = reachability.solve(grid, top, window=len(grid.s))
     assert np.array_equal(reachability.solve(grid, top, window=window), full)
 
 
 def test_a_section_of_resting_joints_is_only_bound_by_its_feed() -> None:
-    grid = grid_along(Curve(10.0, lambda s: [np.ones_like(s), np.zeros_like(s)], feed=20.0))
+    grid = build_grid_along(Curve(10.0, lambda s: [np.ones_like(s), np.zeros_like(s)], feed=20.0))
     assert (reachability.solve(grid, limits(2))[1:-1] == 400.0).all()
 
 
@@ -108,7 +108,7 @@ def test_tiny_elements_do_not_look_curved() -> None:
     class Broken:
         length, breaks, q, speed = section.length, near, staticmethod(section.q), staticmethod(section.speed)
 
-    grid = grid_along(Broken())
+    grid = build_grid_along(Broken())
     assert np.abs(grid.d2).max() == 0.0
 
 
@@ -124,7 +124,7 @@ def test_tiny_elements_do_not_look_curved() -> None:
 )
 def test_impossible_sections_are_refused(section: Curve, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        grid_along(section)
+        build_grid_along(section)
 
 
 def test_a_joint_that_turns_at_a_grid_point_only_bounds_the_speed_there() -> None:
@@ -143,7 +143,7 @@ def test_a_joint_that_turns_at_a_grid_point_only_bounds_the_speed_there() -> Non
 
 def test_short_elements_share_spans_and_their_derivatives_are_exact() -> None:
     fine = replace(wavy(50.0, 3.0, 60.0), elements=1000)  # 0.8 ms each at the feed rate
-    grid = grid_along(fine)
+    grid = build_grid_along(fine)
     assert len(grid.s) < 1100  # eight elements share eight points; with a span for each there are 4000
     assert (grid.s[0], grid.s[-1]) == (0.0, 50.0)
     k = 2 * np.pi * 3.0 / 50.0
@@ -165,6 +165,6 @@ def test_no_span_reaches_over_the_end_of_a_rapid_or_a_slow_element() -> None:
         def speed(s: np.ndarray) -> np.ndarray:
             return np.select([s < 15.0, s < 35.0], [60.0, 2.0], np.inf)
 
-    grid, alone = grid_along(Mixed()), grid_along(Mixed(), 0, 300)
+    grid, alone = build_grid_along(Mixed()), build_grid_along(Mixed(), 0, 300)
     assert np.array_equal(grid.s[1 : len(alone.s) - 1], alone.s[1:-1])
     assert np.count_nonzero(grid.s > 35.0) >= 4 * 150

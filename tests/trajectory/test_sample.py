@@ -5,7 +5,7 @@ import pytest
 
 import verne_post
 from verne_post.app.assemble import assemble
-from verne_post.app.convert import setpoint_blocks
+from verne_post.app.convert import make_setpoint_blocks
 from verne_post.app.plan import Plan, plan_program
 from verne_post.model.options import Options
 from verne_post.output.rounding import choose_setpoint_format
@@ -35,7 +35,7 @@ def planned(body: str, cycle: float = 0.001, head: str = "G21 G90 G94 G17 G61.1"
 def rows(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
     """Values and lines of every row."""
     fmt = choose_setpoint_format(MACHINE, plan.program.cycle, None, accept_rounding=False)
-    blocks = [block for block, _move in setpoint_blocks(plan, fmt)]
+    blocks = [block for block, _move in make_setpoint_blocks(plan, fmt)]
     assert [block.first for block in blocks] == [0, *np.cumsum([len(block.values) for block in blocks])[:-1]]
     return np.concatenate([block.values for block in blocks]), np.concatenate([block.line for block in blocks])
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from verne_post.trajectory import tuning
-from verne_post.trajectory.continuous import _too_far, sample_rows
+from verne_post.trajectory.continuous import _is_too_far, sample_rows
 from verne_post.trajectory.section_path import SectionTask
 from verne_post.trajectory.spline_profile import Profile, Times
 
@@ -30,9 +30,9 @@ def test_rows_are_the_profile_at_whole_cycles(
     length: float, slower: float, samples: int, step: float, rate: float
 ) -> None:
     section, top = straight(length), limits(3)
-    profile = Profile.of_samples(length * smooth(samples), step)
+    profile = Profile.build_from_samples(length * smooth(samples), step)
     knots = int(np.ceil(profile.duration / 4e-3))
-    times = Times.of_coefficients(np.full(knots + 3, rate**2), profile.duration / knots)
+    times = Times.build_from_coefficients(np.full(knots + 3, rate**2), profile.duration / knots)
     rows = sample_rows(SectionTask(section, top, CYCLE, CYCLE), profile, times, slower)
     cycles = int(np.ceil(times.total * slower / CYCLE - 1e-9))
     expected = profile.s(np.linspace(0.0, profile.duration, cycles + 1))
@@ -64,8 +64,8 @@ def ending(feed: float | Callable[[np.ndarray], np.ndarray] = np.inf, times_too_
 
 def test_a_step_that_hides_the_path_is_too_far() -> None:
     rows = np.array([0.0, 1.0, 2.0])
-    assert not _too_far(ending(times_too_long=1.0), rows, CYCLE)
-    assert _too_far(ending(times_too_long=1.01), rows, CYCLE)
+    assert not _is_too_far(ending(times_too_long=1.0), rows, CYCLE)
+    assert _is_too_far(ending(times_too_long=1.01), rows, CYCLE)
 
 
 @pytest.mark.parametrize("slow", [3.0, 3.5, 4.0])
@@ -74,13 +74,13 @@ def test_a_step_is_too_far_for_the_slowest_feed_along_it(slow: float) -> None:
     section = ending(lambda s: np.where(np.abs(s - slow) < 0.01, 500.0, 5000.0))
     for share in (0.99, 1.01):  # of the longest step at that feed, by cycles that are shorter
         cycle = 1.0 / (500.0 * (1.0 + 2 * tuning.CREEPING_MOTION) * share)
-        assert _too_far(section, np.array([0.0, 3.0, 4.0]), cycle) == (share > 1.0)
+        assert _is_too_far(section, np.array([0.0, 3.0, 4.0]), cycle) == (share > 1.0)
 
 
 @pytest.mark.parametrize("samples", [7, 30])  # the fewest of which some may be left out, and many
 def test_all_rows_that_creep_are_left_out_where_the_next_ones_may_follow_the_ends(samples: int) -> None:
     """The first row of the profile creeps, the second may follow the start, the third is too far; the same backwards."""
-    profile = Profile.of_samples(20.0 * smooth(samples), CYCLE)
+    profile = Profile.build_from_samples(20.0 * smooth(samples), CYCLE)
     cycles = int(np.ceil(profile.duration / CYCLE - 1e-9))
     expected = profile.s(CYCLE * np.arange(cycles + 1.0))
     moving = int(np.argmax(expected > 1e-9))
@@ -89,7 +89,7 @@ def test_all_rows_that_creep_are_left_out_where_the_next_ones_may_follow_the_end
     assert expected[first] < tuning.CREEPING_MOTION * feed * CYCLE
     assert expected[first + 2] > 1.2 * feed * CYCLE
     wide = limits(3, velocity=1e9, acceleration=1e12, jerk=1e15)
-    times = Times.of_coefficients(np.ones(cycles + 3), profile.duration / cycles)
+    times = Times.build_from_coefficients(np.ones(cycles + 3), profile.duration / cycles)
     rows = sample_rows(SectionTask(straight(20.0, feed), wide, CYCLE, CYCLE), profile, times)
     assert rows[1] == pytest.approx(expected[first + 1])
     assert 20.0 - rows[-2] == pytest.approx(20.0 - expected[cycles - first - 1])

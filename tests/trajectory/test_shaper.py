@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from verne_post.model.vibration import Mode
-from verne_post.trajectory.shaper import shape_rows, shaper_weights, vibration_left
+from verne_post.trajectory.shaper import build_shaper_weights, predict_vibration, shape_rows
 
 KINDS = ["zv", "zvd", "ei"]
 
@@ -38,14 +38,14 @@ def left_by_integration(weights: np.ndarray, mode: Mode, cycle: float) -> float:
 @pytest.mark.parametrize("frequency", [17.0, 38.0, 61.3, 120.0])
 @pytest.mark.parametrize("damping", [0.0, 0.03, 0.3])
 def test_weights_are_a_centred_mean(kind: str, frequency: float, damping: float) -> None:
-    weights = shaper_weights(kind, (Mode(frequency, damping),), 1e-3)  # type: ignore[arg-type]
+    weights = build_shaper_weights(kind, (Mode(frequency, damping),), 1e-3)  # type: ignore[arg-type]
     assert (weights >= 0).all()
     assert weights.sum() == pytest.approx(1.0, abs=1e-12)
     assert weights @ np.arange(len(weights)) == pytest.approx(len(weights) // 2, abs=1e-9)
 
 
 def test_of_an_undamped_mode_zv_is_two_halves_half_a_period_apart() -> None:
-    weights = shaper_weights("zv", (Mode(25.0, 0.0),), 1e-3)
+    weights = build_shaper_weights("zv", (Mode(25.0, 0.0),), 1e-3)
     assert weights.nonzero()[0].tolist() == [0, 20]
     assert weights[[0, 20]] == pytest.approx([0.5, 0.5])
 
@@ -54,24 +54,24 @@ def test_of_an_undamped_mode_zv_is_two_halves_half_a_period_apart() -> None:
 @pytest.mark.parametrize(("frequency", "damping"), [(25.0, 0.0), (38.0, 0.05), (61.3, 0.02), (190.0, 0.1)])
 @pytest.mark.parametrize("off", [0.9, 1.0, 1.07])
 def test_what_is_left_of_an_oscillator(kind: str, frequency: float, damping: float, off: float) -> None:
-    weights = shaper_weights(kind, (Mode(frequency, damping),), 1e-3)  # type: ignore[arg-type]
+    weights = build_shaper_weights(kind, (Mode(frequency, damping),), 1e-3)  # type: ignore[arg-type]
     real = Mode(frequency * off, damping)
     # Runge-Kutta of fourth order at 50 steps a row
-    assert vibration_left(weights, real, 1e-3) == pytest.approx(left_by_integration(weights, real, 1e-3), abs=1e-6)
+    assert predict_vibration(weights, real, 1e-3) == pytest.approx(left_by_integration(weights, real, 1e-3), abs=1e-6)
 
 
 @pytest.mark.parametrize(("kind", "named", "beside"), [("zv", 0.005, 0.09), ("zvd", 0.002, 0.01), ("ei", 0.055, 0.05)])
 def test_shapers_leave_what_the_docs_say(kind: str, named: float, beside: float) -> None:
     modes = (Mode(38.0, 0.02), Mode(61.0, 0.03))
-    weights = shaper_weights(kind, modes, 1e-3)  # type: ignore[arg-type]
+    weights = build_shaper_weights(kind, modes, 1e-3)  # type: ignore[arg-type]
     for mode in modes:
-        assert vibration_left(weights, mode, 1e-3) <= named
-        assert vibration_left(weights, Mode(1.05 * mode.frequency, mode.damping), 1e-3) <= beside
+        assert predict_vibration(weights, mode, 1e-3) <= named
+        assert predict_vibration(weights, Mode(1.05 * mode.frequency, mode.damping), 1e-3) <= beside
 
 
 def test_rows_are_convolved() -> None:
     values = np.random.default_rng(1).normal(size=(40, 3))
-    weights = shaper_weights("zvd", (Mode(120.0, 0.05),), 1e-3)
+    weights = build_shaper_weights("zvd", (Mode(120.0, 0.05),), 1e-3)
     shaped = shape_rows(values, weights)
     for column in range(3):
         np.testing.assert_allclose(shaped[:, column], np.convolve(values[:, column], weights, mode="valid"), atol=1e-14)

@@ -14,7 +14,7 @@ import verne_post
 from verne_post.app.assemble import assemble
 from verne_post.app.plan import plan_program
 from verne_post.model.findings import SolverError
-from verne_post.trajectory.ruckig_backend import rest_to_rest
+from verne_post.trajectory.ruckig_backend import plan_rest_to_rest
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, duration, split_limits
 
 from ..builders import MACHINE, OPTIONS, source
@@ -51,7 +51,7 @@ def integrated(durations: np.ndarray, jerks: np.ndarray) -> tuple[np.ndarray, ..
 
 def test_profile_takes_the_time_of_the_closed_form() -> None:
     distance, v, a, j = scattered()
-    durations, _jerks = rest_to_rest(distance, v, a, j)
+    durations, _jerks = plan_rest_to_rest(distance, v, a, j)
     assert np.isfinite(durations).all()
     expected = duration(distance, v, a, j)
     ratio = durations.sum(axis=1) / expected
@@ -66,7 +66,7 @@ def test_profile_takes_the_time_of_the_closed_form() -> None:
 
 def test_profile_ends_at_rest_at_the_distance_inside_its_limits() -> None:
     distance, v, a, j = scattered()
-    durations, jerks = rest_to_rest(distance, v, a, j)
+    durations, jerks = plan_rest_to_rest(distance, v, a, j)
     position, speed, acceleration = integrated(durations, jerks)
     # relative to the size of each quantity: what rounding leaves of sums of seven terms
     top, steep = speed.max(axis=1), np.abs(acceleration).max(axis=1)
@@ -81,7 +81,7 @@ def test_profile_ends_at_rest_at_the_distance_inside_its_limits() -> None:
 
 @pytest.mark.parametrize(("v", "a"), [(np.inf, np.inf), (np.inf, 10.0), (10.0, np.inf)])
 def test_limits_may_be_infinite(v: float, a: float) -> None:
-    durations, _jerks = rest_to_rest(np.array([3.0]), np.array([v]), np.array([a]), np.array([50.0]))
+    durations, _jerks = plan_rest_to_rest(np.array([3.0]), np.array([v]), np.array([a]), np.array([50.0]))
     # one so large that it is never reached is as good as none
     finite = duration(np.array([3.0]), np.array([min(v, 1e4)]), np.array([min(a, 1e6)]), np.array([50.0]))
     assert durations.sum(axis=1) == pytest.approx(finite, rel=1e-7)
@@ -170,13 +170,13 @@ def test_position_along_real_sections_is_monotone_and_complete() -> None:
         assert (np.diff(s) >= -1e-12 * profiles.length[section]).all()
         assert (s <= profiles.length[section]).all()
         speed = np.diff(s) / (t[1] - t[0])
-        assert speed.max() <= profiles.peak_speed()[section] * (1 + 1e-6)
-        assert speed.max() >= profiles.peak_speed()[section] * 0.99  # 2000 steps come close to the peak
+        assert speed.max() <= profiles.find_peak_speed()[section] * (1 + 1e-6)
+        assert speed.max() >= profiles.find_peak_speed()[section] * 0.99  # 2000 steps come close to the peak
 
 
 def test_feed_caps_the_speed() -> None:
     program = assemble(source("G0 X0 Y0 Z20 A0 C0\nG1 X50 F1200\nY40 F3000"), MACHINE, STOPS)
-    assert plan_program(program).profiles.profiles.peak_speed() == pytest.approx([20.0, 50.0], rel=1e-9)
+    assert plan_program(program).profiles.profiles.find_peak_speed() == pytest.approx([20.0, 50.0], rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -254,7 +254,7 @@ def test_fake_is_taken_when_nothing_is_odd(monkeypatch: pytest.MonkeyPatch) -> N
     """Otherwise the tests below would prove nothing."""
     monkeypatch.setitem(sys.modules, "ruckig", fake_ruckig(nothing))
     one = np.ones(1)
-    durations, jerks = rest_to_rest(8 * one, one, one, one)
+    durations, jerks = plan_rest_to_rest(8 * one, one, one, one)
     # scaled from the unit problem: lengths by 8, times by the cube root of 8
     assert durations[0] == pytest.approx([1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0])
     assert jerks[0] == pytest.approx([4.0, 0.0, -4.0, 0.0, -4.0, 0.0, 4.0])

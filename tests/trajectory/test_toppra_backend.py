@@ -8,11 +8,11 @@ import pytest
 from msgspec.structs import replace
 
 from verne_post import Options, convert
-from verne_post.config.load import machine_from_toml
+from verne_post.config.load import build_machine
 from verne_post.output.summary import facts
 from verne_post.trajectory import reachability, toppra_backend
 from verne_post.trajectory.continuous import plan_continuous
-from verne_post.trajectory.section_path import grid_along
+from verne_post.trajectory.section_path import build_grid_along
 
 from .curves import ACCEPTED, Curve, limits, straight, wavy, worst
 
@@ -43,7 +43,7 @@ TURNING = Curve(40.0, lambda s: [np.sin(s), np.cos(1.3 * s), np.sin(0.7 * s + 1)
     ],
 )
 def test_reachability_and_toppra_agree(section) -> None:  # type: ignore[no-untyped-def]
-    grid, top = grid_along(section), limits(3)
+    grid, top = build_grid_along(section), limits(3)
     ours = reachability.duration(grid.s, reachability.solve(grid, top))
     theirs = reachability.duration(grid.s, toppra_backend.solve(grid, top))
     # toppra's programs are solved to 1e-6 or so of their scale, which shows where joints turn back on a coarse grid
@@ -52,7 +52,7 @@ def test_reachability_and_toppra_agree(section) -> None:  # type: ignore[no-unty
 
 @pytest.mark.filterwarnings("ignore")
 def test_no_answer_is_an_error() -> None:
-    grid, top = grid_along(wavy(40.0, 2.0)), limits(3)
+    grid, top = build_grid_along(wavy(40.0, 2.0)), limits(3)
     lost = replace(grid, d2=np.full_like(grid.d2, np.nan))
     with pytest.raises(RuntimeError, match="toppra found no profile"):
         toppra_backend.solve(lost, top)
@@ -69,7 +69,7 @@ def test_without_jerk_limits_samples_take_the_time_that_toppra_finds(sample: str
     """Rows come 0.1 % after the bound of both solvers, or a whole cycle or two for each of three sections."""
     pytest.importorskip("toppra")
     raw = re.sub(r"(?m)^\w+_jerk = .*$", "", (ROOT / "machine_configs/serial.toml").read_text(encoding="utf-8"))
-    machine = machine_from_toml(raw.encode(), "mine.toml")
+    machine = build_machine(raw.encode(), "mine.toml")
     summary = convert(ROOT / "gcode_samples" / sample, machine, Options(solver="both")).summary
     bound, theirs = summary.second_order_bound_s, summary.toppra_bound_s
     assert theirs == pytest.approx(bound, rel=1e-5)
@@ -84,7 +84,7 @@ def test_without_jerk_limits_samples_take_the_time_that_toppra_finds(sample: str
 @pytest.mark.parametrize("section", [straight(30.0), wavy(40.0, 2.0), wavy(40.0, 2.0, 25.0), TURNING])
 def test_both_solvers_plan_rows_without_jerk_limits(section) -> None:  # type: ignore[no-untyped-def]
     top = limits(3, jerk=np.inf)
-    grid = grid_along(section)
+    grid = build_grid_along(section)
     theirs = reachability.duration(grid.s, toppra_backend.solve(grid, top))
     for solver in (reachability.solve, toppra_backend.solve):
         rows = plan_continuous(section, top, 0.001, solver=solver).s

@@ -9,7 +9,14 @@ from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import SectionTask
 from verne_post.trajectory.spline_profile import Profile
 from verne_post.trajectory.tuning import PassSettings
-from verne_post.trajectory.window_problem import TIED, Layout, Window, _Samples, largest_rows, windows_problem
+from verne_post.trajectory.window_problem import (
+    TIED,
+    Layout,
+    Window,
+    _Samples,
+    build_window_problem,
+    choose_largest_rows,
+)
 
 from .curves import Curve
 
@@ -20,7 +27,7 @@ def test_the_largest_come_first(rows: int, count: int) -> None:
     random = np.random.default_rng(rows)
     scores = random.normal(size=(rows, 500)) * 10.0 ** random.uniform(-6, 6, size=(rows, 500))
     before = scores.copy()
-    chosen = largest_rows(scores, min(count, rows - 1))
+    chosen = choose_largest_rows(scores, min(count, rows - 1))
     np.testing.assert_array_equal(scores, before)
     wanted = np.argsort(-scores, axis=0, kind="stable")[: len(chosen)]
     np.testing.assert_array_equal(chosen, wanted)
@@ -28,7 +35,7 @@ def test_the_largest_come_first(rows: int, count: int) -> None:
 
 def test_equal_scores_give_different_rows() -> None:
     for value in (0.0, 1.0, -1.0, -0.0):
-        chosen = largest_rows(np.full((6, 4), value), 3)
+        chosen = choose_largest_rows(np.full((6, 4), value), 3)
         assert all(len(set(column)) == 3 for column in chosen.T.tolist())
         assert (chosen >= 0).all() and (chosen < 6).all()
 
@@ -95,7 +102,7 @@ def _problem(task: SectionTask, settings: PassSettings):  # type: ignore[no-unty
         Window(30, 36, np.ones(9), begin_tied=True, end_tied=False),
     ]
     layout = Layout.of(windows, task, settings)
-    problem = windows_problem(task, Even(np.zeros(6), 1.0), settings, layout)
+    problem = build_window_problem(task, Even(np.zeros(6), 1.0), settings, layout)
     n, gap = 15 + layout.gap, layout.gap
     in_gap = np.zeros(n, dtype=bool)
     in_gap[9 : 9 + gap] = True

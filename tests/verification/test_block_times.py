@@ -10,7 +10,7 @@ import verne_post
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.verification import Verification
-from verne_post.output.summary import summary_text, verdict_line
+from verne_post.output.summary import format_summary, format_verdict
 
 from ..builders import two_machines
 from .test_verifier import codes
@@ -45,7 +45,7 @@ def test_inverse_time_is_kept_where_the_tip_hardly_moves(name: str) -> None:
     assert all(2.0 - CYCLE <= seconds <= SHARE * 2.0 + CYCLES * CYCLE for seconds in inner), taken
     # the first and the last block have the ramps of C: 10 deg/s within 1000 deg/s2 and the jerk limit
     assert all(2.0 - CYCLE <= taken[line] < 2.03 for line in (4, 7)), taken
-    text = " ".join(summary_text(result.summary).split())
+    text = " ".join(format_summary(result.summary).split())
     assert re.search(
         r"[12] of 4 blocks with a time of their own take longer, line [47] most: 2\.02\d s for 2\.000 s", text
     )
@@ -182,5 +182,5 @@ def test_a_block_that_is_too_long_is_told() -> None:
     assert latest is not None
     assert (latest.line, latest.asked_s) == (6, 2.0)
     assert latest.spent_s == pytest.approx(20.0, abs=0.05)
-    line = verdict_line("a.csv", verdict, MACHINES["serial"], passes=True)
+    line = format_verdict("a.csv", verdict, MACHINES["serial"], passes=True)
     assert "line 6 most: 20.0" in line

@@ -9,12 +9,12 @@ from verne_post.verification.projection import (
     RADIAN_MM,
     Measured,
     deviation,
-    deviation_nearby,
-    lengths_to,
-    metric_lengths,
-    programmed_pose,
-    progress_lengths,
-    tip_paces,
+    find_programmed_pose,
+    find_tip_paces,
+    measure_deviation_nearby,
+    measure_lengths_to,
+    measure_metric_lengths,
+    measure_progress_lengths,
 )
 
 from ..builders import OPTIONS
@@ -29,7 +29,7 @@ def test_lengths_of_arcs_have_all_their_parts(machine: Machine) -> None:
     unused = np.full(len(path), np.nan)  # lengths of lines are given
     expected = [np.pi * 10, np.sqrt((20 * np.pi) ** 2 + 5**2 + (RADIAN_MM * np.radians(40)) ** 2)]
     for u in (0.0, 0.25, 1.0, -0.1):
-        got = lengths_to(path, arcs, np.full(len(arcs), u), unused)
+        got = measure_lengths_to(path, arcs, np.full(len(arcs), u), unused)
         assert np.allclose(got, u * np.array(expected), rtol=1e-9, atol=1e-12)
 
 
@@ -42,7 +42,7 @@ def test_every_segment_takes_its_time_at_its_feed(machine: Machine) -> None:
     path = assemble(source, machine, OPTIONS).path
     feeding = np.flatnonzero(path.line > 2)
     assert (path.spline[feeding] >= 0).sum() >= 3
-    pace = tip_paces(path)
+    pace = find_tip_paces(path)
     assert np.allclose(pace[feeding] * path.length[feeding], path.feed_time[feeding], rtol=1e-6)
     assert np.allclose(pace[feeding], 60 / 1000, rtol=1e-6)
 
@@ -57,20 +57,20 @@ def test_lengths_of_splines_are_those_of_their_points(machine: Machine) -> None:
     path = assemble(source, machine, OPTIONS).path
     spline = np.flatnonzero(path.spline >= 0)
     assert (path.spline[spline] == 0).any()
-    metric = metric_lengths(path)
+    metric = measure_metric_lengths(path)
     share = np.linspace(0.0, 1.0, 4001)
     tips = []
     for k in spline:
-        tip, angles = programmed_pose(path, np.full(len(share), k), share)
+        tip, angles = find_programmed_pose(path, np.full(len(share), k), share)
         moved = np.linalg.norm(np.diff(tip, axis=0), axis=1)
         along = np.append(0.0, np.cumsum(np.hypot(moved, RADIAN_MM * np.linalg.norm(np.diff(angles, axis=0), axis=1))))
         tips.append(moved.sum())
         u = np.array([0.0, 0.25, 0.5, 1.0, 1.1, -0.1])
         expected = np.append(along[[0, 1000, 2000, 4000]], along[-1] * np.array([1.1, -0.1]))
-        assert lengths_to(path, np.full(len(u), k), u, metric) == pytest.approx(expected, rel=1e-5, abs=1e-6)
-    assert progress_lengths(path, metric)[spline] == pytest.approx(tips, rel=1e-5)
+        assert measure_lengths_to(path, np.full(len(u), k), u, metric) == pytest.approx(expected, rel=1e-5, abs=1e-6)
+    assert measure_progress_lengths(path, metric)[spline] == pytest.approx(tips, rel=1e-5)
     others = np.setdiff1d(np.arange(len(path)), spline)
-    assert progress_lengths(path, metric)[others].tolist() == metric[others].tolist()
+    assert measure_progress_lengths(path, metric)[others].tolist() == metric[others].tolist()
 
 
 # --- the pose nearby that is nearest in both tolerances -----------------------------------------
@@ -93,8 +93,8 @@ def test_a_pose_of_the_segment_has_no_deviation(machine: Machine, count: int) ->
     on = path.start[segment] + u[:, None] * (path.end - path.start)[segment]
     measured = Measured(np.zeros((count, 5)), on[:, :3], on[:, 3:])
     bounds = np.full(count, TIP_BOUND), np.full(count, ANGLE_BOUND)
-    reach = 2 * (bounds[0] + RADIAN_MM * bounds[1]) / metric_lengths(path)[segment]
-    tip, axis, rotary = deviation_nearby(path, segment, u, measured, *bounds, reach)
+    reach = 2 * (bounds[0] + RADIAN_MM * bounds[1]) / measure_metric_lengths(path)[segment]
+    tip, axis, rotary = measure_deviation_nearby(path, segment, u, measured, *bounds, reach)
     assert tip.max() < 1e-12
     assert max(axis.max(), rotary.max()) < 1e-14
 
@@ -113,8 +113,8 @@ def test_the_nearest_pose_in_both_tolerances_is_found(machine: Machine) -> None:
     angles = start[3:] + (u + apart)[:, None] * delta[3:]
     angles[:, 0] += random.uniform(-0.3, 0.3, count) * angle_bound
     measured = Measured(np.zeros((count, 5)), tip, angles)
-    reach = 2 * (tip_bound + RADIAN_MM * angle_bound) / metric_lengths(path)[segment]
-    found = np.array(deviation_nearby(path, segment, u, measured, tip_bound, angle_bound, reach))
+    reach = 2 * (tip_bound + RADIAN_MM * angle_bound) / measure_metric_lengths(path)[segment]
+    found = np.array(measure_deviation_nearby(path, segment, u, measured, tip_bound, angle_bound, reach))
     at_u = np.array(deviation(path, segment, u, measured))
     better = 0
     for k in range(count):

@@ -91,10 +91,10 @@ def test_shares_of_length_and_back():
                                            [1, 2, 0.3, 1], [0, 0.2, 1, 1.5, 1.5, 2], 3), RADIAN_MM)  # fmt: skip
     u = np.linspace(-0.05, 1.05, 45)
     piece = np.zeros(len(u), int)
-    at = splines.parameters_at(measured, piece, np.clip(u, 0, 1), RADIAN_MM)
-    point, slope = splines.spline_slopes(measured.pieces, piece, at)
+    at = splines.find_parameters_at(measured, piece, np.clip(u, 0, 1), RADIAN_MM)
+    point, slope = splines.differentiate_spline_points(measured.pieces, piece, at)
     weighted = np.linalg.norm(slope * [1, 1, 1, RADIAN_MM, RADIAN_MM], axis=1)
-    beyond = (u - np.clip(u, 0, 1)) * measured.total_metric(piece) / weighted  # straight on, by metric length
+    beyond = (u - np.clip(u, 0, 1)) * measured.measure_total_metric(piece) / weighted  # straight on, by metric length
     point += beyond[:, None] * slope
     fresh = np.zeros(len(u), bool)
     fresh[0] = True
@@ -110,12 +110,12 @@ def test_lengths_do_not_depend_on_where_knots_begin_nor_on_their_scale(begin, sc
         splines.measure_splines(one(points, weights, some, 3), RADIAN_MM) for some in (knots, begin + scale * knots)
     )
     u, piece = np.linspace(0.0, 1.0, 301), np.zeros(301, int)
-    at = splines.parameters_at(first, piece, u, RADIAN_MM)
-    same = splines.parameters_at(other, piece, u, RADIAN_MM)
+    at = splines.find_parameters_at(first, piece, u, RADIAN_MM)
+    same = splines.find_parameters_at(other, piece, u, RADIAN_MM)
     np.testing.assert_allclose(same, begin + scale * at, atol=1e-9)
-    lengths = splines.lengths_at(first, piece, at, RADIAN_MM)
-    np.testing.assert_allclose(splines.lengths_at(other, piece, same, RADIAN_MM), lengths, rtol=1e-9, atol=1e-7)
-    poses = splines.spline_points(first.pieces, piece, at) + [0.0, 0.0, 0.01, 0.0, 0.0]
+    lengths = splines.measure_lengths_at(first, piece, at, RADIAN_MM)
+    np.testing.assert_allclose(splines.measure_lengths_at(other, piece, same, RADIAN_MM), lengths, rtol=1e-9, atol=1e-7)
+    poses = splines.evaluate_spline_points(first.pieces, piece, at) + [0.0, 0.0, 0.01, 0.0, 0.0]
     found = [splines.project(some, piece, poses, np.arange(301) == 0, 0.0, RADIAN_MM, None) for some in (first, other)]
     np.testing.assert_allclose(found[1], found[0], atol=1e-8)
 
@@ -126,7 +126,9 @@ def test_a_crossing_is_passed_both_times():
                                            [1] * 4, [0, 0, 0, 1, 1, 1], 3), RADIAN_MM)  # fmt: skip
     u = np.linspace(0.0, 1.0, 5001)
     piece = np.zeros(len(u), int)
-    point = splines.spline_points(measured.pieces, piece, splines.parameters_at(measured, piece, u, RADIAN_MM))
+    point = splines.evaluate_spline_points(
+        measured.pieces, piece, splines.find_parameters_at(measured, piece, u, RADIAN_MM)
+    )
     fresh = np.zeros(len(u), bool)
     fresh[0] = True
     np.testing.assert_allclose(splines.project(measured, piece, point, fresh, 0.0, RADIAN_MM, None), u, atol=1e-9)
@@ -297,7 +299,9 @@ def test_rows_aside_of_a_hairpin_are_followed():
     measured = splines.measure_splines(one(legs, [1] * 4, [0, 0, 0, 1, 1, 1], 3), RADIAN_MM)
     u = np.linspace(0.0, 1.0, 2001)
     piece, fresh = np.zeros(len(u), int), np.arange(len(u)) == 0
-    pose = splines.spline_points(measured.pieces, piece, splines.parameters_at(measured, piece, u, RADIAN_MM))
+    pose = splines.evaluate_spline_points(
+        measured.pieces, piece, splines.find_parameters_at(measured, piece, u, RADIAN_MM)
+    )
     pose[:, 1] += np.interp(u, [0.0, 0.5, 0.9, 1.0], [0.0, 0.0, -0.009, -0.009])
     bounds = np.full(len(u), 0.01), np.full(len(u), 1e-3)
     found = splines.project(measured, piece, pose, fresh, 0.0, RADIAN_MM, bounds)

@@ -16,12 +16,12 @@ import verne_post
 from verne_post import convert
 from verne_post.app.assemble import assemble
 from verne_post.app.verify import verify_setpoints
-from verne_post.config import machine_files
+from verne_post.config import list_machine_files
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.output.rounding import choose_setpoint_format
-from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.contour_pose import find_contour_pose
 
 from ..builders import axis_of, axis_words, two_machines
 
@@ -169,7 +169,7 @@ def test_a_vector_program_is_its_twin_in_words(name, turn):
 @pytest.mark.parametrize(("a", "c"), [("workpiece", "tool"), ("tool", "workpiece"), ("tool", "tool")])
 def test_senses_of_the_machine_file_do_not_change_a_vector_program(tmp_path, a, c):
     """The same tips and axes; the columns change their sign."""
-    text = machine_files()["serial"].read_text(encoding="utf-8")
+    text = list_machine_files()["serial"].read_text(encoding="utf-8")
     text = text.replace('a_positive = "workpiece"', f'a_positive = "{a}"')
     text = text.replace('c_positive = "workpiece"', f'c_positive = "{c}"').replace("cycle_s = 0.001", "cycle_s = 0.002")
     (tmp_path / "m.toml").write_text(text, encoding="utf-8")
@@ -383,7 +383,7 @@ def test_the_tolerance_is_left_to_the_corners_and_kept():
     assert (contour.shape.circle[-39:] < 0).all()
     assert max(farthest_from_linear(*pair) for pair in pairwise(axis)) > 0.01  # it is used
     element = np.repeat(np.arange(len(contour)), 21)
-    _tip, angles = contour_pose(contour, element, np.tile(np.linspace(0.0, 1.0, 21), len(contour)))
+    _tip, angles = find_contour_pose(contour, element, np.tile(np.linspace(0.0, 1.0, 21), len(contour)))
     segment = contour.segment[element]
     off = np.full(len(segment), np.inf)
     first, side, turn = (getattr(contour.path.circles, name) for name in ("first", "side", "angle"))
@@ -408,7 +408,7 @@ def test_an_approach_changes_no_pose_of_the_program(wanted):
     for contour in (alone, approached):
         element = np.repeat(np.arange(len(contour)), 5)
         segment = contour.segment[element]
-        _tip, pose = contour_pose(contour, element, np.tile(np.linspace(0.1, 0.9, 5), len(contour)))
+        _tip, pose = find_contour_pose(contour, element, np.tile(np.linspace(0.1, 0.9, 5), len(contour)))
         for line in range(25, 40):
             angles.setdefault(line, []).append(pose[contour.path.line[segment] == line])
     for one, other in angles.values():

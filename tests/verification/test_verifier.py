@@ -17,7 +17,7 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import choose_setpoint_format
-from verne_post.output.setpoints import csv_header, csv_rows, read_csv
+from verne_post.output.setpoints import read_csv, write_csv_header, write_csv_rows
 
 from ..builders import MACHINE, OPTIONS
 
@@ -496,7 +496,7 @@ def written(source: bytes, options: Options = OPTIONS) -> list[list[str]]:
     """Cells of the rows of a setpoint file."""
     values, line = made(source, options)
     fmt = choose_setpoint_format(MACHINE, 0.001, options.decimals, accept_rounding=True)
-    return [row.split(",") for row in csv_rows(SetpointBlock(0, values, line, fmt)).splitlines()]
+    return [row.split(",") for row in write_csv_rows(SetpointBlock(0, values, line, fmt)).splitlines()]
 
 
 def shortest(cell: str) -> str:
@@ -505,7 +505,7 @@ def shortest(cell: str) -> str:
 
 
 def as_text(rows: list[list[str]]) -> str:
-    return csv_header(MACHINE.columns, ()) + "".join(",".join(row) + "\n" for row in rows)
+    return write_csv_header(MACHINE.columns, ()) + "".join(",".join(row) + "\n" for row in rows)
 
 
 def test_same_numbers_without_trailing_zeros_pass() -> None:

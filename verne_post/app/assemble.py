@@ -13,7 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import gcode
-from verne_post.app.row_format import drives_of
+from verne_post.app.row_format import find_drives
 from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out, with_table
@@ -22,10 +22,10 @@ from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
 from verne_post.gcode.codes import refuse_known_codes
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.read import interpret_until_error, state_after
+from verne_post.gcode.read import find_state_after, interpret_until_error
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
-from verne_post.kinematics.jerk_limit import jerk_limit_along
+from verne_post.kinematics.jerk_limit import find_jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.table_travel import MachineTravel, check_travel_of
 from verne_post.model.contour import Contour
@@ -39,11 +39,11 @@ from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import worst
 from verne_post.model.vibration import Shaper
-from verne_post.toolpath.approach import add_approach_and_departure, add_detours, joints_at_place
+from verne_post.toolpath.approach import add_approach_and_departure, add_detours, find_joints_of_place
 from verne_post.toolpath.branch_choice import find_idle_turns, report_branch_changes
 from verne_post.toolpath.branches import BranchPlan
 from verne_post.toolpath.contour import Smoothing, make_exact_contour, smooth_contour
-from verne_post.toolpath.contour_pose import contour_pose, speed_cap
+from verne_post.toolpath.contour_pose import find_contour_pose, speed_cap
 from verne_post.toolpath.corner_rules import find_segment_tolerances
 from verne_post.toolpath.free_turn import choose_free_turn
 from verne_post.toolpath.lift import lift_path
@@ -51,7 +51,7 @@ from verne_post.toolpath.rapids import make_rapids_joint
 from verne_post.toolpath.splice import insert_stops
 from verne_post.toolpath.table_turns import report_table_turns
 from verne_post.trajectory import tuning
-from verne_post.trajectory.shaper import UNSHAPED, shaper_weights
+from verne_post.trajectory.shaper import UNSHAPED, build_shaper_weights
 
 #: A mode is shaped for if its period has so many control cycles: below, impulses shared between cycles leave too much of it.
 LEAST_CYCLES_OF_MODE: Final = 4
@@ -104,11 +104,11 @@ class Program(Struct, frozen=True, eq=False):
 
     def shaper(self) -> Array:
         """Weights of the input shaper; a single 1 without one."""
-        return shaper_of(self.machine, self.options, self.cycle)
+        return find_shaper_weights(self.machine, self.options, self.cycle)
 
     def joints(self) -> JointPath:
         """The joints along the contour."""
-        return JointPath(self.contour, self.machine, contour_pose, speed_cap, self.options.lift)
+        return JointPath(self.contour, self.machine, find_contour_pose, speed_cap, self.options.lift)
 
 
 class Draft(Struct, frozen=True, eq=False):
@@ -148,7 +148,7 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
 # --- what the interpreter is given ---------------------------------------------------------------------
 
 
-def machine_setup(machine: Machine, options: Options) -> Setup:
+def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
     """What the interpreter is given for a real machine."""
     frames = {}
     for system in WORK_SYSTEMS:
@@ -169,19 +169,19 @@ def machine_setup(machine: Machine, options: Options) -> Setup:
     )  # fmt: skip
 
 
-def interpreter_view(source: Text, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
+def view_moves_plainly(source: Text, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
     """Moves as a plain interpreter sees them (``dump moves``), up to the first error, and the errors."""
-    setup = gcode.interpreter_setup(
+    setup = gcode.build_plain_setup(
         tools=options.tools, tool_length=options.tool_length,
         origins={system: offset.origin_mm for system, offset in options.wcs.items()}, **_select_text_options(options),
     )  # fmt: skip
     return interpret_until_error(source, setup)
 
 
-def modal_state(source: Text, program: Program, line: int) -> State:
+def find_modal_state(source: Text, program: Program, line: int) -> State:
     """The interpreter's modal state after a line of a program that has been read."""
-    setup = with_table(machine_setup(program.machine, program.options), program.moves)
-    return state_after(source, setup, program.moves, line)
+    setup = with_table(build_interpreter_setup(program.machine, program.options), program.moves)
+    return find_state_after(source, setup, program.moves, line)
 
 
 def _select_text_options(options: Options) -> dict[str, Any]:
@@ -193,14 +193,14 @@ def _select_text_options(options: Options) -> dict[str, Any]:
     return {name: getattr(options, name) for name in TextOptions.__struct_fields__}
 
 
-def chosen_shaper(machine: Machine, options: Options) -> Shaper | None:
+def choose_shaper(machine: Machine, options: Options) -> Shaper | None:
     """The input shaper that the options name, else that of the machine file; None without one."""
     if options.shaper is not None:
         return None if options.shaper == "off" else options.shaper
     return machine.vibration.shaper if machine.vibration else None
 
 
-def shaper_of(machine: Machine, options: Options, cycle: float) -> Array:
+def find_shaper_weights(machine: Machine, options: Options, cycle: float) -> Array:
     """Weights of the input shaper of the options, else of the machine file; a single 1 without one.
 
     Raises
@@ -208,7 +208,7 @@ def shaper_of(machine: Machine, options: Options, cycle: float) -> Array:
     InputError
         VP018: no modes to shape for, or modes too fast for the control cycle.
     """
-    shaper, vibration = chosen_shaper(machine, options), machine.vibration
+    shaper, vibration = choose_shaper(machine, options), machine.vibration
     if shaper is None:
         return UNSHAPED
     if vibration is None:
@@ -217,7 +217,7 @@ def shaper_of(machine: Machine, options: Options, cycle: float) -> Array:
         if mode.frequency * LEAST_CYCLES_OF_MODE * cycle > 1.0:
             raise InputError(finding("VP018", f"--shaper {shaper}: a mode of {mode.frequency:g} Hz is too fast for rows of "
                                      f"{cycle:g} s; up to {1.0 / (LEAST_CYCLES_OF_MODE * cycle):g} Hz can be shaped"))  # fmt: skip
-    return shaper_weights(shaper, vibration.modes, cycle)
+    return build_shaper_weights(shaper, vibration.modes, cycle)
 
 
 # --- the stages ----------------------------------------------------------------------------------------
@@ -226,7 +226,7 @@ def shaper_of(machine: Machine, options: Options, cycle: float) -> Array:
 def read_draft(source: Text, machine: Machine, options: Options, team: Team = ALONE) -> Draft:
     """Text -> moves -> tool path on the branches of the table that keep the limits; ``from_line`` -> where a restart begins."""
     check_source_text(source, options.source_name)
-    setup = machine_setup(machine, options)
+    setup = build_interpreter_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
     machine = choose_axis_correction(machine, options, moves)
     moves, path, branches = lay_out(source, setup, moves, machine, options, team)
@@ -324,9 +324,9 @@ def blend_corners(draft: Draft) -> Draft:
     tip = accuracy.tip if options.tolerance is None else options.tolerance
     axis = accuracy.axis if options.orientation_tolerance is None else options.orientation_tolerance
     cycle = options.cycle or draft.machine.cycle
-    shaped = len(shaper_of(draft.machine, options, cycle)) > 1
+    shaped = len(find_shaper_weights(draft.machine, options, cycle)) > 1
     share = 1.0 - tuning.SHAPER_SHARE if shaped else 1.0
-    joints = jerk_limit_along(draft.machine, cycle), check_travel_of(draft.machine)
+    joints = find_jerk_limit_along(draft.machine, cycle), check_travel_of(draft.machine)
     smoothing = Smoothing(
         options.smoothing == "spline", tip, axis, *joints, cycle, share, draft.machine.coordinates.nutation
     )
@@ -341,8 +341,10 @@ def add_approach(draft: Draft) -> Draft:
     """``approach``, ``departure``: motion before and after the program; a restart leaves out what comes before it."""
     assert draft.contour is not None
     machine, options, restart = draft.machine, draft.options, draft.restart
-    start = None if options.approach is None else joints_at_place(machine, _approach_place(machine, options), "--from")
-    goal = None if options.departure is None else joints_at_place(machine, options.departure, "--to")
+    start = (
+        None if options.approach is None else find_joints_of_place(machine, _approach_place(machine, options), "--from")
+    )
+    goal = None if options.departure is None else find_joints_of_place(machine, options.departure, "--to")
     if start is None and goal is None and restart is None:
         return draft
     start_at = None
@@ -377,7 +379,7 @@ STAGES: Final[tuple[Callable[[Draft], Draft], ...]] = (
 
 def _approach_place(machine: Machine, options: Options) -> str | tuple[float, ...]:
     """The place of ``approach``: a name, or values in mm and degrees, also where they are given as the drives count."""
-    place, drives = options.approach, drives_of(machine, options)
+    place, drives = options.approach, find_drives(machine, options)
     assert place is not None
     if isinstance(place, str) or len(place) != len(drives):
         return place

@@ -6,7 +6,7 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from verne_post.app.assemble import Program, machine_setup
+from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.app.result import Progress
 from verne_post.app.stock_check import settle_stock
 from verne_post.kinematics.checks.clearance import check_constraints
@@ -30,25 +30,25 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
     """
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("checking", done, total)
-    joints = guarded_joints(program)
+    joints = guard_joints(program)
     bounds, found = check_constraints(joints, report, program.team)
     found = settle_stock(program, joints, found)
     return bounds, sort_findings([*program.machine.warnings, *program.findings, *found])
 
 
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
-    """The same for a part of :func:`guarded_joints` that belongs to one source line."""
+    """The same for a part of :func:`guard_joints` that belongs to one source line."""
     own = [item for item in program.findings if item.line == line]
     found = check_constraints(joints)[1]
     if any(item.code == "VP216" for item in found):
-        whole = settle_stock(program, guarded_joints(program), found)
+        whole = settle_stock(program, guard_joints(program), found)
         found = [item for item in whole if (item.line or 0) <= line <= (item.last_line or 0)]
     return sort_findings([*own, *found])
 
 
-def guarded_joints(program: Program) -> JointPath:
+def guard_joints(program: Program) -> JointPath:
     """The joints along the contour, with the fixtures and the stock that the motion has to keep out of."""
-    frames = machine_setup(program.machine, program.options).frames
+    frames = build_interpreter_setup(program.machine, program.options).frames
     keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
     return replace(program.joints(), keep_out=keep_out)
 

@@ -20,7 +20,7 @@ from verne_post.app.plan import Plan, plan_or_refuse
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
 from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
-from verne_post.app.verify import verifier_of
+from verne_post.app.verify import make_verifier
 from verne_post.base.long_text import Text
 from verne_post.base.team import work_together
 from verne_post.model.findings import Finding, InputError, finding
@@ -123,10 +123,10 @@ def _write(
 
     Of several processes, the one that leads hands rows over while another one checks them.
     """
-    verifier, team = verifier_of(plan.program, fmt), plan.program.team
+    verifier, team = make_verifier(plan.program, fmt), plan.program.team
     events, before = _list_events(plan.program)
     event_rows = EventRows(before)
-    for block, move in setpoint_blocks(plan, fmt):
+    for block, move in make_setpoint_blocks(plan, fmt):
         measured = verifier.measure(block)
         event_rows.feed(block.first, move, block.written)
         take(block)
@@ -148,7 +148,7 @@ def _finish_part(part: VerifierPart) -> Verification:
     return part.finish()
 
 
-def setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:
+def make_setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:
     """Rows as they will be written (exact inverse kinematics at s(t_k), rounded), and the move of each: -1 on the approach."""
     program = plan.program
     joints, machine, contour = program.joints(), program.machine, program.contour
@@ -247,7 +247,7 @@ def _check(source: Text, program: Program, progress: Progress | None, made: Insp
         fmt = format_of(program.machine, program.options, program.cycle)
         body = load_part(program)
         made.plan = plan = plan_or_refuse(source, program, report)
-        blocks = [] if body is None else [block for block, _move in setpoint_blocks(plan, fmt)]
+        blocks = [] if body is None else [block for block, _move in make_setpoint_blocks(plan, fmt)]
         part = judge_blocks(program, body, blocks, report)
     except InputError as error:
         return refused(error)

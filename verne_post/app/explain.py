@@ -4,17 +4,17 @@ from dataclasses import dataclass
 
 from msgspec.structs import replace
 
-from verne_post.app.assemble import Program, assemble, modal_state
-from verne_post.app.constraints import check_line, guarded_joints
-from verne_post.app.explain_line import explain_line, lines_near
+from verne_post.app.assemble import Program, assemble, find_modal_state
+from verne_post.app.constraints import check_line, guard_joints
+from verne_post.app.explain_line import explain_line, find_lines_near
 from verne_post.app.line_remedies import Line
-from verne_post.base.long_text import Text, line_of
+from verne_post.base.long_text import Text, take_line
 from verne_post.kinematics.checks.remedies import of_line
 from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.toolpath.contour import make_exact_contour
-from verne_post.trajectory.override import feed_override
+from verne_post.trajectory.override import build_feed_override
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,9 @@ class Explanation:
 def explain_source(source: Text, machine: Machine, options: Options, line: int) -> Explanation:
     """Explain one line of a program; errors as of :func:`verne_post.explain`."""
     program = assemble(source, machine, options)
-    feed_override(options.override, options.slow_start, machine.limits)  # refuses too short a slow start, as check does
+    build_feed_override(
+        options.override, options.slow_start, machine.limits
+    )  # refuses too short a slow start, as check does
     shown = look_at_line(source, program, line)
     return Explanation(line, shown.findings, "\n".join(explain_line(shown)) + "\n")
 
@@ -55,13 +57,13 @@ def look_at_line(source: Text, program: Program, line: int) -> Line:
     UsageError
         For a line without motion.
     """
-    whole = guarded_joints(program)
+    whole = guard_joints(program)
     joints = of_line(whole, line)
     if not len(joints.contour):
-        near = " and ".join(str(one) for one in lines_near(whole, line))
+        near = " and ".join(str(one) for one in find_lines_near(whole, line))
         raise UsageError("line", f"line {line} has no motion; the nearest lines that have: {near}")
-    text = b"" if line == 0 else line_of(source, line) or b""
-    state = None if line == 0 else modal_state(source, program, line)
+    text = b"" if line == 0 else take_line(source, line) or b""
+    state = None if line == 0 else find_modal_state(source, program, line)
     exact = of_line(replace(whole, contour=make_exact_contour(program.path)), line)
     findings = tuple(check_line(program, joints, line))
     words = text.decode("utf-8", errors="replace")

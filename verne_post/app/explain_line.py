@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from verne_post.app.explain_numbers import degrees_text, joint_text, mm_text, short_text
+from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm, format_number
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution
 from verne_post.app.line_remedies import Line, proposals
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import fixed
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
 from verne_post.gcode.program_error import ProgramError
@@ -22,10 +22,10 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
-from verne_post.model.verdict import concerns_pose, worst
+from verne_post.model.verdict import is_about_pose, worst
 
 
-def lines_near(joints: JointPath, line: int) -> list[int]:
+def find_lines_near(joints: JointPath, line: int) -> list[int]:
     """The nearest source lines before and after ``line`` that have motion."""
     lines = np.unique(joints.contour.line())
     lines = lines[lines > 0]
@@ -59,7 +59,7 @@ def describe_pose(line: Line) -> Iterator[str]:
     solved = joints.solve(np.array([line.last]), np.array([1.0]))
     tool = float(joints.contour.tool_length(np.array([line.last]))[0])
     yield from _describe_words(line, tool - joints.lift)
-    yield f"  tip on the table     {mm_text(solved.tip[0])}"
+    yield f"  tip on the table     {format_mm(solved.tip[0])}"
     yield f"  words                {machine.name_angles(solved.angles[0], 6)} deg"
     yield from explain_table_solution(machine, "pose", solved.tip[0], solved.angles[0], tool, joints.lift)
 
@@ -120,18 +120,18 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
             how = "of the tool axis"
         elif letter in named:
             scale = " in" if line.state.modes.inch and letter not in "ABC" else ""
-            how = f"{word} {letter}{short_text(named[letter])}{scale}{''.join(machine_words)}"
+            how = f"{word} {letter}{format_number(named[letter])}{scale}{''.join(machine_words)}"
         else:
             how = "kept" if block is not None else "as the line says"
-        parts.append(f"{letter} {short_text(end[AXES.index(letter)])} {unit} ({how})")
+        parts.append(f"{letter} {format_number(end[AXES.index(letter)])} {unit} ({how})")
     yield f"  program coordinates  {', '.join(parts)}"
     shift = np.asarray(frame.g92)
     if shift.any():
-        shown = ", ".join(f"{letter} {short_text(shift[AXES.index(letter)])}" for letter in machine.coordinates.axes)
+        shown = ", ".join(f"{letter} {format_number(shift[AXES.index(letter)])}" for letter in machine.coordinates.axes)
         yield f"  G92, G52             p = program coordinates + ({shown})"
-    origin = np.array(machine.origin_on_table(frame))
+    origin = np.array(machine.find_origin_on_table(frame))
     turn = frame.turn + frame.part_turn
-    yield (f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {mm_text(origin)}, c = {short_text(turn)} deg; "
+    yield (f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {format_mm(origin)}, c = {format_number(turn)} deg; "
            "tip = o + Rz(c) p")  # fmt: skip
     wanted = machine.coordinates.to_table(end, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
@@ -143,14 +143,14 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
     if machine.module is None:
         yield from _describe_chain_steps(machine, tip, angles, tool)
         return
-    axis = axis_of_angles(angles[0], angles[1])
+    axis = find_axis_of_angles(angles[0], angles[1])
     gauge = machine.five_axis.platform_gauge(tip, angles, tool)
-    yield f"  tip on the table     {mm_text(tip)}"
+    yield f"  tip on the table     {format_mm(tip)}"
     yield (f"  tool axis            k = (sin A sin C, sin A cos C, cos A) = "
            f"({', '.join(fixed(value, 6) for value in axis)})")  # fmt: skip
-    yield (f"  nominal angles       A {degrees_text(angles[0])} deg, C {degrees_text(angles[1])} deg "
+    yield (f"  nominal angles       A {format_degrees(angles[0])} deg, C {format_degrees(angles[1])} deg "
            "(workpiece sense)")  # fmt: skip
-    yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {mm_text(gauge)}"
+    yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {format_mm(gauge)}"
     q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
         (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
@@ -159,15 +159,15 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
     if isinstance(machine.five_axis, AxisCorrecting):
         yield from _describe_as_built_steps(machine, machine.five_axis, tip, angles, tool)
         return
-    yield (f"  platform             P = pivot + F Rx(alpha) g = {mm_text(platform.position)}, "
-           f"platform tilt alpha {degrees_text(float(platform.alpha))} deg")  # fmt: skip
+    yield (f"  platform             P = pivot + F Rx(alpha) g = {format_mm(platform.position)}, "
+           f"platform tilt alpha {format_degrees(float(platform.alpha))} deg")  # fmt: skip
     names = ", ".join(machine.actuators)
     a, c = (
         f"-({text})" if column.factor < 0 else text
         for column, text in zip(machine.columns[-2:], ("A + alpha", "C"), strict=True)
     )
     yield f"  joints               {names} from P; a = {a}, c = {c}:"
-    shown = ", ".join(joint_text(machine, k, value) for k, value in enumerate(q))
+    shown = ", ".join(format_joint(machine, k, value) for k, value in enumerate(q))
     yield f"                       {shown}"
 
 
@@ -175,10 +175,10 @@ def _describe_chain_steps(machine: Machine, tip: Array, angles: Array, tool: flo
     """Place on the part -> joints of a machine of one chain."""
     q = machine.five_axis.joints(tip, angles, tool)
     on_part, axis, _ok = machine.forward(q, tool)
-    yield f"  tip on the part      {mm_text(on_part)}"
+    yield f"  tip on the part      {format_mm(on_part)}"
     yield f"  tool axis            k = ({', '.join(fixed(value, 6) for value in axis)})"
     yield f"  words                {machine.name_angles(angles, 6)} deg"
-    yield f"  joints               {', '.join(joint_text(machine, k, value) for k, value in enumerate(q))}"
+    yield f"  joints               {', '.join(format_joint(machine, k, value) for k, value in enumerate(q))}"
 
 
 def _describe_as_built_steps(
@@ -186,12 +186,12 @@ def _describe_as_built_steps(
 ) -> Iterator[str]:
     """The last steps on an as-built machine."""
     q, platform, _ok = machine.five_axis.solve(tip, angles, tool)
-    turned = ", ".join(degrees_text(float(angle)) for angle in platform.angles)
+    turned = ", ".join(format_degrees(float(angle)) for angle in platform.angles)
     error = float(as_built.axis_error(q, angles, platform))
     share = "C takes its share" if as_built.corrects_axis else "C stays as programmed (--correct-axis)"
-    yield f"  platform             P = {mm_text(platform.position)}, turned by alpha, beta, gamma = {turned} deg (six rods, as built)"
-    yield f"  tool axis left over  {degrees_text(error)} deg along the tilt axis, which A cannot correct; {share}"
-    shown = ", ".join(joint_text(machine, k, value) for k, value in enumerate(q))
+    yield f"  platform             P = {format_mm(platform.position)}, turned by alpha, beta, gamma = {turned} deg (six rods, as built)"
+    yield f"  tool axis left over  {format_degrees(error)} deg along the tilt axis, which A cannot correct; {share}"
+    shown = ", ".join(format_joint(machine, k, value) for k, value in enumerate(q))
     yield f"  joints               {shown}"
 
 
@@ -209,7 +209,7 @@ def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]
         place = remedies.place_of(line.joints, item)
         if place is not None:
             yield f"    {_place(line.joints, place, first=item.value is None)}"
-        if not concerns_pose(item.code) and item.code not in remedied:
+        if not is_about_pose(item.code) and item.code not in remedied:
             yield f"    remedy: {CODES[item.code].remedy}"
         remedied.add(item.code)
     yield from _describe_remedies(line, findings)
@@ -220,8 +220,8 @@ def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
     n = len(joints.contour)
     which = f" of part {place.element + 1} of {n}" if n > 1 else ""
     from_ = "first at" if first else "at"
-    return (f"{from_} {100 * place.w:.4g} % of the way{which}: tip {mm_text(tip[0])} on the table, "
-            f"A {degrees_text(angles[0, 0])} deg, C {degrees_text(angles[0, 1])} deg")  # fmt: skip
+    return (f"{from_} {100 * place.w:.4g} % of the way{which}: tip {format_mm(tip[0])} on the table, "
+            f"A {format_degrees(angles[0, 0])} deg, C {format_degrees(angles[0, 1])} deg")  # fmt: skip
 
 
 def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
@@ -230,7 +230,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     if not findings:
         return
     gravest = worst(findings)
-    if not remedies.movable(line.joints):
+    if not remedies.is_movable(line.joints):
         yield "the line is no motion of the part alone: nothing is proposed"
         return
     found = list(proposals(line, findings))

@@ -8,25 +8,25 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 
 
-def joint_text(machine: Machine, k: int, value: float, decimals: int = 6) -> str:
+def format_joint(machine: Machine, k: int, value: float, decimals: int = 6) -> str:
     column = machine.columns[k]
     unit = " deg" if column.unit == "deg" else ""
     return f"{column.joint} {fixed(value * column.factor, decimals)}{unit}"
 
 
-def mm_text(point: Array) -> str:
+def format_mm(point: Array) -> str:
     return f"({', '.join(f'{fixed(value, 6)}' for value in point)}) mm"
 
 
-def degrees_text(angle: float | Array) -> str:
+def format_degrees(angle: float | Array) -> str:
     return fixed(DEG_PER_RAD * float(angle), 6)
 
 
-def short_text(value: float, decimals: int = 6) -> str:
+def format_number(value: float, decimals: int = 6) -> str:
     """A number as a person would write it, without the last digits of the arithmetic."""
     return fixed(value, decimals).rstrip("0").rstrip(".")
 
 
-def plain_list(values: Iterable[float], decimals: int = 6) -> str:
+def format_list(values: Iterable[float], decimals: int = 6) -> str:
     """Numbers as a person would write them, one after the other."""
-    return ", ".join(short_text(value, decimals) for value in values)
+    return ", ".join(format_number(value, decimals) for value in values)

@@ -5,10 +5,10 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.app.explain_numbers import degrees_text, joint_text, mm_text
+from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import fixed
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.checks import remedies
@@ -34,7 +34,7 @@ def explain_table_solution(
     reasons += _list_errors(measures)
     yield f"{name}: " + ("possible" if not reasons else f"refused: {'; '.join(reasons)}")
     if machine.module is not None:
-        yield f"  platform             P {mm_text(platform.position)}, platform tilt alpha {degrees_text(float(platform.alpha))} deg"
+        yield f"  platform             P {format_mm(platform.position)}, platform tilt alpha {format_degrees(float(platform.alpha))} deg"
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         margin = abs(column.factor) * float(min(value - low, high - value))
         margin_text = f"margin to its travel {fixed(margin, 6)} {column.unit}" if np.isfinite(margin) else "unlimited"
@@ -81,7 +81,7 @@ def _list_errors(measures: Sequence[tuple[Margin, float]]) -> list[str]:
 
 def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, tool: float, lift: float) -> Iterator[str]:
     """Both table solutions, every tilt, every posture of the legs; the refused ones with all their reasons."""
-    axis = axis_of_angles(angles[0], angles[1])
+    axis = find_axis_of_angles(angles[0], angles[1])
     rows = []
     for solution in machine.five_axis.inverse_all(tip, axis, tool):
         reasons = [solution.refused] if solution.refused else []
@@ -100,12 +100,12 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
         listed = [row for row in rows if row[0].other_table == other]
         if not listed:
             continue
-        turn = joint_text(machine, len(machine.columns) - 1, listed[0][0].q[-1], 4)
+        turn = format_joint(machine, len(machine.columns) - 1, listed[0][0].q[-1], 4)
         yield f" {'this' if other == _has_negative_tilt(angles) else 'other'} table solution, {turn}: {len(listed)}"
         for solution, in_use, reasons in sorted(listed, key=lambda row: bool(row[2])):
             signs = ",".join(f"{sign:+d}" for sign in solution.signs)
             mode = f"  s ({signs})" if signs else ""
-            joints = ", ".join(joint_text(machine, k, value, 4) for k, value in enumerate(solution.q[:-1]))
+            joints = ", ".join(format_joint(machine, k, value, 4) for k, value in enumerate(solution.q[:-1]))
             verdict = ("in use" if in_use else "possible") if not reasons else "refused: " + "; ".join(reasons)
             alpha = f"alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  " if machine.module is not None else ""
             yield f"  {alpha}{joints}  {verdict}"

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from verne_post import gcode
-from verne_post.app.assemble import machine_setup
+from verne_post.app.assemble import build_interpreter_setup
 from verne_post.app.convert import check_source
 from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
@@ -102,7 +102,7 @@ def propose(
     before_check = check_source(source, machine, options, progress)
 
     def check_at(place: Place) -> Result:
-        return check_source(source, machine, at_place(options, system, place), progress)
+        return check_source(source, machine, put_at_place(options, system, place), progress)
 
     after, after_check = largest, None
     if aim == "time":
@@ -123,7 +123,7 @@ def propose(
     return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest)
 
 
-def at_place(options: Options, system: int, place: Place) -> Options:
+def put_at_place(options: Options, system: int, place: Place) -> Options:
     """Options with the part at a place."""
     turn = round(place.c / RAD_PER_DEG, WRITTEN_DECIMALS)
     return options.changed(wcs={**options.wcs, system: WorkOffset((place.x, place.y, place.z), turn)})
@@ -150,7 +150,7 @@ def _build_path_at(source: Text, machine: Machine, options: Options, system: int
 
 def _read(source: Text, machine: Machine, options: Options) -> tuple[Moves, ToolPath]:
     """Moves, and their tool path on the branches of the table that keep the limits, lifted where ``air`` asks for it."""
-    setup = machine_setup(machine, options)
+    setup = build_interpreter_setup(machine, options)
     moves, path, _branches = lay_out(source, setup, gcode.interpret_program(source, setup), machine, options)
     if options.air:
         path = lift_path(path, options.air, machine.coordinates.part_frame, along_tool=options.air_along == "tool")

@@ -5,7 +5,7 @@ from msgspec import Struct
 
 from verne_post.app.plan import Plan
 from verne_post.base.arrays import Array, Ints
-from verne_post.toolpath.margins import margin_functions
+from verne_post.toolpath.margins import list_margin_functions
 from verne_post.trajectory.sample import RowSampler
 
 
@@ -43,7 +43,7 @@ def measure_lines(plan: Plan) -> LineFacts:
     """Go through the rows of a plan, before an input shaper."""
     program, cycle = plan.program, plan.timeline.cycle
     joints, path = program.joints(), program.path
-    margins, names = margin_functions(program.machine)
+    margins, names = list_margin_functions(program.machine)
     sampler = RowSampler(program.contour, plan.profiles, plan.timeline)
     lines = np.unique(np.append(program.contour.line(), plan.timeline.line))
     count, speed = np.zeros(len(lines)), np.zeros(len(lines))

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from msgspec import Struct
 
-from verne_post.app.explain_numbers import mm_text, plain_list, short_text
+from verne_post.app.explain_numbers import format_list, format_mm, format_number
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.machining.state import State
@@ -89,7 +89,7 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
         return
     for item in findings:
         place = remedies.place_of(joints, item) if item.code == "VP102" else None
-        tilt = remedies.tilt_end_inside(joints, place) if place is not None else None
+        tilt = remedies.find_legal_end_tilt(joints, place) if place is not None else None
         if tilt is None:
             continue
         tip, angles = joints.pose(joints.contour, np.array([0]), np.array([1.0]))
@@ -98,20 +98,20 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
             joints.machine.coordinates.from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[at]
             for a in (angles[0, 0], tilt)
         )
-        text = (f"the line ended at {letter} {short_text(then, 3)} in place of {letter} {short_text(now, 6)}, tip and "
+        text = (f"the line ended at {letter} {format_number(then, 3)} in place of {letter} {format_number(now, 6)}, tip and "
                 f"{joints.machine.rotary_letters[1]} as they are")  # fmt: skip
-        yield Remedy(text, short_text(then, 3), line=line.number, word=(letter, float(now)))
+        yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(now)))
 
 
 def _propose_branches(line: Line, error: bool) -> Iterator[Remedy]:
     if not error:
         return
     joints = line.joints
-    for branch in remedies.legal_branches(joints):
+    for branch in remedies.find_legal_branches(joints):
         tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
         words = joints.machine.coordinates.from_table(tip[0], branch.of(angles[0]), line.frame)
         tilt, turn = joints.machine.rotary_letters
-        a, c = (short_text(words[axis]) for axis in joints.machine.coordinates.rotary)
+        a, c = (format_number(words[axis]) for axis in joints.machine.coordinates.rotary)
         name = "the other table solution" if branch.flip else f"another turn of {turn}"
         yield Remedy(f"{name}: the line ends at {tilt} {a}, {turn} {c} with the same tool axis "
                      "(the table must begin the line on that side)")  # fmt: skip
@@ -129,13 +129,13 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
 
     def shift_alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
         for letter, direction in zip("XYZ", directions, strict=True):
-            found = remedies.smallest_shift(part, direction[None], end_only=end_only, also_warnings=warnings)
+            found = remedies.find_smallest_shift(part, direction[None], end_only=end_only, also_warnings=warnings)
             if found is not None:
                 yield letter, direction, found
 
-    least = remedies.smallest_shift(joints, np.eye(3), also_warnings=warnings)
+    least = remedies.find_smallest_shift(joints, np.eye(3), also_warnings=warnings)
     if least is not None:
-        moved = plain_list(np.array(least.vector) @ coordinates.part_frame, 3)
+        moved = format_list(np.array(least.vector) @ coordinates.part_frame, 3)
         yield f"the part moved by {moved} mm ({_describe_offset(line, least)}){_describe_remaining(least)}"
         single = [
             f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_describe_remaining(one)}"
@@ -151,7 +151,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
             now = line.moves.end[line.move]
             at = AXES.index(letter)
             ends.append(
-                f"{letter} {short_text(words[at], 4)} in place of {short_text(now[at])} mm{_describe_remaining(one)}"
+                f"{letter} {format_number(words[at], 4)} in place of {format_number(now[at])} mm{_describe_remaining(one)}"
             )
         if ends:
             yield f"the line ended elsewhere: {', or '.join(ends)}"
@@ -160,15 +160,15 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
 def _describe_offset(line: Line, shift: remedies.Shift) -> str:
     """The work offset that moves the part."""
     frame = line.frame
-    origin = np.array(line.joints.machine.origin_on_table(frame))
+    origin = np.array(line.joints.machine.find_origin_on_table(frame))
     name = SYSTEM_NAMES[frame.system]
     there = origin + np.array(shift.vector) @ line.joints.machine.coordinates.part_frame
     numbers = [*there, *([frame.part_turn] if frame.part_turn else [])]
     given = line.options.wcs.get(frame.system)
     before = np.asarray(given.origin_mm if given else (0.0, 0.0, 0.0))
     if np.abs(before - origin).max() > LIMIT_SLACK_MM:
-        return f"the program puts {name} at {mm_text(origin)}, to become {mm_text(there)}"
-    return f"then {name} = {plain_list(numbers)}"
+        return f"the program puts {name} at {format_mm(origin)}, to become {format_mm(there)}"
+    return f"then {name} = {format_list(numbers)}"
 
 
 def _describe_remaining(shift: remedies.Shift) -> str:

@@ -10,15 +10,15 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
-from verne_post.app.assemble import Program, machine_setup
+from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_z
-from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_body, tool_of_moves
+from verne_post.kinematics.checks.keep_out import find_length_by_itself, find_tool_of_moves, place_body
 from verne_post.kinematics.checks.moving import build_spindle
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.moves import tool_names
-from verne_post.model.part_setup import Wanted, tool_text
+from verne_post.model.part_setup import Wanted, describe_tool_number
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.bodies import Piece, build_pieces, check_tool
@@ -155,7 +155,7 @@ def find_tools(program: Program, line: Ints) -> tuple[Ints, Array]:
         VP413 where the rows do not follow the program.
     """
     path = program.path
-    number = tool_of_moves(path.move_reached, path.first_move, program.moves)
+    number = find_tool_of_moves(path.move_reached, path.first_move, program.moves)
     places: dict[int, list[int]] = {}
     for k, one in enumerate(path.line.tolist()):
         places.setdefault(one, []).append(k)
@@ -185,7 +185,7 @@ def place_on_table(program: Program, name: str, system: int | None) -> tuple[Arr
     InputError
         VP018.
     """
-    frames = machine_setup(program.machine, program.options).frames
+    frames = build_interpreter_setup(program.machine, program.options).frames
     return place_body(program.machine, name, system, np.zeros(3), program.moves, program.options, frames)
 
 
@@ -233,7 +233,7 @@ def _build_motions(
             pieces += build_spindle(program.machine, float(lengths.max()))
         motions.append(
             build_motion(
-                tool_text(one, names) if one else "the tool",
+                describe_tool_number(one, names) if one else "the tool",
                 pieces,
                 tip[own_rows],
                 axis[own_rows],

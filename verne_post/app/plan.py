@@ -16,9 +16,9 @@ from verne_post.app.assemble import Program
 from verne_post.app.constraints import check_program
 from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.columns import blocks, running_sums
+from verne_post.base.columns import blocks, sum_running
 from verne_post.base.long_text import Text
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.checks.limits import JointBounds
@@ -27,9 +27,9 @@ from verne_post.model.findings import Finding, InputError, SolverError, finding
 from verne_post.model.protocols import SpeedFunction
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import worst
-from verne_post.toolpath.contour_pose import contour_pose, speed_cap
+from verne_post.toolpath.contour_pose import find_contour_pose, speed_cap
 from verne_post.trajectory import tuning
-from verne_post.trajectory.override import feed_override
+from verne_post.trajectory.override import build_feed_override
 from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, plan_contour
 from verne_post.trajectory.sample import Rows, RowSampler, Timeline, timeline
 from verne_post.trajectory.shaper import shape_rows
@@ -74,7 +74,7 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
         When no feasible velocity profile is found.
     """
     options = program.options
-    played = feed_override(options.override, options.slow_start, program.machine.limits)
+    played = build_feed_override(options.override, options.slow_start, program.machine.limits)
     bounds, findings = check_program(program, progress)
     if worst(findings) == "error":
         raise InputError(*findings)
@@ -168,7 +168,7 @@ class SpeedLimits(Struct, frozen=True, eq=False):
 
     def applied_to(self, contour: Contour, speed: SpeedFunction) -> SpeedFunction:
         """A feed cap that keeps them too."""
-        starts = running_sums(contour.length)
+        starts = sum_running(contour.length)
 
         def limit_speed(contour: Contour, element: Ints, w: Array) -> Array:
             return np.minimum(speed(contour, element, w), self.at(starts[element] + w * contour.length[element]))
@@ -186,7 +186,7 @@ def find_slowdown(program: Program, profiles: MotionProfiles, laid_out: Timeline
     those from stop to stop.
     """
     contour = program.contour
-    starts, sampler = running_sums(contour.length), RowSampler(contour, profiles, laid_out)
+    starts, sampler = sum_running(contour.length), RowSampler(contour, profiles, laid_out)
     limits, too_fast = NO_LIMITS, np.ones(contour.n_sections)
     for sampled in map(sampler.rows, sampler.blocks()):
         factor = _measure_excess(program, sampled, laid_out)
@@ -207,10 +207,10 @@ def _measure_excess(program: Program, sampled: Rows, laid_out: Timeline) -> Arra
     shaped = shape_rows(program.joints().q(sampled.element, sampled.w), weights)
     segment = contour.segment[sampled.shown]
     tip, angles, _ok = program.machine.five_axis.nominal(shaped, contour.path.tool_length[segment])
-    meant_tip, meant_angles = contour_pose(contour, sampled.shown, sampled.shown_w)
+    meant_tip, meant_angles = find_contour_pose(contour, sampled.shown, sampled.shown_w)
     tip_bound = _compute_remaining_tolerances(contour.tip_tolerance[segment], PATH_TIP_MM)
     axis_bound = _compute_remaining_tolerances(contour.axis_tolerance[segment], PATH_AXIS_DEG * RAD_PER_DEG)
-    off = np.maximum(row_norm(tip - meant_tip) / tip_bound, np.abs(angles - meant_angles).max(axis=1) / axis_bound)
+    off = np.maximum(measure_rows(tip - meant_tip) / tip_bound, np.abs(angles - meant_angles).max(axis=1) / axis_bound)
     off[contour.path.kind[segment] == SegmentKind.JOINT] = 0.0  # straight in the joints: means of rows stay on it
     factor = np.sqrt(off)  # displacement goes with the square of the speed
     cap = laid_out.cycle * speed_cap(contour, sampled.shown, sampled.shown_w)

@@ -12,7 +12,7 @@ from verne_post.base.arrays import Array
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
-from verne_post.model.verdict import Verdict, status_of, verdict_of
+from verne_post.model.verdict import Verdict, find_exit_status, find_verdict
 from verne_post.output.fixed_point import format_rows
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class Result:
     @property
     def exit_code(self) -> int:
         """The exit status that the command line returns for it."""
-        return int(status_of(self.findings))
+        return int(find_exit_status(self.findings))
 
     @property
     def ok(self) -> bool:
@@ -138,7 +138,7 @@ class Result:
     @property
     def verdict(self) -> Verdict:
         """What became of the program, in words."""
-        return verdict_of(self.exit_code, self.findings)
+        return find_verdict(self.exit_code, self.findings)
 
     def _make_text_rows(self) -> list[list[str]]:
         rows = [["verdict", str(self.verdict)]]

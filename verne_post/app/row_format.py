@@ -8,7 +8,7 @@ from verne_post.model.setpoints import SetpointFormat
 from verne_post.output.rounding import choose_setpoint_format
 
 
-def drives_of(machine: Machine, options: Options) -> tuple[Drive, ...]:
+def find_drives(machine: Machine, options: Options) -> tuple[Drive, ...]:
     """How the rows count; empty for mm and degrees.
 
     Raises
@@ -27,7 +27,7 @@ def format_of(machine: Machine, options: Options, cycle: float) -> SetpointForma
     Raises
     ------
     InputError
-        VP018, as of :func:`drives_of`; or rounding alone exceeds a limit.
+        VP018, as of :func:`find_drives`; or rounding alone exceeds a limit.
     """
-    drives, accepted = drives_of(machine, options), options.accept_rounding
+    drives, accepted = find_drives(machine, options), options.accept_rounding
     return choose_setpoint_format(machine, cycle, options.decimals, accept_rounding=accepted, drives=drives)

@@ -7,7 +7,7 @@ import numpy as np
 from verne_post.base.columns import blocks
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.gcode.missing_setup import missing_offset
+from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Moves
@@ -15,7 +15,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, Box
 from verne_post.model.plausibility import compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.model.work_systems import placed_by
+from verne_post.model.work_systems import find_placer
 
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
@@ -33,9 +33,9 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     unplaced: dict[int, int] = {}  # system -> first move that uses it
     for index, at in sorted(systems.items(), key=lambda item: item[1]):
         frame = moves.frames[index]
-        if placed_by(frame, machine, options, moves.placed_systems) == "nobody":
+        if find_placer(frame, machine, options, moves.placed_systems) == "nobody":
             unplaced.setdefault(frame.system, at)
-    found = [missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
+    found = [report_missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
     if bare >= 0 and options.tool_length is None:
         text = (
             "the tool has no length: its tip is the gauge line of the spindle; put its length in force before, or give "

@@ -5,7 +5,7 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.base.text_marks import UTF16, is_utf16
-from verne_post.gcode.words import whole_lines
+from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import InputError, finding
 
 #: So much of a source is looked at.
@@ -45,7 +45,7 @@ def check_source_text(source: Text, name: str) -> None:
     """
     check_source_begin(source[:_LOOKED_AT], name)
     line = 1
-    for text in whole_lines(source):
+    for text in read_whole_lines(source):
         if b"\r" in text and (stray := _STRAY_RETURN.search(text)) is not None:
             line += text.count(b"\n", 0, stray.start())
             why = "a carriage return stands inside the line; a line ends with a line feed, alone or after a carriage return"

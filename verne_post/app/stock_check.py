@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.app.assemble import Program
-from verne_post.base.ragged import find_runs, ragged
+from verne_post.base.ragged import find_runs, number_parts
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.checks.moving import build_spindle
@@ -67,7 +67,7 @@ def list_spans(program: Program, joints: JointPath, keep_out: KeepOut, last: int
     straight = find_straight(joints)[: last + 1]
     curved = np.maximum(contour.length[: last + 1] / CHORD_MM, contour.rotation[: last + 1] / CHORD_ANGLE)
     parts = np.where(straight, 1, np.maximum(np.ceil(curved), 1)).astype(int)
-    owner, index = ragged(parts + 1)
+    owner, index = number_parts(parts + 1)
     tip, axis, length = (np.empty((len(owner), *shape)) for shape in ((3,), (3,), ()))
     for begin in range(0, len(owner), SOLVED):
         rows = slice(begin, begin + SOLVED)

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 from msgspec import structs
 
-from verne_post.app.assemble import chosen_shaper
+from verne_post.app.assemble import choose_shaper
 from verne_post.app.plan import Plan
 from verne_post.base.columns import blocks
 from verne_post.base.long_text import Text
-from verne_post.kinematics.checks.keep_out import tool_of_moves
+from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Event
 from verne_post.model.protocols import AxisCorrecting
@@ -20,9 +20,9 @@ from verne_post.model.verification import NO_LIMIT_NEAR, Verification
 from verne_post.model.vibration import Shaped
 from verne_post.output.machined import describe_judged
 from verne_post.output.rounding import round_setpoints
-from verne_post.output.summary import summary_text, verdict_line
+from verne_post.output.summary import format_summary, format_verdict
 from verne_post.part.verdict import Machined
-from verne_post.trajectory.shaper import vibration_left
+from verne_post.trajectory.shaper import predict_vibration
 
 
 def _list_parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
@@ -50,10 +50,10 @@ def _list_parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
 def _summarise_shaper(plan: Plan) -> Shaped | None:
     """What the input shaper does; None without one."""
     machine, times = plan.program.machine, plan.timeline
-    shaper = chosen_shaper(machine, plan.program.options)
+    shaper = choose_shaper(machine, plan.program.options)
     if shaper is None or machine.vibration is None:
         return None
-    left = [(mode.frequency, vibration_left(times.weights, mode, times.cycle)) for mode in machine.vibration.modes]
+    left = [(mode.frequency, predict_vibration(times.weights, mode, times.cycle)) for mode in machine.vibration.modes]
     return Shaped(shaper, times.rest * times.cycle, tuple(left))
 
 
@@ -89,7 +89,7 @@ def summarise(
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves
     if verdict is not None:
-        verdict.text = verdict_line(program.options.source_name, verdict, program.machine, passes=verdict.ok)
+        verdict.text = format_verdict(program.options.source_name, verdict, program.machine, passes=verdict.ok)
     before, parts = _list_parts(plan)
     shaped = _summarise_shaper(plan)
     feeds = reached = 0
@@ -102,7 +102,7 @@ def summarise(
         reached += int((feeding & plan.profiles.reached[begin:end]).sum())
         move = path.move[begin:end]
         used.update(np.unique(moves.frame[move[move >= 0]]).tolist())
-        number = tool_of_moves(move_of_segment[begin:end], first_move, moves)
+        number = find_tool_of_moves(move_of_segment[begin:end], first_move, moves)
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
         first = np.flatnonzero((number != np.append(-1, number[:-1])) | (length != np.append(np.nan, length[:-1])))
         tools |= dict.fromkeys(zip(number[first].tolist(), length[first].tolist(), strict=True))
@@ -114,7 +114,7 @@ def summarise(
         source=source,
         machine=program.machine,
         options=program.options,
-        describe=summary_text,
+        describe=format_summary,
         cycle_time=plan.timeline.first_row[-1] * plan.timeline.cycle,
         n_rows=plan.timeline.n_rows,
         n_segments=len(path),

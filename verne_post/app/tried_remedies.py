@@ -11,16 +11,16 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.constraints import check_program, excess_of, guarded_joints
-from verne_post.app.explain_numbers import plain_list
+from verne_post.app.constraints import check_program, excess_of, guard_joints
+from verne_post.app.explain_numbers import format_list
 from verne_post.app.line_remedies import Line, turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.checks.remedies import ROTARY_CODES, movable, of_line, smallest_shift
+from verne_post.kinematics.checks.remedies import ROTARY_CODES, find_smallest_shift, is_movable, of_line
 from verne_post.model.findings import Finding, InputError, Remedy
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
-from verne_post.model.verdict import Family, concerns_pose, family_of
+from verne_post.model.verdict import Family, find_family, is_about_pose
 from verne_post.toolpath.contour import make_exact_contour
 
 #: Findings of a program that are given remedies, the gravest place of each: the others mostly follow from them.
@@ -46,14 +46,14 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     findings : sequence of Finding
         Of the whole program, as :func:`check_program` returns them.
     """
-    errors = [item for item in findings if item.severity == "error" and concerns_pose(item.code) and item.line]
+    errors = [item for item in findings if item.severity == "error" and is_about_pose(item.code) and item.line]
     if not errors:
         return list(findings)
     chosen: dict[object, Finding] = {}
     for item in errors:
         chosen.setdefault((item.code, item.axis), item)
     remedied = list(chosen.values())[:REMEDIED]
-    joints = guarded_joints(program)
+    joints = guard_joints(program)
     offset = _find_offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
     made: list[Finding] = []
     for item in findings:
@@ -77,7 +77,7 @@ def _try_remedies(
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     elif offset is not None and item.code not in ROTARY_CODES:
         yield offset
-    elif family_of(item.code) != Family.BRANCH:
+    elif find_family(item.code) != Family.BRANCH:
         line = _find_worst_line(program, joints, item)
         if line is not None:
             for one in turns(line, [item]):
@@ -93,7 +93,7 @@ def _find_worst_line(program: Program, joints: Any, item: Finding) -> Line | Non
     """The worst line of a finding; None where it is no motion of the part alone."""
     number = item.worst_line or item.line or 0
     own = of_line(joints, number)
-    if not number or not len(own.contour) or not movable(own):
+    if not number or not len(own.contour) or not is_movable(own):
         return None
     exact = of_line(replace(joints, contour=make_exact_contour(program.path)), number)
     return Line(number, "", own, program.moves, None, program.options, (item,), exact)
@@ -117,20 +117,20 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> R
     concerned = _select_movable_errors(errors)
     if not concerned:
         return None
-    first = _find_worst_line(program, guarded_joints(program), concerned[0])
+    first = _find_worst_line(program, guard_joints(program), concerned[0])
     if first is None:
         return None
     system, turn = first.frame.system, first.frame.part_turn
     given = program.options.wcs.get(system)
     origin = np.array(given.origin_mm if given else (0.0, 0.0, 0.0))
-    if np.abs(origin - np.array(program.machine.origin_on_table(first.frame))).max() > LIMIT_SLACK_MM:
+    if np.abs(origin - np.array(program.machine.find_origin_on_table(first.frame))).max() > LIMIT_SLACK_MM:
         return None  # the program sets its offset itself: no option moves it
     for basis in (np.array([[0.0, 0.0, 1.0]]), np.eye(3)):  # a part is raised more easily than moved
         found = _find_legal_origin(source, program, origin, system, turn, concerned, basis)
         if found is not None:
             place, left = found
-            name, then = SYSTEM_NAMES[system], plain_list((*place, *([turn] if turn else [])))
-            moved = f"if the part is moved by {plain_list(place - origin)} mm (then {name} = {then})"
+            name, then = SYSTEM_NAMES[system], format_list((*place, *([turn] if turn else [])))
+            moved = f"if the part is moved by {format_list(place - origin)} mm (then {name} = {then})"
             none_given = "no work offset was given; " if given is None else ""
             what = f"only {', '.join(left)} stay" if left else "legal"
             return Remedy(f"{none_given}{what} {moved}", f"[{then}]", key=("wcs", name))
@@ -143,8 +143,8 @@ def _find_legal_origin(
     """An origin (3,) at which nothing but tilt and rotary travel is left, and the codes that are; None if none is found."""
     there, place, concerned = program, origin, list(errors)
     for _ in range(OFFSETS):
-        line = _find_worst_line(there, guarded_joints(there), max(concerned, key=excess_of))
-        shift = None if line is None else smallest_shift(line.joints, basis)
+        line = _find_worst_line(there, guard_joints(there), max(concerned, key=excess_of))
+        shift = None if line is None else find_smallest_shift(line.joints, basis)
         if shift is None:
             return None
         moved = place + np.array(shift.vector) @ program.machine.coordinates.part_frame - origin

@@ -19,7 +19,7 @@ from verne_post.verification.verifier import Verifier
 MEASURED_ROWS: Final = 1 << 12
 
 
-def verifier_of(program: Program, fmt: SetpointFormat) -> Verifier:
+def make_verifier(program: Program, fmt: SetpointFormat) -> Verifier:
     """A verifier for setpoints of this program; with a feed override the feed rate is checked against that share of it."""
     machine, contour, override = program.machine, program.contour, program.options.override
     if override != 1.0:
@@ -64,7 +64,7 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verif
         if verifier is None:
             accept = program.options.accept_rounding
             fmt = choose_trusted_format(program.machine, block.format, accept_rounding=accept)
-            verifier = verifier_of(program, fmt)
+            verifier = make_verifier(program, fmt)
         verifier.feed(block)
     if verifier is None:
         raise InputError(finding("VP020", "the setpoint file has no rows"))

@@ -14,11 +14,11 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rows import row_norm, row_sum
+from verne_post.base.rows import measure_rows, sum_rows
 from verne_post.base.tolerances import EVEN_PARAMETER
 
 
-def bezier_controls(points: Array, weights: Array, knots: Array) -> Array:
+def find_bezier_controls(points: Array, weights: Array, knots: Array) -> Array:
     """Bezier control points of spans of rational B-splines, in homogeneous coordinates.
 
     Parameters
@@ -52,27 +52,27 @@ def bezier_controls(points: Array, weights: Array, knots: Array) -> Array:
     return controls
 
 
-def piece_ends(points: Array, weights: Array, knots: Array) -> Array:
+def evaluate_piece_ends(points: Array, weights: Array, knots: Array) -> Array:
     """Where spans of rational B-splines end (n, k): exactly at the last control point, where the knots say so.
 
-    Parameters are those of :func:`bezier_controls`; points may be far away.
+    Parameters are those of :func:`find_bezier_controls`; points may be far away.
     """
     degree = points.shape[1] - 1
     origin = points[:, :1]
-    last = bezier_controls(points - origin, weights, knots)[:, -1]
+    last = find_bezier_controls(points - origin, weights, knots)[:, -1]
     ends = last[:, :-1] / last[:, -1:] + origin[:, 0]
     there = (knots[:, degree:] == knots[:, degree : degree + 1]).all(axis=1)
     return np.where(there[:, None], points[:, -1], ends)
 
 
-def bezier_points(controls: Array, t: Array) -> Array:
+def evaluate_bezier(controls: Array, t: Array) -> Array:
     """Points (n, k) of rational Bezier curves with controls (n, degree + 1, k + 1) at parameters t (n,), 0 to 1."""
     plane = _evaluate_bernstein(controls, t)
     return np.asarray(plane[:, :-1] / plane[:, -1:])
 
 
-def bezier_derivatives(controls: Array, t: Array, order: int) -> list[Array]:
-    """Points (n, k) of rational Bezier curves as :func:`bezier_points`, and their derivatives by t up to ``order``."""
+def differentiate_bezier(controls: Array, t: Array, order: int) -> list[Array]:
+    """Points (n, k) of rational Bezier curves as :func:`evaluate_bezier`, and their derivatives by t up to ``order``."""
     plane, differences = [], controls
     for step in range(order + 1):
         degree = differences.shape[1] - 1
@@ -215,8 +215,8 @@ def _fit_parts(controls: Array, measured: int, a: Array, b: Array) -> tuple[Arra
     """Length (n,) of curves between parameters a and b (n,), polynomials (n, 16), and where those are exact (n,)."""
     n = len(controls)
     t = a[:, None] + 0.5 * (_X + 1.0) * (b - a)[:, None]
-    slope = bezier_derivatives(np.repeat(controls, _NODES, axis=0), t.ravel(), 1)[1][:, :measured]
-    speed: Array = row_norm(slope).reshape(n, _NODES) * (0.5 * (b - a))[:, None]
+    slope = differentiate_bezier(np.repeat(controls, _NODES, axis=0), t.ravel(), 1)[1][:, :measured]
+    speed: Array = measure_rows(slope).reshape(n, _NODES) * (0.5 * (b - a))[:, None]
     speeds = _apply(_FIT, speed)
     lengths = _apply(_INTEGRATE, speeds)
     size: Array = np.asarray(chebyshev.chebval(1.0, lengths.T), dtype=np.float64)
@@ -253,7 +253,7 @@ def _is_settled(coefficients: Array, noise: Array) -> Mask:
         return np.asarray(size[:, -2:].max(axis=1) <= EVEN_PARAMETER * size.max(axis=1) + noise)
 
 
-def curve_parameter(low: Array, high: Array, polynomial: Array, u: Array) -> Array:
+def find_curve_parameter(low: Array, high: Array, polynomial: Array, u: Array) -> Array:
     """Parameter (n,) of curves at shares u (n,) of their arc length, on parts of :class:`EvenParts` (n,)."""
     x = 2.0 * (u - low) / (high - low) - 1.0
     return np.asarray(chebyshev.chebval(x, polynomial.T, tensor=False))
@@ -266,9 +266,9 @@ def derive_by_length(derivatives: list[Array], measured: int) -> tuple[Array, Ar
     """
     _point, c1, c2, c3 = derivatives
     tip1, tip2, tip3 = (c[:, :measured] for c in (c1, c2, c3))
-    square = row_sum(tip1 * tip1)[:, None]
-    half = row_sum(tip1 * tip2)[:, None]  # half the derivative of the square, and of that
-    bend = row_sum(tip2 * tip2 + tip1 * tip3)[:, None]
+    square = sum_rows(tip1 * tip1)[:, None]
+    half = sum_rows(tip1 * tip2)[:, None]  # half the derivative of the square, and of that
+    bend = sum_rows(tip2 * tip2 + tip1 * tip3)[:, None]
     t1 = 1.0 / np.sqrt(square)
     t2 = -half * t1**4
     t3 = 4.0 * half**2 * t1**7 - bend * t1**5

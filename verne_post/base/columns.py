@@ -46,7 +46,7 @@ def map_columns(file: IO[bytes], kind: type[_Map]) -> _Map:
     return whole
 
 
-def running_sums(values: NDArray[Any]) -> NDArray[Any]:
+def sum_running(values: NDArray[Any]) -> NDArray[Any]:
     """Sums (n + 1,) of the first 0, 1, 2, ... of values (n,); how many there are, of flags."""
     sums = Growing(float if values.dtype.kind == "f" else np.int64)
     last = np.zeros(1, sums.dtype)

@@ -54,12 +54,12 @@ def sha256(text: Text) -> str:
     return digest.hexdigest()
 
 
-def text_in(file: IO[bytes]) -> LongText:
+def map_text(file: IO[bytes]) -> LongText:
     """Map the text of a file that nobody else changes."""
     return map_columns(file, LongText)
 
 
-def line_of(text: Text, number: int) -> bytes | None:
+def take_line(text: Text, number: int) -> bytes | None:
     """Line ``number``, 1-based, without its end; None after the last one."""
     start, left = 0, number - 1
     while left:

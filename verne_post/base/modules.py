@@ -8,7 +8,7 @@ from typing import TypeVar
 Entry = TypeVar("Entry", covariant=True)
 
 
-def names_of_modules(path: Iterable[str]) -> tuple[str, ...]:
+def list_module_names(path: Iterable[str]) -> tuple[str, ...]:
     """Sorted names of the public modules in some folders, without importing one."""
     return tuple(sorted(module.name for module in iter_modules(path) if not module.name.startswith("_")))
 
@@ -37,14 +37,14 @@ class ModuleTable(Mapping[str, Entry]):
         KeyError
             There is no such module.
         """
-        if key not in names_of_modules(self._path):
+        if key not in list_module_names(self._path):
             raise KeyError(key)
         return getattr(import_module(f"{self._package}.{key}"), self._name)
 
     def __iter__(self) -> Iterator[str]:
         """Names of the entries."""
-        return iter(names_of_modules(self._path))
+        return iter(list_module_names(self._path))
 
     def __len__(self) -> int:
         """Number of entries."""
-        return len(names_of_modules(self._path))
+        return len(list_module_names(self._path))

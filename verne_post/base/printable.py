@@ -26,7 +26,7 @@ def break_commands(text: str) -> str:
     return _COMMAND.sub(lambda found: (found[1] or found[3] or "") + _escape(found[2] or found[4]), text)
 
 
-def line_begun(text: str) -> str:
+def find_open_line(text: str) -> str:
     """The last line of a text, which has no end yet: with it a command may begin that the next text goes on with."""
     last = text.splitlines(keepends=True)[-1:]
     return last[0] if last and last[0][-1] not in LINE_ENDS else ""
@@ -36,7 +36,7 @@ def _escape(character: str) -> str:
     return f"\\u{ord(character):04x}"
 
 
-def visible(text: str) -> str:
+def escape_unprinted(text: str) -> str:
     r"""One line: every character that is not printed as Python escapes it (``\n``, ``\x1b``, ``\udcff`` for a byte that is no UTF-8)."""
     if text.isprintable():
         return text
@@ -45,23 +45,23 @@ def visible(text: str) -> str:
     )
 
 
-def printable(text: str) -> str:
-    """One line for people: what is not printed is :func:`visible`, commands are broken."""
-    return break_commands(visible(text))
+def make_printable(text: str) -> str:
+    """One line for people: what is not printed is :func:`escape_unprinted`, commands are broken."""
+    return break_commands(escape_unprinted(text))
 
 
-def printable_lines(text: str) -> str:
+def make_lines_printable(text: str) -> str:
     """The same for a text of several lines, which stay lines."""
-    return "\n".join(printable(line) for line in text.split("\n"))
+    return "\n".join(make_printable(line) for line in text.split("\n"))
 
 
-def printable_in_place(text: str) -> str:
-    """One line with as many characters, so that columns still count: ``?`` for what :func:`printable` escapes."""
+def make_printable_in_place(text: str) -> str:
+    """One line with as many characters, so that columns still count: ``?`` for what :func:`make_printable` escapes."""
     text = "".join(character if character.isprintable() else "?" for character in text)
     return _COMMAND.sub(lambda found: (found[1] or found[3] or "") + "?", text)
 
 
-def json_text(data: Any, indent: int | None = None, *, ensure_ascii: bool = True) -> str:
+def format_json(data: Any, indent: int | None = None, *, ensure_ascii: bool = True) -> str:
     """JSON that may be printed into a log: the same values, with commands of agents escaped inside the strings."""
     import json  # not needed where a command only says something
 

@@ -67,7 +67,7 @@ def wrap_angle(angle: Array | float) -> Array:
     return np.pi - np.mod(np.pi - np.asarray(angle, dtype=float), 2 * np.pi)
 
 
-def axis_of_angles(a: Array | float, c: Array | float) -> Array:
+def find_axis_of_angles(a: Array | float, c: Array | float) -> Array:
     """Tool axis in the table frame that the nominal trunnion machine holds at (A, C).
 
     Parameters
@@ -84,7 +84,7 @@ def axis_of_angles(a: Array | float, c: Array | float) -> Array:
     return _stack_coordinates(sa * np.sin(c), sa * np.cos(c), np.cos(a))
 
 
-def angles_of_axis(axis: Array) -> tuple[Array, Array]:
+def solve_angles_of_axis(axis: Array) -> tuple[Array, Array]:
     """Nominal angles of a tool axis: the solution with b in [0, pi], C in (-pi, pi].
 
     Parameters

@@ -10,24 +10,24 @@ import numpy as np
 from verne_post.base.arrays import Array
 
 
-def row_max(table: Array) -> Array:
+def find_row_max(table: Array) -> Array:
     """Largest value of each row."""
     return _reduce_columns(np.maximum, table)
 
 
-def row_min(table: Array) -> Array:
+def find_row_min(table: Array) -> Array:
     """Smallest value of each row."""
     return _reduce_columns(np.minimum, table)
 
 
-def row_sum(table: Array) -> Array:
+def sum_rows(table: Array) -> Array:
     """Sum of each row."""
     return _reduce_columns(np.add, table)
 
 
-def row_norm(table: Array) -> Array:
+def measure_rows(table: Array) -> Array:
     """Euclidean length of each row."""
-    return np.sqrt(row_sum(table * table))
+    return np.sqrt(sum_rows(table * table))
 
 
 def _reduce_columns(pair: np.ufunc, table: Array) -> Array:

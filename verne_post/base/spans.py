@@ -71,7 +71,7 @@ def tail(values: Array) -> Array:
     return np.asarray(np.abs(across(_TAIL[len(values)], values)).sum(axis=0))
 
 
-def enclosure(values: Array, order: int = 0) -> tuple[Array, Array]:
+def enclose_derivative(values: Array, order: int = 0) -> tuple[Array, Array]:
     """Lower and upper bound (n, k) of a derivative by the span's own 0..1 parameter.
 
     Parameters

@@ -11,7 +11,7 @@ UTF16: Final = (
 )
 
 
-def without_mark(begin: bytes) -> bytes:
+def strip_mark(begin: bytes) -> bytes:
     """The first bytes of a text without the mark that editors write before UTF-8."""
     return begin.removeprefix(_UTF8_MARK)
 
@@ -25,6 +25,6 @@ def is_utf16(begin: bytes) -> bool:
     return len(begin) >= 4 and min(zeros) == 0 and max(zeros) >= len(begin) // 2
 
 
-def text_of(raw: bytes, errors: str = "strict") -> str:
+def decode_text(raw: bytes, errors: str = "strict") -> str:
     """The text of a file in UTF-8, with or without the mark; ``errors`` is that of ``bytes.decode``."""
-    return without_mark(raw).decode("utf-8", errors=errors)
+    return strip_mark(raw).decode("utf-8", errors=errors)

@@ -17,7 +17,7 @@ _NAMES: Final = {
 }
 
 
-def alternatives(kind: Any) -> tuple[Any, ...]:
+def list_alternatives(kind: Any) -> tuple[Any, ...]:
     """The types of a union; a type alone."""
     return get_args(kind) if isinstance(kind, UnionType) or get_origin(kind) is Union else (kind,)
 
@@ -30,7 +30,7 @@ def bare(kind: Any) -> tuple[Any, Meta]:
     return kind, next((one for one in notes if isinstance(one, Meta)), Meta())
 
 
-def bounds_in_words(meta: Meta) -> str:
+def describe_bounds(meta: Meta) -> str:
     """Bounds of a number; empty where there are none but that it is finite."""
     low, high = (None if one is None or abs(one) >= LARGEST else one for one in (meta.ge, meta.le))
     if meta.gt is not None:
@@ -43,7 +43,7 @@ def bounds_in_words(meta: Meta) -> str:
 
 def describe(kind: Any, several: bool = False) -> str:
     """What values of a type are; ``several`` of them in the plural."""
-    kinds = [one for one in alternatives(kind) if one is not type(None)]
+    kinds = [one for one in list_alternatives(kind) if one is not type(None)]
     if len(kinds) > 1:
         return ", or ".join(describe(one, several) for one in kinds)
     base, meta = bare(kinds[0])
@@ -70,7 +70,7 @@ def describe(kind: Any, several: bool = False) -> str:
         return "values" if several else "a value"
     if base not in _NAMES:
         return "tables of keys" if several else "a table of keys"
-    bounds = bounds_in_words(meta)
+    bounds = describe_bounds(meta)
     if base is str and meta.pattern:
         return meta.description or f"text that matches {meta.pattern}"
     if base is str and meta.min_length:

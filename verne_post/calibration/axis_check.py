@@ -21,8 +21,8 @@ from verne_post.model.findings import Finding, InputError, SolverError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.poses import Platform, Pose
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-from verne_post.output.rounding import column_heading, positions_of, round_setpoints, rounding_noise
-from verne_post.trajectory.ruckig_backend import rest_to_rest
+from verne_post.output.rounding import convert_positions, estimate_rounding_noise, name_column, round_setpoints
+from verne_post.trajectory.ruckig_backend import plan_rest_to_rest
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles
 
 #: Distances that are tried, mm or degrees: the larger one only when all of the smaller one were right.
@@ -47,7 +47,7 @@ class AxisMove(Struct, frozen=True, eq=False):
     expected_motion: str
 
 
-def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat) -> Iterator[AxisMove]:
+def plan_axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat) -> Iterator[AxisMove]:
     """The files in the order in which they are to be run.
 
     Parameters
@@ -66,7 +66,7 @@ def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat
         names = ",".join(column.joint for column in columns)
         raise InputError(finding("VP018", f"--at takes {len(columns)} values {names}, got {len(numbers)}"))
     factor = np.array([column.factor for column in columns])
-    here = positions_of(np.array([numbers]), fmt)[0] / factor
+    here = convert_positions(np.array([numbers]), fmt)[0] / factor
     _require_place(machine, here, "the position of --at")
     for distance in DISTANCES:
         for joint, column in enumerate(columns):
@@ -97,7 +97,7 @@ def axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointFormat
 def _plan_there_and_back(machine: Machine, joint: int, distance: float, cycle: float) -> Array:
     """Shares of a distance (mm or rad) row by row: 0, +1, 0, -1, 0, standing at each."""
     limits = machine.limits.bound_jerk(cycle)
-    durations, jerks = rest_to_rest(
+    durations, jerks = plan_rest_to_rest(
         np.array([distance]), SPEED * limits.velocity[[joint]], SPEED**2 * limits.acceleration[[joint]],
         SPEED**3 * limits.jerk[[joint]],
     )  # fmt: skip
@@ -154,7 +154,7 @@ def _require_slow(machine: Machine, block: SetpointBlock, joint: int) -> None:
     dt, column = block.format.cycle, machine.columns[joint]
     moved = np.ptp(block.values, axis=0) > 0
     moved[joint] = False
-    noise = (block.format.quanta[joint] / dt, *(part[joint] for part in rounding_noise(block.format)))
+    noise = (block.format.quanta[joint] / dt, *(part[joint] for part in estimate_rounding_noise(block.format)))
     bounds = machine.limits.bound_jerk(dt)
     limits = (bounds.velocity, bounds.acceleration, bounds.jerk)
     ratios = (VELOCITY_RATIO, ACCELERATION_RATIO, JERK_RATIO)
@@ -182,7 +182,7 @@ def _describe_motion(
             drives[joint].numbers(np.array([place]) * column.factor)[0]
             for place in (here[joint], here[joint] + step[joint])
         )
-        counted = f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} ({column_heading(column, drives, joint)})."
+        counted = f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} ({name_column(column, drives, joint)})."
     first = f"{column.joint} goes {distance:+g} {column.unit}, back, {-distance:+g} {column.unit}, and back, at {peak:.2g} {column.unit}/s at most.{counted}"
     if joint < len(machine.columns) - 2:
         return f"{first} On the first way {_describe_nose(machine, here, step)}"
@@ -224,7 +224,7 @@ def _describe_displacement(moved: Array) -> str:
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 
-def instructions(machine: Machine, moves: Sequence[AxisMove]) -> str:
+def write_instructions(machine: Machine, moves: Sequence[AxisMove]) -> str:
     """What to do with the files, and what one must see at each."""
     head = (
         f"Axis check of {machine.name}: run the files one by one, in this order, without a tool, one hand on the stop. Each moves one "

@@ -7,11 +7,11 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.calibration.data import Identification, Readings, Uncertainty
 from verne_post.model.machine import Machine
-from verne_post.output.cells import finite_or_none
+from verne_post.output.cells import blank_nonfinite
 
 #: Below this probability of the chi-square the readings contradict the stated uncertainties: one fit in a thousand
 #: is refused by chance, while a length off by six uncertainties is not accepted.
@@ -46,7 +46,7 @@ class IdentificationReport(Struct, frozen=True):
         return self.result.converged and not self.result.undetermined and self.refused is None
 
 
-def identification_text(report: IdentificationReport) -> str:
+def format_identification(report: IdentificationReport) -> str:
     """The whole report as lines of text."""
     return "".join(line + "\n" for line in _write_lines(report))
 
@@ -191,10 +191,10 @@ def _write_table(report: IdentificationReport) -> Iterator[str]:
         yield f"{name} = {value:.4f}"
     yield ""
     yield "[provenance]                        # in place of the line of this name"
-    yield f"module = {json_text('identified from ' + report.source, ensure_ascii=False)}"
+    yield f"module = {format_json('identified from ' + report.source, ensure_ascii=False)}"
 
 
-def identification_json(report: IdentificationReport) -> str:
+def format_identification_json(report: IdentificationReport) -> str:
     """The same as JSON; values that do not exist are null. Documented in docs/calibration.md."""
     result, sigma = report.result, report.sigma
     names = _list_residual_columns(report)
@@ -203,8 +203,8 @@ def identification_json(report: IdentificationReport) -> str:
     residuals = [
         {
             "line": int(report.data.line[row]),
-            "residual": {f"{name.replace(' ', '_')}_{unit}": finite_or_none(values[row, k]) for k, (name, unit, _f) in enumerate(names)},
-            "in_uncertainties": {name.replace(" ", "_"): finite_or_none(result.scaled[row, k]) for k, (name, _u, _f) in enumerate(names)},
+            "residual": {f"{name.replace(' ', '_')}_{unit}": blank_nonfinite(values[row, k]) for k, (name, unit, _f) in enumerate(names)},
+            "in_uncertainties": {name.replace(" ", "_"): blank_nonfinite(result.scaled[row, k]) for k, (name, _u, _f) in enumerate(names)},
         }
         for row in _sort_rows(report)
     ]  # fmt: skip
@@ -215,18 +215,18 @@ def identification_json(report: IdentificationReport) -> str:
         "uncertainties": {
             "rho_mm": sigma.slider,
             "xyz_mm": sigma.position,
-            "alpha_deg": finite_or_none(DEG_PER_RAD * sigma.tilt),
+            "alpha_deg": blank_nonfinite(DEG_PER_RAD * sigma.tilt),
             "rod_mm": sigma.rod,
         },
         "lengths_mm": result.lengths,
-        "uncertainty_mm": {name: finite_or_none(value) for name, value in result.uncertainty.items()},
-        "correlation": [[finite_or_none(value) for value in row] for row in result.correlation.tolist()],
+        "uncertainty_mm": {name: blank_nonfinite(value) for name, value in result.uncertainty.items()},
+        "correlation": [[blank_nonfinite(value) for value in row] for row in result.correlation.tolist()],
         "tied": [list(group) for group in result.tied],
         "undetermined": [direction.coefficients for direction in result.undetermined],
         "converged": result.converged,
-        "chi_square": finite_or_none(result.chi_square),
+        "chi_square": blank_nonfinite(result.chi_square),
         "degrees_of_freedom": result.degrees_of_freedom,
-        "probability": finite_or_none(result.probability),
+        "probability": blank_nonfinite(result.probability),
         "contradicted": report.contradicted,
         "refused": report.refused,
         "residuals": residuals,
@@ -236,4 +236,4 @@ def identification_json(report: IdentificationReport) -> str:
         ],
         "failed_starts": result.failed_starts,
     }
-    return json_text(data, 2, ensure_ascii=False) + "\n"
+    return format_json(data, 2, ensure_ascii=False) + "\n"

@@ -84,7 +84,7 @@ def _check_settings(data: Readings, settings: list[str], sliders: tuple[str, ...
         raise InputError(*mistakes)
 
 
-def refused_lengths(kind: str, lengths: dict[str, float]) -> str | None:
+def explain_refused_lengths(kind: str, lengths: dict[str, float]) -> str | None:
     """Why a machine file of a kind would refuse these lengths as its [module]; None when it takes them."""
     try:
         check_table(KINDS[kind].schema, lengths, f"[module] of kind {kind!r}")

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from verne_post.base.numbers import read_number as read_plain
-from verne_post.base.text_marks import text_of
+from verne_post.base.text_marks import decode_text
 from verne_post.base.tolerances import LARGEST_READING_MM
 from verne_post.model.findings import Finding, InputError, finding
 
@@ -33,7 +33,7 @@ def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mista
         VP502: no text, or a header that is not right.
     """
     try:
-        text = text_of(raw)
+        text = decode_text(raw)
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise InputError(finding("VP502", "not UTF-8 text; expected a CSV file", line=line)) from None

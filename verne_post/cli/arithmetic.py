@@ -46,7 +46,7 @@ def _read_numpy_release() -> tuple[int, int]:
     return int(number[1]), int(number[2])
 
 
-def same_everywhere() -> None:
+def choose_kernels() -> None:
     """Choose the kernels of this process and of those that it starts; before numpy is first imported."""
     os.environ.pop("NPY_ENABLE_CPU_FEATURES", None)  # numpy refuses to have both
     os.environ.update(settings())

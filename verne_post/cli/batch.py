@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.base.numbers import is_count
-from verne_post.base.printable import json_text, printable
+from verne_post.base.printable import format_json, make_printable
 from verne_post.cli.common import expect_machine, load, name_machine, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
@@ -20,12 +20,12 @@ from verne_post.cli.options import (
     INPUT,
     WRITING,
     GroupedCommand,
+    add_program_options,
     build_options,
     options_of,
-    program_options,
 )
 from verne_post.cli.programs import find_programs
-from verne_post.cli.progress import progress_line
+from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo, print_as_is
 from verne_post.model.verdict import ExitStatus, gravest
 from verne_post.output.formats import FORMATS
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
 @quiet_option
 @format_option
 @options_of(*WRITING)
-@program_options("jobs")
+@add_program_options("jobs")
 def command(
     inputs: tuple[str, ...], output: Path, jobs: int | None, scheduler: str, shard: str | None, junit: Path | None,
     sarif: Path | None, github: bool, quiet: bool, file_format: str, **given: Any,
@@ -111,7 +111,7 @@ def command(
     for one in outcomes:
         for name in one.left:
             echo(
-                printable(
+                make_printable(
                     f"{name}: not removed: batch did not make this file, or it was changed since; it is not of {one.program} as it is now"
                 ),
                 err=True,
@@ -139,14 +139,14 @@ _LIST = "the list of results"
 
 def _claim(files: RunFiles, jobs: "list[Job]", output: Path, paths: tuple[str, ...]) -> None:
     """Name everything that the jobs read and write, before any work: what one writes may be what another one reads."""
-    from verne_post.config.subprograms import callable_files
+    from verne_post.config.subprograms import list_callable_files
     from verne_post.model.findings import UsageError
 
     for job in jobs:
         files.reads(job.program, f"program {job.program}")
     for folder in sorted({Path(job.program).resolve().parent for job in jobs}):
         with suppress(UsageError, OSError):  # the jobs of this folder say what is wrong with --subroutine-path
-            for path in callable_files(folder, paths):
+            for path in list_callable_files(folder, paths):
                 files.reads(path, f"subprogram {path.stem}")
     for job in jobs:
         job.claim(files)
@@ -217,7 +217,7 @@ def _address(scheduler: str) -> str:
 def _collect(outcomes: Any, total: int, *, quiet: bool) -> "list[Outcome]":
     """All outcomes; on a terminal with the time that is left."""
     found = []
-    with progress_line("programs", quiet=quiet) as progress:
+    with show_progress("programs", quiet=quiet) as progress:
         for outcome in outcomes:
             found.append(outcome)
             if progress is not None:
@@ -242,7 +242,7 @@ _ORDER = (_WORDS[ExitStatus.CLEAN], "as before", *list(_WORDS.values())[1:])
 
 def table(outcomes: "Sequence[Outcome]") -> str:
     """A line a program, and how many of each."""
-    names = [printable(one.program) for one in outcomes]
+    names = [make_printable(one.program) for one in outcomes]
     width = max(map(len, ["program", *names]))
     lines = [f"{'program':<{width}}  {'result':<10} {'time s':>10} {'rows':>10}  first finding"]
     counts: dict[str, int] = {}
@@ -253,7 +253,7 @@ def table(outcomes: "Sequence[Outcome]") -> str:
         rows = "-" if one.rows is None else str(one.rows)
         first = next((item for item in one.findings if item.severity == "error"), None)
         where = "" if first is None or first.line is None else f" line {first.line}"
-        reason = "" if first is None else f"{first.code}{where}: {printable(first.message)}"
+        reason = "" if first is None else f"{first.code}{where}: {make_printable(first.message)}"
         lines.append(f"{name:<{width}}  {word:<10} {time:>10} {rows:>10}  {reason}".rstrip())
     lines.append(
         f"{len(outcomes)} programs: " + ", ".join(f"{counts[word]} {word}" for word in _ORDER if word in counts)
@@ -268,4 +268,4 @@ def _write_results_json(outcomes: "Sequence[Outcome]") -> str:
          "errors": sum(item.severity == "error" for item in one.findings),
          "warnings": sum(item.severity == "warning" for item in one.findings)} for one in outcomes
     ]  # fmt: skip
-    return json_text({"schema": 1, "programs": programs}, 2) + "\n"
+    return format_json({"schema": 1, "programs": programs}, 2) + "\n"

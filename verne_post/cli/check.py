@@ -6,24 +6,24 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 from msgspec.structs import replace
 
-from verne_post.base.text_marks import text_of
+from verne_post.base.text_marks import decode_text
 from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, expect_machine, load, name_machine, program_text, quiet_option, refuse
-from verne_post.cli.files import RunFiles, Unreadable, is_dash, shown_name
+from verne_post.cli.files import RunFiles, Unreadable, is_dash, show_name
 from verne_post.cli.options import (
     FILE,
     INPUT,
     WRITING,
     GroupedCommand,
+    add_program_options,
     build_options,
     options_of,
-    program_options,
     settings_of,
 )
 from verne_post.cli.programs import find_programs
-from verne_post.cli.progress import progress_line
+from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import print_as_is
-from verne_post.model.verdict import ExitStatus, Verdict, gravest, status_of, verdict_of
+from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_verdict, gravest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -86,7 +86,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
 @quiet_option
 @options_of(*WRITING)
-@program_options()
+@add_program_options()
 def command(
     inputs: tuple[str, ...],
     output_format: str,
@@ -122,7 +122,7 @@ def command(
         policy, level = make_policy(files, settings_of(files, given.get("settings")), fail_level, **asked)
         machine = load(files, machine_name)
     except InputError as error:
-        verdict = verdict_of(status_of(error.findings), error.findings)
+        verdict = find_verdict(find_exit_status(error.findings), error.findings)
         _emit_failure(files, output_file, output_format, verdict, str(error), error.findings)
         return refuse(inputs[0], error)
     except click.UsageError as error:
@@ -130,7 +130,7 @@ def command(
         raise
 
     from verne_post.output.findings import Report
-    from verne_post.output.policy import apply_policy, baseline_text
+    from verne_post.output.policy import apply_policy, format_baseline
     from verne_post.output.reports import FORMATS
 
     everything: list[Report] = []
@@ -138,10 +138,10 @@ def command(
     for name in programs:
         everything.append(_check_one(files, name, machine, given, quiet))
         reports.append(apply_policy(everything[-1], policy))
-        status = status_of(reports[-1].findings, level)
+        status = find_exit_status(reports[-1].findings, level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
-        files.write(write_baseline, "--write-baseline", [baseline_text(everything)])
+        files.write(write_baseline, "--write-baseline", [format_baseline(everything)])
     if quiet and output_format == "text":
         reports = [one for one in map(_keep_errors_alone, reports) if one.findings]
     text = FORMATS[output_format](reports, machine)
@@ -160,9 +160,9 @@ def _check_one(files: RunFiles, name: str, machine: "Machine", given: dict[str, 
     from verne_post.output.findings import Report
     from verne_post.output.summary import remarks
 
-    shown = shown_name(name)
+    shown = show_name(name)
     source: Text = b""
-    with progress_line(f"reading {shown}", quiet=quiet) as progress:
+    with show_progress(f"reading {shown}", quiet=quiet) as progress:
         try:
             options = build_options(files, shown, name, **given)
             source, options = program_text(files, name, options, given["subroutine_path"])
@@ -226,7 +226,9 @@ def make_policy(
     place = "--baseline" if baseline is not None else "settings: check.baseline"
     known = baseline if baseline is not None else Path(file.baseline) if file is not None and file.baseline else None
     fingerprints = (
-        frozenset() if known is None else read_baseline(text_of(files.read(known, place), "replace"), shown_name(known))
+        frozenset()
+        if known is None
+        else read_baseline(decode_text(files.read(known, place), "replace"), show_name(known))
     )
     return Policy(codes["select"], codes["ignore"], weights, fingerprints), fail_level or (
         file.fail_level if file else None

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.colour import say
-from verne_post.cli.files import RunFiles, is_dash, reading, shown_name
+from verne_post.cli.files import RunFiles, is_dash, reading, show_name
 from verne_post.cli.numbers import NUMBER
-from verne_post.model.verdict import status_of
+from verne_post.model.verdict import find_exit_status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,7 +40,7 @@ def read_program(files: RunFiles, name: str, given: dict[str, Any]) -> "tuple[Ma
     files.expects(name, PROGRAM)
     machine_name = name_machine(files, given["machine_name"], given)
     expect_machine(machine_name)
-    options = build_options(files, shown_name(name), name, **given)
+    options = build_options(files, show_name(name), name, **given)
     machine = load(files, machine_name)
     return machine, *program_text(files, name, options, given["subroutine_path"])
 
@@ -80,18 +80,18 @@ def program_text(
     From standard input they come from the current folder, and only where ``--subroutine-path`` asks for them.
     """
     from verne_post.app.source_text import check_source_text
-    from verne_post.config.subprograms import subprograms_of
+    from verne_post.config.subprograms import collect_subprograms
     from verne_post.model.findings import InputError, UsageError, finding
 
     source = _read_text(files, name, options.max_megabytes)
-    check_source_text(source, shown_name(name))
+    check_source_text(source, show_name(name))
     if source.startswith(b"t_s,"):
-        raise InputError(finding("VP022", f"{shown_name(name)} is a setpoint file, not a program"))
+        raise InputError(finding("VP022", f"{show_name(name)} is a setpoint file, not a program"))
     if is_dash(name) and not subroutine_path:
         return source, options
     folder = Path.cwd() if is_dash(name) else Path(name).resolve().parent
     try:
-        found = subprograms_of(
+        found = collect_subprograms(
             source, folder, subroutine_path, lambda path, called: files.read(path, f"subprogram {called}")
         )
     except UsageError as error:
@@ -108,9 +108,9 @@ def expect_machine(name: str, what: str = "") -> None:
     """
     if is_dash(name):
         return
-    from verne_post.config.machine_paths import expect_file, machine_path, names_hint
+    from verne_post.config.machine_paths import expect_file, find_machine_path, suggest_names
 
-    expect_file(machine_path(name), what or f"machine file {name!r}", names_hint(Path(name).name))
+    expect_file(find_machine_path(name), what or f"machine file {name!r}", suggest_names(Path(name).name))
 
 
 def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
@@ -118,9 +118,9 @@ def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
     expect_machine(name)
     if is_dash(name):
         raw = files.read(name, what)
-        from verne_post.config.load import machine_from_toml
+        from verne_post.config.load import build_machine
 
-        return machine_from_toml(raw, shown_name(name))
+        return build_machine(raw, show_name(name))
     from verne_post.config import load_machine
 
     return load_machine(name, lambda path: files.reads(path, what))
@@ -136,17 +136,17 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
     """
     from verne_post.app.source_text import check_source_begin
     from verne_post.base.columns import temporary_storage
-    from verne_post.base.long_text import text_in
-    from verne_post.base.text_marks import without_mark
+    from verne_post.base.long_text import map_text
+    from verne_post.base.text_marks import strip_mark
     from verne_post.model.findings import InputError, finding
 
     with files.opened(name, PROGRAM) as file:
         with reading(name):
             part = file.read(LONG_TEXT)
         if len(part) < LONG_TEXT:
-            return without_mark(part)
-        check_source_begin(part, shown_name(name))
-        part, read = without_mark(part), 0
+            return strip_mark(part)
+        check_source_begin(part, show_name(name))
+        part, read = strip_mark(part), 0
         with temporary_storage():
             copy = tempfile.TemporaryFile()  # noqa: SIM115 - closed below
         with copy:
@@ -154,7 +154,7 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
                 read += len(part)
                 if read > max_megabytes * 1_000_000:
                     text = (
-                        f"{shown_name(name)} has more than {max_megabytes} MB; if it is meant to, raise --max-megabytes"
+                        f"{show_name(name)} has more than {max_megabytes} MB; if it is meant to, raise --max-megabytes"
                     )
                     raise InputError(finding("VP022", text))
                 with temporary_storage():
@@ -162,23 +162,23 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
                     copy.flush()
                 with reading(name):
                     part = file.read(LONG_TEXT)
-            return text_in(copy)
+            return map_text(copy)
 
 
 def print_findings(program: str, findings: "tuple[Finding, ...]", source: "Text" = b"", *, quiet: bool = False) -> None:
     """Findings on standard error, as ``check`` prints them; only errors where ``quiet``."""
-    from verne_post.output.findings import quote_line, text_line
+    from verne_post.output.findings import format_finding, quote_line
 
     for item in findings:
         if item.severity == "error" or not quiet:
-            lines = [text_line(program, item), *quote_line(item, source, program)]
+            lines = [format_finding(program, item), *quote_line(item, source, program)]
             say("".join(line + "\n" for line in lines))
 
 
 def refuse(program: str, error: "InputError", source: "Text" = b"") -> int:
     """Print why a program cannot be used; returns the exit status."""
     print_findings(program, error.findings, source)
-    return status_of(error.findings)
+    return find_exit_status(error.findings)
 
 
 quiet_option = click.option(
@@ -192,7 +192,7 @@ def require_positive(option: str, value: float, *, zero: bool = False, infinite:
         raise click.UsageError(f"{option} {value:g}: expected a number {'from 0 on' if zero else 'above 0'}")
 
 
-def sigma_option(
+def add_sigma_option(
     name: str, default: float, unit: str, text: str, *, zero: bool = True, infinite: bool = False
 ) -> "Callable[[Callable[..., Any]], Callable[..., Any]]":
     """A standard uncertainty as an option, which is checked when it is read."""

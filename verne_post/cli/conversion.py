@@ -10,7 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.cli.files import RunFiles
-from verne_post.cli.temporary import temporary_folder
+from verne_post.cli.temporary import make_temporary_folder
 from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -137,8 +137,8 @@ def convert_to_files(
     """
     from verne_post.app.convert import convert_source
     from verne_post.gcode.parameter_file import format_parameter_file
-    from verne_post.output.events import events_text
-    from verne_post.output.side_car import about_rows, side_car_text
+    from verne_post.output.events import format_events
+    from verne_post.output.side_car import describe_rows, format_side_car
     from verne_post.output.spool import Spool
 
     spool = Spool(machine.columns)
@@ -146,7 +146,7 @@ def convert_to_files(
     if not result.ok:
         return result, ()
     assert result.summary is not None
-    rows = replace(spool.rows(), about=about_rows(result.summary))
+    rows = replace(spool.rows(), about=describe_rows(result.summary))
     file_format = FORMATS[outputs.file_format]
     if options.split_at_stops:
         assert outputs.rows is not None
@@ -159,9 +159,9 @@ def convert_to_files(
     else:
         files.write(outputs.rows, "-o", file_format.writer(outputs.rows.suffix)(rows))
     if outputs.meta is not None:
-        files.write(outputs.meta, "--meta", [side_car_text(result.summary)])
+        files.write(outputs.meta, "--meta", [format_side_car(result.summary)])
     if outputs.events is not None:
-        files.write(outputs.events, "--events", [events_text(result.summary, outputs.events.suffix)])
+        files.write(outputs.events, "--events", [format_events(result.summary, outputs.events.suffix)])
     if outputs.parameters is not None:
         files.write(outputs.parameters, "--write-parameters", [format_parameter_file(dict(result.summary.parameters))])
     return result, () if file_format.describe is None else (file_format.describe(rows),)
@@ -170,10 +170,10 @@ def convert_to_files(
 def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "Summary") -> None:
     """Write all parts beside their place, and then put them in place of older ones; the index comes last."""
     from verne_post.model.findings import InputError
-    from verne_post.output.parts import index_path, index_text, is_derived, part_path, parts_of
+    from verne_post.output.parts import index_path, index_text, is_derived, name_part, parts_of
 
-    with temporary_folder(output.resolve().parent) as folder:
-        names = [part_path(output, number) for number in range(1, len(summary.parts) + 1)]
+    with make_temporary_folder(output.resolve().parent) as folder:
+        names = [name_part(output, number) for number in range(1, len(summary.parts) + 1)]
         for name, part in zip(names, summary.parts, strict=True):
             files.claims(name, "-o")
             text = FORMATS[DEFAULT_FORMAT].write(rows.part(part.first_row, part.last_row))

@@ -8,9 +8,9 @@ import click
 from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, print_findings, quiet_option, read_program, refuse
 from verne_post.cli.conversion import Outputs, convert_to_files, format_option
-from verne_post.cli.files import RunFiles, is_dash, shown_name
-from verne_post.cli.options import FILE, INPUT, WRITING, GroupedCommand, options_of, program_options
-from verne_post.cli.progress import progress_line
+from verne_post.cli.files import RunFiles, is_dash, show_name
+from verne_post.cli.options import FILE, INPUT, WRITING, GroupedCommand, add_program_options, options_of
+from verne_post.cli.progress import show_progress
 from verne_post.model.options import Group
 
 
@@ -30,7 +30,7 @@ from verne_post.model.options import Group
 @format_option
 @options_of(*WRITING)
 @quiet_option
-@program_options()
+@add_program_options()
 def command(
     input_name: str, output: Path | None, file_format: str, meta: Path | None,
     events: Path | None, write_parameters: Path | None, quiet: bool, **given: Any,
@@ -45,7 +45,7 @@ def command(
     files, outputs = RunFiles(), Outputs(output, file_format, meta, events, write_parameters)
     files.expects(input_name, PROGRAM)
     outputs.check(files)
-    name = shown_name(input_name)
+    name = show_name(input_name)
     try:
         machine, source, options = read_program(files, input_name, given)
     except InputError as error:
@@ -53,15 +53,15 @@ def command(
     if options.split_at_stops:
         outputs.check_parts(files)
 
-    from verne_post.output.findings import outcome_line
-    from verne_post.output.summary import summary_text
+    from verne_post.output.findings import format_outcome
+    from verne_post.output.summary import format_summary
 
-    with progress_line("reading", quiet=quiet) as progress:
+    with show_progress("reading", quiet=quiet) as progress:
         result, added = convert_to_files(source, machine, options, outputs, files, progress)
     print_findings(name, result.findings, source, quiet=quiet)
     if not quiet:
         if result.ok and result.summary is not None:
-            say(summary_text(result.summary, added))
+            say(format_summary(result.summary, added))
         else:
-            say(f"{outcome_line(name, result.findings)}; nothing was written\n")
+            say(f"{format_outcome(name, result.findings)}; nothing was written\n")
     return result.exit_code

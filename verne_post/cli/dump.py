@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.common import print_findings, read_program, refuse
-from verne_post.cli.files import RunFiles, shown_name
-from verne_post.cli.options import INPUT, GroupedCommand, program_options
-from verne_post.cli.progress import progress_line
-from verne_post.model.verdict import ExitStatus, status_of
+from verne_post.cli.files import RunFiles, show_name
+from verne_post.cli.options import INPUT, GroupedCommand, add_program_options
+from verne_post.cli.progress import show_progress
+from verne_post.model.verdict import ExitStatus, find_exit_status
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.command("dump", cls=GroupedCommand)
 @click.argument("stage", type=click.Choice(["moves", "poses", "joints"]))
 @click.argument("input_name", type=INPUT, metavar="INPUT")
-@program_options("solver", "quality", "jobs", "override", "slow_start")
+@add_program_options("solver", "quality", "jobs", "override", "slow_start")
 def command(stage: str, input_name: str, **given: Any) -> int:
     """Print one stage of a program as JSON lines.
 
@@ -27,21 +27,21 @@ def command(stage: str, input_name: str, **given: Any) -> int:
     poses   tool tip and axis in the work frame
     joints  joint values, tilt of the platform, margins to every limit
     """
-    from verne_post.app.assemble import assemble, interpreter_view
+    from verne_post.app.assemble import assemble, view_moves_plainly
     from verne_post.model.findings import InputError
     from verne_post.output import dump
 
-    name = shown_name(input_name)
+    name = show_name(input_name)
     files = RunFiles()
     source: Text = b""
     try:
         machine, source, options = read_program(files, input_name, given)
         if stage == "moves":
-            moves, errors = interpreter_view(source, options)
+            moves, errors = view_moves_plainly(source, options)
             sys.stdout.writelines(dump.moves(moves))
             print_findings(name, (*moves.findings, *errors), source)
-            return status_of(errors)
-        with progress_line("reading"):
+            return find_exit_status(errors)
+        with show_progress("reading"):
             program = assemble(source, machine, options)
     except InputError as error:
         return refuse(name, error, source)

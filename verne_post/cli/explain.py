@@ -8,9 +8,9 @@ import click
 
 from verne_post.base.numbers import is_count
 from verne_post.cli.common import read_program, refuse
-from verne_post.cli.files import RunFiles, shown_name
-from verne_post.cli.options import INPUT, GroupedCommand, program_options
-from verne_post.cli.progress import progress_line
+from verne_post.cli.files import RunFiles, show_name
+from verne_post.cli.options import INPUT, GroupedCommand, add_program_options
+from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
 from verne_post.model.findings import UsageError
 from verne_post.model.verdict import ExitStatus
@@ -34,7 +34,7 @@ class ExplainCommand(GroupedCommand):
 
 @click.command("explain", cls=ExplainCommand)
 @click.argument("what", type=INPUT, metavar="INPUT:LINE|CODE")
-@program_options("solver", "quality", "jobs")
+@add_program_options("solver", "quality", "jobs")
 def command(what: str, **given: Any) -> int:
     """Work one line of a program through, or say what a finding code means.
 
@@ -63,11 +63,11 @@ def command(what: str, **given: Any) -> int:
         machine, source, options = read_program(RunFiles(), name, given)
         from verne_post.app.explain import explain_source
 
-        with progress_line("explaining"):
+        with show_progress("explaining"):
             text = str(explain_source(source, machine, options, int(number)))
         echo(text, nl=False)
     except InputError as error:
-        return refuse(shown_name(name), error, source)
+        return refuse(show_name(name), error, source)
     except UsageError as error:
         raise click.UsageError(f"{what}: {error.reason}") from None
     return ExitStatus.CLEAN

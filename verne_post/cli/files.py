@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import IO, Any, Final
 
 from verne_post.base.bounded import read_bounded
-from verne_post.base.printable import printable, visible
-from verne_post.cli.temporary import temporary_file
+from verne_post.base.printable import escape_unprinted, make_printable
+from verne_post.cli.temporary import make_temporary_file
 
 #: Names of the streams of this process; what they lead to may be a file, which is written through and not replaced.
 _STREAMS: Final = re.compile(r"/dev/(std(in|out|err)|fd/[0-9]+)|/proc/(self|thread-self|[0-9]+)/fd/[0-9]+")
@@ -33,16 +33,16 @@ def is_dash(name: _Name | None) -> bool:
     return str(name) == DASH
 
 
-def shown_name(name: _Name) -> str:
+def show_name(name: _Name) -> str:
     """How an input is called in messages, and in files for programs, which must find it by that."""
-    return "<stdin>" if is_dash(name) else visible(str(name))
+    return "<stdin>" if is_dash(name) else escape_unprinted(str(name))
 
 
 class FileError(Exception):
     """A file cannot be used as asked: the message names it and says what would be right. Exit status 2."""
 
     def __init__(self, message: str) -> None:
-        super().__init__(printable(message))
+        super().__init__(make_printable(message))
 
 
 class Unreadable(FileError):
@@ -189,7 +189,7 @@ class RunFiles:
         if not folder.is_dir():
             raise FileError(f"{_show(what, path)}: the folder does not exist")
         try:
-            with temporary_file(folder):
+            with make_temporary_file(folder):
                 pass
         except OSError as error:
             raise FileError(f"{_show(what, path)}: cannot be written: {error.strerror}") from None
@@ -212,7 +212,7 @@ class RunFiles:
                 stream.writelines(_encode(parts))
             return
         target = Path(os.path.realpath(path))
-        with temporary_file(target.parent) as (handle, temporary):
+        with make_temporary_file(target.parent) as (handle, temporary):
             with _name_file_in_errors(path), os.fdopen(handle, "wb", closefd=False) as file:
                 file.writelines(_encode(parts))
             umask = os.umask(0)

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.common import read_program, refuse
-from verne_post.cli.files import RunFiles, shown_name
+from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.numbers import numbers_of
-from verne_post.cli.options import INPUT, GroupedCommand, program_options
-from verne_post.cli.progress import progress_line
+from verne_post.cli.options import INPUT, GroupedCommand, add_program_options
+from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
-from verne_post.model.verdict import status_of
+from verne_post.model.verdict import find_exit_status
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     "--maximise", type=click.Choice(["margin"]), help="Seek the place with the largest margin to every limit."
 )
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
-@program_options("jobs")
+@add_program_options("jobs")
 def command(
     input_name: str,
     free: str,
@@ -59,7 +59,7 @@ def command(
     from verne_post.model.findings import InputError, UsageError
     from verne_post.model.option_checks import check_ranges
 
-    name = shown_name(input_name)
+    name = show_name(input_name)
     if minimise and maximise:
         raise click.UsageError(f"--minimise {minimise} and --maximise {maximise} exclude each other")
     aim: Any = minimise or maximise or "move"
@@ -73,12 +73,12 @@ def command(
         from verne_post.app.fit import propose
         from verne_post.output import fit as output
 
-        with progress_line("reading") as progress:
+        with show_progress("reading") as progress:
             proposal = propose(source, machine, options, free, allowed, aim=aim, progress=progress)
     except InputError as error:
         return refuse(name, error, source)
     echo((output.as_json if as_json else output.text)(name, machine, proposal), nl=False)
-    return status_of(proposal.findings)
+    return find_exit_status(proposal.findings)
 
 
 def _read_ranges(texts: tuple[str, ...]) -> dict[str, tuple[float, ...]]:

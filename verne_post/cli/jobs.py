@@ -18,14 +18,14 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.cli.common import program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
-from verne_post.cli.temporary import remove_all, temporary_folder, tidy_up_when_ended
+from verne_post.cli.temporary import make_temporary_folder, remove_all, tidy_up_when_ended
 from verne_post.config.files import read_file
 from verne_post.model.findings import Finding, InputError, finding
-from verne_post.model.verdict import ExitStatus, status_of
+from verne_post.model.verdict import ExitStatus, find_exit_status
 
 if TYPE_CHECKING:
     import numpy as np
@@ -164,7 +164,7 @@ def _remove_made(job: Job, record: Record | None) -> None:
 
 def _make_failure(job: Job, *findings: Finding) -> Outcome:
     """The outcome of a program that could not be converted."""
-    return Outcome(job.program, int(status_of(findings)), findings)
+    return Outcome(job.program, int(find_exit_status(findings)), findings)
 
 
 def _make_outcome(job: Job) -> Outcome:
@@ -190,7 +190,7 @@ def _make_outcome(job: Job) -> Outcome:
     if key is None:
         return replace(done, left=_find_unknown_files(job, record, ()))
     job.output.parent.mkdir(parents=True, exist_ok=True)
-    with temporary_folder(job.output.parent) as folder:
+    with make_temporary_folder(job.output.parent) as folder:
         outputs = Outputs(folder / job.output.name, job.file_format, meta=folder / job.side_car.name)
         result, _said = convert_to_files(source, job.machine, options, outputs, files)
         summary = result.summary if result.ok else None
@@ -204,7 +204,7 @@ def _make_outcome(job: Job) -> Outcome:
         if done.status != ExitStatus.INTERNAL_ERROR:
             digests = {name: _compute_digest(path) for name, path in made.items()}
             made_now = msgspec.to_builtins(Record(_LAYOUT, key, digests, done), enc_hook=_convert_number)
-            text = json_text(made_now)
+            text = format_json(made_now)
             job.record.parent.mkdir(parents=True, exist_ok=True)
             files.write(job.record, job.what(job.record), [text + "\n"])
             for name, path in made.items():

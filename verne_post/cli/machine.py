@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import load, name_machine, refuse, sigma_option
-from verne_post.cli.files import RunFiles, shown_name
+from verne_post.cli.common import add_sigma_option, load, name_machine, refuse
+from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.numbers import NUMBER, Whole, numbers_of
 from verne_post.cli.options import FILE, FOLDER, MACHINE, build_options, machine_option, options_of
 from verne_post.cli.pictures import expect_picture
-from verne_post.cli.progress import progress_line
+from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
-from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path
+from verne_post.config.machine_paths import DEFAULT_MACHINE, find_machine_path
 from verne_post.model.part_setup import MAX_TOOL
 from verne_post.model.verdict import ExitStatus
 from verne_post.output.machine_formats import MACHINE_FORMATS
@@ -78,9 +78,9 @@ for _one in (calibrate, export, perturb, tolerances):
 @command.command("list")
 def list_() -> int:
     """Machines that come with verne-post."""
-    from verne_post.config import machine_files
+    from verne_post.config import list_machine_files
 
-    for name in machine_files():
+    for name in list_machine_files():
         echo(name)
     return 0
 
@@ -122,7 +122,7 @@ def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str 
     if plot is not None:
         _draw(files, name, machine, plot, suffix, iso_alpha, of_slice)
         return 0
-    echo(files.read(machine_path(name), "NAME|FILE").decode("utf-8"), nl=False)
+    echo(files.read(find_machine_path(name), "NAME|FILE").decode("utf-8"), nl=False)
     if machine.module is None:
         from verne_post.kinematics.chain.senses import describe_senses
 
@@ -154,7 +154,7 @@ def _draw(
             f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal tilt; leave the option out for a slice"
         )
     if isinstance(machine.module, IsoAlpha) and iso_alpha:
-        files.write(plot, "--plot", [plots.picture(plots.iso_alpha_figure(machine, machine.module), suffix)])
+        files.write(plot, "--plot", [plots.picture(plots.draw_iso_alpha(machine, machine.module), suffix)])
         return
     factors = {column.joint: column.factor for column in machine.columns}
     if not {"a", "c"} <= set(factors) or not np.array_equal(machine.coordinates.part_frame, np.eye(3)):
@@ -168,8 +168,8 @@ def _draw(
         float(of_slice["tool_length"] or 0.0),
     )
     try:
-        with progress_line("sampling the workspace"):
-            figure, drawn = plots.workspace_figure(machine, plane, at, angles, length)
+        with show_progress("sampling the workspace"):
+            figure, drawn = plots.draw_workspace(machine, plane, at, angles, length)
     except plots.NothingReached as error:
         raise click.UsageError(f"{name}: {error}; choose another --at, --tool-length or --tilt") from None
     files.write(plot, "--plot", [plots.picture(figure, suffix)])
@@ -193,7 +193,7 @@ def validate(name: str) -> int:
     except InputError as error:
         refuse(name, error)
         return ExitStatus.UNUSABLE
-    echo(f"{shown_name(name)}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
+    echo(f"{show_name(name)}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
     for group, source in machine.provenance.items():
         echo(f"  {group}: {source}")
     for text in describe_moves(machine):
@@ -232,22 +232,26 @@ def axis_check(
     files.writes(output / "README.txt" if output.exists() else output, "-o")
     place = tuple(numbers_of(at, f"--at {at}"))
     from verne_post.app.row_format import format_of
-    from verne_post.calibration.axis_check import axis_moves, instructions
+    from verne_post.calibration.axis_check import plan_axis_moves, write_instructions
     from verne_post.model.findings import InputError
-    from verne_post.output.setpoints import csv_header, csv_rows
+    from verne_post.output.setpoints import write_csv_header, write_csv_rows
 
     try:
         machine_name = name_machine(files, machine_name)
         machine = load(files, machine_name)
         options = build_options(files, "axis-check", cycle=cycle, units=units, accept_rounding=accept_rounding)
         fmt = format_of(machine, options, options.cycle or machine.cycle)
-        moves = list(axis_moves(machine, place, fmt))
+        moves = list(plan_axis_moves(machine, place, fmt))
     except InputError as error:
         return refuse(machine_name or "axis-check", error)
     output.mkdir(exist_ok=True)
     for move in moves:
-        files.write(output / f"{move.name}.csv", "-o", [csv_header(machine.columns, fmt.drives), csv_rows(move.block)])
-    text = instructions(machine, moves)
+        files.write(
+            output / f"{move.name}.csv",
+            "-o",
+            [write_csv_header(machine.columns, fmt.drives), write_csv_rows(move.block)],
+        )
+    text = write_instructions(machine, moves)
     files.write(output / "README.txt", "-o", [text])
     echo(text, nl=False)
     return 0
@@ -259,13 +263,13 @@ def axis_check(
 @click.option("--free", metavar="R1,r1,...", help="Lengths to estimate; without it all but those of --fix.")
 @click.option("--fix", "held", metavar="R1,r1,...", help="Lengths that keep the machine file's values.")
 @click.option("--tie", "tied", multiple=True, metavar="L2=L3", help="Lengths that are equal; repeatable.")
-@sigma_option("--sigma-rho", 0.01, "MM", "Standard uncertainty of slider readings; 0: exact.")
-@sigma_option("--sigma-xyz", 0.02, "MM", "Standard uncertainty of each coordinate of P.")
-@sigma_option(
+@add_sigma_option("--sigma-rho", 0.01, "MM", "Standard uncertainty of slider readings; 0: exact.")
+@add_sigma_option("--sigma-xyz", 0.02, "MM", "Standard uncertainty of each coordinate of P.")
+@add_sigma_option(
     "--sigma-alpha-deg", 0.01, "DEG", "Standard uncertainty of measured tilts; inf: a tilt only tells which solution a row is.",
     infinite=True,
 )  # fmt: skip
-@sigma_option("--sigma-rod", 0.0, "MM", "How far each rod may miss: play and bending that no length explains.")
+@add_sigma_option("--sigma-rod", 0.0, "MM", "How far each rod may miss: play and bending that no length explains.")
 @click.option(
     "--starts",
     type=Whole(min=0),
@@ -295,7 +299,7 @@ def identify_(
     Exit status: 0 a table to paste, 1 the readings contradict their stated uncertainties, 2 unusable input,
     3 the readings do not determine the lengths.
     """
-    name = shown_name(measured)
+    name = show_name(measured)
     if sigma_xyz == 0 and sigma_rod == 0:
         raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
     files = RunFiles()
@@ -305,11 +309,11 @@ def identify_(
     from verne_post.base.units import RAD_PER_DEG
     from verne_post.calibration.identification_text import (
         IdentificationReport,
-        identification_json,
-        identification_text,
+        format_identification,
+        format_identification_json,
     )
     from verne_post.calibration.identify import Uncertainty, identify
-    from verne_post.calibration.readings import read_readings, refused_lengths
+    from verne_post.calibration.readings import explain_refused_lengths, read_readings
     from verne_post.model.findings import InputError
     from verne_post.model.protocols import AxisCorrecting, Identifiable
 
@@ -349,7 +353,7 @@ def identify_(
     try:
         data = read_readings(files.read(measured, "MEASURED.csv"), module.actuators)
         sigma = Uncertainty(sigma_rho, sigma_xyz, RAD_PER_DEG * sigma_alpha_deg, sigma_rod)
-        with progress_line("fitting lengths"):
+        with show_progress("fitting lengths"):
             result = identify(module, data, sigma, fixed, groups, starts)
     except InputError as error:
         return refuse(name, error)
@@ -359,9 +363,9 @@ def identify_(
             "give them an uncertainty (--sigma-rho, --sigma-alpha-deg), or the rods (--sigma-rod)"
         ) from None
     report = IdentificationReport(
-        name, machine, data, sigma, present, result, refused_lengths(machine.kind, result.lengths)
+        name, machine, data, sigma, present, result, explain_refused_lengths(machine.kind, result.lengths)
     )
-    echo((identification_json if as_json else identification_text)(report), nl=False)
+    echo((format_identification_json if as_json else format_identification)(report), nl=False)
     if not report.usable:
         return ExitStatus.NO_VERDICT
     return ExitStatus.VIOLATION if report.contradicted else ExitStatus.CLEAN

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from verne_post.cli.common import expect_machine, name_machine, refuse, require_positive, sigma_option
-from verne_post.cli.files import RunFiles, is_dash, shown_name
+from verne_post.cli.common import add_sigma_option, expect_machine, name_machine, refuse, require_positive
+from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.numbers import NUMBER, Whole
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.options import FILE, MACHINE, machine_option
@@ -38,8 +38,8 @@ def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any
 @click.command("perturb")
 @machine_option
 @click.option("--seed", type=Whole(min=0), required=True, metavar="N", help="The same seed gives the same machine.")
-@sigma_option("--sigma-mm", 0.05, "MM", "Of places and lengths.")
-@sigma_option("--sigma-mrad", 0.1, "MRAD", "Of directions.")
+@add_sigma_option("--sigma-mm", 0.05, "MM", "Of places and lengths.")
+@add_sigma_option("--sigma-mrad", 0.1, "MRAD", "Of directions.")
 @_OUTPUT
 def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: float, output: Path) -> int:
     """Write the file of a simulated machine: every part off its nominal place at random, normally distributed."""
@@ -51,13 +51,13 @@ def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: fl
         machine_name = name_machine(files, machine_name)
         expect_machine(machine_name)
         from verne_post.base.units import MILLI
-        from verne_post.calibration.as_built.data import tolerance_vector
+        from verne_post.calibration.as_built.data import build_tolerance_vector
         from verne_post.calibration.as_built.perturb import draw_deviations
 
         opened = OpenedMachine(files, machine_name)
-        drawn = draw_deviations(seed, tolerance_vector(sigma_mm, MILLI * sigma_mrad))
+        drawn = draw_deviations(seed, build_tolerance_vector(sigma_mm, MILLI * sigma_mrad))
         source = f"perturbed with seed {seed}, sigma {sigma_mm:g} mm and {sigma_mrad:g} mrad"
-        text = opened.text(drawn.to_vector(), source)
+        text = opened.text(drawn.pack_vector(), source)
         opened.require_sound(text, output)
     except InputError as error:
         return refuse(machine_name or "perturb", error)
@@ -90,7 +90,7 @@ def tolerances(
 ) -> int:
     """Show what the tolerance of each part does to the tool over the workspace, worst first."""
     from verne_post.calibration.as_built.model import AsBuiltModel
-    from verne_post.calibration.as_built.report_text import tolerances_text
+    from verne_post.calibration.as_built.report_text import format_tolerances
     from verne_post.calibration.as_built.tolerances import study_tolerances
     from verne_post.model.deviations import IS_ANGLE
     from verne_post.model.findings import InputError
@@ -103,9 +103,9 @@ def tolerances(
     chosen = opened.tolerances(tolerance_mm, tolerance_mrad)
     poses = opened.workspace_poses(opened.lengths(lengths))
     study = study_tolerances(
-        AsBuiltModel(opened.as_built), opened.as_built.deviations.to_vector(), chosen, poses, IS_ANGLE
+        AsBuiltModel(opened.as_built), opened.as_built.deviations.pack_vector(), chosen, poses, IS_ANGLE
     )
-    echo(tolerances_text(opened.machine, study, None if every else 15), nl=False)
+    echo(format_tolerances(opened.machine, study, None if every else 15), nl=False)
     return ExitStatus.CLEAN
 
 
@@ -119,12 +119,12 @@ def tolerances(
 @click.option(
     "--lengths", "length_file", metavar="FILE.csv", help="Lengths measured on the machine: length,value_mm,sigma_mm."
 )
-@sigma_option(
+@add_sigma_option(
     "--sigma-mm", 0.003, "MM", "Standard uncertainty of each coordinate of a tip, where a row states none.", zero=False
 )
-@sigma_option("--sigma-mrad", 0.02, "MRAD", "The same of a measured tool axis.", zero=False)
-@sigma_option("--sigma-rho", 0.0, "MM", "Standard uncertainty of where a commanded slider stands.")
-@sigma_option("--sigma-angle-mrad", 0.0, "MRAD", "The same of A and C.")
+@add_sigma_option("--sigma-mrad", 0.02, "MRAD", "The same of a measured tool axis.", zero=False)
+@add_sigma_option("--sigma-rho", 0.0, "MM", "Standard uncertainty of where a commanded slider stands.")
+@add_sigma_option("--sigma-angle-mrad", 0.0, "MRAD", "The same of A and C.")
 @_add_tolerance_options
 @click.option(
     "--touch-up",
@@ -211,7 +211,7 @@ def calibrate(readings: str | None, machine_name: str | None, output: Path, plot
 
         opened = OpenedMachine(files, machine_name)
         tolerances = opened.tolerances(given["tolerance_mm"], given["tolerance_mrad"])
-        name = shown_name(readings) if readings else machine_name
+        name = show_name(readings) if readings else machine_name
         if given["planned"] is not None:
             return run_plan(files, opened, tolerances, readings, output, given)
         assert readings is not None

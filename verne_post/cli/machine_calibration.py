@@ -10,24 +10,34 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.units import MILLI
 from verne_post.calibration.as_built.calibrate import calibrate
-from verne_post.calibration.as_built.covariance_file import covariance_lines, covariance_path, read_covariance
-from verne_post.calibration.as_built.data import JointUncertainty, Prior, prior_of_covariance, prior_of_manufacture
-from verne_post.calibration.as_built.drift import DRIFT_MM, drift_directions, prior_of_drift, split_drift
+from verne_post.calibration.as_built.covariance_file import format_covariance, place_covariance_file, read_covariance
+from verne_post.calibration.as_built.data import (
+    JointUncertainty,
+    Prior,
+    build_prior_of_covariance,
+    build_prior_of_manufacture,
+)
+from verne_post.calibration.as_built.drift import DRIFT_MM, build_prior_of_drift, find_drift_directions, split_drift
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import fit_robustly
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.perturb import simulate_tips
 from verne_post.calibration.as_built.plan import plan_poses
 from verne_post.calibration.as_built.prediction import quantiles
-from verne_post.calibration.as_built.program import program_lines
-from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings, reading_lines
-from verne_post.calibration.as_built.report_text import UM, CalibrationReport, calibration_json, calibration_text
+from verne_post.calibration.as_built.program import write_program_lines
+from verne_post.calibration.as_built.readings import format_readings, read_length_readings, read_tool_readings
+from verne_post.calibration.as_built.report_text import (
+    UM,
+    CalibrationReport,
+    format_calibration,
+    format_calibration_json,
+)
 from verne_post.calibration.as_built.stations import align_stations
 from verne_post.cli.common import print_findings
-from verne_post.cli.files import RunFiles, shown_name
+from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.numbers import numbers_of
 from verne_post.cli.opened_machine import OpenedMachine
-from verne_post.cli.progress import progress_line
+from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
 from verne_post.model.findings import InputError, finding
 from verne_post.model.verdict import ExitStatus
@@ -45,7 +55,7 @@ def _read_measurement(
     )
     lengths = read_length_readings(files.read(given["length_file"], "--lengths")) if given["length_file"] else ()
     model = AsBuiltModel(opened.as_built)
-    closed = model.predict(opened.as_built.deviations.to_vector(), tools.joints, tools.length).ok
+    closed = model.predict(opened.as_built.deviations.pack_vector(), tools.joints, tools.length).ok
     open_ = [
         finding("VP502", "the rods do not close at these joints; they are no place of this machine", line=int(line))
         for line in tools.line[~closed]
@@ -53,7 +63,7 @@ def _read_measurement(
     if open_:
         raise InputError(*open_)
     try:
-        tools = align_stations(model, opened.as_built.deviations.to_vector(), tools)
+        tools = align_stations(model, opened.as_built.deviations.pack_vector(), tools)
     except ValueError as error:
         raise InputError(finding("VP502", str(error))) from None
     return Measurement(model, tools, lengths, _make_joint_uncertainty(given)), blank
@@ -67,56 +77,56 @@ def _make_prior(files: RunFiles, opened: OpenedMachine, tolerances: Array, given
     """What is known before: a former calibration where its covariance is named or needed, else the tolerances."""
     name = given["covariance"]
     if name is None and not given["touch_up"]:
-        return prior_of_manufacture(tolerances)
-    path = Path(name) if name is not None else covariance_path(opened.path)
+        return build_prior_of_manufacture(tolerances)
+    path = Path(name) if name is not None else place_covariance_file(opened.path)
     if name is None and not path.exists():
         raise click.UsageError(
             f"--touch-up: {path} is missing, which machine calibrate writes beside a machine file; name it with --covariance"
         )
-    before = opened.as_built.deviations.to_vector()
+    before = opened.as_built.deviations.pack_vector()
     try:
         prior = read_covariance(files.read(path, "--covariance"), before)
     except InputError as error:
         raise InputError(*(replace(item, message=f"{path.name}: {item.message}") for item in error.findings)) from None
     if not given["touch_up"]:
         return prior
-    directions = drift_directions(opened.as_built.geometry)
-    return prior_of_drift(before, prior.factor @ prior.factor.T, directions, given["drift_mm"] or DRIFT_MM)
+    directions = find_drift_directions(opened.as_built.geometry)
+    return build_prior_of_drift(before, prior.factor @ prior.factor.T, directions, given["drift_mm"] or DRIFT_MM)
 
 
 def run_calibration(
     files: RunFiles, opened: OpenedMachine, tolerances: Array, readings: str, output: Path, plot: Path | None, suffix: str, given: dict[str, Any]
 ) -> int:  # fmt: skip
     """Fit the readings, and write the machine file, its covariance and the picture."""
-    beside = covariance_path(output)
+    beside = place_covariance_file(output)
     files.writes(output, "-o")
     files.writes(beside, "the covariance of -o")
     measurement, blank = _read_measurement(files, opened, readings, given)
     prior = _make_prior(files, opened, tolerances, given)
-    before = opened.as_built.deviations.to_vector()
+    before = opened.as_built.deviations.pack_vector()
     poses = opened.workspace_poses(tuple(np.unique(measurement.tools.length).tolist()))
     try:
-        with progress_line("fitting deviations"):
+        with show_progress("fitting deviations"):
             result = calibrate(measurement, prior, opened.present.five_axis, opened.as_built, poses)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
-        echo(f"{shown_name(readings)}: no verdict: {error}", err=True)
+        echo(f"{show_name(readings)}: no verdict: {error}", err=True)
         return ExitStatus.NO_VERDICT
     fit = result.fit
     drift = None
     if given["touch_up"]:
-        directions, drift_mm = drift_directions(opened.as_built.geometry), given["drift_mm"] or DRIFT_MM
+        directions, drift_mm = find_drift_directions(opened.as_built.geometry), given["drift_mm"] or DRIFT_MM
         drift = split_drift(before, fit.deviations, prior, fit.covariance, directions, drift_mm)
-    report = CalibrationReport(shown_name(readings), opened.machine, measurement, result, blank, drift)
-    echo((calibration_json if given["as_json"] else calibration_text)(report), nl=False)
+    report = CalibrationReport(show_name(readings), opened.machine, measurement, result, blank, drift)
+    echo((format_calibration_json if given["as_json"] else format_calibration)(report), nl=False)
     if not fit.converged:
         return ExitStatus.NO_VERDICT
     if result.contradicted:
         echo(f"{output}: not written; find out why before a machine moves by these deviations", err=True)
         return ExitStatus.VIOLATION
     how = "touched up with" if given["touch_up"] else "calibration from"
-    text = opened.text(fit.deviations, f"{how} {shown_name(readings)}, {int(result.kept.sum())} readings")
+    text = opened.text(fit.deviations, f"{how} {show_name(readings)}, {int(result.kept.sum())} readings")
     opened.require_sound(text, output)
-    files.write(beside, "the covariance of -o", covariance_lines(fit.deviations, fit.covariance))
+    files.write(beside, "the covariance of -o", format_covariance(fit.deviations, fit.covariance))
     files.write(output, "-o", [text])
     if not given["as_json"]:
         echo(f"written: {output}, and {beside} for --touch-up")
@@ -129,12 +139,12 @@ def _draw(
     files: RunFiles, opened: OpenedMachine, found: Array, factor: Array, length: float, plot: Path, suffix: str
 ) -> None:
     """Write the picture of the tip error before and after."""
-    from verne_post.calibration.as_built.error_field import error_fields
+    from verne_post.calibration.as_built.error_field import compute_error_fields
     from verne_post.output import plots
-    from verne_post.output.error_plots import error_figure
+    from verne_post.output.error_plots import draw_errors
 
-    fields = error_fields(opened.machine, opened.present.five_axis, opened.as_built, found, factor, length)
-    files.write(plot, "--plot", [plots.picture(error_figure(opened.machine, fields, length), suffix)])
+    fields = compute_error_fields(opened.machine, opened.present.five_axis, opened.as_built, found, factor, length)
+    files.write(plot, "--plot", [plots.picture(draw_errors(opened.machine, fields, length), suffix)])
 
 
 # --- plan --------------------------------------------------------------------------------------------
@@ -157,14 +167,14 @@ def run_plan(
     prior = _make_prior(files, opened, tolerances, given)
     if readings is not None:  # the poses to measure next, after these readings
         fit = fit_robustly(_read_measurement(files, opened, readings, given)[0], prior)[0]
-        prior = prior_of_covariance(fit.deviations, fit.covariance)
+        prior = build_prior_of_covariance(fit.deviations, fit.covariance)
     lengths = opened.lengths(given["tool_lengths"])
     places = [numbers_of(text, f"--at {text}") for text in given["places"]]
     if any(len(place) != 3 for place in places):
         raise click.UsageError("--at takes three numbers X,Y,Z of the table frame, mm")
     machine, planned = opened.machine, given["planned"]
     try:
-        with progress_line("choosing poses"):
+        with show_progress("choosing poses"):
             plan = plan_poses(
                 machine, AsBuiltModel(opened.as_built), prior, lengths, planned, given["sigma_mm"], _make_joint_uncertainty(given),
                 np.array(places) if places else None,
@@ -179,8 +189,8 @@ def run_plan(
         tips = simulate_tips(
             true, poses.joints, poses.length, given["sigma_mm"], given["seed"] or 0, _make_joint_uncertainty(given)
         )
-    text = "".join(program_lines(machine, plan.middle, poses, plan.over, dwell, output.name))
-    with progress_line(f"checking {program}") as progress:
+    text = "".join(write_program_lines(machine, plan.middle, poses, plan.over, dwell, output.name))
+    with show_progress(f"checking {program}") as progress:
         checked = check_source(text.encode(), machine, Options(source_name=program.name, split_at_stops=True), progress)
     if not checked.ok:
         print_findings(program.name, checked.findings)
@@ -191,7 +201,7 @@ def run_plan(
             )
         )
     files.write(program, "the program of -o", [text])
-    files.write(output, "-o", reading_lines(machine, poses.joints, poses.length, tips))
+    files.write(output, "-o", format_readings(machine, poses.joints, poses.length, tips))
     median, high, worst = (UM * value for value in quantiles(plan.errors))
     echo(f"{planned} poses, tools {', '.join(f'{length:g}' for length in np.unique(poses.length))} mm")
     echo(f"tip error expected after these readings: {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} um at most")

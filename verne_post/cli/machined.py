@@ -7,15 +7,15 @@ import click
 
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
-from verne_post.cli.files import RunFiles, is_dash, shown_name
+from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.measured import add_log_options, read_measured, read_rows, require_delay
 from verne_post.cli.numbers import NUMBER
-from verne_post.cli.options import FILE, INPUT, GroupedCommand, program_options
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options
 from verne_post.cli.pictures import SUFFIXES, expect_picture
-from verne_post.cli.progress import progress_line
+from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import print_as_is
 from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
-from verne_post.model.verdict import status_of
+from verne_post.model.verdict import find_exit_status
 
 _ASKED = Wanted()
 
@@ -106,7 +106,7 @@ _ASKED = Wanted()
     help="Format of the findings.",
 )
 @quiet_option
-@program_options("solver", "quality", "jobs", "slow_start")
+@add_program_options("solver", "quality", "jobs", "slow_start")
 def command(
     setpoints: str, against: str, nominal: str | None, fixtures: tuple[str, ...], distance: float, stock_from: str | None,
     stock_left: str | None, unit: str, gouge: float, excess: float, grid: float, search: float,
@@ -143,7 +143,7 @@ def command(
     require_delay(delay)
     if setpoints.endswith(".index.json"):
         raise click.UsageError("machined reads one setpoint file; name a part of it")
-    files, name = RunFiles(), shown_name(setpoints)
+    files, name = RunFiles(), show_name(setpoints)
     files.expects(setpoints, "AXES.CSV")
     for option, file, _system in places:
         files.expects(file, option)
@@ -171,7 +171,7 @@ def command(
     from verne_post.app.assemble import assemble
     from verne_post.app.machined import Body, judge_rows
     from verne_post.app.machined_stock import cut_rows, describe_run, load_stock, make_stock, pack_stock
-    from verne_post.app.row_format import drives_of
+    from verne_post.app.row_format import find_drives
     from verne_post.output.findings import Report
     from verne_post.output.machined import describe_comparisons, draw_map, encode_ply, list_worst
     from verne_post.output.reports import FORMATS
@@ -179,16 +179,16 @@ def command(
 
     try:
         bodies = [
-            Body(read_stl(bytes(files.read(file, option)), shown_name(str(file)), unit), system)
+            Body(read_stl(bytes(files.read(file, option)), show_name(str(file)), unit), system)
             for option, file, system in places
         ]
         part = bodies.pop(0) if nominal is not None else None
-        with progress_line("reading", quiet=quiet) as progress:
+        with show_progress("reading", quiet=quiet) as progress:
             try:
                 program = assemble(source, machine, options)
             except InputError as error:
-                return refuse(shown_name(against), error, source)
-            drives = drives_of(program.machine, options)
+                return refuse(show_name(against), error, source)
+            drives = find_drives(program.machine, options)
             q, lines = read_rows(files, setpoints, program, drives)
             if measured is not None:
                 log, delayed = read_measured(files, measured, columns, delay, q, program, drives)
@@ -200,7 +200,7 @@ def command(
             if with_stock:
                 if stock_place is not None:
                     raw = bytes(files.read(stock_place[0], "--stock-from"))
-                    stock = load_stock(program, raw, shown_name(str(stock_place[0])), stock_place[1], unit)
+                    stock = load_stock(program, raw, show_name(str(stock_place[0])), stock_place[1], unit)
                 else:
                     stock = make_stock(program)
                 run = cut_rows(program, q, lines, stock)
@@ -212,12 +212,12 @@ def command(
         raise click.UsageError(f"{name} is no text in UTF-8: {error}") from None
     findings = (*found.findings, *(() if run is None else run.findings))
     if output_format == "text":
-        print_findings(shown_name(against), findings, quiet=quiet)
+        print_findings(show_name(against), findings, quiet=quiet)
     else:
-        print_as_is(FORMATS[output_format]([Report(shown_name(against), findings, None, source, ())], machine))
+        print_as_is(FORMATS[output_format]([Report(show_name(against), findings, None, source, ())], machine))
     if not quiet:
         if places:
-            say(describe_comparisons(name if measured is None else shown_name(str(measured)), found))
+            say(describe_comparisons(name if measured is None else show_name(str(measured)), found))
         if run is not None:
             say(describe_run(run))
     if left_place is not None:
@@ -227,7 +227,7 @@ def command(
     if output is not None:
         picture = encode_ply(found.judged[0]) if suffix == ".ply" else draw_map(found.judged[0], suffix)
         files.write(output, "-o", [picture])
-    return status_of(findings)
+    return find_exit_status(findings)
 
 
 def _split_place(option: str, text: str) -> tuple[Path, int | None]:

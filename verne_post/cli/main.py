@@ -15,8 +15,8 @@ import click
 from click.shell_completion import CompletionItem
 
 from verne_post import __version__
-from verne_post.base.printable import printable, printable_lines
-from verne_post.cli.arithmetic import same_everywhere
+from verne_post.base.printable import make_lines_printable, make_printable
+from verne_post.cli.arithmetic import choose_kernels
 from verne_post.cli.files import FileError
 from verne_post.cli.streams import drop, echo, prepare_streams
 from verne_post.cli.temporary import tidy_up_when_ended
@@ -137,7 +137,7 @@ def cli() -> None:
 def _describe_failure(error: OSError) -> str:
     """What the system refused: the file by its name, a limit of the process, or else standard output."""
     if error.filename is not None:
-        return f"{printable(str(error.filename))}: {error.strerror or error}"
+        return f"{make_printable(str(error.filename))}: {error.strerror or error}"
     if error.errno in (errno.EMFILE, errno.ENFILE):
         return "more files and pipes are needed at once than the process may open; allow more (ulimit -n)"
     if error.errno in (errno.EAGAIN, errno.ENOMEM):
@@ -147,7 +147,7 @@ def _describe_failure(error: OSError) -> str:
 
 def run() -> None:
     """Entry point: run the command and exit with the documented status."""
-    same_everywhere()
+    choose_kernels()
     prepare_streams()
     tidy_up_when_ended()
     sys.exit(main(sys.argv[1:]))
@@ -165,7 +165,7 @@ def main(arguments: list[str]) -> int:
     except click.ClickException as error:
         shown = io.StringIO()
         error.show(shown)
-        echo(printable_lines(shown.getvalue()), nl=False, err=True)
+        echo(make_lines_printable(shown.getvalue()), nl=False, err=True)
         return ExitStatus.UNUSABLE
     except FileError as error:
         echo(f"Error: {error}", err=True)

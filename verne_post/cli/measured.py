@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.base.numbers import is_count
-from verne_post.base.text_marks import text_of
-from verne_post.cli.files import RunFiles, shown_name
+from verne_post.base.text_marks import decode_text
+from verne_post.cli.files import RunFiles, show_name
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,7 +51,7 @@ def read_rows(
 
     machine = program.machine
     with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
-        blocks = list(read_csv(stream, shown_name(setpoints), machine.columns, program.cycle, drives))
+        blocks = list(read_csv(stream, show_name(setpoints), machine.columns, program.cycle, drives))
     if not blocks:
         raise InputError(finding("VP020", "the setpoint file has no rows"))
     factor = np.array([column.factor for column in machine.columns])
@@ -67,7 +67,7 @@ def read_measured(
 
     from verne_post.model.setpoints import SetpointFormat
     from verne_post.output.logs import read_log
-    from verne_post.output.rounding import positions_of
+    from verne_post.output.rounding import convert_positions
     from verne_post.output.setpoints import name_joints
     from verne_post.verification.following import estimate_delay
 
@@ -75,10 +75,10 @@ def read_measured(
     named = dict(part.split("=", 1) for part in columns.split(",") if "=" in part)
     if len(named) != len([part for part in columns.split(",") if part]):
         raise click.UsageError(f"--columns {columns}: expected JOINT=NAME,JOINT=NAME,...")
-    text = text_of(files.read(measured, "--measured"), "replace")
+    text = decode_text(files.read(measured, "--measured"), "replace")
     numbers = read_log(text, str(measured), machine.columns, name_joints(machine.columns, drives), named)
     factor = np.array([column.factor for column in machine.columns])
-    joints = positions_of(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
+    joints = convert_positions(numbers, SetpointFormat(program.cycle, (0,) * len(factor), 0, drives)) / factor
     delayed = estimate_delay(commanded, joints) if delay == "auto" else int(delay)
     if len(joints) - delayed < 2:
         raise click.UsageError(f"{measured}: {len(joints)} rows are too few for a delay of {delayed}")

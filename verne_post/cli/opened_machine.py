@@ -24,22 +24,22 @@ class OpenedMachine:
     """A machine file with its bytes: the machine in use, and the same with its as-built kinematics."""
 
     def __init__(self, files: RunFiles, name: str) -> None:
-        from verne_post.calibration.as_built.machine_text import as_built_route
-        from verne_post.config.machine_paths import machine_path
+        from verne_post.calibration.as_built.machine_text import take_as_built_route
+        from verne_post.config.machine_paths import find_machine_path
 
-        self.path = machine_path(name)
+        self.path = find_machine_path(name)
         self.present: Machine = load(files, name)
         self.raw = files.read(self.path, "--machine")
-        route = as_built_route(self.present, self.raw, self.path.name)
+        route = take_as_built_route(self.present, self.raw, self.path.name)
         self.machine: Machine = route[0]
         self.as_built: AsBuiltMachine = route[1]
 
     def text(self, deviations: "Array", source: str) -> str:
         """The machine file with other deviations (58,)."""
-        from verne_post.calibration.as_built.machine_text import machine_text
+        from verne_post.calibration.as_built.machine_text import write_machine_text
         from verne_post.model.deviations import Deviations
 
-        return machine_text(self.raw, Deviations.from_vector(deviations), source, self.path.name)
+        return write_machine_text(self.raw, Deviations.build_from_vector(deviations), source, self.path.name)
 
     @staticmethod
     def like(files: RunFiles, name: str) -> "AsBuiltMachine":
@@ -54,9 +54,9 @@ class OpenedMachine:
     @staticmethod
     def require_sound(text: str, output: Path) -> None:
         """Refuse the text of a machine file that could not be loaded."""
-        from verne_post.config.load import machine_from_toml
+        from verne_post.config.load import build_machine
 
-        machine_from_toml(text.encode(), output.name)
+        build_machine(text.encode(), output.name)
 
     @staticmethod
     def lengths(given: tuple[float, ...]) -> tuple[float, ...]:

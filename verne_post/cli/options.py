@@ -14,9 +14,9 @@ from click.shell_completion import CompletionItem
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
-from verne_post.base.printable import printable
-from verne_post.base.type_words import alternatives, bare
-from verne_post.cli.files import DASH, RunFiles, is_dash, shown_name
+from verne_post.base.printable import make_printable
+from verne_post.base.type_words import bare, list_alternatives
+from verne_post.cli.files import DASH, RunFiles, is_dash, show_name
 from verne_post.cli.numbers import INTEGER, NUMBER, numbers_of
 from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, place_options
 from verne_post.cli.streams import echo
@@ -109,9 +109,9 @@ class _InputName(click.types.StringParamType):
 
 
 def _list_machine_names() -> Iterable[str]:
-    from verne_post.config.machine_paths import machine_files
+    from verne_post.config.machine_paths import list_machine_files
 
-    return machine_files()
+    return list_machine_files()
 
 
 #: Type of an argument that names a program; "-" is standard input.
@@ -149,7 +149,7 @@ class GroupedCommand(click.Command):
                     formatter.write_dl(records)
 
 
-def program_options(*without: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def add_program_options(*without: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Every option of a program, for the commands that read one, but for those that mean nothing to a command."""
     names = [name for name in OPTIONS if about(name).flag != "" and name not in (*WRITING, *without)]
     made = [*(_make_file_option(one) for one in FILES), *(_make_option(name) for name in names)]
@@ -168,7 +168,7 @@ def _decorate(command: Callable[..., Any], options: list[Callable[..., Any]]) ->
     return command
 
 
-def flag_of(name: str) -> str:
+def spell_flag(name: str) -> str:
     """How an option of the model is written on the command line."""
     if name not in OPTIONS:
         return name
@@ -204,7 +204,7 @@ def _make_option(name: str) -> Callable[..., Any]:
         help_text += f"  [default: {default}]"
     flags = [shown.short] if shown.short else []
     return click.option(
-        *flags, flag_of(name), name, cls=GroupedOption, group=shown.group, default=None, multiple=name in ("wcs", "keep_out"),
+        *flags, spell_flag(name), name, cls=GroupedOption, group=shown.group, default=None, multiple=name in ("wcs", "keep_out"),
         help=help_text, **settings,
     )  # fmt: skip
 
@@ -214,7 +214,7 @@ def _choose_click_type(option: Option) -> Any:
     shown = option.about
     if shown.choices is not None:
         return click.Choice(shown.choices())
-    kinds = [bare(one)[0] for one in alternatives(option.kind) if one is not type(None)]
+    kinds = [bare(one)[0] for one in list_alternatives(option.kind) if one is not type(None)]
     if get_origin(kinds[0]) is Literal:
         return click.Choice(get_args(kinds[0]))
     if kinds == [bool]:
@@ -279,10 +279,10 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         values |= _merge_bodies(files, values, settings, placed)
         if placed.part is not None:
             file, path, place = placed.part
-            values["part"] = file.make_part(files.read(path, place), shown_name(path))
+            values["part"] = file.make_part(files.read(path, place), show_name(path))
         return Options(**{**values, "source_name": name, "setup_source": placed.source})
     except UsageError as error:
-        raise click.UsageError(f"{flag_of(error.option)} {error.reason}") from None
+        raise click.UsageError(f"{spell_flag(error.option)} {error.reason}") from None
 
 
 def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
@@ -303,15 +303,15 @@ def _read_option_files(files: RunFiles, given: dict[str, Any], named: dict[str, 
     if given.get("tool_length") is not None and given.get("tool_lengths") is not None:
         raise click.UsageError("--tool-length and --tool-lengths exclude each other: the first holds for every tool")
     contents = {
-        key: (files.read(path, named.get(name, _FLAGS[name])), shown_name(path))
+        key: (files.read(path, named.get(name, _FLAGS[name])), show_name(path))
         for key, name in KEYS_OF_FILES.items()
         if (path := given.get(name)) is not None
     }
     if not contents:
         return {}
-    from verne_post.config.setup_values import values_of_files
+    from verne_post.config.setup_values import read_values_of_files
 
-    return values_of_files(contents)
+    return read_values_of_files(contents)
 
 
 def _merge_bodies(
@@ -323,7 +323,7 @@ def _merge_bodies(
         path = None if settings is None or one.file is None else settings.folder / one.file
         given[name] = one, path, f"settings file: keep_out.{name}.file"
     fixtures = {
-        name: one.make(name, None if path is None else (files.read(path, place), shown_name(path)))
+        name: one.make(name, None if path is None else (files.read(path, place), show_name(path)))
         for name, (one, path, place) in {**given, **placed.keep_out}.items()
     }
     named = set()
@@ -386,7 +386,7 @@ def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkO
             continue
         from verne_post.config.part_setup import read_offsets
 
-        shown = shown_name(one.measured)
+        shown = show_name(one.measured)
         measured = read_offsets(files.read(one.measured, one.key), shown)
         for system in one.written.keys() & measured.keys():
             text = f"{shown} has this work offset too; give it once"
@@ -408,8 +408,8 @@ def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "S
     settings = load_settings(found, lambda path: files.read(path, "--settings"), named=path is not None)
     if tell and files.is_first(found):
         hidden = "".join(f"; {text}" for text in _list_hidden(settings))
-        where = shown_name(found) if is_dash(found) else found.absolute()
-        echo(printable(f"verne-post: settings of {where}{hidden}"), err=True)
+        where = show_name(found) if is_dash(found) else found.absolute()
+        echo(make_printable(f"verne-post: settings of {where}{hidden}"), err=True)
     return settings
 
 

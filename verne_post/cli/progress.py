@@ -65,7 +65,7 @@ class ProgressLine:
 
 
 @contextmanager
-def progress_line(stage: str, *, quiet: bool = False) -> "Iterator[Progress | None]":
+def show_progress(stage: str, *, quiet: bool = False) -> "Iterator[Progress | None]":
     """Show progress on standard error while the block runs; only on a terminal.
 
     Parameters

@@ -7,8 +7,8 @@ import click
 
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse
-from verne_post.cli.files import RunFiles, is_dash, shown_name
-from verne_post.cli.options import FILE, INPUT, GroupedCommand, program_options
+from verne_post.cli.files import RunFiles, is_dash, show_name
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options
 from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     help="Where to write; - is standard output.  [default: INPUT.toml, where there is none yet]",
 )  # fmt: skip
 @quiet_option
-@program_options("jobs")
+@add_program_options("jobs")
 def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> int:
     """Write the set-up of a program: its tools, work offsets and user-defined codes, in the file that every command reads.
 
@@ -35,7 +35,7 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     """
     from verne_post.model.findings import InputError
 
-    name = shown_name(input_name)
+    name = show_name(input_name)
     files = RunFiles()
     if output is None:
         if is_dash(input_name):
@@ -52,7 +52,7 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     files.write(output, "-o", [text])
     print_findings(name, others, source)
     if not quiet:
-        say(f"{shown_name(str(output))}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
+        say(f"{show_name(str(output))}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
     return ExitStatus.CLEAN
 
 
@@ -61,11 +61,11 @@ def make_setup(
 ) -> "tuple[str, str, tuple[Finding, ...]]":
     """The file of a set-up, what is to be filled in, and errors that it does not settle."""
     from verne_post.app.setup_draft import draft_setup
-    from verne_post.base.long_text import line_of
+    from verne_post.base.long_text import take_line
     from verne_post.output.setup_text import HEAD_LINES, list_missing, write_setup
 
     draft = draft_setup(source, machine, options)
-    lines = (line_of(source, number) for number in range(1, HEAD_LINES + 1))
+    lines = (take_line(source, number) for number in range(1, HEAD_LINES + 1))
     head = [line.decode("utf-8", errors="replace") for line in lines if line is not None]
     text = write_setup(name, draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, head)
     return text, list_missing(draft.missing), draft.others

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 from msgspec import Struct, field
 
-from verne_post.cli.files import RunFiles, is_dash, shown_name
+from verne_post.cli.files import RunFiles, is_dash, show_name
 
 if TYPE_CHECKING:
     from verne_post.config.box_file import BoxFile, FixtureFile, PartFile
@@ -138,7 +138,7 @@ def _find_setups(
     if asked == NONE:
         return
     if settings is not None and program and not is_dash(program):
-        yield from settings.setups_of(Path(program))
+        yield from settings.find_setups(Path(program))
     if asked is None and (not program or is_dash(program)):
         return
     path = Path(asked) if asked is not None else Path(f"{program}.toml")
@@ -148,4 +148,4 @@ def _find_setups(
         raise click.UsageError(f"--setup {path}: expected {NONE}, -, or a file that ends in .toml")
     from verne_post.config.program_setup import read_setup
 
-    yield read_setup(path, lambda name: files.read(name, "--setup"), shown_name(path.name), named=asked is not None)
+    yield read_setup(path, lambda name: files.read(name, "--setup"), show_name(path.name), named=asked is not None)

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from verne_post.base.printable import break_commands, line_begun
+from verne_post.base.printable import break_commands, find_open_line
 
 
 class TextStream(io.TextIOWrapper):
@@ -20,7 +20,7 @@ class TextStream(io.TextIOWrapper):
         """Write, with commands broken."""
         safe = break_commands(self._line + text)
         super().write(safe[len(self._line) :])
-        self._line = line_begun(safe)
+        self._line = find_open_line(safe)
         return len(text)
 
 

@@ -32,7 +32,7 @@ _SEARCHED: set[Path] = set()
 
 
 @contextmanager
-def temporary_file(folder: Path) -> Iterator[tuple[int, Path]]:
+def make_temporary_file(folder: Path) -> Iterator[tuple[int, Path]]:
     """A new file, open for writing as a descriptor; closed at the end, and removed if it still has its name.
 
     Raises
@@ -45,7 +45,7 @@ def temporary_file(folder: Path) -> Iterator[tuple[int, Path]]:
 
 
 @contextmanager
-def temporary_folder(folder: Path) -> Iterator[Path]:
+def make_temporary_folder(folder: Path) -> Iterator[Path]:
     """A new folder, removed at the end with what is in it.
 
     Raises

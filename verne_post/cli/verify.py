@@ -8,16 +8,16 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
-from verne_post.base.text_marks import UTF16, is_utf16, text_of
+from verne_post.base.text_marks import UTF16, decode_text, is_utf16
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
-from verne_post.cli.files import RunFiles, is_dash, shown_name
+from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.measured import add_log_options, read_measured, read_rows, require_delay
 from verne_post.cli.numbers import NUMBER
-from verne_post.cli.options import FILE, INPUT, GroupedCommand, options_of, program_options
-from verne_post.cli.progress import progress_line
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options, options_of
+from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
-from verne_post.model.verdict import ExitStatus, gravest, status_of
+from verne_post.model.verdict import ExitStatus, find_exit_status, gravest
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 )
 @quiet_option
 @options_of("accept_rounding")
-@program_options("solver", "quality", "jobs", "slow_start")
+@add_program_options("solver", "quality", "jobs", "slow_start")
 def command(
     setpoints: str,
     against: str,
@@ -77,7 +77,7 @@ def command(
         require_positive("--following", following, zero=True)
     if measured is not None and (is_dash(setpoints) or setpoints.endswith(".index.json")):
         raise click.UsageError("--measured is compared with one setpoint file; name it")
-    name, files = shown_name(setpoints), RunFiles()
+    name, files = show_name(setpoints), RunFiles()
     files.expects(setpoints, "AXES.CSV")
     for path, option in ((meta, "--meta"), (measured, "--measured")):
         if path is not None:
@@ -89,26 +89,26 @@ def command(
 
     from verne_post.app.assemble import assemble
     from verne_post.app.constraints import check_program
-    from verne_post.app.row_format import drives_of
+    from verne_post.app.row_format import find_drives
     from verne_post.app.verify import verify_setpoints
     from verne_post.output.parts import parts_of, read_parts
     from verne_post.output.setpoints import read_csv
-    from verne_post.output.side_car import changed_since, read_side_car
-    from verne_post.output.summary import following_text, verdict_line
+    from verne_post.output.side_car import read_side_car, report_changes
+    from verne_post.output.summary import describe_following, format_verdict
 
     try:
         found = []
         if meta is not None:
-            side_car = read_side_car(text_of(files.read(meta, "--meta"), "replace"), str(meta))
-            found = changed_since(side_car, source, machine, options)
+            side_car = read_side_car(decode_text(files.read(meta, "--meta"), "replace"), str(meta))
+            found = report_changes(side_car, source, machine, options)
         try:
-            with progress_line("reading", quiet=quiet):
+            with show_progress("reading", quiet=quiet):
                 program = assemble(source, machine, options)
         except InputError as error:
-            return refuse(shown_name(against), error, source)
+            return refuse(show_name(against), error, source)
         if options.keep_out or options.stock:
             found += check_program(program)[1]
-        drives = drives_of(program.machine, options)
+        drives = find_drives(program.machine, options)
         if setpoints.endswith(".index.json"):
             for part in parts_of(Path(setpoints)):
                 files.reads(part, "AXES.CSV")
@@ -118,7 +118,7 @@ def command(
         else:
             with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
                 rows = read_csv(stream, name, program.machine.columns, program.cycle, drives)
-                with progress_line("verifying", quiet=quiet) as progress:
+                with show_progress("verifying", quiet=quiet) as progress:
                     verdict = verify_setpoints(program, _watch(rows, raw, progress))
         log = None if measured is None else _follow_log(files, setpoints, measured, columns, delay, program, drives)
     except InputError as error:
@@ -128,19 +128,19 @@ def command(
             f"{name} is {UTF16 if is_utf16(error.object) else f'no text in UTF-8: {error}'}"
         ) from None
     findings = (*found, *verdict.findings)
-    print_findings(shown_name(against), findings, quiet=quiet)
-    status = status_of(findings)
+    print_findings(show_name(against), findings, quiet=quiet)
+    status = find_exit_status(findings)
     if not quiet:
-        say(verdict_line(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
+        say(format_verdict(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
     if log is not None and measured is not None:
         followed, source_lines = log
         echo(
-            following_text(shown_name(measured), followed, source_lines, program.cycle, program.machine),
+            describe_following(show_name(measured), followed, source_lines, program.cycle, program.machine),
             nl=False,
             err=True,
         )
         if following is not None and not followed.path_worst <= following:
-            echo(f"{shown_name(measured)}: farther from the commanded path than --following {following:g} mm", err=True)
+            echo(f"{show_name(measured)}: farther from the commanded path than --following {following:g} mm", err=True)
             status = gravest([status, ExitStatus.VIOLATION])
     return status
 
@@ -163,5 +163,5 @@ def _follow_log(
 
     commanded, lines = read_rows(files, setpoints, program, drives)
     measured_joints, delayed = read_measured(files, measured, columns, delay, commanded, program, drives)
-    lengths = program.path.tool_length_at(lines)
+    lengths = program.path.find_tool_lengths(lines)
     return compare_log(commanded, measured_joints, lengths, program.machine.five_axis.nominal, delayed), lines

@@ -9,15 +9,15 @@ import typing as _typing
 
 if _typing.TYPE_CHECKING:
     from verne_post.config.load import load_machine, validate_machine
-    from verne_post.config.machine_paths import machine_files
+    from verne_post.config.machine_paths import list_machine_files
 
 _HOME = {
     "load_machine": "verne_post.config.load",
-    "machine_files": "verne_post.config.machine_paths",
+    "list_machine_files": "verne_post.config.machine_paths",
     "validate_machine": "verne_post.config.load",
 }
 
-__all__ = ["load_machine", "machine_files", "validate_machine"]
+__all__ = ["list_machine_files", "load_machine", "validate_machine"]
 
 
 def __getattr__(name: str) -> object:

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 
-def file_beside(folder: Path, name: str, key: str, remedy: str) -> Path:
+def find_file_beside(folder: Path, name: str, key: str, remedy: str) -> Path:
     """The file that a key names, from the folder of the file that has the key.
 
     Parameters

@@ -10,7 +10,7 @@ from msgspec import Meta, field
 from msgspec.structs import asdict
 
 from verne_post.base.arrays import Array
-from verne_post.base.printable import visible
+from verne_post.base.printable import escape_unprinted
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.config.carrier import CarrierFile, build_carried_machine
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
@@ -298,7 +298,7 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
     limits = _convert_limits(file, columns)
     accuracy = file.accuracy or AccuracyFile()
     return Machine(
-        name=visible(file.name),
+        name=escape_unprinted(file.name),
         kind="chain" if file.carrier is None else "carrier",
         sha256=hashlib.sha256(raw).hexdigest(),
         module=None,
@@ -311,7 +311,9 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
         table_radius=file.table.radius if file.table else 0.0,
         clearance=None,
         cycle=file.control.cycle_s,
-        provenance={key: visible(value) for key, value in asdict(file.provenance).items() if value is not None},
+        provenance={
+            key: escape_unprinted(value) for key, value in asdict(file.provenance).items() if value is not None
+        },
         drives=convert_drives(file.drives, columns, limits, file_name),
         warnings=tuple(_find_implausible(file)),
         vibration=convert_vibration(file.vibration),

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from msgspec.structs import asdict
 
-from verne_post.base.printable import visible
+from verne_post.base.printable import escape_unprinted
 from verne_post.base.suggestions import suggest
 from verne_post.base.units import MILLI, RAD_PER_DEG
-from verne_post.config.beside import file_beside
+from verne_post.config.beside import find_file_beside
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
 from verne_post.config.kinds import KINDS, Kind
-from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_path, names_hint, read_machine_file
+from verne_post.config.machine_paths import DEFAULT_MACHINE, find_machine_path, read_machine_file, suggest_names
 from verne_post.config.plausibility import find_implausible
 from verne_post.config.schema import (
     AccuracyFile,
@@ -24,7 +24,7 @@ from verne_post.config.schema import (
     MachineFile,
     RodsFile,
     TolerancesFile,
-    limits_file,
+    describe_limits_table,
 )
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
@@ -58,23 +58,23 @@ def load_machine(
     """
     if not isinstance(name_or_path, str | os.PathLike):
         raise UsageError("machine", f"expected a name or a path, got {type(name_or_path).__name__}")
-    path = machine_path(name_or_path)
+    path = find_machine_path(name_or_path)
 
     def read(path: Path, what: str, hint: str = "") -> bytes:
         if reads is not None:
             reads(path)
         return read_machine_file(path, what, hint)
 
-    raw = read(path, f"machine file {str(name_or_path)!r}", names_hint(path.name))
+    raw = read(path, f"machine file {str(name_or_path)!r}", suggest_names(path.name))
 
     def read_named(name: str) -> bytes:
         try:
-            found = file_beside(path.parent, name, "as_built.file", "put it there")
+            found = find_file_beside(path.parent, name, "as_built.file", "put it there")
         except ValueError as error:
             raise InputError(finding("VP501", f"{path.name}: {error}")) from None
         return read(found, f"{path.name}: as_built.file {name!r}")
 
-    return machine_from_toml(raw, path.name, read_named)
+    return build_machine(raw, path.name, read_named)
 
 
 def _refuse_files(name: str) -> bytes:
@@ -83,7 +83,7 @@ def _refuse_files(name: str) -> bytes:
     )
 
 
-def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] = _refuse_files) -> Machine:
+def build_machine(raw: bytes, file_name: str, read: Callable[[str], bytes] = _refuse_files) -> Machine:
     """Build a machine from the bytes of its file; ``read`` gives the bytes of files that it names."""
     try:
         data = read_toml(raw)
@@ -126,7 +126,9 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
     threshold = accuracy.uncorrected_axis_deg or math.inf
     nominal = HybridMachine(module, table, content.spindle.nose_offset_mm)
     five_axis: FiveAxis = nominal
-    provenance = {key: visible(value) for key, value in asdict(content.provenance).items() if value is not None}
+    provenance = {
+        key: escape_unprinted(value) for key, value in asdict(content.provenance).items() if value is not None
+    }
     if as_built is not None:
         _require_places(content, places, file_name)
         assert places is not None
@@ -134,7 +136,7 @@ def machine_from_toml(raw: bytes, file_name: str, read: Callable[[str], bytes] =
         provenance["as_built"] = as_built[0].source
     clearance = _make_clearance(content, five_axis, nominal, rods, places)
     return Machine(
-        name=visible(content.name),
+        name=escape_unprinted(content.name),
         kind=content.kind,
         sha256=hashlib.sha256(raw + (as_built[1] if as_built else b"")).hexdigest(),
         module=module,
@@ -230,7 +232,7 @@ def _check_schemas(
         if groups["module"] is not None:
             module = checked(kind.schema, groups["module"], "module", str(name))
         if groups["limits"] is not None:
-            limits = checked(limits_file(kind.group, kind.rods), groups["limits"], "limits", str(name))
+            limits = checked(describe_limits_table(kind.group, kind.rods), groups["limits"], "limits", str(name))
         if groups["rods"] is not None and kind.bodies is not None:
             rods = checked(kind.bodies, groups["rods"], "rods", str(name))
         elif groups["rods"] is not None:

@@ -14,7 +14,7 @@ from verne_post.model.findings import InputError, finding
 DEFAULT_MACHINE: Final = "verne"
 
 
-def machine_files() -> dict[str, Path]:
+def list_machine_files() -> dict[str, Path]:
     """The machine files that come with the package, by name; in a wheel and in an editable install."""
     here = Path(__file__).resolve().parents[1]
     for folder in (here / "machine_configs", here.parent / "machine_configs"):
@@ -23,15 +23,15 @@ def machine_files() -> dict[str, Path]:
     return {}
 
 
-def machine_path(name_or_path: str | os.PathLike[str]) -> Path:
+def find_machine_path(name_or_path: str | os.PathLike[str]) -> Path:
     """The file of a machine that is given by name, or by its path; a ``Path`` is no name."""
-    known = machine_files()
+    known = list_machine_files()
     return known[name_or_path] if isinstance(name_or_path, str) and name_or_path in known else Path(name_or_path)
 
 
-def names_hint(named: str) -> str:
+def suggest_names(named: str) -> str:
     """What an error adds: the names that there are, and the one that was meant by a file of another name."""
-    known = machine_files()
+    known = list_machine_files()
     return f"; machines by name: {', '.join(known)}{suggest(named.removesuffix('.toml').lower(), known)}"
 
 

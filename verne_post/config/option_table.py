@@ -5,7 +5,7 @@ from typing import Any
 
 from verne_post.base.suggestions import suggest
 from verne_post.model.findings import UsageError
-from verne_post.model.options import checked_value
+from verne_post.model.options import check_value
 
 
 def find_wrong_options(
@@ -26,7 +26,7 @@ def find_wrong_options(
             found.append(f"{name}: this is no option of {kind}{suggest(name, [*allowed, *others])}")
             continue
         try:
-            checked_value(name, value)
+            check_value(name, value)
         except UsageError as error:
             found.append(f"{error.option} = {error.reason}")
     return found

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from verne_post.base.numbers import read_number
-from verne_post.base.text_marks import text_of
+from verne_post.base.text_marks import decode_text
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, SYSTEM_NUMBERS, Tool, WorkOffset
@@ -75,7 +75,7 @@ def _read_rows(
 ) -> Iterator[tuple[str, dict[str, str]]]:
     """Where each row stands, and its cells as text; JSON is a list of objects with the same keys."""
     try:
-        text = text_of(raw)
+        text = decode_text(raw)
         if text.lstrip()[:1] in ("[", "{"):
             data = json.loads(text, object_pairs_hook=_refuse_duplicate_keys)
             if not isinstance(data, list) or not all(isinstance(row, dict) for row in data):

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final, Literal
 
 from msgspec import Meta, Struct, field
 
-from verne_post.config.beside import file_beside, lies_in
+from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import BoxFile, FixtureFile, PartFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
 from verne_post.config.option_table import find_wrong_options
@@ -159,10 +159,10 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
         data = read_toml(read(path))
     except (ValueError, RecursionError) as error:
         raise InputError(finding("VP503", f"{name}: {error}")) from None
-    return setup_of(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
+    return read_setup_table(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
 
 
-def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *, remedy: str) -> ProgramSetup:
+def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *, remedy: str) -> ProgramSetup:
     """The set-up in a table of a file.
 
     Parameters
@@ -197,7 +197,7 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *,
         sentences.append(f"{place}wcs: {error}")
     sentences += [
         f"{place}{text}"
-        for text in find_wrong_options(rest, options_of_a_setup(), [*SetupFile.__struct_fields__], "a set-up")
+        for text in find_wrong_options(rest, list_setup_options(), [*SetupFile.__struct_fields__], "a set-up")
     ]
     for key, others in (("tool_length", ("tool_lengths", "tools")), ("tools", ("tool_table", "tool_lengths"))):
         for other in others if key in data else ():
@@ -223,7 +223,7 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *,
     files = {key: folder / value for key, value in named.items()}
     for key, value in named.items() if remedy else ():
         try:
-            file_beside(folder, value, f"{place}{key}", remedy)
+            find_file_beside(folder, value, f"{place}{key}", remedy)
         except ValueError as error:
             sentences.append(str(error))
     if sentences:
@@ -234,6 +234,6 @@ def setup_of(data: dict[str, Any], name: str, folder: Path, prefix: str = "", *,
     return ProgramSetup(shown, options, wcs, files, file.keep_out, file.stock, file.part, remap, control)
 
 
-def options_of_a_setup() -> list[str]:
+def list_setup_options() -> list[str]:
     """Names of the options that may stand in a set-up: those of the command line that are no keys of their own."""
     return [name for name in OPTIONS if about(name).flag != "" and name not in _OWN]

@@ -159,7 +159,7 @@ def check_ranges(value: list[Any]) -> None:
 
 
 class LimitsFile(Table, frozen=True, kw_only=True):
-    """[limits] of the table; :func:`limits_file` adds the actuators of a kind."""
+    """[limits] of the table; :func:`describe_limits_table` adds the actuators of a kind."""
 
     checks: ClassVar[Checks] = {"a_deg": check_range, "c_deg": check_range}
 
@@ -174,7 +174,7 @@ class LimitsFile(Table, frozen=True, kw_only=True):
 
 
 @cache
-def limits_file(group: str, rods: bool) -> type[LimitsFile]:
+def describe_limits_table(group: str, rods: bool) -> type[LimitsFile]:
     """Schema of [limits] for a kind.
 
     Parameters

@@ -9,13 +9,13 @@ from typing import Any, Final, Literal
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from verne_post.config.beside import file_beside, lies_in
+from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import BoxFile, FixtureFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
 from verne_post.config.files import read_file
-from verne_post.config.machine_paths import DEFAULT_MACHINE, machine_files
+from verne_post.config.machine_paths import DEFAULT_MACHINE, list_machine_files
 from verne_post.config.option_table import find_wrong_options
-from verne_post.config.program_setup import ProgramSetup, setup_of
+from verne_post.config.program_setup import ProgramSetup, read_setup_table
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
 from verne_post.model.control_keys import KEYS
@@ -80,7 +80,7 @@ class Settings(Struct, frozen=True):
     setups: dict[str, ProgramSetup]
     machine: str
 
-    def setups_of(self, program: Path) -> list[ProgramSetup]:
+    def find_setups(self, program: Path) -> list[ProgramSetup]:
         """The set-ups whose pattern fits a program, in the order of the file."""
         path = program.resolve()
         inside = path.relative_to(self.folder) if path.is_relative_to(self.folder) else None
@@ -153,15 +153,15 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
     setups = {}
     for glob, table in file.setup.items():
         try:
-            setups[glob] = setup_of(table, path.name, path.parent, f"setup.{glob!r}", remedy=remedy)
+            setups[glob] = read_setup_table(table, path.name, path.parent, f"setup.{glob!r}", remedy=remedy)
         except InputError as error:
             wrong += error.findings
     check = file.check
-    machine = None if file.machine in machine_files() else file.machine
+    machine = None if file.machine in list_machine_files() else file.machine
     named_files = {"machine": machine, "check.baseline": check.baseline, **name_fixture_files(file.keep_out)}
     for key, value in named_files.items() if remedy else ():
         try:
-            file_beside(path.parent, value or "", key, remedy)
+            find_file_beside(path.parent, value or "", key, remedy)
         except ValueError as error:
             wrong.append(finding("VP503", f"{path.name}: {error}"))
     if wrong:

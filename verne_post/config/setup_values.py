@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from verne_post.base.text_marks import text_of
+from verne_post.base.text_marks import decode_text
 from verne_post.config.control_tables import merge_keys
 from verne_post.config.files import read_file
 from verne_post.config.part_setup import read_lengths, read_offsets
@@ -21,7 +21,7 @@ Setup = Literal["beside", "none"] | os.PathLike[str]
 _WORDS: Final = ("beside", "none")
 
 
-def values_of_files(contents: Mapping[str, tuple[bytes, str]]) -> dict[str, Any]:
+def read_values_of_files(contents: Mapping[str, tuple[bytes, str]]) -> dict[str, Any]:
     """Options by name from the bytes and the names of files, by the keys of a set-up that name them.
 
     Raises
@@ -32,12 +32,12 @@ def values_of_files(contents: Mapping[str, tuple[bytes, str]]) -> dict[str, Any]
     found: dict[str, Any] = {}
     if "tool_table" in contents:
         raw, name = contents["tool_table"]
-        found["tools"] = read_tool_table(text_of(raw, "replace"), name)
+        found["tools"] = read_tool_table(decode_text(raw, "replace"), name)
     if "tool_lengths" in contents:
         found["tools"] = read_lengths(*contents["tool_lengths"], found.get("tools", {}))
     if "parameters" in contents:
         raw, name = contents["parameters"]
-        found["parameters"] = read_parameter_file(text_of(raw, "replace"), name)
+        found["parameters"] = read_parameter_file(decode_text(raw, "replace"), name)
     if "tool_shapes" in contents:
         from verne_post.config.tool_shapes import read_tool_shapes  # few programs have it
 
@@ -45,7 +45,7 @@ def values_of_files(contents: Mapping[str, tuple[bytes, str]]) -> dict[str, Any]
     return found
 
 
-def with_setup(options: Options, program: Path | None, setup: Setup) -> Options:
+def lay_over_setup(options: Options, program: Path | None, setup: Setup) -> Options:
     """Options with those of a set-up below them: what is not as by default goes before the set-up.
 
     Parameters
@@ -75,7 +75,7 @@ def with_setup(options: Options, program: Path | None, setup: Setup) -> Options:
     fixtures |= {one.name: one for one in options.keep_out}
     return Options(**{
         "stock": None if file.stock is None else file.stock.box("the stock"),
-        "part": None if file.part is None else file.part.make_part(*contents["part.nominal"]), **below, **values_of_files(contents), **given,
+        "part": None if file.part is None else file.part.make_part(*contents["part.nominal"]), **below, **read_values_of_files(contents), **given,
         "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
         "remap": {**file.remap, **options.remap}, "control": merge_keys(file.control, options.control),
         "setup_source": file.name,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from verne_post.base.long_text import Text
-from verne_post.gcode.words import whole_lines
+from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import UsageError
 
 #: Endings under which a file is looked for.
@@ -25,7 +25,7 @@ _PROGRAM: Final = re.compile(rb"CALL[ \t]+PGM[ \t]+\"?(?:[^\"\n;~]*[\\/:])?([^\"
 _COMPUTED: Final = re.compile(rb"O\s*[#\[][^\n]*CALL|P\s*[#\[][^\n]*M98|M98[^\n]*P\s*[#\[]", re.IGNORECASE)
 
 
-def subprograms_of(
+def collect_subprograms(
     source: Text, folder: Path, paths: tuple[str, ...], read: Callable[[Path, str], bytes]
 ) -> dict[str, bytes]:
     """Text of every file that the program, or a file that it calls, may call.
@@ -49,7 +49,7 @@ def subprograms_of(
     root = folder.resolve()
     places = _list_folders(folder, root, paths)
     texts: dict[str, bytes] = {}
-    calls = any(_CALLS.search(text) for text in whole_lines(source))
+    calls = any(_CALLS.search(text) for text in read_whole_lines(source))
     known = _find_files(root, places)
     if not calls and not any(path.suffix.lower() in _CALLED_BY_NAME for path in known.values()):
         return texts
@@ -63,13 +63,13 @@ def subprograms_of(
     return texts
 
 
-def callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
+def list_callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
     """Every file that a program of a folder may call.
 
     Raises
     ------
     UsageError
-        As :func:`subprograms_of`.
+        As :func:`collect_subprograms`.
     """
     root = folder.resolve()
     return list(_find_files(root, _list_folders(folder, root, paths)).values())

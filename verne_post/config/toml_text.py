@@ -3,7 +3,7 @@
 import tomllib
 from typing import Any
 
-from verne_post.base.text_marks import UTF16, is_utf16, text_of
+from verne_post.base.text_marks import UTF16, decode_text, is_utf16
 
 
 def read_toml(raw: bytes) -> dict[str, Any]:
@@ -17,6 +17,6 @@ def read_toml(raw: bytes) -> dict[str, Any]:
     if is_utf16(raw[:2]):
         raise ValueError(f"not a TOML file: {UTF16}")
     try:
-        return tomllib.loads(text_of(raw))
+        return tomllib.loads(decode_text(raw))
     except (ValueError, RecursionError) as error:
         raise ValueError(f"not a TOML file: {error}") from None

@@ -31,7 +31,7 @@ class Arc(Struct, frozen=True):
     sweep: float
 
 
-def center_arc(
+def build_arc_from_center(
     start: list[float], end: list[float], plane: int, clockwise: bool,
     offsets: dict[str, float], absolute: bool, extra_turns: int, tolerance: float = ARC_RADIUS_MM,
 ) -> Arc:  # fmt: skip
@@ -67,7 +67,7 @@ def center_arc(
     if r1 < ARC_R_TOO_SMALL_MM or r2 < ARC_R_TOO_SMALL_MM:
         raise ProgramError("VP008", "the radius of the arc is zero")
     gap = abs(r1 - r2)
-    allowed = allowed_mismatch(max(r1, r2), tolerance)
+    allowed = allow_mismatch(max(r1, r2), tolerance)
     if gap > allowed:
         raise ProgramError(
             "VP008",
@@ -81,12 +81,12 @@ def center_arc(
     return _make_arc(start, plane, (c1, c2), swept, clockwise, extra_turns)
 
 
-def allowed_mismatch(radius: float, tolerance: float) -> float:
-    """How much two radii of one arc may differ, mm; ``tolerance``: as of :func:`center_arc`."""
+def allow_mismatch(radius: float, tolerance: float) -> float:
+    """How much two radii of one arc may differ, mm; ``tolerance``: as of :func:`build_arc_from_center`."""
     return min(max(tolerance, ARC_RADIUS_SHARE * radius), 100 * tolerance)
 
 
-def radius_arc(
+def build_arc_from_radius(
     start: list[float], end: list[float], plane: int, clockwise: bool, radius: float, extra_turns: int
 ) -> Arc:
     """Arc given by its radius R; a negative one takes the long way. It is never a full circle."""

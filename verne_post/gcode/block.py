@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct, field
 
-from verne_post.gcode.expressions import Key, ValueReader, Values, shown_key
+from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.templates import read_by_template
 
@@ -103,7 +103,7 @@ class Block(At):
 
     ``codes`` are G and M words as ("G", number, column); ``words`` maps other letters to numbers; ``settings`` are the
     parameters that the block sets, with their columns. A column below 0 is minus the number of the word in its line: see
-    :func:`~verne_post.gcode.templates.word_columns`. ``polar`` are the words ``@`` and ``^``, once X and Y stand in
+    :func:`~verne_post.gcode.templates.find_word_columns`. ``polar`` are the words ``@`` and ``^``, once X and Y stand in
     their place. ``macro`` is a statement of a custom macro, which says where the program goes on;
     ``corner`` is the letter and the size of a corner at the end of a move (``,R5``);
     ``arguments`` are P and L, and the local variables, of a macro that the block calls.
@@ -120,7 +120,7 @@ class Block(At):
     arguments: "tuple[dict[str, float], dict[int, float]] | None" = None
 
 
-def block_of_words(letters: str, values: list[float], line: int) -> Block | None:
+def build_block_of_words(letters: str, values: list[float], line: int) -> Block | None:
     """The block of a line of plain words; None where only the exact reader can read it."""
     block = Block(line)
     codes, words, columns = block.codes, block.words, block.columns
@@ -208,11 +208,9 @@ def read_setting(reader: ValueReader) -> tuple[Key, float, int]:
     at = reader.at - 1
     key = reader.read_key()
     if reader.characters[reader.at : reader.at + 1] != "=":
-        raise reader.error(
-            "VP001", f"{shown_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at
-        )
+        raise reader.error("VP001", f"{show_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at)
     reader.at += 1
-    return key, reader.read_assigned(f"{shown_key(key)}="), reader.column(at)
+    return key, reader.read_assigned(f"{show_key(key)}="), reader.column(at)
 
 
 def _read_o_word(reader: ValueReader) -> OWord:
@@ -294,9 +292,9 @@ def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
     """
     if "(" not in text and ";" not in text:
         if not any(blank in text for blank in _BLANKS):
-            return _to_upper(text), range(len(text) + 1), None
+            return _raise_case(text), range(len(text) + 1), None
         places = [at for at, character in enumerate(text) if character not in _BLANKS]
-        return _to_upper("".join([text[at] for at in places])), [*places, len(text)], None
+        return _raise_case("".join([text[at] for at in places])), [*places, len(text)], None
     kept: list[str] = []
     places, comment, at = [], None, 0
     while at < len(text):
@@ -313,10 +311,10 @@ def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
             kept.append(character)
             places.append(at)
         at += 1
-    return _to_upper("".join(kept)), [*places, len(text)], comment
+    return _raise_case("".join(kept)), [*places, len(text)], comment
 
 
-def _to_upper(text: str) -> str:
+def _raise_case(text: str) -> str:
     """Upper case, character by character: some letters of other alphabets would become two."""
     return text.upper() if text.isascii() else "".join(c.upper() if c.isascii() else c for c in text)
 

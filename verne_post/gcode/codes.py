@@ -50,7 +50,7 @@ class CodeTable(Struct, frozen=True, dict=True):
         """Code -> its group."""
         return {code: group for group, codes in self.m_groups.items() for code in codes}
 
-    def executes(self, code: str) -> bool:
+    def is_executed(self, code: str) -> bool:
         """Whether a code such as G68.3 or M428 has a meaning of its own here."""
         number = float(code[1:])
         return round(number * 10) in self.group_of_g if code[0] == "G" else number in self.group_of_m
@@ -138,7 +138,7 @@ RS274: Final = CodeTable(
 )  # fmt: skip
 
 
-def g_name(code: int) -> str:
+def spell_g_code(code: int) -> str:
     """``434`` -> ``G43.4``."""
     return f"G{code // 10}" if code % 10 == 0 else f"G{code // 10}.{code % 10}"
 
@@ -151,7 +151,7 @@ def refuse_known_codes(remap: Iterable[str]) -> None:
     ValueError
     """
     for code in remap:
-        if RS274.executes(code):
+        if RS274.is_executed(code):
             raise ValueError(
                 f"{code}: this code has a meaning of its own; only codes that are not executed can be given one"
             )

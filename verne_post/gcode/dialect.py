@@ -13,7 +13,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.run import execute_blocks
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.words import whole_lines
+from verne_post.gcode.words import read_whole_lines
 
 
 class Dialect(Struct, frozen=True):
@@ -40,7 +40,7 @@ class Dialect(Struct, frozen=True):
     endings: tuple[str, ...] = ()
 
 
-def dialect_of_blocks(
+def build_dialect_of_blocks(
     language: type[Rs274],
     recognise: Callable[[Text], bool],
     initial_state: Callable[[Setup], State] = initial_state,
@@ -56,7 +56,7 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
         sought += rb"|G0*43\.50*(?![0-9])|G0*53\.10*(?![0-9])"
     elif letter in "XY":
         sought += rb"|[@^]"
-    texts = (text for whole in (source, *setup.subroutines.values()) for text in whole_lines(whole))
+    texts = (text for whole in (source, *setup.subroutines.values()) for text in read_whole_lines(whole))
     return any(
         re.search(sought, re.sub(rb"\([^)\n]*(?:\)|$)|;[^\n]*", b"", text, flags=re.MULTILINE).upper())
         for text in texts

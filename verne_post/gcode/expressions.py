@@ -50,7 +50,7 @@ class Values(Protocol):
         """True for a named parameter that has a value, and for a number that parameters have."""
 
 
-def shown_key(key: Key) -> str:
+def show_key(key: Key) -> str:
     """A parameter as it is written."""
     return f"#<{key}>" if isinstance(key, str) else f"#{key}"
 
@@ -115,10 +115,10 @@ class ValueReader:
         characters, begin = self.characters, self.at
         if (match := _NUMBER.match(characters, begin)) is not None:
             self.at = match.end()
-            return self._finite(float(match.group()), begin)
+            return self._require_finite(float(match.group()), begin)
         first = characters[begin : begin + 1]
         if first == "[":
-            return self._finite(self.read_bracket(), begin)
+            return self._require_finite(self.read_bracket(), begin)
         if first == "#":
             return self._parameter()
         if first in ("+", "-") and first and re.match(r"[#\[A-Z]", characters[begin + 1 :]):
@@ -130,7 +130,7 @@ class ValueReader:
             name = next((name for name in names if match.group().startswith(name)), None)
             if name is not None:
                 self.at += len(name)
-                return self._finite(self._function(SHORT_NAMES.get(name, name), begin), begin)
+                return self._require_finite(self._function(SHORT_NAMES.get(name, name), begin), begin)
         shown = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
         raise self.error("VP001", f"{owner} needs a number, found {shown}", begin)
 
@@ -150,7 +150,7 @@ class ValueReader:
 
     def _read_until(self, ends: str, begin: int) -> float:
         """The expression after the character at ``at``, up to one that ends it."""
-        self._deeper(begin)
+        self._enter_bracket(begin)
         self.at += 1
         outside, self._operators = self._operators, set()
         value = self._binary(1)
@@ -170,7 +170,7 @@ class ValueReader:
             return match.group(1).lower()
         if self.characters[begin : begin + 1] == "<":
             raise self.error("VP001", "the name of a parameter is not closed; expected '>'", begin)
-        self._deeper(begin)
+        self._enter_bracket(begin)
         steps, self._steps = self._steps, 1
         value = self.value("#")
         self._steps = steps
@@ -193,12 +193,12 @@ class ValueReader:
         except ProgramError as error:
             raise self.error(error.code, error.message, begin) from None
 
-    def _deeper(self, begin: int) -> None:
+    def _enter_bracket(self, begin: int) -> None:
         self._depth += 1
         if self._depth > MAX_NESTING:
             raise self.error("VP001", f"more than {MAX_NESTING} brackets or # inside each other", begin)
 
-    def _finite(self, value: float, begin: int) -> float:
+    def _require_finite(self, value: float, begin: int) -> float:
         if not math.isfinite(value) and not (self._is_macro and math.isnan(value)):
             raise self.error("VP007", "the value is not finite", begin)
         return value
@@ -212,7 +212,7 @@ class ValueReader:
                 return left
             begin, self.at = self.at, match.end()
             right = self._binary(precedence[match.group()] + 1)
-            left = self._finite(self._apply(match.group(), left, right, begin), begin)
+            left = self._require_finite(self._apply(match.group(), left, right, begin), begin)
 
     def _apply(self, operator: str, left: float, right: float, begin: int) -> float:
         if self._is_macro:
@@ -278,7 +278,7 @@ class ValueReader:
         other = 0.0 if math.isnan(other) else other
         if name == "POW":
             return self._apply("**", argument, other, begin)
-        return _turned_up(math.degrees(math.atan2(argument, other)))
+        return _turn_up(math.degrees(math.atan2(argument, other)))
 
     def _call(self, name: str, argument: float, begin: int) -> float:
         """A function of one argument; ROUND of custom macros rounds to the step of its word."""
@@ -313,7 +313,7 @@ def _round(value: float) -> float:
     return math.copysign(math.floor(abs(value) + 0.5), value)
 
 
-def _turned_up(degrees: float) -> float:
+def _turn_up(degrees: float) -> float:
     """An angle from 0 on, below 360."""
     return degrees + 360.0 if degrees < 0 else degrees
 
@@ -365,7 +365,7 @@ MACRO_OPERATORS: Final[dict[str, Callable[[float, float], float]]] = {
     **OPERATORS, "MOD": math.fmod, "AND": lambda a, b: int(a) & int(b), "OR": lambda a, b: int(a) | int(b), "XOR": lambda a, b: int(a) ^ int(b),
 }  # fmt: skip
 MACRO_FUNCTIONS: Final[dict[str, Callable[[float], float]]] = FUNCTIONS | {
-    "ASIN": lambda x: _turned_up(math.degrees(math.asin(x))),
+    "ASIN": lambda x: _turn_up(math.degrees(math.asin(x))),
     "BCD": lambda x: float(int(f"{x:.0f}", 16)),
     "BIN": lambda x: float(f"{round(x):x}"),
     "FIX": lambda x: math.floor(x) if x >= 0 else math.ceil(x),

@@ -7,7 +7,7 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.base.long_text import Text
-from verne_post.base.printable import printable_in_place
+from verne_post.base.printable import make_printable_in_place
 from verne_post.model.findings import Finding, finding
 
 #: Bytes from the beginning of a text that are searched.
@@ -105,10 +105,10 @@ def find_other_language(
         return finding("VP032", text + right, line=line, last_line=line, worst_line=line)
     if recognised or (own is not None and re.search(own.sign, head, re.MULTILINE | re.IGNORECASE)):
         return None
-    return _of_no_language(head, errors, known)
+    return _report_no_language(head, errors, known)
 
 
-def _of_no_language(head: bytes, errors: Sequence[Finding], known: Collection[str]) -> Finding | None:
+def _report_no_language(head: bytes, errors: Sequence[Finding], known: Collection[str]) -> Finding | None:
     """The finding of a text that has hardly a word of any program, and cannot be read for that; None for others."""
     unreadable = [item for item in errors if item.code in _UNREADABLE and item.line]
     lines = [(number, line) for number, line in enumerate(head.split(b"\n"), 1) if line.strip()]
@@ -125,5 +125,5 @@ def _of_no_language(head: bytes, errors: Sequence[Finding], known: Collection[st
 
 
 def _quote(text: str, most: int = 40) -> str:
-    text = printable_in_place(text.partition("\n")[0])
+    text = make_printable_in_place(text.partition("\n")[0])
     return f'"{text[:most]}{"..." if len(text) > most else ""}"'

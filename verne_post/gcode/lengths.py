@@ -27,19 +27,19 @@ def line_lengths(delta: Array) -> tuple[Array, Mask]:
     return length, (linear > 0) | (second > 0)
 
 
-def arc_length(arc: Arc, start: list[float], end: list[float]) -> float:
+def measure_arc(arc: Arc, start: list[float], end: list[float]) -> float:
     """Length of a helical arc, mm."""
     first, second, normal, *_letters = PLANES[arc.plane]
     radius = math.hypot(start[first] - arc.center[first], start[second] - arc.center[second])
-    return helix_length(radius, arc.sweep, end[normal] - start[normal])
+    return measure_helix(radius, arc.sweep, end[normal] - start[normal])
 
 
-def helix_length(radius: float, sweep: float, height: float) -> float:
+def measure_helix(radius: float, sweep: float, height: float) -> float:
     """Length of a helix, mm, that turns by ``sweep`` degrees and rises by ``height`` mm."""
     return math.hypot(radius * math.radians(sweep), height)
 
 
-def effective_feed(mode: FeedMode, feed: object, angular: object, length: object, tip_moves: object) -> Array:
+def find_effective_feed(mode: FeedMode, feed: object, angular: object, length: object, tip_moves: object) -> Array:
     """Feed in mm/min, deg/min for rotary-only moves, mm or deg per revolution for G95.
 
     Inverse time (F in 1/min) becomes the speed that results, length times F.

@@ -11,7 +11,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import ZERO9, Moves
-from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, tool_text
+from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, describe_tool_number
 
 #: What else may be done about the length of a tool; nothing where the program uses several.
 ONE_TOOL: Final = ", or --tool-length MM where the program has one tool"
@@ -24,9 +24,9 @@ def find_tool_key(number: int, what: str, names: Mapping[int, str]) -> tuple[str
     return "tools", names.get(number, str(number)) if number >= FIRST_NAMED_TOOL else str(number), what
 
 
-def missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -> ProgramError:
+def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -> ProgramError:
     """VP012: the length of a tool is needed, or the tool itself, and it is in no table."""
-    name = tool_text(number, state.tool_names)
+    name = describe_tool_number(number, state.tool_names)
     if setup.tools is None:
         why = f"there is no tool table; give --tool-table FILE{ONE_TOOL}"
     else:
@@ -37,7 +37,7 @@ def missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -
 def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = None) -> None:
     """Refuse (VP012) to use the length of a tool that is named without one; a plain interpreter reads it as 0."""
     if setup.machine and tool.unmeasured:
-        name = tool_text(tool.number, state.tool_names)
+        name = describe_tool_number(tool.number, state.tool_names)
         why = f"{name}: {tool.unmeasured} gives no length; write one there, mm from the gauge line to the tip"
         text = f"{why} (in a tool table Z; Z0 where the gauge line is meant)"
         key = find_tool_key(tool.number, "length", state.tool_names)
@@ -76,14 +76,14 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     return number
 
 
-def missing_offset(system: int, line: int) -> Finding:
+def report_missing_offset(system: int, line: int) -> Finding:
     """VP033: a work system that a program uses from a line on, and that nobody has placed on the table."""
     name = SYSTEM_NAMES[system]
     text = f"no work offset was given: {name} stands on the table face, at the rotary centre; give --wcs {name}=X,Y,Z"
     return finding("VP033", text, line=line, last_line=line, worst_line=line, settled_by=(("wcs", name),))
 
 
-def missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
+def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
     """VP033 for a program that was refused, with the moves that it would have had."""
     found: dict[int, Finding] = {}
     for index, at in zip(*np.unique(moves.frame, return_index=True), strict=True):
@@ -93,5 +93,5 @@ def missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
             frame.system in setup.given_systems | moves.placed_systems or given is None or frame.origin != given.origin
         )
         if setup.machine and not placed:
-            found.setdefault(frame.system, missing_offset(frame.system, int(moves.line[at])))
+            found.setdefault(frame.system, report_missing_offset(frame.system, int(moves.line[at])))
     return list(found.values())

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.units import MM_PER_INCH
-from verne_post.gcode.expressions import Key, shown_key
+from verne_post.gcode.expressions import Key, show_key
 from verne_post.gcode.machining.frames import set_home, set_stored_shift, set_stored_system
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import check_measured
@@ -57,13 +57,13 @@ class Parameters:
             VP025: no such parameter.
         """
         if isinstance(key, str):
-            return self._named(key)
+            return self._read_named(key)
         if self.custom_macro:
             return read_variable(self, key)
         if not 1 <= key <= MAX_PARAMETER:
             raise ProgramError("VP025", f"#{key}: parameters have the numbers 1 to {MAX_PARAMETER}")
         if 5161 <= key <= 5428:
-            return self._numbered_state(key)
+            return self._read_numbered_state(key)
         if 5021 <= key <= 5029 or 5081 <= key <= 5089:
             raise ProgramError("VP025", f"#{key}: positions of the machine have no parameter here; use #5420 to #5428")
         return self.state.store.numbered.get(key, 0.0)
@@ -88,7 +88,7 @@ class Parameters:
         store, name = self.state.store, key
         return name in (store.named if name.startswith("_") else store.local[-1]) or name in PREDEFINED
 
-    def _named(self, name: str) -> float:
+    def _read_named(self, name: str) -> float:
         store = self.state.store
         place = store.named if name.startswith("_") else store.local[-1]
         if name in place:
@@ -100,7 +100,7 @@ class Parameters:
             raise ProgramError("VP025", f"#<{name}>: values of a running machine are not known when a program is read")
         raise ProgramError("VP025", f"#<{name}> has no value; set it first with #<{name}>=...")
 
-    def _numbered_state(self, key: int) -> float:
+    def _read_numbered_state(self, key: int) -> float:
         if _POSITION <= key <= 5428:
             return self.find_position(key - _POSITION)
         state, store = self.state, self.state.store
@@ -108,9 +108,9 @@ class Parameters:
             if first <= key < first + 9:
                 if point is None:
                     raise ProgramError("VP015", f"#{key}: the machine file has no such home position")
-                return self._in_file(key - first, point[key - first])
+                return self._read_in_file(key - first, point[key - first])
         if _G92 <= key < _G92 + 9:
-            return self._in_file(key - _G92, state.g92_stored[key - _G92])
+            return self._read_in_file(key - _G92, state.g92_stored[key - _G92])
         if key == 5210:
             return float(state.g92_on)
         if key == ACTIVE_SYSTEM:
@@ -119,7 +119,7 @@ class Parameters:
             system, entry = divmod(key - _ORIGINS, 20)
             if system < 9 and entry < 10:
                 frame = state.systems[system + 1]
-                return frame.turn if entry == 9 else self._in_file(entry, frame.origin[entry])
+                return frame.turn if entry == 9 else self._read_in_file(entry, frame.origin[entry])
             if key == 5399 and key not in store.numbered and self.modes.inputs_read:
                 raise ProgramError("VP025", "#5399: what M66 reads is only known at the machine")
         if _TOOL <= key <= 5413:
@@ -129,8 +129,8 @@ class Parameters:
             if key <= 5409:
                 if tool is not None and key == _TOOL_LENGTH:
                     check_measured(tool, self.setup, self.state)
-                return self._in_file(key - 5401, tool.offset[key - 5401]) if tool else 0.0
-            return self._in_file(0, tool.diameter) if tool and key == 5410 else 0.0
+                return self._read_in_file(key - 5401, tool.offset[key - 5401]) if tool else 0.0
+            return self._read_in_file(0, tool.diameter) if tool and key == 5410 else 0.0
         return store.numbered.get(key, 0.0)
 
     def find_position(self, axis: int) -> float:
@@ -139,20 +139,20 @@ class Parameters:
             raise ProgramError(
                 "VP013", f"the position of {AXES[axis]} is not known yet; name {AXES[axis]} with G90 first"
             )
-        return self._in_program(axis, self.state.position[axis])
+        return self._read_in_program(axis, self.state.position[axis])
 
     def find_machine_position(self, axis: int) -> float:
         """Position of the machine, in the unit of the program."""
         self.find_position(axis)
         state = self.state
-        return self._in_program(
+        return self._read_in_program(
             axis, float(self.setup.coordinates.to_machine(np.array(state.position), state.frame)[axis])
         )
 
-    def _in_program(self, axis: int, value: float) -> float:
+    def _read_in_program(self, axis: int, value: float) -> float:
         return value / MM_PER_INCH if self.modes.inch and axis in _LINEAR else value
 
-    def _in_file(self, axis: int, value: float) -> float:
+    def _read_in_file(self, axis: int, value: float) -> float:
         return value / self.setup.parameter_mm if axis in _LINEAR else value
 
     # --- setting ------------------------------------------------------------------------------
@@ -168,7 +168,7 @@ class Parameters:
         state, store = self.state, self.state.store
         if isinstance(key, str):
             if key in PREDEFINED and key not in SETTABLE:
-                raise ProgramError("VP025", f"{shown_key(key)} shows a state and cannot be set")
+                raise ProgramError("VP025", f"{show_key(key)} shows a state and cannot be set")
             (store.named if key.startswith("_") else store.local[-1])[key] = value
             return
         if self.custom_macro:
@@ -205,7 +205,7 @@ class Parameters:
         for first, point in ((_HOME, state.home), (_HOME2, state.home2), (_G92, state.g92_stored)):
             for axis, value in enumerate(point or ()):
                 if np.isfinite(value):
-                    kept[first + axis] = self._in_file(axis, value)
+                    kept[first + axis] = self._read_in_file(axis, value)
         kept[5210] = float(state.g92_on)
         kept[ACTIVE_SYSTEM] = 1.0  # the end of a program selects G54
         for system in range(9):
@@ -214,14 +214,14 @@ class Parameters:
         return dict(sorted(kept.items()))
 
 
-def _system_code(frame: Frame) -> float:
+def _read_system_code(frame: Frame) -> float:
     return 540.0 + 10 * (frame.system - 1) if frame.system < 7 else 590.0 + frame.system - 6
 
 
 _Shown = Callable[[Parameters], float]
 
 
-def _position_names() -> dict[str, _Shown]:
+def _name_positions() -> dict[str, _Shown]:
     shown: dict[str, _Shown] = {}
     for axis, letter in enumerate(AXES.lower()):
         shown[f"_{letter}"] = lambda p, axis=axis: p.find_position(axis)  # type: ignore[misc]
@@ -229,15 +229,15 @@ def _position_names() -> dict[str, _Shown]:
     return shown
 
 
-def _motion_mode(p: Parameters) -> float:
+def _read_motion_mode(p: Parameters) -> float:
     return 800.0 if p.modes.motion is None else float(p.modes.motion)
 
 
 #: Names that show the state. Codes are ten times the G number.
 PREDEFINED: Final[dict[str, _Shown]] = {
-    **_position_names(),
+    **_name_positions(),
     "_line": lambda p: p.line,
-    "_motion_mode": _motion_mode,
+    "_motion_mode": _read_motion_mode,
     "_plane": lambda p: 170 + 10 * p.state.plane,
     "_ccomp": lambda p: 400 if p.state.compensation is None else p.state.compensation.code,
     "_metric": lambda p: not p.modes.inch,
@@ -248,7 +248,7 @@ PREDEFINED: Final[dict[str, _Shown]] = {
     "_inverse_time": lambda p: p.state.feed_mode == FeedMode.INVERSE,
     "_units_per_minute": lambda p: p.state.feed_mode == FeedMode.PER_MINUTE,
     "_units_per_rev": lambda p: p.state.feed_mode == FeedMode.PER_REVOLUTION,
-    "_coord_system": lambda p: _system_code(p.state.frame),
+    "_coord_system": lambda p: _read_system_code(p.state.frame),
     "_tool_offset": lambda p: p.state.frame.tool != ZERO9,
     "_retract_r_plane": lambda p: not p.modes.initial_level,
     "_retract_old_z": lambda p: p.modes.initial_level,
@@ -267,9 +267,9 @@ PREDEFINED: Final[dict[str, _Shown]] = {
     "_feed": lambda p: p.state.feed_angular,
     "_rpm": lambda p: p.state.spindle_speed,
     "_current_tool": lambda p: p.state.loaded_tool or 0,
-    "_current_pocket": lambda p: _pocket(p, p.state.loaded_tool, 0),
+    "_current_pocket": lambda p: _read_pocket(p, p.state.loaded_tool, 0),
     "_selected_tool": lambda p: p.state.selected_tool or 0,
-    "_selected_pocket": lambda p: _pocket(p, p.state.selected_tool, -1),
+    "_selected_pocket": lambda p: _read_pocket(p, p.state.selected_tool, -1),
     "_value": lambda _p: 0,
     "_value_returned": lambda _p: 0,
     "_call_level": lambda p: len(p.state.store.local) - 1,
@@ -280,7 +280,7 @@ PREDEFINED: Final[dict[str, _Shown]] = {
 SETTABLE: Final = ("_value", "_value_returned")
 
 
-def _pocket(p: Parameters, tool: int | None, none: int) -> float:
+def _read_pocket(p: Parameters, tool: int | None, none: int) -> float:
     if not tool:
         return none
     return (p.state.tools or {})[tool].pocket if tool in (p.state.tools or {}) else tool

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
 from verne_post.gcode import plain_arcs
-from verne_post.gcode.lengths import effective_feed, line_lengths
+from verne_post.gcode.lengths import find_effective_feed, line_lengths
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain_arcs import PlainArcs
@@ -147,7 +147,7 @@ class PlainLines:
     def _curves(self) -> list[int]:
         return [*np.flatnonzero(self._curved).tolist(), len(self.plain)]
 
-    def next_curved(self, first: int) -> int:
+    def find_next_curved(self, first: int) -> int:
         """The first line from ``first`` on that has words of an arc, or its code."""
         return self._curves[bisect_left(self._curves, first)]
 
@@ -164,7 +164,7 @@ class PlainLines:
         """The first line from ``first`` on that names a rotary axis, and not all of X, Y and Z."""
         return self._turning[bisect_left(self._turning, first)]
 
-    def first_named(self, first: int, last: int, columns: list[int]) -> int:
+    def find_first_named(self, first: int, last: int, columns: list[int]) -> int:
         """The first line from ``first`` on that names one of the axes, or ``last``."""
         if (self.row[last - 1, columns] < first).all():
             return last
@@ -176,7 +176,7 @@ class PlainLines:
 
 
 @cache
-def _named_words(bits: int) -> tuple[Mask, tuple[int, ...], bool, bool]:
+def _find_named_words(bits: int) -> tuple[Mask, tuple[int, ...], bool, bool]:
     """Axes that a line names, as a mask and as numbers, and whether it has F and G; from :data:`_BITS`."""
     named = np.array([bits >> column & 1 for column in range(_G + 1)], dtype=bool)
     return named[:_F], tuple(np.flatnonzero(named[:_F]).tolist()), bool(named[_F]), bool(named[_G])
@@ -270,11 +270,11 @@ def _execute(
         return last
     setup, state, recorder = core.setup, core.state, core.recorder
     if point is None and lines.offsets is not None and not (lines.arcs and _may_curve(state, view)):
-        last = min(last, lines.next_curved(first))
+        last = min(last, lines.find_next_curved(first))
         if last == first:
             return first
     if False in state.known:
-        last = _until_named(lines, first, last, state)
+        last = _cut_before_named(lines, first, last, state)
         if last == first:
             return first
     scaled = view.inch and state.feed_mode != FeedMode.INVERSE
@@ -305,7 +305,7 @@ def _execute(
     # without inches, and after an F in this unit, the feed of a turn is that of a move of the tip
     if state.feed_mode == FeedMode.INVERSE or scaled or state.feed != state.feed_angular:
         delta = np.diff(end, axis=0, prepend=[state.position])
-        shown = effective_feed(state.feed_mode, feed, angular, *line_lengths(delta))
+        shown = find_effective_feed(state.feed_mode, feed, angular, *line_lengths(delta))
     rapid = motion == 0
     number = np.arange(lines.first_line + first, lines.first_line + last) if shown_line is None else None
     kind = np.where(rapid, MoveKind.RAPID, MoveKind.FEED)
@@ -343,7 +343,7 @@ def _find_arcs(
     lines: PlainLines, first: int, last: int, moves: Mask, motion: Array, end: Array, state: State, view: PlainView
 ) -> tuple[PlainArcs, Mask] | None:
     """Arcs among lines, and the lines that only the general interpreter may execute; None where there is neither."""
-    if not lines.arcs or (lines.next_curved(first) >= last and view.motion in (0, 10)):
+    if not lines.arcs or (lines.find_next_curved(first) >= last and view.motion in (0, 10)):
         return None
     assert lines.offsets is not None
     curved = moves & (motion >= 2)
@@ -372,7 +372,7 @@ def _execute_alike(
         or (core.setup.machine and not state.length_given)
     ):  # fmt: skip
         return False
-    mask, axes, has_feed, has_code = _named_words(bits)
+    mask, axes, has_feed, has_code = _find_named_words(bits)
     motion = 10 * int(lines.filled[first, _G]) if has_code else view.motion or 0
     feed = float(lines.filled[first, _F]) if has_feed else state.feed
     if motion > 10 or (motion == 10 and feed == 0.0) or (not has_feed and feed != state.feed_angular):
@@ -413,7 +413,7 @@ def _find_refused(
     return bad
 
 
-def _until_named(lines: PlainLines, first: int, last: int, state: State) -> int:
+def _cut_before_named(lines: PlainLines, first: int, last: int, state: State) -> int:
     """End of the lines before the first that names an axis for the first time, which the general interpreter executes."""
     if state.first_places is not None and not all(state.is_known(axis) == state.known[axis] for axis in range(9)):
         return first  # axes that are never named wait for the first move

@@ -11,7 +11,7 @@ from verne_post.model.moves import AXES, ZERO9, Frame, Moves
 from verne_post.model.part_setup import WORK_SYSTEMS, Tool
 
 
-def interpreter_setup(
+def build_plain_setup(
     *, tools: Mapping[int, Tool] | None = None, tool_length: float | None = None,
     origins: Mapping[int, tuple[float, float, float]] | None = None, **text: Any,
 ) -> Setup:  # fmt: skip
@@ -40,11 +40,11 @@ def interpreter_setup(
 
 
 def read_moves(source: Text, **options: Any) -> Moves:
-    """Interpret a program as any interpreter would, without a machine; options of :func:`interpreter_setup`.
+    """Interpret a program as any interpreter would, without a machine; options of :func:`build_plain_setup`.
 
     Raises
     ------
     InputError
         With every error that could be found (VP0xx).
     """
-    return interpret_program(source, interpreter_setup(**options))
+    return interpret_program(source, build_plain_setup(**options))

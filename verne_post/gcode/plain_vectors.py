@@ -22,7 +22,7 @@ def end_of_vectors(core: Machining, view: plain.PlainView, lines: plain.PlainLin
     state, offsets = core.state, lines.offsets
     if offsets is None or False in state.known:
         return first
-    last = lines.first_named(first, last, _ROTARY)
+    last = lines.find_first_named(first, last, _ROTARY)
     words = offsets[first:last]
     # what has no length is not one either
     other = ~(np.abs(length_of(words[:, :_R]) - 1.0) <= VECTOR_LENGTH) | ~np.isnan(words[:, _R])
@@ -31,7 +31,7 @@ def end_of_vectors(core: Machining, view: plain.PlainView, lines: plain.PlainLin
     return first + int(np.argmax(other)) if other.any() else last
 
 
-def pointing(core: Machining, lines: plain.PlainLines) -> plain.Point:
+def take_vectors(core: Machining, lines: plain.PlainLines) -> plain.Point:
     """Takes the tool axes of lines up to :func:`end_of_vectors`."""
     return partial(_point, core, lines)
 

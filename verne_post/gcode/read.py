@@ -6,7 +6,7 @@ from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.missing_setup import missing_offsets
+from verne_post.gcode.missing_setup import report_missing_offsets
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -81,7 +81,7 @@ def _refusal(source: Text, errors: list[Finding], dialect: Dialect, done: Execut
     found = _find_cause(source, errors, dialect)
     if done.recorder.count and any(item.code in ("VP012", "VP018") for item in found):
         moves = done.recorder.freeze(list(done.state.position), done.state.frame, {})
-        found += missing_offsets(moves, setup)
+        found += report_missing_offsets(moves, setup)
     return InputError(*found)
 
 
@@ -90,7 +90,7 @@ def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Fin
     return find_other_language(source, errors, name, DIALECTS, recognised=dialect.recognise(source))
 
 
-def state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
+def find_state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
     """The modal state after one line of a program that :func:`interpret_program` has read, for ``explain``.
 
     The line is 1-based; where it is executed several times, the first time counts.

@@ -161,7 +161,7 @@ class Recorder(Struct):
         if said != len(self.tcp_changes) % 2:
             self.tcp_changes.append(self.count)
 
-    def frame_index(self, frame: Frame) -> int:
+    def index_frame(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""
         return self.frames.setdefault(frame, len(self.frames))
 
@@ -181,13 +181,13 @@ class Recorder(Struct):
             timed = modes.feed_mode == FeedMode.INVERSE and kind not in (MoveKind.RAPID, MoveKind.DWELL) and modes.feed
             seconds = SECONDS_PER_MINUTE / modes.feed if timed else np.nan
         axis = modes.tool_axis or _NO_TOOL_AXIS
-        self._keep(Row(line, kind, end, feed, *self._modes(modes), arc_row, spline, axis, seconds))
+        self._keep(Row(line, kind, end, feed, *self._record_modes(modes), arc_row, spline, axis, seconds))
 
-    def _modes(self, modes: Modes) -> tuple[int, float, int, int]:
+    def _record_modes(self, modes: Modes) -> tuple[int, float, int, int]:
         """Feed mode, spindle speed, frame and path control as they are recorded."""
         frame, frame_at, control, control_at = self._last
         if modes.frame is not frame or modes.control is not control:
-            frame_at = self.frame_index(modes.frame)
+            frame_at = self.index_frame(modes.frame)
             control_at = self.controls.setdefault(modes.control, len(self.controls))
             self._last = modes.frame, frame_at, modes.control, control_at
         return (
@@ -251,7 +251,7 @@ class Recorder(Struct):
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
         shared = (
-            *self._modes(modes),
+            *self._record_modes(modes),
             self._keep_arcs(kind, arcs),
             -1,
             modes.tool_axis or _NO_TOOL_AXIS if tool_axis is None else tool_axis,
@@ -279,7 +279,7 @@ class Recorder(Struct):
         """Record straight moves that share all but their ends: of the lines from ``line`` on (``counted``), or all of that line."""
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
-        shared = (kind, feed, *self._modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS, np.nan)
+        shared = (kind, feed, *self._record_modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS, np.nan)
         self.runs.append(_Run(self.count, line, counted, end, shared))
         self.count += len(end.words)
         if self.count - self.settled >= BLOCK_ROWS:
@@ -293,7 +293,7 @@ class Recorder(Struct):
     def note_arc_feed(self, rule: ArcFeed, share: float) -> None:
         """Note that an arc goes at ``share`` times F."""
         if share != 1.0:
-            self.arc_feeds[rule] = self.arc_feeds.get(rule, ArcFeedUse(rule, 0, share, share)).with_arc(share)
+            self.arc_feeds[rule] = self.arc_feeds.get(rule, ArcFeedUse(rule, 0, share, share)).count_arc(share)
 
     def event(self, line: int, kind: str, **data: object) -> None:
         """Record an auxiliary function, a message, a stop or a call."""

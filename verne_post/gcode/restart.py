@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.execution import LineTrace, StopConditions
-from verne_post.gcode.machining.state import State, tool_facts, unit_of_speed
+from verne_post.gcode.machining.state import State, describe_tool_event, name_unit_of_speed
 from verne_post.gcode.read import replay
 from verne_post.gcode.setup import Setup
 from verne_post.model.findings import InputError, finding
@@ -51,7 +51,7 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
         )
     state, recorder = replay(source, setup, moves, StopConditions(before_line=line))
     ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]
-    switched = [*_active_functions(state, line), *_last_outputs(recorder.events)]
+    switched = [*_restore_functions(state, line), *_find_last_outputs(recorder.events)]
     return Restart(recorder.count, len(recorder.events), tuple(one for one in switched if not _is_replaced(one, ahead)))
 
 
@@ -76,7 +76,7 @@ def _find_nearest(spans: np.ndarray, line: int) -> int | None:
     return None
 
 
-def _last_outputs(events: list[Event]) -> list[Event]:
+def _find_last_outputs(events: list[Event]) -> list[Event]:
     """The last event of every output and of every user-defined code among skipped events: what they still hold is not known here."""
     last: dict[tuple[str, object], Event] = {}
     for event in events:
@@ -93,14 +93,16 @@ def _is_replaced(switched: Event, ahead: list[Event]) -> bool:
     return switched.kind != "remapped" and any(event.kind in kinds for event in ahead)
 
 
-def _active_functions(state: State, line: int) -> tuple[Event, ...]:
+def _restore_functions(state: State, line: int) -> tuple[Event, ...]:
     """Tool, spindle, coolant and overrides that hold, as events before the first move."""
     functions: list[tuple[str, dict[str, object]]] = []
     if state.loaded_tool is not None:
-        functions.append(("tool", tool_facts(state, state.loaded_tool)))
+        functions.append(("tool", describe_tool_event(state, state.loaded_tool)))
     if state.spindle_on:
         direction = "counterclockwise" if state.spindle_reversed else "clockwise"
-        functions.append(("spindle", {"direction": direction, "speed": state.spindle_speed} | unit_of_speed(state)))
+        functions.append(
+            ("spindle", {"direction": direction, "speed": state.spindle_speed} | name_unit_of_speed(state))
+        )
     functions += [("coolant", {"state": name}) for on, name in ((state.mist, "mist"), (state.flood, "flood")) if on]
     if not state.overrides["feed"] or not state.overrides["speed"]:
         functions.append(("override", dict(state.overrides)))

@@ -12,8 +12,8 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.bsplines import bezier_controls, find_even_parts, piece_ends, slices, split_bezier
-from verne_post.base.rows import row_norm
+from verne_post.base.bsplines import evaluate_piece_ends, find_bezier_controls, find_even_parts, slices, split_bezier
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import STRAIGHT_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.program_error import ProgramError
@@ -125,7 +125,7 @@ class CutSpline(Struct, frozen=True, eq=False):
     axis: Array | None
 
 
-def uniform_knots(count: int, degree: int) -> list[float]:
+def build_uniform_knots(count: int, degree: int) -> list[float]:
     """Knots of a B-spline with evenly spaced ones that begins and ends at its control points (``count`` of them)."""
     inner = count - degree
     return [float(min(max(k - degree, 0), inner)) for k in range(count + degree + 1)]
@@ -152,18 +152,18 @@ def cut_spline(spline: BSpline) -> CutSpline:
         raise ProgramError("VP031", "all control points of the spline are one place", None, spline.lines[0])
     points, weights, knots = all_points[owner], all_weights[owner], knots[knot]
     if spline.axes is None:
-        points, weights, knots, last = _part_at_rests(points, weights, knots, last)
+        points, weights, knots, last = _cut_at_rests(points, weights, knots, last)
     n = len(last)
     straight, length, ends = np.empty(n, dtype=bool), np.empty(n), np.empty((n, points.shape[2]))
     axes = None if spline.axes is None else np.empty((n, 3))
     for some in slices(n, _TRIED):  # up to the first that is refused
         here = points[some], weights[some], knots[some]
         straight[some], length[some] = _measure(*here, [spline.lines[k] for k in last[some].tolist()])
-        ends[some] = piece_ends(*here)
+        ends[some] = evaluate_piece_ends(*here)
         if axes is not None and spline.axes is not None:
-            axes[some] = piece_ends(spline.axes[owner[some]], *here[1:])
+            axes[some] = evaluate_piece_ends(spline.axes[owner[some]], *here[1:])
     if axes is not None:
-        axes /= row_norm(axes)[:, None]
+        axes /= measure_rows(axes)[:, None]
     pieces = Splines(
         np.full(n, degree, dtype=np.int32), (degree + 1) * np.arange(n), 2 * degree * np.arange(n),
         points.reshape(-1, points.shape[2]), weights.ravel(), knots.ravel(),
@@ -171,12 +171,12 @@ def cut_spline(spline: BSpline) -> CutSpline:
     return CutSpline(pieces, [spline.lines[k] for k in last.tolist()], ends.tolist(), straight, length, axes)
 
 
-def _part_at_rests(points: Array, weights: Array, knots: Array, last: Ints) -> tuple[Array, Array, Array, Ints]:
+def _cut_at_rests(points: Array, weights: Array, knots: Array, last: Ints) -> tuple[Array, Array, Array, Ints]:
     """Cut off the ends of pieces at which control points coincide: the curve has no speed by its parameter there, but a direction.
 
     What is cut off is so short that it is straight; the rest has a speed throughout.
     """
-    controls = bezier_controls(points - points[:, :1], weights, knots)
+    controls = find_bezier_controls(points - points[:, :1], weights, knots)
     places = controls[..., :-1] / controls[..., -1:]
     begins, ends = (np.abs(places[:, a] - places[:, b]).max(axis=1) <= ZERO_LENGTH_MM for a, b in ((0, 1), (-1, -2)))
     resting = (begins != ends) & (controls.shape[1] > 3)
@@ -216,7 +216,7 @@ def _measure(points: Array, weights: Array, knots: Array, lines: list[int]) -> t
     ProgramError
         VP031, for the first that stops or turns back.
     """
-    parts = find_even_parts(bezier_controls(points - points[:, :1], weights, knots), 3)
+    parts = find_even_parts(find_bezier_controls(points - points[:, :1], weights, knots), 3)
     straight = ~parts.regular | (points.shape[1] == 2)
     for piece in np.flatnonzero(straight).tolist():
         if not _is_straight(points[piece]):

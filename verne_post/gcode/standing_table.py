@@ -11,7 +11,7 @@ from verne_post.model.moves import ZERO9, Feature, Frame
 from verne_post.model.protocols import Coordinates
 
 
-def standing_table(coordinates: Coordinates, frame: Frame, program: list[float]) -> Feature | None:
+def find_standing_plane(coordinates: Coordinates, frame: Frame, program: list[float]) -> Feature | None:
     """The plane in which X, Y, Z count while the table stands at the rotary words of a program point (9).
 
     Parameters

@@ -101,7 +101,7 @@ def _find_template(text: str, count: int, custom_macro: bool) -> _Template | Non
     return _compile(_NUMBER.sub("?", text), custom_macro) if len(_NUMBER.findall(text)) == count else None
 
 
-def word_columns(text: str) -> list[int]:
+def find_word_columns(text: str) -> list[int]:
     """1-based columns of the words and settings of a line that a template has read, or that has plain words alone."""
     columns, depth, before, comment = [], 0, "", False
     for at, character in enumerate(text.upper(), 1):

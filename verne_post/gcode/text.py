@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain_arcs
-from verne_post.gcode.block import Block, block_of_words, read_block
+from verne_post.gcode.block import Block, build_block_of_words, read_block
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.words import WordTable, chunk_end, count_lines, split_words, whole_lines
+from verne_post.gcode.words import WordTable, count_lines, find_chunk_end, read_whole_lines, split_words
 
 #: So many chunks are kept: loops that stay within them are split into words once.
 _KEPT_CHUNKS: Final = 8
@@ -91,7 +91,7 @@ class Chunk(Struct, frozen=True, dict=True):
         if self.words is None or not self.words.plain[row]:
             return None
         words = slice(self._starts[row], self._starts[row + 1])
-        return block_of_words(
+        return build_block_of_words(
             self.words.letter[words].tobytes().decode("ascii"), self.words.value[words].tolist(), line
         )
 
@@ -138,7 +138,7 @@ class ChunkedText(ABC):
     @cached_property
     def n_lines(self) -> int:
         """How many lines the file has."""
-        return max(sum(count_lines(text) for text in whole_lines(self.source)), 1)
+        return max(sum(count_lines(text) for text in read_whole_lines(self.source)), 1)
 
     @abstractmethod
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
@@ -160,7 +160,7 @@ class ChunkedText(ABC):
             first, start = self._starts[-1]
             if line < first or start >= len(self.source):
                 break
-            end = chunk_end(self.source, start)
+            end = find_chunk_end(self.source, start)
             self._starts.append((first + count_lines(self.source[start:end]), end))
         at = next((i for i in range(len(self._starts) - 2, -1, -1) if self._starts[i][0] <= line), None)
         if at is None or line >= self._starts[at + 1][0]:
@@ -251,7 +251,7 @@ def _find_percent_lines(source: Text, language: type[Language], start: int) -> t
         first, after = source.count(b"\n", 0, source.find(b"%", start)) + 1, opening.end()
     sought = re.compile(rb"^[ \t]*%" + language.percent + rb"$", re.MULTILINE)
     line = source.count(b"\n", 0, after) + 1
-    for text in whole_lines(source, after):
+    for text in read_whole_lines(source, after):
         closing = sought.search(text)
         if closing is not None:
             return first, line + text.count(b"\n", 0, closing.start())

@@ -87,16 +87,16 @@ class WordTable(Struct, frozen=True):
     plain: Mask
 
 
-def whole_lines(source: Text, start: int = 0) -> Iterator[bytes]:
+def read_whole_lines(source: Text, start: int = 0) -> Iterator[bytes]:
     """A text in chunks of whole lines, from an offset on; what was read of a file is released after each chunk."""
     while start < len(source):
-        end = chunk_end(source, start)
+        end = find_chunk_end(source, start)
         yield source[start:end]
         release_memory()
         start = end
 
 
-def chunk_end(source: Text, start: int) -> int:
+def find_chunk_end(source: Text, start: int) -> int:
     """Where the chunk of whole lines that begins at ``start`` ends: the first ones are short, for who reads only the opening lines."""
     size = min(CHUNK_BYTES, max(OPENING_BYTES, GROWTH * start))
     if start + size >= len(source):

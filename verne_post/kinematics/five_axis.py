@@ -1,7 +1,7 @@
 """The whole machine: a parallel module over a tilting rotary table.
 
 The platform only ever tilts about x, and so does the table's tilt. With the gauge-line point g of
-the nominal trunnion machine (:meth:`TiltingTable.gauge_point`) the platform point is
+the nominal trunnion machine (:meth:`TiltingTable.find_gauge_point`) the platform point is
 ``P = pivot + F Rx(alpha) g``, ``F = diag(1, -1, -1)``, and the table stands at A + alpha. The module
 owns the solution for alpha (:meth:`ParallelModule.inverse_coupled`). C does not depend on alpha.
 """
@@ -13,12 +13,12 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import (
-    angles_of_axis,
-    axis_of_angles,
+    find_axis_of_angles,
     rotate_x,
     rotate_x_rate,
     rotate_z,
     rotate_z_rate,
+    solve_angles_of_axis,
     wrap_angle,
 )
 from verne_post.kinematics.tables.tilting import TiltingTable
@@ -43,7 +43,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
 
     def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Gauge point g of the nominal machine (..., 3): P is ``pivot + F Rx(alpha) g``; arguments as in :meth:`solve`."""
-        return self.table.gauge_point(tip, angles, np.asarray(tool_length) + self.nose_offset)
+        return self.table.find_gauge_point(tip, angles, np.asarray(tool_length) + self.nose_offset)
 
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
         """Joint values that follow the programmed branch: q = (module, A + alpha, C).
@@ -88,8 +88,8 @@ class HybridMachine(Struct, frozen=True, eq=False):
 
         The solutions of the table in use, tilt b in [0, pi], come first; within each, those that the machine can use.
         """
-        tip, axis = pose_vectors(tip, "tip"), pose_vectors(axis, "axis")
-        tilt, turn = (float(angle) for angle in angles_of_axis(axis))
+        tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+        tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         solutions = []
         for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrap_angle(turn + np.pi))))):
             gauge = self.platform_gauge(tip, np.array(angles), tool_length)
@@ -150,13 +150,13 @@ class HybridMachine(Struct, frozen=True, eq=False):
         angles = np.array(q[..., -2:])
         angles[..., 0] -= alpha
         gauge = rotate_x((position - self.table.pivot) * _MIRROR, -alpha)
-        tip = self.table.tip_of_gauge(gauge, angles, np.asarray(tool_length) + self.nose_offset)
+        tip = self.table.find_tip_of_gauge(gauge, angles, np.asarray(tool_length) + self.nose_offset)
         return tip, angles, ok
 
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
         """As :meth:`nominal`, with the tool axis (..., 3) of these angles."""
         tip, angles, ok = self.nominal(q, tool_length)
-        return tip, angles, axis_of_angles(angles[..., 0], angles[..., 1]), ok
+        return tip, angles, find_axis_of_angles(angles[..., 0], angles[..., 1]), ok
 
     def platform(self, q: Array) -> tuple[Platform, Mask]:
         """The platform for joint values (..., 5)."""
@@ -172,11 +172,11 @@ class HybridMachine(Struct, frozen=True, eq=False):
 
     def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Tool axis (..., 3) in the table frame: as programmed."""
-        return axis_of_angles(angles[..., 0], angles[..., 1])
+        return find_axis_of_angles(angles[..., 0], angles[..., 1])
 
     def on_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame in the table frame, for joint values (..., 5)."""
-        return self.table.tip_of_gauge((point - self.table.pivot) * _MIRROR, q[..., -2:], 0.0)
+        return self.table.find_tip_of_gauge((point - self.table.pivot) * _MIRROR, q[..., -2:], 0.0)
 
     def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Margins (..., m) of solved poses: those of the module."""
@@ -198,7 +198,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose given by its tool axis; see :meth:`Machine.inverse`."""
-        tip, angles = axis_and_angles(tip, axis, tool_length)
+        tip, angles = convert_axis_to_angles(tip, axis, tool_length)
         q, _platform, ok = self.solve(tip, angles, tool_length)
         return q, ok
 
@@ -208,7 +208,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
         if q.ndim == 0 or q.shape[-1] != 5:
             raise ValueError(f"q must have shape (..., 5), got {q.shape}")
         tip, angles, ok = self.nominal(q, tool_length)
-        return tip, axis_of_angles(angles[..., 0], angles[..., 1]), ok
+        return tip, find_axis_of_angles(angles[..., 0], angles[..., 1]), ok
 
 
 def _make_tilted_platform(position: Array, alpha: Array) -> Platform:
@@ -218,15 +218,15 @@ def _make_tilted_platform(position: Array, alpha: Array) -> Platform:
     return Platform(position, angles)
 
 
-def axis_and_angles(tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Array]:
+def convert_axis_to_angles(tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Array]:
     """Tips (..., 3) and nominal angles (..., 2) of poses given by their tool axis, both of the common shape."""
-    tip, axis = pose_vectors(tip, "tip"), pose_vectors(axis, "axis")
-    angles = np.stack(angles_of_axis(axis), axis=-1)
+    tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+    angles = np.stack(solve_angles_of_axis(axis), axis=-1)
     shape = np.broadcast_shapes(tip.shape[:-1], axis.shape[:-1], np.shape(tool_length))
     return np.broadcast_to(tip, (*shape, 3)), np.broadcast_to(angles, (*shape, 2))
 
 
-def pose_vectors(value: Array, name: str) -> Array:
+def check_pose_vectors(value: Array, name: str) -> Array:
     """An argument as an array (..., 3); refuses others by name."""
     array = np.asarray(value, dtype=float)
     if array.ndim == 0 or array.shape[-1] != 3:

@@ -6,14 +6,14 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.rows import row_max
+from verne_post.base.rows import find_row_max
 from verne_post.model.machine import Machine
 
 #: Step of the differences along a direction, mm if it is a unit vector: joints bend over hundreds of millimetres.
 STEP: Final = 1e-3
 
 
-def jerk_limit_along(machine: Machine, cycle: float) -> Callable[[Array, Array, Array], Array]:
+def find_jerk_limit_along(machine: Machine, cycle: float) -> Callable[[Array, Array, Array], Array]:
     """The largest third derivative by time (n,) that poses (n, 5) may have along directions (n, 5), with tool lengths (n,).
 
     Poses are tips in the table frame (mm) and nominal angles (rad), directions any multiple of them by a length. Only what the
@@ -28,6 +28,6 @@ def jerk_limit_along(machine: Machine, cycle: float) -> Callable[[Array, Array, 
             q, _platform, ok = solve(place[:, :3], place[:, 3:], tool_length)
             ends.append(np.where(ok[:, None], q, np.nan))
         with np.errstate(divide="ignore"):
-            return np.asarray(1.0 / row_max(np.abs(ends[1] - ends[0]) / (2.0 * STEP * jerk)))
+            return np.asarray(1.0 / find_row_max(np.abs(ends[1] - ends[0]) / (2.0 * STEP * jerk)))
 
     return limit

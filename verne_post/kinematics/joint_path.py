@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.model.contour import Contour
 from verne_post.model.machine import Machine
 from verne_post.model.poses import JointPoses, Platform, Pose
@@ -105,7 +105,7 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         """Places along the contour (m,), element and parameter in one number, and where the turning joint is, without whole turns."""
         contour = self.contour
         wanted = np.maximum(contour.length[:] / TURN_STEP_MM, contour.rotation[:] / TURN_STEP)
-        owner, index = ragged(parts := np.maximum(np.ceil(wanted), 1).astype(int))
+        owner, index = number_parts(parts := np.maximum(np.ceil(wanted), 1).astype(int))
         w = index / parts[owner]
         element, w = np.append(owner, len(contour) - 1), np.append(w, 1.0)
         turn = np.empty(len(w))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.kinematics.as_built.bodies import rod_ends
+from verne_post.kinematics.as_built.bodies import place_rod_ends
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.model.deviations import Deviations
@@ -20,4 +20,4 @@ def sketch_rods(machine: Machine, q: Array, platform: Platform) -> Array:
     if machine.rod_places is None or not isinstance(nominal, HybridMachine):
         return nominal.sketch(q, platform)
     geometry = AsBuiltMachine(nominal, machine.rod_places, Deviations.none()).geometry
-    return np.stack(rod_ends(geometry, q[:, :3], platform), axis=2)
+    return np.stack(place_rod_ends(geometry, q[:, :3], platform), axis=2)

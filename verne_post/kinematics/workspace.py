@@ -6,9 +6,9 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.checks.violations import Check, machine_checks
+from verne_post.kinematics.checks.violations import Check, list_machine_checks
 from verne_post.model.machine import Machine
 
 #: Margins of different units are compared as lengths: one degree of the table counts 10 mm, about what it moves a part
@@ -59,7 +59,7 @@ def classify(machine: Machine, tip: Array, angles: Array, tool_length: float) ->
     tip = np.asarray(tip, dtype=float)
     pairs = np.broadcast_to(angles, (len(tip), 2))
     q, platform, ok = machine.five_axis.solve(tip, pairs, tool_length)
-    checks = machine_checks(machine)
+    checks = list_machine_checks(machine)
     with np.errstate(invalid="ignore"):
         quantities = np.concatenate([q, machine.five_axis.geometry_margins(q, pairs, platform)], axis=1)
     margins = [np.where(ok, np.inf, -np.inf)]
@@ -70,7 +70,7 @@ def classify(machine: Machine, tip: Array, angles: Array, tool_length: float) ->
         inside = np.maximum(margin, 0.0) if check.axis else np.inf
         margin = np.where(margin >= -check.slack, inside, margin)
         margins.append(np.where(ok, margin * (1.0 if check.unit == "mm" else MM_PER_RAD), np.inf))
-    nose = tip + tool_length * axis_of_angles(angles[0], angles[1])
+    nose = tip + tool_length * find_axis_of_angles(angles[0], angles[1])
     heights = [
         np.maximum(point[:, 2], np.hypot(point[:, 0], point[:, 1]) - machine.table_radius) for point in (tip, nose)
     ]

@@ -74,15 +74,15 @@ class Deviations(Struct, frozen=True, eq=False):
     @classmethod
     def none(cls) -> "Deviations":
         """All zero: the nominal machine."""
-        return cls.from_vector(np.zeros(len(PARAMETERS)))
+        return cls.build_from_vector(np.zeros(len(PARAMETERS)))
 
-    def to_vector(self) -> Array:
+    def pack_vector(self) -> Array:
         """All 58 numbers in the order of :data:`PARAMETERS`, mm and rad."""
         return np.concatenate([np.ravel(getattr(self, name)) for name in self.__struct_fields__])
 
     @classmethod
-    def from_vector(cls, vector: Array) -> "Deviations":
-        """Inverse of :meth:`to_vector`."""
+    def build_from_vector(cls, vector: Array) -> "Deviations":
+        """Inverse of :meth:`pack_vector`."""
         parts, first = {}, 0
         for name, (_key, shape, _angle) in ENTRIES.items():
             size = int(np.prod(shape))
@@ -106,7 +106,7 @@ def _list_names() -> tuple[str, ...]:
     return tuple(names)
 
 
-#: Name of each number of :meth:`Deviations.to_vector`, by its key in a machine file.
+#: Name of each number of :meth:`Deviations.pack_vector`, by its key in a machine file.
 PARAMETERS: Final = _list_names()
 #: True where a parameter is an angle (rad), False where it is a length (mm).
 IS_ANGLE: Final = np.concatenate([np.full(int(np.prod(shape)), angle) for _key, shape, angle in ENTRIES.values()])

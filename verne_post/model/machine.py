@@ -183,7 +183,7 @@ class Machine:
         words = zip(self.rotary_letters, program[list(self.coordinates.rotary)], strict=True)
         return ", ".join(f"{letter} {fixed(float(word), decimals)}" for letter, word in words)
 
-    def origin_on_table(self, frame: Frame) -> tuple[float, float, float]:
+    def find_origin_on_table(self, frame: Frame) -> tuple[float, float, float]:
         """Origin of a work system in the table frame, mm."""
         x, y, z = (
             float(v) - w for v, w in zip(frame.origin[:3], self.coordinates.work_origin((0.0, 0.0, 0.0)), strict=True)

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.findings import Finding
-from verne_post.model.part_setup import SYSTEM_NAMES, Vector9, tool_text
-from verne_post.model.splines import Splines, no_splines
+from verne_post.model.part_setup import SYSTEM_NAMES, Vector9, describe_tool_number
+from verne_post.model.splines import Splines, build_empty_splines
 
 AXES: Final = "XYZABCUVW"
 ZERO9: Final[Vector9] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -197,7 +197,7 @@ def tool_names(events: Iterable[Event]) -> dict[int, str]:
 
 def tool_of_event(event: Event) -> str:
     """The tool of a tool change, as a person knows it."""
-    return tool_text(int(str(event.data["number"])), tool_names([event]))
+    return describe_tool_number(int(str(event.data["number"])), tool_names([event]))
 
 
 class TablePlace(Struct, frozen=True):
@@ -279,7 +279,7 @@ class ArcFeedUse(Struct, frozen=True):
             "slowest": self.slowest, "fastest": self.fastest,
         }  # fmt: skip
 
-    def with_arc(self, share: float) -> "ArcFeedUse":
+    def count_arc(self, share: float) -> "ArcFeedUse":
         """Count one more."""
         return ArcFeedUse(self.rule, self.arcs + 1, min(self.slowest, share), max(self.fastest, share))
 
@@ -362,7 +362,7 @@ class Moves(Struct, frozen=True):
     placed_systems: frozenset[int] = frozenset()
     parameters: Mapping[int, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
-    splines: Splines = field(default_factory=lambda: no_splines(len(AXES)))
+    splines: Splines = field(default_factory=lambda: build_empty_splines(len(AXES)))
     stock: Stock | None = None
     arc_feeds: tuple[ArcFeedUse, ...] = ()
     table_places: tuple[TablePlace, ...] = ()

@@ -70,14 +70,14 @@ def one_of(names: Callable[[], tuple[str, ...]]) -> Checked:
     return Checked(check)
 
 
-def without_numpy(value: Any) -> Any:
+def convert_from_numpy(value: Any) -> Any:
     """The number that a number of numpy is, of any type; other values as they are."""
     return value.item() if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0 else value
 
 
 def check_numbers(value: object, counts: tuple[int, ...], what: str, bound: float) -> tuple[float, ...]:
     """A sequence of so many finite numbers within a bound."""
-    found = [without_numpy(one) for one in _list_items(value, what)]
+    found = [convert_from_numpy(one) for one in _list_items(value, what)]
     if len(found) not in counts:
         raise ValueError(f"expected {what}, got {len(found)} numbers")
     for one in found:
@@ -320,7 +320,7 @@ def check_parameter(index: int, value: float) -> None:
 def check_parameters(value: object) -> dict[int, float]:
     found: dict[int, float] = {}
     for given, number in check_mapping(value, "a mapping from number to value").items():
-        index = without_numpy(given)
+        index = convert_from_numpy(given)
         if not isinstance(index, int) or isinstance(index, bool):
             raise ValueError(f"{given!r} is not the number of a parameter")
         (found[index],) = check_numbers((number,), (1,), f"a value of parameter {index}", math.inf)

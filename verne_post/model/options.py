@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
 
 from msgspec import Meta, Struct, ValidationError, convert
 
-from verne_post.base.modules import names_of_modules
+from verne_post.base.modules import list_module_names
 from verne_post.base.suggestions import suggest
 from verne_post.base.team import can_fork
-from verne_post.base.type_words import alternatives, bare, bounds_in_words, describe, has_shape
+from verne_post.base.type_words import bare, describe, describe_bounds, has_shape, list_alternatives
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.model.control_keys import check_control
 from verne_post.model.findings import UsageError
@@ -35,8 +35,8 @@ from verne_post.model.option_checks import (
     check_texts,
     check_tools,
     check_work_offsets,
+    convert_from_numpy,
     one_of,
-    without_numpy,
 )
 from verne_post.model.part_setup import (
     MAX_TOOL,
@@ -108,7 +108,7 @@ class About(Struct, frozen=True):
 
 def dialects() -> tuple[str, ...]:
     """Names of the controller dialects: the modules of :mod:`verne_post.gcode.dialects`."""
-    return ("auto", *names_of_modules([str(Path(__file__).parents[1] / "gcode" / "dialects")]))
+    return ("auto", *list_module_names([str(Path(__file__).parents[1] / "gcode" / "dialects")]))
 
 
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
@@ -274,7 +274,7 @@ class Options:
                     raise UsageError(name, f"there is no such option{suggest(name, OPTIONS)}")
             for name, option in OPTIONS.items():
                 # plain attributes cannot be set from outside
-                self.__dict__[name] = checked_value(name, given[name]) if name in given else option.default()
+                self.__dict__[name] = check_value(name, given[name]) if name in given else option.default()
             self._check_together()
 
     def _check_together(self) -> None:
@@ -338,7 +338,7 @@ class Options:
         """
         values = {name: getattr(self, name) for name in OPTIONS if name not in _WITHOUT_EFFECT}
         values["wcs"] = {SYSTEM_NAMES[number]: offset for number, offset in self.wcs.items()}
-        return {key_of(name): _convert_to_json(value) for name, value in values.items()}
+        return {find_key(name): _convert_to_json(value) for name, value in values.items()}
 
 
 class Option(Struct, frozen=True):
@@ -391,13 +391,13 @@ def about(name: str) -> About:
     return OPTIONS[name].about
 
 
-def key_of(name: str) -> str:
+def find_key(name: str) -> str:
     """The key of an option in records."""
     unit = about(name).unit
     return f"{name}_{unit}" if unit else name
 
 
-def checked_value(name: str, value: Any) -> Any:
+def check_value(name: str, value: Any) -> Any:
     """The value of an option as the program uses it.
 
     Raises
@@ -410,15 +410,15 @@ def checked_value(name: str, value: Any) -> Any:
             return option.check(value)
         except ValueError as error:
             raise _make_refusal(name, value, str(error)) from None
-    value = without_numpy(value)
-    fitting = next((one for one in alternatives(option.kind) if has_shape(one, value)), None)
+    value = convert_from_numpy(value)
+    fitting = next((one for one in list_alternatives(option.kind) if has_shape(one, value)), None)
     if fitting is not None:  # msgspec fails for some values that only look like a mapping
         try:
             return convert(value, option.kind)
         except (ValidationError, UnicodeError):
             pass
     unit = option.about.unit or ("degrees" if name.endswith("_deg") else "")
-    words = bounds_in_words(bare(fitting)[1]) or describe(option.kind)
+    words = describe_bounds(bare(fitting)[1]) or describe(option.kind)
     raise _make_refusal(name, value, f"expected {words} {unit}".rstrip())
 
 

@@ -54,16 +54,16 @@ class Tool:
     unmeasured: str = ""
 
 
-def tool_text(number: int, names: Mapping[int, str]) -> str:
+def describe_tool_number(number: int, names: Mapping[int, str]) -> str:
     """A tool as a person knows it: by its number, and by the name that the program gives it."""
     if number not in names:
         return f"tool {number}"
     return f'tool "{names[number]}"' if number >= FIRST_NAMED_TOOL else f'tool {number} "{names[number]}"'
 
 
-def tool_word(number: int, names: Mapping[int, str]) -> str:
+def spell_tool_word(number: int, names: Mapping[int, str]) -> str:
     """The same as a program writes it: its T word, or its name."""
-    return tool_text(number, names).removeprefix("tool ") if number in names else f"T{number}"
+    return describe_tool_number(number, names).removeprefix("tool ") if number in names else f"T{number}"
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class Splines(Struct, frozen=True, eq=False):
             self.knots[self.first_knot[piece][:, None] + np.arange(2 * degree)],
         )
 
-    def by_degree(self, piece: Ints) -> Iterator[tuple[int, NDArray[np.intp]]]:
+    def group_by_degree(self, piece: Ints) -> Iterator[tuple[int, NDArray[np.intp]]]:
         """Every degree among pieces (n,), and the places of those that have it."""
         degrees = self.degree[piece]
         for degree in np.unique(degrees).tolist():
@@ -71,7 +71,7 @@ class Splines(Struct, frozen=True, eq=False):
             self.knots[knot],
         )
 
-    def with_points(self, points: Array) -> "Splines":
+    def replace_points(self, points: Array) -> "Splines":
         """The same pieces with other control points (p, k)."""
         return replace(self, points=points)
 
@@ -115,6 +115,6 @@ class GrowingSplines:
         return Splines(**self._pieces.columns(), **self._controls.columns(), **self._knot_values.columns())
 
 
-def no_splines(width: int) -> Splines:
+def build_empty_splines(width: int) -> Splines:
     """Return a table without pieces."""
     return GrowingSplines(width).splines()

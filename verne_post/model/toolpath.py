@@ -237,7 +237,7 @@ class ToolPath(Struct, frozen=True):
         """Number of sections."""
         return int(self.section[-1]) + 1 if len(self.section) else 0
 
-    def tool_length_at(self, line: Ints) -> Array:
+    def find_tool_lengths(self, line: Ints) -> Array:
         """Tool length (n,) of rows by their source lines (n,): that of the first segment of the line, or of the line before it."""
         lines, first = np.unique(self.line, return_index=True)
         at = np.clip(np.searchsorted(lines, line, side="right") - 1, 0, len(lines) - 1)
@@ -248,9 +248,9 @@ class ToolPath(Struct, frozen=True):
         """The segment that each dwell stands before (d,); the number of segments: after the last."""
         return np.searchsorted(self.section, self.dwell_section)
 
-    def dwells_among(self, section: Ints) -> Ints:
+    def renumber_dwells(self, section: Ints) -> Ints:
         """``dwell_section`` (d,) where the same segments have new section numbers (n,): dwells stand before the same segments."""
-        return sections_at(section, self.dwell_segment)
+        return find_sections(section, self.dwell_segment)
 
     @property
     def move_reached(self) -> Ints:
@@ -299,7 +299,7 @@ SEGMENT_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
 }  # fmt: skip
 
 
-def sections_at(section: Ints, row: Ints) -> Ints:
+def find_sections(section: Ints, row: Ints) -> Ints:
     """Sections (d,) of rows (d,) of a column of section numbers (n,); the next section for rows after the last."""
     n = len(section)
     if not n:

@@ -81,7 +81,7 @@ class CodedFinding(Protocol):
         """How grave it is here."""
 
 
-def family_of(code: str) -> Family:
+def find_family(code: str) -> Family:
     """The family of a code such as VP101."""
     return Family(code[:3])
 
@@ -95,18 +95,18 @@ def is_deniable(code: str) -> bool:
     return code not in _STATUS_OF_CODE and all(_STATUS[family] == ExitStatus.VIOLATION for family in families)
 
 
-def concerns_text(code: str) -> bool:
+def is_about_text(code: str) -> bool:
     """Whether a code is about the text of a program: its line and column are quoted."""
-    return family_of(code) == Family.PROGRAM
+    return find_family(code) == Family.PROGRAM
 
 
 #: Codes of the comparison with the nominal part, which ``explain`` does not make.
 OF_THE_PART: Final = ("VP218", "VP219", "VP220")
 
 
-def concerns_pose(code: str) -> bool:
+def is_about_pose(code: str) -> bool:
     """Whether a code is about poses of the machine: ``explain`` works them out."""
-    return family_of(code) in (Family.POSITION, Family.GEOMETRY, Family.BRANCH)
+    return find_family(code) in (Family.POSITION, Family.GEOMETRY, Family.BRANCH)
 
 
 def worst(findings: Iterable[CodedFinding]) -> Severity | None:
@@ -121,7 +121,7 @@ def counts(findings: Iterable[CodedFinding]) -> tuple[int, int]:
     return severities.count("error"), severities.count("warning")
 
 
-def status_of(findings: Iterable[CodedFinding], fail_level: Severity = "error") -> ExitStatus:
+def find_exit_status(findings: Iterable[CodedFinding], fail_level: Severity = "error") -> ExitStatus:
     """The exit status of one program with these findings.
 
     Parameters
@@ -131,15 +131,15 @@ def status_of(findings: Iterable[CodedFinding], fail_level: Severity = "error") 
     """
     counting = SEVERITIES[: SEVERITIES.index(fail_level) + 1]
     return gravest(
-        _STATUS_OF_CODE.get(item.code, _STATUS[family_of(item.code)]) if item.severity == "error" else ExitStatus.VIOLATION
+        _STATUS_OF_CODE.get(item.code, _STATUS[find_family(item.code)]) if item.severity == "error" else ExitStatus.VIOLATION
         for item in findings if item.severity in counting
     )  # fmt: skip
 
 
-def verdict_of(status: int, findings: Iterable[CodedFinding]) -> Verdict:
+def find_verdict(status: int, findings: Iterable[CodedFinding]) -> Verdict:
     """What became of a program with an exit status and these findings."""
     if status == ExitStatus.UNUSABLE:
-        families = {family_of(item.code) for item in findings if item.severity == "error"}
+        families = {find_family(item.code) for item in findings if item.severity == "error"}
         configuration = Family.CONFIGURATION in families and Family.PROGRAM not in families
         return Verdict.UNUSABLE_CONFIGURATION if configuration else Verdict.UNUSABLE_PROGRAM
     return {

@@ -9,11 +9,11 @@ from verne_post.model.moves import Frame
 from verne_post.model.options import Options
 
 
-def placed_by(
+def find_placer(
     frame: Frame, machine: Machine, options: Options, set_by_program: AbstractSet[int]
 ) -> Literal["set-up", "program", "nobody"]:
     """Who has placed the work system of a frame; ``set_by_program`` are the numbers of those that the program sets."""
-    place = machine.origin_on_table(frame)
+    place = machine.find_origin_on_table(frame)
     given = options.wcs.get(frame.system)
     if given is not None:
         same = max(abs(a - b) for a, b in zip(place, given.origin_mm, strict=True)) <= OFFSET_NOISE

@@ -7,12 +7,14 @@ import numpy as np
 from verne_post.model.findings import InputError, finding
 
 
-def finite_or_none(value: float) -> float | None:
+def blank_nonfinite(value: float) -> float | None:
     """A number for JSON, which has neither NaN nor infinity."""
     return float(value) if np.isfinite(value) else None
 
 
-def first_wrong(name: str, rows: Iterable[tuple[int, str]], separator: str | None, width: int) -> InputError | None:
+def describe_first_wrong(
+    name: str, rows: Iterable[tuple[int, str]], separator: str | None, width: int
+) -> InputError | None:
     """The error that names the first bad row.
 
     Parameters

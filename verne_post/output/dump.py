@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.arcs import PLANE_NAMES
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.moves import FeedMode, MoveKind, Moves
-from verne_post.output.cells import finite_or_none
+from verne_post.output.cells import blank_nonfinite
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -45,7 +45,7 @@ def _move(table: Moves, row: int) -> dict[str, object]:
     record: dict[str, object] = {"line": int(table.line[row]), "kind": _KINDS[kind], "end": table.end[row].tolist()}
     if kind == MoveKind.DWELL:
         return {"line": int(table.line[row]), "kind": "dwell", "seconds": float(table.feed[row])}
-    record["feed"] = finite_or_none(table.feed[row])
+    record["feed"] = blank_nonfinite(table.feed[row])
     record["feed_mode"] = _MODES[FeedMode(table.feed_mode[row])]
     if np.isfinite(table.tool_axis[row, 0]):
         record["axis"] = table.tool_axis[row].tolist()
@@ -88,17 +88,17 @@ def joints(joint_path: JointPath) -> Iterator[str]:
         line = contour.line(element)
         for k in range(len(w)):
             q = {
-                column.header: finite_or_none(solved.q[k, j] * column.factor)
+                column.header: blank_nonfinite(solved.q[k, j] * column.factor)
                 for j, column in enumerate(machine.columns)
             }
             travel = {
-                f"travel of {column.joint}": finite_or_none(abs(column.factor) * float(min(
+                f"travel of {column.joint}": blank_nonfinite(abs(column.factor) * float(min(
                     solved.q[k, j] - machine.limits.lower[j], machine.limits.upper[j] - solved.q[k, j])))
                 for j, column in enumerate(machine.columns)
             }  # fmt: skip
-            clearances = {name: finite_or_none(margins[k, j]) for j, name in enumerate(names)}
+            clearances = {name: blank_nonfinite(margins[k, j]) for j, name in enumerate(names)}
             alpha = (
-                {} if machine.module is None else {"alpha_deg": finite_or_none(DEG_PER_RAD * solved.platform.alpha[k])}
+                {} if machine.module is None else {"alpha_deg": blank_nonfinite(DEG_PER_RAD * solved.platform.alpha[k])}
             )
             yield _write_line({"line": int(line[k]), "s": float(s[k]), "q": q, **alpha, "margins": {**travel, **clearances}})  # fmt: skip
 
@@ -120,4 +120,4 @@ def _sample_points(
 
 
 def _write_line(data: dict[str, object]) -> str:
-    return json_text(data) + "\n"
+    return format_json(data) + "\n"

@@ -29,7 +29,7 @@ class ErrorField(Struct, frozen=True, eq=False):
     after: Array
 
 
-def error_figure(machine: Machine, fields: Sequence[ErrorField], tool_length: float) -> "Figure":
+def draw_errors(machine: Machine, fields: Sequence[ErrorField], tool_length: float) -> "Figure":
     """Draw the fields: a row a tilt, before on the left, after on the right, each column with its own scale."""
     from matplotlib.figure import Figure
 

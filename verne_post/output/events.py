@@ -3,12 +3,12 @@
 import csv
 import io
 
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.model.summary import Summary, TimedEvent
 from verne_post.output.setpoints import name_joints
 
 
-def events_text(summary: Summary, suffix: str) -> str:
+def format_events(summary: Summary, suffix: str) -> str:
     """Write all events of a conversion as CSV or JSON; time counts from the beginning of the file that has the row."""
     names = name_joints(summary.machine.columns, summary.format.drives)
     placed = [(*_locate(summary, timed), timed) for timed in summary.timed]
@@ -17,7 +17,7 @@ def events_text(summary: Summary, suffix: str) -> str:
         table = csv.writer(text, lineterminator="\n")
         table.writerow(["t_s", "row", "part", "line", "kind", "data", *names])
         for part, row, timed in placed:
-            data = json_text(timed.event.data)
+            data = format_json(timed.event.data)
             table.writerow(
                 [
                     _format_time(summary, row),
@@ -38,7 +38,7 @@ def events_text(summary: Summary, suffix: str) -> str:
         for part, row, timed in placed
     ]  # fmt: skip
     whole = {"schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle, "events": events}
-    return json_text(whole, 2) + "\n"
+    return format_json(whole, 2) + "\n"
 
 
 def _locate(summary: Summary, timed: TimedEvent) -> tuple[int, int]:

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
 
-from verne_post.base.printable import printable, printable_in_place
+from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import OF_THE_PART, concerns_pose, concerns_text, counts
+from verne_post.model.verdict import OF_THE_PART, counts, is_about_pose, is_about_text
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -39,31 +39,31 @@ class Report(Struct, frozen=True):
     errors_not_counted: int = 0
 
 
-def outcome_line(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:
+def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:
     """``FILE: can run: 0 errors, 1 warning``, or refused; errors that a policy does not count are named."""
     errors, warnings = counts(findings)
     hidden = errors_not_counted
     not_counted = f"not refused, {_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
     verdict = "refused" if errors else not_counted if hidden else "can run"
-    return f"{printable(program)}: {verdict}: {_count(errors, 'error')}, {_count(warnings, 'warning')}"
+    return f"{make_printable(program)}: {verdict}: {_count(errors, 'error')}, {_count(warnings, 'warning')}"
 
 
 def _count(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def text_line(program: str, item: Finding) -> str:
+def format_finding(program: str, item: Finding) -> str:
     """``FILE:LINE:`` and what :func:`describe` writes."""
-    name = printable(program)
+    name = make_printable(program)
     return f"{name if item.line is None else f'{name}:{item.line}'}: {describe(item)}"
 
 
 def describe(item: Finding) -> str:
     """``CODE severity: message``, with the stretch when it is longer than one line."""
-    text = f"{item.code} {item.severity}: {printable(item.message)}"
+    text = f"{item.code} {item.severity}: {make_printable(item.message)}"
     if item.column is not None:
         text += f" (column {item.column})"
-    if item.count > 1 and concerns_text(item.code):
+    if item.count > 1 and is_about_text(item.code):
         text += f" (lines {item.line} to {item.last_line}, {item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
         text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
@@ -76,16 +76,16 @@ _QUOTED: Final = 100
 
 def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     """Quote the line of an error: a caret under the column, what the code means, what helps. Nothing for other findings."""
-    in_text = concerns_text(item.code)
+    in_text = is_about_text(item.code)
     at = item.line if in_text else item.worst_line or item.line
     if not at or (item.severity != "error" and not in_text):
         return []
-    from verne_post.base.long_text import line_of  # needs numpy: a mistake of the command line is reported without it
+    from verne_post.base.long_text import take_line  # needs numpy: a mistake of the command line is reported without it
 
-    text = line_of(source, at)
+    text = take_line(source, at)
     if text is None:
         return []
-    line = printable_in_place(text.decode("utf-8", errors="replace").rstrip("\r").replace("\t", " "))
+    line = make_printable_in_place(text.decode("utf-8", errors="replace").rstrip("\r").replace("\t", " "))
     column = item.column or 1
     begin = max(0, column - 1 - _QUOTED // 2) if len(line) > _QUOTED else 0
     number = str(at)
@@ -95,11 +95,11 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     if item.column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
     code = CODES[item.code]
-    if not concerns_pose(item.code) or item.code in OF_THE_PART:
+    if not is_about_pose(item.code) or item.code in OF_THE_PART:
         lines.append(f"  {blank} = {code.title}: {code.remedy}")
     else:
-        lines += [f"  {blank} = tried: {printable(text)}" for text in item.remedies]
-        lines.append(f"  {blank} = `verne-post explain {printable(program)}:{at}` says how much is needed")
+        lines += [f"  {blank} = tried: {make_printable(text)}" for text in item.remedies]
+        lines.append(f"  {blank} = `verne-post explain {make_printable(program)}:{at}` says how much is needed")
     return lines
 
 

@@ -5,14 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from verne_post.base.numbers import fixed
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.verdict import worst
-from verne_post.output.cells import finite_or_none
-from verne_post.output.findings import text_line
+from verne_post.output.cells import blank_nonfinite
+from verne_post.output.findings import format_finding
 from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Place, Proposal
 
 
@@ -70,7 +70,7 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         yield f"{program} on {machine.name}: no work offset was found with which it fits."
         yield f"The best one, --wcs {wcs}, is blocked by:"
         for item in _select_blocking(proposal.findings):
-            yield f"  {text_line(program, item)}"
+            yield f"  {format_finding(program, item)}"
     if fits and proposal.aim != "margin":
         largest = proposal.largest
         yield (
@@ -115,7 +115,7 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "moved": _measure_shift(proposal, after.place),
         "largest_margin": {
             "wcs": _write_wcs_option(proposal, proposal.largest.place),
-            "margin": finite_or_none(proposal.largest.smallest),
+            "margin": blank_nonfinite(proposal.largest.smallest),
             "moved": _measure_shift(proposal, proposal.largest.place),
         },
         "block": _write_g10_block(proposal, machine),
@@ -123,8 +123,8 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "margins": [
             {
                 "name": name,
-                "before": finite_or_none(before.margins[index]),
-                "after": finite_or_none(after.margins[index]),
+                "before": blank_nonfinite(before.margins[index]),
+                "after": blank_nonfinite(after.margins[index]),
                 "line": int(after.lines[index]),
                 "depends_on_place": bool(after.counts[index]),
             }
@@ -135,7 +135,7 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
             for item in ([] if fits else _select_blocking(proposal.findings))
         ],
     }
-    return json_text(data, 2) + "\n"
+    return format_json(data, 2) + "\n"
 
 
 def _number(value: float) -> str:

@@ -9,7 +9,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.numbers import is_count
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
-from verne_post.output.cells import first_wrong
+from verne_post.output.cells import describe_first_wrong
 
 _NUMBER = re.compile(r"[-+]?(\d|\.\d)")
 
@@ -61,7 +61,7 @@ def read_log(
     except ValueError:
         table = np.empty((0, 0))
     if table.ndim != 2 or not table.size or not np.isfinite(table).all():
-        raise first_wrong(name, rows, separator, width) or _make_error(f"{name}: cannot be read")
+        raise describe_first_wrong(name, rows, separator, width) or _make_error(f"{name}: cannot be read")
     if not header and table.shape[1] == len(columns) + 1 and not columns_by_joint:
         lost = np.flatnonzero(np.diff(table[:, 0]) != 1)
         if len(lost):

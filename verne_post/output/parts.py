@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.bounded import read_bounded
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
@@ -20,7 +20,7 @@ from verne_post.model.summary import Summary
 from verne_post.output.setpoints import read_csv
 
 
-def part_path(output: Path, number: int) -> Path:
+def name_part(output: Path, number: int) -> Path:
     """``axes.csv`` -> ``axes.1.csv``."""
     return output.with_name(f"{output.stem}.{number}{output.suffix}")
 
@@ -34,7 +34,7 @@ def index_text(output: Path, summary: Summary) -> str:
     """Write the index as JSON: each part with its file, and what happens after it."""
     parts = [
         {
-            "file": part_path(output, number).name,
+            "file": name_part(output, number).name,
             "rows": part.last_row - part.first_row + 1,
             "duration_s": round((part.last_row - part.first_row) * summary.format.cycle, summary.format.time_decimals),
             "then": _list_events(part.then),
@@ -45,7 +45,7 @@ def index_text(output: Path, summary: Summary) -> str:
         "schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle,
         "before": _list_events(summary.before), "parts": parts,
     }  # fmt: skip
-    return json_text(data, 2) + "\n"
+    return format_json(data, 2) + "\n"
 
 
 def _list_events(events: tuple[Event, ...]) -> list[dict[str, object]]:

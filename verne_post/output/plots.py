@@ -97,7 +97,7 @@ def reach_of_slice(
     return across, up, classify(machine, slice_grid(plane, at, across, up), angles, tool_length)
 
 
-def workspace_figure(
+def draw_workspace(
     machine: Machine, plane: str, at: float, angles: Array, tool_length: float
 ) -> tuple["Figure", tuple[Array, Array, Reach]]:
     """Draw a slice of the workspace; see :func:`reach_of_slice`, whose answer comes with it."""
@@ -161,7 +161,7 @@ def _draw_table(axes: Any, machine: Machine, plane: str, at: float) -> None:
         axes.plot([-half, half], [0, 0], color="white", linestyle="--", linewidth=1.5)
 
 
-def iso_alpha_figure(machine: Machine, module: IsoAlpha) -> "Figure":
+def draw_iso_alpha(machine: Machine, module: IsoAlpha) -> "Figure":
     """Curves on which the platform tilts alike: the ellipses (8), Fig. 5 of the paper.
 
     Every point lies on two of them. They grow with the tilt up to the one that is drawn in both panels, a circle on the

@@ -12,7 +12,7 @@ from urllib.parse import quote
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.verdict import Severity, is_deniable
@@ -55,7 +55,7 @@ def apply_policy(report: Report, policy: Policy) -> Report:
     counts: Counter[str] = Counter()
     kept, ignored, known, hidden = [], 0, 0, 0
     for item in report.findings:
-        fingerprint = fingerprint_of(report, item, counts)
+        fingerprint = make_fingerprint(report, item, counts)
         deniable = is_deniable(item.code)
         selected = not policy.select or item.code.startswith(policy.select)
         severity: Severity | None = None
@@ -83,14 +83,14 @@ def _choose_severity(item: Finding, policy: Policy) -> Severity:
     return policy.severity[max(matching, key=len)] if matching and is_deniable(item.code) else item.severity
 
 
-def fingerprint_of(report: Report, item: Finding, seen: Counter[str]) -> str:
+def make_fingerprint(report: Report, item: Finding, seen: Counter[str]) -> str:
     """Make a fingerprint from the text of a finding's line: it stays when lines before it are added or removed.
 
     ``seen`` counts the fingerprints of one report, so that the same mistake twice has two of them.
     """
-    from verne_post.base.long_text import line_of  # needs numpy, which a wrong code or baseline does not
+    from verne_post.base.long_text import take_line  # needs numpy, which a wrong code or baseline does not
 
-    line = line_of(report.source, item.line) if item.line else None
+    line = take_line(report.source, item.line) if item.line else None
     text = b"".join((line or b"").split())
     # the program as it was named: its address in results depends on the folder where the command is started
     name = quote(os.fsencode(PurePath(report.program).as_posix()))
@@ -112,16 +112,16 @@ def uri(program: str) -> str:
 _BASELINE_SCHEMA = 1
 
 
-def baseline_text(reports: list[Report]) -> str:
+def format_baseline(reports: list[Report]) -> str:
     """Write all findings that may be ignored as a baseline."""
     known = {}
     for report in reports:
         counts: Counter[str] = Counter()
         for item in report.findings:
-            fingerprint = fingerprint_of(report, item, counts)
+            fingerprint = make_fingerprint(report, item, counts)
             if is_deniable(item.code):
                 known[fingerprint] = f"{report.program}:{item.line}: {item.code} {item.axis or ''}".rstrip()
-    return json_text({"schema": _BASELINE_SCHEMA, "known": dict(sorted(known.items()))}, 2) + "\n"
+    return format_json({"schema": _BASELINE_SCHEMA, "known": dict(sorted(known.items()))}, 2) + "\n"
 
 
 def read_baseline(text: str, name: str) -> frozenset[str]:

@@ -47,11 +47,13 @@ def choose_setpoint_format(
     fmt = SetpointFormat(cycle, tuple(int(d) for d in chosen), time_decimals(cycle), drives)
     if accept_rounding:
         return fmt
-    for index, (column, noise, limit) in enumerate(zip(machine.columns, rounding_noise(fmt)[1], jerk, strict=True)):
+    for index, (column, noise, limit) in enumerate(
+        zip(machine.columns, estimate_rounding_noise(fmt)[1], jerk, strict=True)
+    ):
         if noise > limit and (whole[index] or decimals is not None):
             text = (
                 f"drives.{column.joint} wants whole numbers of {fmt.quanta[index]:g} {column.unit}: rounding" if whole[index]
-                else f"--decimals {decimals}: rounding {column_heading(column, drives, index)}"
+                else f"--decimals {decimals}: rounding {name_column(column, drives, index)}"
             )  # fmt: skip
             remedy = "use --units joint" if whole[index] else "use --decimals auto"
             text += f" alone makes a jerk of {noise:g} {column.unit}/s3, over {'its limit' if np.isfinite(machine.limits.jerk[index]) else 'what its acceleration allows,'} {limit:g}; {remedy}, or --accept-rounding"
@@ -59,7 +61,7 @@ def choose_setpoint_format(
     return fmt
 
 
-def column_heading(column: Column, drives: tuple[Drive, ...], index: int) -> str:
+def name_column(column: Column, drives: tuple[Drive, ...], index: int) -> str:
     """Name of a joint's column in a setpoint file."""
     return f"{column.joint}_{drives[index].unit}" if drives else column.header
 
@@ -75,14 +77,14 @@ def choose_trusted_format(machine: Machine, seen: SetpointFormat, *, accept_roun
     fine_drives = tuple(replace(drive, integer=False) for drive in seen.drives)
     auto = choose_setpoint_format(machine, seen.cycle, None, accept_rounding=True, drives=fine_drives)
     jerk = machine.limits.bound_jerk(seen.cycle).jerk * np.abs([column.factor for column in machine.columns])
-    too_coarse = rounding_noise(seen)[1] > jerk
+    too_coarse = estimate_rounding_noise(seen)[1] > jerk
     decimals = tuple(
         fine if bad else as_seen for fine, as_seen, bad in zip(auto.decimals, seen.decimals, too_coarse, strict=True)
     )
     return replace(seen, decimals=decimals)
 
 
-def rounding_noise(fmt: SetpointFormat) -> tuple[Array, Array]:
+def estimate_rounding_noise(fmt: SetpointFormat) -> tuple[Array, Array]:
     """Largest acceleration and jerk that rounding adds to each column's differences, mm or degrees."""
     return 2 * fmt.quanta / fmt.cycle**2, 4 * fmt.quanta / fmt.cycle**3
 
@@ -116,10 +118,10 @@ def round_setpoints(q: Array, machine: Machine, fmt: SetpointFormat) -> tuple[Ar
     values = values + 0.0  # no negative zeros
     if not fmt.drives:
         return values, None
-    return positions_of(values, fmt), values
+    return convert_positions(values, fmt), values
 
 
-def positions_of(numbers: Array, fmt: SetpointFormat) -> Array:
+def convert_positions(numbers: Array, fmt: SetpointFormat) -> Array:
     """Convert numbers (n, n_joints) of a file to mm and degrees."""
     if not fmt.drives:
         return numbers

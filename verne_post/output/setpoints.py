@@ -11,9 +11,9 @@ from verne_post.model.drives import Drive
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
-from verne_post.output.cells import first_wrong
+from verne_post.output.cells import describe_first_wrong
 from verne_post.output.fixed_point import format_rows
-from verne_post.output.rounding import MAX_DECIMALS, column_heading, positions_of, time_decimals
+from verne_post.output.rounding import MAX_DECIMALS, convert_positions, name_column, time_decimals
 
 _READ_ROWS: Final = 8192
 #: Characters: no row has so many, and a file without line ends is not read into memory as one.
@@ -24,7 +24,7 @@ _SHOWN = 200
 
 def name_joints(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> tuple[str, ...]:
     """Names of the columns of the joints, with what their numbers are: ``rho1_mm``."""
-    return tuple(column_heading(column, drives, index) for index, column in enumerate(columns))
+    return tuple(name_column(column, drives, index) for index, column in enumerate(columns))
 
 
 def column_names(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> tuple[str, ...]:
@@ -38,12 +38,12 @@ def take_columns(block: SetpointBlock) -> tuple[NDArray[Any], ...]:
     return (time, *block.written.T, block.line)
 
 
-def csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> str:
+def write_csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> str:
     """``t_s,rho1_mm,...,line``."""
     return ",".join(column_names(columns, drives)) + "\n"
 
 
-def csv_rows(block: SetpointBlock) -> str:
+def write_csv_rows(block: SetpointBlock) -> str:
     """Rows of a block as text."""
     fmt = block.format
     return format_rows(list(take_columns(block)), [fmt.time_decimals, *fmt.decimals, 0], ",")
@@ -70,7 +70,7 @@ def read_csv(
     InputError
         VP020: wrong columns, something that is not a number, a row out of time.
     """
-    expected = csv_header(columns, drives).strip()
+    expected = write_csv_header(columns, drives).strip()
     header = stream.readline(_LONGEST_LINE).strip()
     if header != expected:
         shown = header if len(header) <= _SHOWN else header[:_SHOWN] + "..."
@@ -91,7 +91,7 @@ def read_csv(
             row = int(np.argmax(bad))
             raise InputError(finding("VP020", f"{name}:{first + row + 2}: {line[row]:g} is not a line number"))
         numbers = table[:, 1:-1]
-        yield SetpointBlock(first, positions_of(numbers, fmt), line.astype(np.int32), fmt, numbers)
+        yield SetpointBlock(first, convert_positions(numbers, fmt), line.astype(np.int32), fmt, numbers)
         first += len(lines)
 
 
@@ -110,7 +110,7 @@ def _parse_numbers(lines: list[str], width: int, name: str, first: int) -> Array
     except ValueError:
         pass
     numbered = enumerate(lines, start=first + 2)
-    raise first_wrong(name, numbered, ",", width) or InputError(
+    raise describe_first_wrong(name, numbered, ",", width) or InputError(
         finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read")
     )
 

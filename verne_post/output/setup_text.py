@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
-from verne_post.base.printable import printable
+from verne_post.base.printable import make_printable
 from verne_post.model.part_setup import WorkOffset
 
 #: Lines of a program in which remarks about its tools are looked for.
@@ -26,7 +26,7 @@ def write_setup(
     head : iterable of str
         First lines of the program, whose remarks about tools are repeated.
     """
-    lines = [f"# set-up of {printable(program)}: mm and degrees"]
+    lines = [f"# set-up of {make_printable(program)}: mm and degrees"]
     if tool_length is not None:
         lines.append(f"tool_length = {tool_length:g}")
     if split:
@@ -53,7 +53,7 @@ def list_missing(missing: Mapping[str, list[str]]) -> str:
     for what, names in missing.items():
         tools = what in ("length", "diameter")
         whose = f"tool{'s' if len(names) > 1 else ''} " if tools else ""
-        texts += [f"the {what} of {whose}{' and '.join(printable(name) for name in names)}"] if names else []
+        texts += [f"the {what} of {whose}{' and '.join(make_printable(name) for name in names)}"] if names else []
     return ", ".join(texts)
 
 
@@ -89,7 +89,7 @@ def _find_remarks(head: Iterable[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for number, text in _read_remarks(head):
         if text:
-            found.setdefault(number, printable(text))
+            found.setdefault(number, make_printable(text))
     return found
 
 

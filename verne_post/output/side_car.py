@@ -7,15 +7,15 @@ from typing import Any, Final
 from msgspec import structs
 
 from verne_post.base.long_text import Text, sha256
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding, InputError, finding
 from verne_post.model.machine import Machine
-from verne_post.model.options import OPTIONS, Changes, Options, about, key_of
+from verne_post.model.options import OPTIONS, Changes, Options, about, find_key
 from verne_post.model.summary import FreeTurn, Summary
 from verne_post.model.verification import Verification
-from verne_post.output.cells import finite_or_none
+from verne_post.output.cells import blank_nonfinite
 from verne_post.output.setpoints import column_names
 
 #: Version of the layout.
@@ -24,7 +24,7 @@ SIDE_CAR_SCHEMA: Final = 2
 _NAMES = {"wcs": "work offset", "tools": "tool"}
 
 
-def about_rows(summary: Summary) -> dict[str, str]:
+def describe_rows(summary: Summary) -> dict[str, str]:
     """What the rows of a conversion were made of, for formats that have a place for it."""
     from verne_post import __version__
 
@@ -36,7 +36,7 @@ def about_rows(summary: Summary) -> dict[str, str]:
     }  # fmt: skip
 
 
-def side_car_text(summary: Summary) -> str:
+def format_side_car(summary: Summary) -> str:
     """Write the facts of a conversion as JSON. The same input gives the same bytes."""
     from verne_post import __version__
 
@@ -82,7 +82,7 @@ def side_car_text(summary: Summary) -> str:
         data["free_c"] = _free_turn(summary.free_turn, machine)
     if summary.verification is not None:
         data["verification"] = _record_verification(summary.verification, machine)
-    return json_text(data, 2) + "\n"
+    return format_json(data, 2) + "\n"
 
 
 def _free_turn(turn: FreeTurn, machine: Machine) -> dict[str, object]:
@@ -91,7 +91,7 @@ def _free_turn(turn: FreeTurn, machine: Machine) -> dict[str, object]:
     return {
         "c_deg_before": turn.before * factor,
         "c_deg": turn.chosen * factor,
-        "margin_before": finite_or_none(turn.margin_before),
+        "margin_before": blank_nonfinite(turn.margin_before),
         "margin": turn.margin,
         "nearest": turn.nearest,
     }
@@ -137,7 +137,7 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
     return dict(data)
 
 
-def changed_since(side_car: dict[str, Any], source: Text, machine: Machine, options: Options) -> list[Finding]:
+def report_changes(side_car: dict[str, Any], source: Text, machine: Machine, options: Options) -> list[Finding]:
     """Report each difference from the time when the side-car was written as VP414.
 
     Options that change the tool's motion are compared. The message has both values.
@@ -149,7 +149,7 @@ def changed_since(side_car: dict[str, Any], source: Text, machine: Machine, opti
         texts.append(f"the machine file is not the one that it was made with ({side_car['machine'].get('name')})")
     now = options.record()
     for name in OPTIONS:
-        key = key_of(name)
+        key = find_key(name)
         if about(name).changes == Changes.MOTION and key in now:
             texts += _describe_differences(_NAMES.get(name, key), side_car["options"].get(key), now[key])
     return [finding("VP414", f"the setpoint file is out of date: {text}") for text in texts]

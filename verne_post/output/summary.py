@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.numbers import fixed
-from verne_post.base.printable import printable
+from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, tool_names, tool_of_event
-from verne_post.model.part_setup import SYSTEM_NAMES, tool_text
+from verne_post.model.part_setup import SYSTEM_NAMES, describe_tool_number
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
-from verne_post.model.work_systems import placed_by
-from verne_post.output.rounding import rounding_noise
+from verne_post.model.work_systems import find_placer
+from verne_post.output.rounding import estimate_rounding_noise
 from verne_post.output.setpoints import name_joints
 from verne_post.verification.following import Following
 
@@ -34,7 +34,7 @@ def remarks(summary: Summary) -> list[str]:
     return [f"{key}: {text}" for key, text in _describe_setup(summary)]
 
 
-def summary_text(summary: Summary, added: Facts = ()) -> str:
+def format_summary(summary: Summary, added: Facts = ()) -> str:
     """The verdict, and the facts below it: aligned keys, values wrapped at 100 columns.
 
     Parameters
@@ -44,15 +44,15 @@ def summary_text(summary: Summary, added: Facts = ()) -> str:
     """
     pairs = [*facts(summary), *added]
     width = 2 + max(len(key) for key, _text in pairs)
-    lines = [f"{summary.options.source_name}: {verdict_words(summary)}"]
+    lines = [f"{summary.options.source_name}: {name_verdict(summary)}"]
     for key, text in pairs:
         lines += textwrap.wrap(
-            printable(text), width=100, break_on_hyphens=False, initial_indent=f"  {key:<{width}}", subsequent_indent=" " * (width + 2)
+            make_printable(text), width=100, break_on_hyphens=False, initial_indent=f"  {key:<{width}}", subsequent_indent=" " * (width + 2)
         )  # fmt: skip
     return "".join(line + "\n" for line in lines)
 
 
-def verdict_words(summary: Summary) -> str:
+def name_verdict(summary: Summary) -> str:
     """What became of the program, in a few words."""
     verified = "" if summary.verification is None else ", every row verified"
     return f"can run on {summary.machine.name}, {summary.cycle_time:.3f} s{verified}"
@@ -69,7 +69,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     ]  # fmt: skip
 
 
-def verdict_line(name: str, verdict: Verification, machine: Machine, *, passes: bool) -> str:
+def format_verdict(name: str, verdict: Verification, machine: Machine, *, passes: bool) -> str:
     """Say in one sentence what ``verify`` found in a file, which passes or not: the program is checked too."""
     word = "passes" if passes else "FAILS"
     return (
@@ -99,7 +99,9 @@ def _describe_true_axis(verdict: Verification) -> str:
     return f"; as built, the tool axis is up to {verdict.axis_error_deg:.4f} deg off that of A and C"
 
 
-def following_text(name: str, following: Following, lines: NDArray[np.int32], cycle: float, machine: Machine) -> str:
+def describe_following(
+    name: str, following: Following, lines: NDArray[np.int32], cycle: float, machine: Machine
+) -> str:
     """Say in sentences how a log differs from the setpoints."""
     size = [abs(column.factor) for column in machine.columns]
     joints = ", ".join(
@@ -311,7 +313,7 @@ def _describe_tools(summary: Summary) -> str:
     names = tool_names(summary.events)
     lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43, and none after G49 or D0
     for number, length in summary.tools:
-        lengths.setdefault(f"{tool_text(number, names)} " if number else "", []).append(f"{length:g}")
+        lengths.setdefault(f"{describe_tool_number(number, names)} " if number else "", []).append(f"{length:g}")
     tools = ", ".join(f"{tool}{' then '.join(used)} mm" for tool, used in lengths.items())
     source = " (one length for the program)" if summary.options.tool_length is not None else ""
     if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
@@ -325,10 +327,10 @@ def _describe_offsets(summary: Summary) -> str:
     places: dict[str, None] = {}
     for frame in summary.frames:
         name = SYSTEM_NAMES[frame.system]
-        x, y, z = summary.machine.origin_on_table(frame)
+        x, y, z = summary.machine.find_origin_on_table(frame)
         turn = f", part turned {frame.part_turn:g} deg" if frame.part_turn else ""
         place = f"{name} at ({x:g}, {y:g}, {z:g}) mm on the table{turn}"
-        who = placed_by(frame, summary.machine, summary.options, summary.placed_systems)
+        who = find_placer(frame, summary.machine, summary.options, summary.placed_systems)
         if who == "nobody":
             place = f"{name} at the rotary centre on the table face (no offset was given)"
         elif who == "program" and frame.system in summary.options.wcs:
@@ -359,7 +361,7 @@ def _keep_out(summary: Summary) -> Facts:
     used = {int(str(event.data["number"])) for event in summary.events if event.kind in ("tool", "tool number")} or {0}
     tools = options.tools or {}
     named = tool_names(summary.events)
-    thin = [tool_text(number, named) if number else "the tool" for number in sorted(used)
+    thin = [describe_tool_number(number, named) if number else "the tool" for number in sorted(used)
             if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
     unknown = [body for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
                if not size]  # fmt: skip
@@ -410,7 +412,9 @@ def _describe_rounding(summary: Summary) -> Facts:
         return []
     parts = [
         f"{column.joint} {acceleration:.3g} {column.unit}/s2 and {jerk:.3g} {column.unit}/s3"
-        for column, acceleration, jerk in zip(summary.machine.columns, *rounding_noise(summary.format), strict=True)
+        for column, acceleration, jerk in zip(
+            summary.machine.columns, *estimate_rounding_noise(summary.format), strict=True
+        )
     ]
     return [("rounding", f"may add {'; '.join(parts)} to the differences")]
 

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
 from verne_post.part.ray_tables import VERTICAL, RayTable, meet_moving, meet_standing
 
@@ -86,7 +86,7 @@ def list_sweeps(tip: Array, axis: Array, reach: float, step: float) -> Sweeps:
     parts = np.where(upright, 1, np.maximum(np.ceil(moved / step), 1)).astype(int)
     goes_on = np.zeros(len(tip), dtype=bool)
     goes_on[1:] = (tip[1:, 0] == tip[:-1, 1]).all(axis=1) & (axis[1:, 0] == axis[:-1, 1]).all(axis=1) & ~upright[:-1]
-    owner, index = ragged(parts + (~upright & ~goes_on))
+    owner, index = number_parts(parts + (~upright & ~goes_on))
     share = (index + (upright | goes_on)[owner]) / parts[owner]
     at = tip[owner, 0] + share[:, None] * (tip[owner, 1] - tip[owner, 0])
     to = axis[owner, 0] + share[:, None] * (axis[owner, 1] - axis[owner, 0])

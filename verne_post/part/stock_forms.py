@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
 from verne_post.model.findings import InputError, finding
 from verne_post.part.dexels import FORM, MOST_RAYS, NOWHERE, Dexels
@@ -123,8 +123,8 @@ def _cross_mesh(corner: Array, counts: tuple[int, int]) -> tuple[Ints, Array, In
     area = _cross(xy[:, 1] - xy[:, 0], xy[:, 2] - xy[:, 0])
     first = np.maximum(np.ceil(xy.min(axis=1)), 0).astype(int)
     last = np.minimum(np.floor(xy.max(axis=1)), np.array(counts) - 1).astype(int)
-    owner, i = ragged(np.where(area != 0, np.maximum(last[:, 0] - first[:, 0] + 1, 0), 0))
-    column, j = ragged(np.maximum(last[owner, 1] - first[owner, 1] + 1, 0))
+    owner, i = number_parts(np.where(area != 0, np.maximum(last[:, 0] - first[:, 0] + 1, 0), 0))
+    column, j = number_parts(np.maximum(last[owner, 1] - first[owner, 1] + 1, 0))
     owner, i = owner[column], first[owner[column], 0] + i[column]
     j = j + first[owner, 1]
     at = np.stack([i, j], axis=1)

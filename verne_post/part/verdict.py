@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.findings import Finding, finding
-from verne_post.model.verdict import status_of
+from verne_post.model.verdict import find_exit_status
 from verne_post.part.clearance import Contacts
 from verne_post.part.compare import UNDECIDED, Comparison
 from verne_post.part.motion import Motion
@@ -62,7 +62,7 @@ class Machined(Struct, frozen=True, eq=False):
     @property
     def exit_code(self) -> int:
         """The exit status that the command line returns."""
-        return int(status_of(self.findings))
+        return int(find_exit_status(self.findings))
 
     @property
     def ok(self) -> bool:

@@ -4,9 +4,9 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.kinematics.checks.keep_out import tool_of_moves
+from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode, tool_names
-from verne_post.model.part_setup import SYSTEM_NAMES, tool_word
+from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
 
 #: A state: what, and its value.
 State = tuple[tuple[str, str], ...]
@@ -18,10 +18,10 @@ _FEED_UNITS: Final = {
 _PATH_MODES: Final = {PathMode.EXACT_PATH: "exact path", PathMode.EXACT_STOP: "exact stop", PathMode.BLEND: "blended"}
 
 
-def modal_states(moves: Moves, move: np.ndarray, first_move: int) -> tuple[list[State], np.ndarray]:
+def collect_modal_states(moves: Moves, move: np.ndarray, first_move: int) -> tuple[list[State], np.ndarray]:
     """Modal states at moves (n,): the different ones, and which of them holds at each (n,); -1 is the approach."""
     numbers, index = np.unique(move, return_inverse=True)
-    tools = tool_of_moves(numbers, first_move, moves)
+    tools = find_tool_of_moves(numbers, first_move, moves)
     spindle, coolant = (_find_last_events(moves, kind, numbers) for kind in ("spindle", "coolant"))
     states: dict[State, int] = {}
     of = np.array([
@@ -44,7 +44,7 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
     frame = moves.frames[moves.frame[number]]
     speed = float(moves.spindle[number])
     turning = f"{speed:g}/min {spindle.get('direction', '')}".strip() if speed else "off"
-    name = f"{tool_word(tool, tool_names(moves.events))}, " if tool else ""
+    name = f"{spell_tool_word(tool, tool_names(moves.events))}, " if tool else ""
     return (
         ("motion", _describe_motion(moves, number)),
         ("feed", _describe_feed(moves, number)),

@@ -15,20 +15,20 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.numbers import fixed
-from verne_post.kinematics.checks.keep_out import tool_of_moves
+from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
-from verne_post.report.modal import modal_states
+from verne_post.report.modal import collect_modal_states
 from verne_post.report.pack import Pack
 from verne_post.report.scene import describe_scene
 from verne_post.report.sheet import (
     escaped,
-    findings_html,
-    governing_html,
-    places_html,
-    sheet_html,
-    title_html,
-    verdict_html,
+    write_findings_html,
+    write_governing_html,
+    write_places_html,
+    write_sheet_html,
+    write_title_html,
+    write_verdict_html,
 )
 from verne_post.report.table import Study
 
@@ -77,12 +77,12 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
     here = Path(__file__).parent
     parts = {
         "title": escaped(f"{program} on {machine.name}"),
-        "verdict": verdict_html(machine, study),
-        "heading": title_html(program, machine),
-        "findings": findings_html(study),
-        "places": places_html(machine, study),
-        "governing": governing_html(study),
-        "sheet": sheet_html(machine, study),
+        "verdict": write_verdict_html(machine, study),
+        "heading": write_title_html(program, machine),
+        "findings": write_findings_html(study),
+        "places": write_places_html(machine, study),
+        "governing": write_governing_html(study),
+        "sheet": write_sheet_html(machine, study),
         "data": _write_json_in_html(data),
         "bytes": pack.text(),
         "library": library(),
@@ -159,8 +159,10 @@ def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int]]:
     program = study.program
     if program is None:
         return [], []
-    states, of = modal_states(program.moves, study.move, program.path.first_move)
-    numbers, tool = np.unique(tool_of_moves(study.move, program.path.first_move, program.moves), return_inverse=True)
+    states, of = collect_modal_states(program.moves, study.move, program.path.first_move)
+    numbers, tool = np.unique(
+        find_tool_of_moves(study.move, program.path.first_move, program.moves), return_inverse=True
+    )
     pack.add("state", of, "<i4")
     pack.add("tool", tool, "<i4")
     return [list(state) for state in states], numbers.tolist()

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.printable import printable
+from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
 from verne_post.output.plots import picture
 from verne_post.report.sheet import shares
@@ -21,7 +21,7 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
     figure = Figure(figsize=_SIZE, layout="constrained")
     verdict = "converts" if study.timed else f"refused: {sum(one.severity == 'error' for one in study.findings)} errors"
     # a name is no formula, whatever dollars are in it
-    figure.suptitle(f"{printable(program)} on {machine.name}: {verdict}", fontsize=11, parse_math=False)
+    figure.suptitle(f"{make_printable(program)} on {machine.name}: {verdict}", fontsize=11, parse_math=False)
     names = ["velocity", "acceleration", "jerk"] if study.timed else []
     grid = figure.add_gridspec(2 + len(names), 2, width_ratios=[1.1, 1.0])
     plan = figure.add_subplot(grid[:, 0])
@@ -30,7 +30,7 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
         margin = np.nan_to_num(study.trail.margin, nan=-1.0)
         dots = plan.scatter(x, y, c=margin, s=2, cmap="RdYlGn", vmin=0.0, vmax=1.0)
         figure.colorbar(dots, ax=plan, label="margin: 0 at a limit, 1 plenty", shrink=0.6)
-        plan.plot(*violations(study)[:, :2].T, "x", color="#c0392b", ms=3)
+        plan.plot(*find_violations(study)[:, :2].T, "x", color="#c0392b", ms=3)
     plan.set_aspect("equal")
     plan.set_xlabel("x mm on the table")
     plan.set_ylabel("y mm")
@@ -54,7 +54,7 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
     return picture(figure, suffix)
 
 
-def violations(study: Study) -> Array:
+def find_violations(study: Study) -> Array:
     """Tips (n, 3) in violation, and those of the worst point of every error."""
     worst = [item.severity == "error" and place >= 0 for item, place in zip(study.findings, study.place, strict=True)]
     return np.concatenate([study.trail.tip[study.trail.bad], study.place_tip[np.array(worst, dtype=bool)]])

@@ -5,9 +5,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from verne_post.app.assemble import Program, machine_setup
+from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.base.arrays import Array
-from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, place_box, tool_of_moves
+from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, find_tool_of_moves, place_box
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
@@ -56,7 +56,7 @@ def _list_boxes(program: Program | None) -> tuple[Placed, ...]:
     if program is None:
         return ()
     try:
-        frames = machine_setup(program.machine, program.options).frames
+        frames = build_interpreter_setup(program.machine, program.options).frames
         keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
     except InputError:  # among the findings already
         return ()
@@ -88,7 +88,7 @@ def _describe_tools(study: Study) -> tuple[dict[str, list[list[float | None]]], 
     if program is None:
         return {}, False
     options, tools, thin = program.options, {}, False
-    for number in np.unique(tool_of_moves(study.move, program.path.first_move, program.moves)).tolist():
+    for number in np.unique(find_tool_of_moves(study.move, program.path.first_move, program.moves)).tolist():
         listed = (options.tools or {}).get(number)
         begin, parts = 0.0, []
         for part in options.tool_shapes.get(number, ()):

@@ -9,13 +9,13 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import fixed
-from verne_post.base.printable import printable
+from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
-from verne_post.kinematics.checks.keep_out import tool_of_moves
+from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, tool_names, tool_of_event
-from verne_post.model.part_setup import SYSTEM_NAMES, tool_word
-from verne_post.model.work_systems import placed_by
+from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
+from verne_post.model.work_systems import find_placer
 from verne_post.output.findings import describe
 from verne_post.output.summary import facts
 from verne_post.report.table import Governing, Study
@@ -40,13 +40,13 @@ class Place(Struct, frozen=True):
 
 def escaped(text: str) -> str:
     """Escape text for HTML."""
-    return html.escape(printable(text))
+    return html.escape(make_printable(text))
 
 
 # --- the verdict --------------------------------------------------------------------------------------
 
 
-def verdict_html(machine: Machine, study: Study) -> str:
+def write_verdict_html(machine: Machine, study: Study) -> str:
     """Go or no go, how long it takes, and what is assumed."""
     errors = sum(item.severity == "error" for item in study.findings)
     warnings = sum(item.severity == "warning" for item in study.findings)
@@ -89,13 +89,13 @@ def _count(number: int, what: str) -> str:
 # --- findings and worst places --------------------------------------------------------------------------
 
 
-def title_html(program: str, machine: Machine) -> str:
+def write_title_html(program: str, machine: Machine) -> str:
     """The program and its machine; the folder is quiet."""
     folder, slash, name = program.rpartition("/")
     return f"<small>{escaped(folder + slash)}</small><wbr>{escaped(name)} <small>on {escaped(machine.name)}</small>"
 
 
-def findings_html(study: Study) -> str:
+def write_findings_html(study: Study) -> str:
     """The list of findings; each entry has the frame that a click leads to."""
     if not study.findings:
         return "<li>no findings</li>"
@@ -108,7 +108,7 @@ def findings_html(study: Study) -> str:
     return "\n".join(entries)
 
 
-def places_html(machine: Machine, study: Study) -> str:
+def write_places_html(machine: Machine, study: Study) -> str:
     """Worst places of the motion, each a button that leads to it."""
     return "".join(
         f'<li><button type="button" data-frame="{place.frame}"><span>{escaped(place.what)}</span>'
@@ -133,7 +133,7 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         what = f"peak {name}: {machine.columns[joint].joint}, allowed {100.0 * allowed:g} %"
         yield Place(what, f"{abs(share[at]):.1f} %", _find_frame(study, float(x[at])))
     if study.governing is not None:
-        yield from _slow_stretches(study, study.governing)
+        yield from _find_slow_stretches(study, study.governing)
     if study.summary is not None and (within := study.summary.stops_within).count:
         frame = int(np.abs(study.line - within.line).argmin())
         yield Place(f"line {within.line} stops inside", f"{within.most} time{'' if within.most == 1 else 's'}", frame)
@@ -142,7 +142,7 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         yield Place("peak platform tilt", f"{fixed(study.alpha_deg[frame], 2)} deg", frame)
 
 
-def _slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
+def _find_slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
     """Stretches without a moment at the feed rate that lose most time against it."""
     lost = governing.lost_from_frame
     begins = np.flatnonzero((lost > 0) & ~np.append(False, lost[:-1] > 0))
@@ -171,7 +171,7 @@ def _find_frame(study: Study, x: float) -> int:
 # --- what governs ------------------------------------------------------------------------------------------
 
 
-def governing_html(study: Study) -> str:
+def write_governing_html(study: Study) -> str:
     """Seconds that each limit governs, and what it costs."""
     governing = study.governing
     if governing is None:
@@ -192,7 +192,7 @@ def governing_html(study: Study) -> str:
 # --- set-up sheet ------------------------------------------------------------------------------------------
 
 
-def sheet_html(machine: Machine, study: Study) -> str:
+def write_sheet_html(machine: Machine, study: Study) -> str:
     """Tools, work offsets, fixtures and stock, start position, and what a person does."""
     if study.program is None:
         return "<p>The program was refused before it was laid out on the machine.</p>"
@@ -227,7 +227,7 @@ def _write_table(heads: Row, body: str) -> str:
 def _list_tools(study: Study) -> list[Row]:
     program = study.program
     assert program is not None
-    numbers = tool_of_moves(program.path.move_reached, program.path.first_move, program.moves)
+    numbers = find_tool_of_moves(program.path.move_reached, program.path.first_move, program.moves)
     pairs = np.unique(np.stack([numbers, np.round(program.path.tool_length - program.options.lift, 6)], axis=1), axis=0)
     listed = program.options.tools or {}
     names = tool_names(program.moves.events)
@@ -237,7 +237,7 @@ def _list_tools(study: Study) -> list[Row]:
         known = tool is not None and tool.diameter > 0
         rows.append(
             (
-                tool_word(int(number), names) if number else "not named",
+                spell_tool_word(int(number), names) if number else "not named",
                 f"{length:g}",
                 f"{tool.diameter:g}" if tool and known else "not given",
             )
@@ -252,8 +252,8 @@ def _list_offsets(machine: Machine, study: Study) -> list[Row]:
     used = np.unique(program.moves.frame[move[move >= 0]]).tolist()
     rows: dict[Row, None] = {}
     for frame in sorted((program.moves.frames[index] for index in used), key=lambda frame: frame.system):
-        place = machine.origin_on_table(frame)
-        who = placed_by(frame, machine, program.options, program.moves.placed_systems)
+        place = machine.find_origin_on_table(frame)
+        who = find_placer(frame, machine, program.options, program.moves.placed_systems)
         source = {"set-up": "given", "program": "the program"}.get(who, "nobody: rotary centre on the table face")
         rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)

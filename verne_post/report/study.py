@@ -15,9 +15,9 @@ from verne_post.app.assemble import Program, assemble
 from verne_post.app.convert import convert_program
 from verne_post.app.result import Progress, Result, refused
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import BLOCK_ROWS, GrowingTable, blocks, running_sums
+from verne_post.base.columns import BLOCK_ROWS, GrowingTable, blocks, sum_running
 from verne_post.base.long_text import Text
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.team import work_together
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import Finding, InputError
@@ -27,7 +27,7 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.report.governing import GoverningLimits
 from verne_post.report.spectrum import spectrum
 from verne_post.report.table import Curve, Governing, Spectrum, Study, Trail
-from verne_post.toolpath.margins import margin_functions
+from verne_post.toolpath.margins import list_margin_functions
 
 #: A program is cut into so many stretches at most, with a frame at the beginning of each and one at the end: more than a screen
 #: shows, and no stretch is longer than a thousandth of the program (or a cycle).
@@ -103,7 +103,7 @@ def _study_path(program: Program, result: Result) -> Study:
     """Take points evenly spaced along the path as frames, and the beginnings of blocks; between them, some points of every element."""
     machine, contour, n = program.machine, program.contour, len(program.contour)
     joints, factor = program.joints(), np.array([column.factor for column in machine.columns])
-    begins = running_sums(contour.length)
+    begins = sum_running(contour.length)
     frames = np.linspace(0.0, begins[-1], FRAMES + 1)
     line = contour.line()
     starts = np.flatnonzero(line[1:] != line[:-1]) + 1
@@ -150,7 +150,7 @@ class _Collector:
 
     def __init__(self, program: Program, findings: tuple[Finding, ...]) -> None:
         self.program, self.machine, self.findings = program, program.machine, findings
-        self._margins, self._margin_names = margin_functions(program.machine)
+        self._margins, self._margin_names = list_margin_functions(program.machine)
         self._move = program.path.move_reached
         self._frames: list[tuple[NDArray[Any], ...]] = []
         self._trail: list[tuple[NDArray[Any], ...]] = []
@@ -212,7 +212,7 @@ class _Collector:
         return Study(
             self.findings, result.summary if timed else None, self.program, governing, bands, timed, x, line.astype(np.int64),
             q * [column.factor for column in machine.columns], curves, trail,
-            tip, axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, nearest, self._margin_names, move, alpha_deg,
+            tip, find_axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, nearest, self._margin_names, move, alpha_deg,
             nose * up, position * up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip,
         )  # fmt: skip
 

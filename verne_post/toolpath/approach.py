@@ -16,7 +16,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
 from verne_post.model.findings import InputError, finding
@@ -25,9 +25,9 @@ from verne_post.model.moves import Frame
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branches import Change
 from verne_post.toolpath.contour import make_exact_contour
-from verne_post.toolpath.contour_pose import contour_pose
+from verne_post.toolpath.contour_pose import find_contour_pose
 from verne_post.toolpath.elements import find_feeds
-from verne_post.toolpath.splice import Step, join_paths, rapid_segments, retract_pose, slice_path
+from verne_post.toolpath.splice import Step, join_paths, make_rapid_segments, retract_pose, slice_path
 
 Place = str | tuple[float, ...]
 
@@ -37,7 +37,7 @@ CAREFUL_MM: Final = 10.0
 _COLUMNS: Final = ("low", "high", "length", "rotation", "blended")
 
 
-def joints_at_place(machine: Machine, place: Place, option: str) -> Array:
+def find_joints_of_place(machine: Machine, place: Place, option: str) -> Array:
     """Joint values (mm, rad, workpiece sense) of "home", of "park", or of values in file units.
 
     Raises
@@ -84,7 +84,7 @@ def add_approach_and_departure(
     path = contour.path
     first, first_dwell = start_at or (0, 0)
     kept = np.flatnonzero(contour.segment >= first)
-    entry = np.concatenate([pose[0] for pose in contour_pose(contour, kept[:1], np.zeros(1))])
+    entry = np.concatenate([pose[0] for pose in find_contour_pose(contour, kept[:1], np.zeros(1))])
     before = after = slice_path(path, 0, 0)
     if start is not None:
         tool = float(path.tool_length[first])
@@ -156,7 +156,7 @@ def _connect(
     height = float(np.linalg.norm(above[:3] - there[:3]))
     near = there.copy()
     if np.isfinite(feed):
-        near[:3] += min(CAREFUL_MM, height) * axis_of_angles(there[3], there[4])
+        near[:3] += min(CAREFUL_MM, height) * find_axis_of_angles(there[3], there[4])
     steps = [
         Step(here, retracted),
         _make_joint_step(machine, turn, tool),
@@ -164,7 +164,7 @@ def _connect(
         Step(above, near),
         Step(near, there),
     ]
-    path = rapid_segments(steps, like, 0)
+    path = make_rapid_segments(steps, like, 0)
     n = len(path)
     feed_time = np.zeros(n)
     if np.isfinite(feed) and height > ZERO_LENGTH_MM:
@@ -209,7 +209,7 @@ def add_detours(path: ToolPath, changes: Sequence[Change], machine: Machine) -> 
     parts, done = [], 0
     for change in changes:
         parts.append(slice_path(path, done, change.segment))
-        parts.append(rapid_segments(_plan_detour(path, change, machine), path, change.segment))
+        parts.append(make_rapid_segments(_plan_detour(path, change, machine), path, change.segment))
         done = change.segment
     return join_paths([*parts, slice_path(path, done, len(path))], path)
 

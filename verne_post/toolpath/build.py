@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import GrowingTable, blocks
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import (
     POLE_CROSSING,
     POLE_SINE,
@@ -21,7 +21,7 @@ from verne_post.base.tolerances import (
 )
 from verne_post.model.moves import Frame, MoveKind, Moves
 from verne_post.model.protocols import TableCoordinates
-from verne_post.model.toolpath import SEGMENT_COLUMNS, ArcSegments, GreatCircles, ToolPath, TurnSegments, sections_at
+from verne_post.model.toolpath import SEGMENT_COLUMNS, ArcSegments, GreatCircles, ToolPath, TurnSegments, find_sections
 from verne_post.toolpath.segments import PlacedMoves, make_segments
 from verne_post.toolpath.splines import GrowingSplineSegments, find_ends, place_pieces
 
@@ -137,7 +137,7 @@ def _cross_pole(start: Array, end: Array, free: Mask) -> None:
     start[leaving, 4] = end[leaving, 4]
     arriving = free & vertical_end & ~vertical_start
     end[arriving, 4] = start[arriving, 4]
-    k0, k1 = axis_of_angles(start[:, 3], start[:, 4]), axis_of_angles(end[:, 3], end[:, 4])
+    k0, k1 = find_axis_of_angles(start[:, 3], start[:, 4]), find_axis_of_angles(end[:, 3], end[:, 4])
     normal = np.cross(k0, k1)
     size = np.linalg.norm(normal, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -182,7 +182,7 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
         turns=TurnSegments(**turns.columns()),
         circles=GreatCircles(**circles.columns()),
         joints=np.empty((0, 2, 0)),
-        dwell_section=sections_at(columns["section"], dwell_before),
+        dwell_section=find_sections(columns["section"], dwell_before),
         dwell_seconds=moves.feed[dwell],
         dwell_line=moves.line[dwell],
         first_pose=first.pose[0],
@@ -199,7 +199,7 @@ def _place(coordinates: TableCoordinates, program: Array, frame: Frame) -> Array
 def _keep_gauge_line(pose: Array, shorter_by: Array) -> Array:
     """Poses (n, 5) of a tool that is shorter by (n,) mm, the gauge line where it is: the tip moves up the tool axis."""
     moved = pose.copy()
-    moved[:, :3] += shorter_by[:, None] * axis_of_angles(pose[:, 3], pose[:, 4])
+    moved[:, :3] += shorter_by[:, None] * find_axis_of_angles(pose[:, 3], pose[:, 4])
     return moved
 
 

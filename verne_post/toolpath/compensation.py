@@ -14,7 +14,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import Growing, release_memory
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import measure_rows
 from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.model.contour import Corners
 from verne_post.toolpath.corners import (
@@ -24,9 +24,9 @@ from verne_post.toolpath.corners import (
     displacement,
     find_bends,
     find_slopes,
+    find_smaller_beside,
     find_widest,
     limit_overlap,
-    smaller_beside,
 )
 from verne_post.toolpath.deviations import Chords, find_bend_shares, find_deviations
 
@@ -79,7 +79,7 @@ def compensate_blends(
     -------
     moved : ndarray, shape (n + 1, 5)
     chain : ndarray of bool, shape (n + 1,)
-        Vertices whose blends have to reach as far as :func:`chain_reach` says.
+        Vertices whose blends have to reach as far as :func:`limit_chain_reach` says.
     """
 
     def compensate_part(part: tuple[int, int]) -> tuple[Array, Mask]:
@@ -107,7 +107,7 @@ def compensate_blends(
     return moved.column(), chain.column()
 
 
-def chain_reach(chain: Mask, alone: Array, s: Array) -> Array:
+def limit_chain_reach(chain: Mask, alone: Array, s: Array) -> Array:
     """Reach (n + 1,) of the blends of a chain: over two segments on each side, less near its ends; 0 for others.
 
     Nowhere is it less than the reach ``alone`` (n + 1,) of single blends, but that none reaches over the end of the chain.
@@ -129,16 +129,16 @@ def _compensate(
     slope = find_slopes(vertex[:-1], vertex[1:], length)
     bend = find_bends(slope)
     bend[~soft] = 0.0
-    shorter = smaller_beside(length)
+    shorter = find_smaller_beside(length)
     bend_share = find_bend_shares(bend, slope, tip_tolerance, axis_tolerance)
     chord = bend_share * shorter / 8.0
     common = np.stack([_average(column) for column in bend.T], axis=1)
-    apart, whole = (_average(row_norm(part * METRIC)) for part in (bend - common, bend))
+    apart, whole = (_average(measure_rows(part * METRIC)) for part in (bend - common, bend))
     chain = _are_all_near(soft & (apart <= MOST_ROUGH * whole) & (chord <= MOST_CHORD))
     every, shape = np.arange(n + 1), np.zeros(n + 1, dtype=np.int8)
     alone = find_widest(shape, bend_share)
     while chain.any():
-        corners = Corners(s, chain_reach(chain, alone, s), common, shape)
+        corners = Corners(s, limit_chain_reach(chain, alone, s), common, shape)
         inward = displacement(corners, every, s)
         share = _find_needed(find_bend_shares(inward, slope, tip_tolerance, axis_tolerance))
         if not (share * chain).any():

@@ -6,11 +6,11 @@ import numpy as np
 from msgspec.structs import asdict, replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory, running_sums
+from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory, sum_running
 from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves
-from verne_post.model.toolpath import ToolPath, sections_at
+from verne_post.model.toolpath import ToolPath, find_sections
 from verne_post.toolpath.corner_rules import Smoothing, find_corner_rules
 from verne_post.toolpath.deviations import NEIGHBOURS
 from verne_post.toolpath.elements import find_feeds, measure_rotation
@@ -102,7 +102,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing, team: Tea
     n = len(path)
     if n < 2:
         return make_exact_contour(path)
-    s = running_sums(path.length)
+    s = sum_running(path.length)
     straight, left = straighten(path, moves, smoothing)
     shape, chain = straight, np.zeros(n + 1, dtype=bool)
     if smoothing.overlap:
@@ -124,5 +124,5 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing, team: Tea
         table.extend_rounded(rounded, feeds, begin, last=end == n)
     contour = table.contour(path, shape, s)
     return replace(
-        contour, dwell_section=sections_at(contour.section, np.searchsorted(contour.segment, path.dwell_segment))
+        contour, dwell_section=find_sections(contour.section, np.searchsorted(contour.segment, path.dwell_segment))
     )

@@ -6,13 +6,18 @@ Every row and every point that is planned or checked is evaluated here, a few th
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rows import row_sum
+from verne_post.base.rows import sum_rows
 from verne_post.model.contour import Contour
-from verne_post.toolpath.corners import displacement, displacement_slope, find_replaced
-from verne_post.toolpath.evaluate import bernstein, bernstein_slope, coordinate_slope, coordinates
+from verne_post.toolpath.corners import differentiate_displacement, displacement, find_replaced
+from verne_post.toolpath.evaluate import (
+    coordinates,
+    differentiate_bernstein,
+    differentiate_coordinates,
+    evaluate_bernstein,
+)
 
 
-def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
+def find_contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
     """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of elements (n,)."""
     at = contour.parameter(element, w)
     segment = contour.segment.take(element)
@@ -24,7 +29,7 @@ def contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Arra
         s = contour.corners.s.take(corner) + at[rows] * contour.shape.length.take(on)
         pose[rows] += displacement(contour.corners, corner, s)
         for points, controls, v, _reach in find_replaced(contour.corners, corner, s):
-            pose[np.arange(len(pose))[rows][points]] = bernstein(controls, v)
+            pose[np.arange(len(pose))[rows][points]] = evaluate_bernstein(controls, v)
     return pose[:, :3], pose[:, 3:]
 
 
@@ -51,15 +56,15 @@ def speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
     uneven_element, on = element[rows], segment[rows]
     at = contour.parameter(uneven_element, w[rows])
     length = shape.length.take(on)
-    slope = coordinate_slope(shape, on, at)
+    slope = differentiate_coordinates(shape, on, at)
     slope /= length[:, None]
     if contour.corners is not None:
         corner = on + contour.corners.shift
         s = contour.corners.s.take(corner, mode="clip") + at * length
-        slope += displacement_slope(contour.corners, corner, s)
+        slope += differentiate_displacement(contour.corners, corner, s)
         for points, controls, v, reach in find_replaced(contour.corners, corner, s):
-            slope[points] = bernstein_slope(controls, v) / (2.0 * reach[:, None])
+            slope[points] = differentiate_bernstein(controls, v) / (2.0 * reach[:, None])
     slope *= slope
     with np.errstate(divide="ignore"):
-        cap[rows] = rate[rows] / np.sqrt(row_sum(slope[:, :3]))
+        cap[rows] = rate[rows] / np.sqrt(sum_rows(slope[:, :3]))
     return cap

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_ANGLE
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.moves import Moves, PathMode
@@ -122,7 +122,7 @@ def _may_blend(path: ToolPath, tip_tolerance: Array, cycle: float) -> Mask:
     """
     programmed = (path.move >= 0) & (path.kind != SegmentKind.JOINT)
     contact = np.abs(path.start[1:] - path.end[:-1]).max(axis=1) == 0.0
-    tip = np.where(path.kind == SegmentKind.LINE, row_norm(path.end[:, :3] - path.start[:, :3]), path.length)
+    tip = np.where(path.kind == SegmentKind.LINE, measure_rows(path.end[:, :3] - path.start[:, :3]), path.length)
     distinct = np.ones(len(path) - 1, dtype=bool)
     for segment in (slice(None, -1), slice(1, None)):
         distinct &= tip[segment] >= _DISTINCT * tip_tolerance

@@ -65,7 +65,7 @@ def find_bends(slope: Array) -> Array:
     return bend
 
 
-def smaller_beside(value: Array) -> Array:
+def find_smaller_beside(value: Array) -> Array:
     """The smaller value (n + 1,) of both segments (n,) at each corner."""
     padded = np.concatenate([value[:1], value, value[-1:]])
     return np.minimum(padded[1:], padded[:-1])
@@ -186,7 +186,7 @@ def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
     return total
 
 
-def displacement_slope(corners: Corners, segment: Ints, at: Array) -> Array:
+def differentiate_displacement(corners: Corners, segment: Ints, at: Array) -> Array:
     """Derivative of :func:`displacement` by s."""
     near, _width, x = _find_near(corners, segment, at)
     total = _sum_bends(corners, near, shape_slope(corners.shape.take(near, mode="clip"), x))

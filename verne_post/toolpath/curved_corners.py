@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rows import row_norm, row_sum
+from verne_post.base.rows import measure_rows, sum_rows
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.corner_shapes import (
@@ -33,7 +33,7 @@ from verne_post.toolpath.corner_shapes import (
 )
 from verne_post.toolpath.corners import LEAST_CYCLES, METRIC, USED_SHARE
 from verne_post.toolpath.deviations import find_share_used
-from verne_post.toolpath.evaluate import coordinates, pose_derivatives
+from verne_post.toolpath.evaluate import coordinates, differentiate_pose
 
 #: Where blends are measured, on each side: while a reach is sought, and at last.
 _COARSE: Final = np.linspace(0.0, 0.875, 8)
@@ -64,14 +64,14 @@ Blend = Callable[[Ints, Array], Displaced]
 
 def find_tangents(path: ToolPath, segment: Ints, u: float) -> Array:
     """Unit tangents (m, 5) by metric length at parameter u of segments."""
-    slope = pose_derivatives(path, segment, np.full(len(segment), u))[0] / path.length[segment, None]
+    slope = differentiate_pose(path, segment, np.full(len(segment), u))[0] / path.length[segment, None]
     slope[:, 3:] *= ROTARY_METRIC_MM
     return slope / np.linalg.norm(slope, axis=1, keepdims=True)
 
 
 def find_derivatives(path: ToolPath, segment: Ints, u: float) -> Array:
     """First three derivatives (m, 3, 5) of tip and nominal angles by s, at parameter u of segments (m,)."""
-    by_u = np.stack(pose_derivatives(path, segment, np.full(len(segment), u)), axis=1)
+    by_u = np.stack(differentiate_pose(path, segment, np.full(len(segment), u)), axis=1)
     return np.asarray(by_u / path.length[segment, None, None] ** np.arange(1, 4)[:, None])
 
 
@@ -238,12 +238,12 @@ def measure_blends(
         off = displaced(row, side * x)
         point = coordinates(path, segment, u) + off
         for _ in range(NEAREST):
-            slope = pose_derivatives(path, segment, u)[0] * METRIC
+            slope = differentiate_pose(path, segment, u)[0] * METRIC
             rest = (point - coordinates(path, segment, u)) * METRIC
-            u = np.clip(u + row_sum(rest * slope) / row_sum(slope * slope), 0.0, 1.0)
+            u = np.clip(u + sum_rows(rest * slope) / sum_rows(slope * slope), 0.0, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             same, nearest = (
-                (row_norm(away[:, :3]) / tip_tolerance, row_norm(away[:, 3:]) / axis_tolerance)
+                (measure_rows(away[:, :3]) / tip_tolerance, measure_rows(away[:, 3:]) / axis_tolerance)
                 for away in (off, point - coordinates(path, segment, u))
             )
         used = np.fmax(np.fmax(*nearest), np.hypot(*np.nan_to_num(same)) / np.sqrt(2.0))

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rows import row_norm, row_sum
+from verne_post.base.rows import measure_rows, sum_rows
 from verne_post.model.contour import Corners
 from verne_post.toolpath.corner_shapes import OUTSIDE
 from verne_post.toolpath.corners import SEGMENTS, USED_SHARE, displacement
@@ -80,13 +80,13 @@ def find_share_used(
     chords : Chords, optional
         How far the segments are from what was programmed.
     """
-    square = np.where(slope[:, 3:].any(axis=1), 0.0, row_sum(slope[:, :3] ** 2))
+    square = np.where(slope[:, 3:].any(axis=1), 0.0, sum_rows(slope[:, :3] ** 2))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        along = np.where(square > 0, row_sum(off[:, :3] * slope[:, :3]) / square, 0.0).clip(*ends)
+        along = np.where(square > 0, sum_rows(off[:, :3] * slope[:, :3]) / square, 0.0).clip(*ends)
         same, nearest = (
             (
-                row_norm(away[:, :3] + _find_heights(chords, ends, by)) / tip_tolerance,
-                row_norm(away[:, 3:]) / axis_tolerance,
+                measure_rows(away[:, :3] + _find_heights(chords, ends, by)) / tip_tolerance,
+                measure_rows(away[:, 3:]) / axis_tolerance,
             )
             for by, away in ((0.0, off), (along, off - along[:, None] * slope))
         )

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import USED_UP_SHARE, ZERO_LENGTH_MM
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.contour import Corners, Feeds
@@ -67,8 +67,8 @@ def measure_rotation(path: ToolPath) -> Array:
 def find_feeds(path: ToolPath) -> Feeds:
     """The feed rate of the tip along lines, arcs and splines; elsewhere it is a time."""
     delta = path.end - path.start
-    turn = row_norm(delta[:, 3:])
-    tip = row_norm(delta[:, :3])
+    turn = measure_rows(delta[:, 3:])
+    tip = measure_rows(delta[:, :3])
     arc = path.arc >= 0
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (ROTARY_METRIC_MM * turn[arc]) ** 2, 0.0))
     tip[path.spline >= 0] = path.length[path.spline >= 0]

@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_y, rotate_z, wrap_angle
+from verne_post.base.rotations import find_axis_of_angles, rotate_x, rotate_y, rotate_z, wrap_angle
 from verne_post.model.nutation import find_shift, find_tilt
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath, TurnSegments
-from verne_post.toolpath.splines import spline_derivatives, spline_poses
+from verne_post.toolpath.splines import differentiate_splines, evaluate_splines
 
 #: A quarter of a turn, rad.
 _QUARTER: Final = 0.5 * np.pi
@@ -43,50 +43,50 @@ def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
     poses += start
     if len(path.arcs.sweep):
         curved = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
-        poses[curved, :3] = arc_tip(path.arcs, path.arc[segment[curved]], u[curved])
+        poses[curved, :3] = evaluate_arc(path.arcs, path.arc[segment[curved]], u[curved])
     if len(path.splines):
         curved = np.flatnonzero(path.kind[segment] == SegmentKind.SPLINE)
-        poses[curved] = spline_poses(path.splines, path.spline[segment[curved]], u[curved])
+        poses[curved] = evaluate_splines(path.splines, path.spline[segment[curved]], u[curved])
         poses[curved, 3:] += start[curved, 3:]
     if len(path.turns.first):
         carried = np.flatnonzero(path.turn[segment] >= 0)
         poses[carried, :3] = turn_tip(path.turns, path.turn[segment[carried]], u[carried])
     if len(path.circles.angle):
         swung = np.flatnonzero(path.circle[segment] >= 0)
-        poses[swung, 3:] = circle_angles(path, segment[swung], u[swung])
+        poses[swung, 3:] = find_circle_angles(path, segment[swung], u[swung])
     return poses
 
 
-def coordinate_slope(path: ToolPath, segment: Ints, u: Array) -> Array:
+def differentiate_coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
     """Derivative (n, 5) of :func:`coordinates` by u."""
     slope = path.end.take(segment, axis=0)
     slope -= path.start.take(segment, axis=0)
     if len(path.arcs.sweep) or len(path.splines) or len(path.turns.first) or len(path.circles.angle):
         curved = np.flatnonzero((path.kind[segment] != SegmentKind.LINE) | (path.circle[segment] >= 0))
-        slope[curved] = pose_derivatives(path, segment[curved], u[curved])[0]
+        slope[curved] = differentiate_pose(path, segment[curved], u[curved])[0]
     return slope
 
 
-def circle_axis(path: ToolPath, segment: Ints, u: Array) -> Array:
+def find_circle_axis(path: ToolPath, segment: Ints, u: Array) -> Array:
     """Tool axis (n, 3) at parameter u (n,) of segments on which A and C are not linear."""
     circles, row = path.circles, path.circle[segment]
     linear = np.isfinite(circles.joints[row, 0])
     if linear.any():
-        angles = circle_angles(path, segment, u)
-        return axis_of_angles(angles[:, 0], angles[:, 1])
+        angles = find_circle_angles(path, segment, u)
+        return find_axis_of_angles(angles[:, 0], angles[:, 1])
     turn = u * circles.angle[row]
     return np.asarray(np.cos(turn)[:, None] * circles.first[row] + np.sin(turn)[:, None] * circles.side[row])
 
 
-def circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
+def find_circle_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
     """Nominal angles (n, 2) at parameter u (n,) of segments on which they are not linear."""
     linear = np.isfinite(path.circles.joints[path.circle[segment], 0])
     if linear.any():
         angles = np.empty((len(segment), 2))
         angles[linear] = _find_linear_angles(path, segment[linear], u[linear])
-        angles[~linear] = circle_angles(path, segment[~linear], u[~linear]) if not linear.all() else 0.0
+        angles[~linear] = find_circle_angles(path, segment[~linear], u[~linear]) if not linear.all() else 0.0
         return angles
-    axis = circle_axis(path, segment, u)
+    axis = find_circle_axis(path, segment, u)
     start, end = path.start[segment, 3:], path.end[segment, 3:]
     # a great circle that avoids the pole keeps to one side of the tilt
     side = np.where(start[:, 0] + end[:, 0] < 0, -1.0, 1.0)
@@ -106,7 +106,7 @@ def _find_linear_angles(path: ToolPath, segment: Ints, u: Array) -> Array:
     return np.where((u == 0.0)[:, None], start, np.where((u == 1.0)[:, None], end, angles))
 
 
-def arc_tip(arcs: ArcSegments, row: Ints, u: Array) -> Array:
+def evaluate_arc(arcs: ArcSegments, row: Ints, u: Array) -> Array:
     """Tip (n, 3) at parameter u (n,) of the arcs in ``row`` (n,)."""
     angle = u * arcs.sweep[row]
     radius = arcs.r0[row] + u * (arcs.r1[row] - arcs.r0[row])
@@ -177,18 +177,18 @@ _STENCIL: Final = (
 )[1:4]
 
 
-def pose_derivatives(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array, Array]:
+def differentiate_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array, Array]:
     """First three derivatives by u of tip and nominal angles, each shape (n, 5)."""
     first = path.end[segment] - path.start[segment]
     second, third = np.zeros_like(first), np.zeros_like(first)
     curved = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(curved):
         row = path.arc[segment[curved]]
-        first[curved, :3], second[curved, :3], third[curved, :3] = arc_derivatives(path.arcs, row, u[curved])
+        first[curved, :3], second[curved, :3], third[curved, :3] = differentiate_arc(path.arcs, row, u[curved])
     curved = np.flatnonzero(path.kind[segment] == SegmentKind.SPLINE)
     if len(curved):
         row = path.spline[segment[curved]]
-        first[curved], second[curved], third[curved] = spline_derivatives(path.splines, row, u[curved])
+        first[curved], second[curved], third[curved] = differentiate_splines(path.splines, row, u[curved])
     carried = np.flatnonzero(path.kind[segment] == SegmentKind.TURN)
     if len(carried):
         row = path.turn[segment[carried]]
@@ -196,13 +196,13 @@ def pose_derivatives(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Ar
     swung = np.flatnonzero(path.circle[segment] >= 0)
     if len(swung):
         around = u[swung, None] + _OFFSETS
-        values = circle_angles(path, np.repeat(segment[swung], len(_OFFSETS)), around.ravel())
+        values = find_circle_angles(path, np.repeat(segment[swung], len(_OFFSETS)), around.ravel())
         derivatives = np.einsum("dk,nkj->dnj", _STENCIL, values.reshape(len(swung), len(_OFFSETS), 2))
         first[swung, 3:], second[swung, 3:], third[swung, 3:] = derivatives
     return first, second, third
 
 
-def arc_derivatives(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
+def differentiate_arc(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
     """First three derivatives of the tip by u, each shape (n, 3)."""
     w = arcs.sweep[row][:, None]
     phi = u[:, None] * w
@@ -221,13 +221,13 @@ def arc_derivatives(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Arra
 _BINOMIALS: Final = {n: np.array([comb(n, k) for k in range(n + 1)], dtype=float) for n in (6, 7)}
 
 
-def bernstein(controls: Array, v: Array) -> Array:
+def evaluate_bernstein(controls: Array, v: Array) -> Array:
     """Points (n, k) at parameters v (n,) of curves with control points (n, 8, k)."""
     return np.einsum("nc,nck->nk", _evaluate_bernstein(v, 7), controls)
 
 
-def bernstein_slope(controls: Array, v: Array) -> Array:
-    """Derivatives by v of :func:`bernstein`, (n, k)."""
+def differentiate_bernstein(controls: Array, v: Array) -> Array:
+    """Derivatives by v of :func:`evaluate_bernstein`, (n, k)."""
     return np.einsum("nc,nck->nk", 7 * _evaluate_bernstein(v, 6), np.diff(controls, axis=1))
 
 

@@ -16,7 +16,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import Growing, GrowingTable, blocks
 from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.base.ragged import find_runs
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import measure_rows
 from verne_post.base.team import ALONE, Team
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import ToolPath
@@ -149,9 +149,9 @@ def find_features(vertex: Array, s: Array) -> Mask:
     """Find vertices that are sharp corners of the part, or stand beside a segment far longer than its neighbour."""
     feature = np.zeros(len(s), dtype=bool)
     delta = np.diff(vertex[:, :3], axis=0)
-    size = row_norm(delta)
+    size = measure_rows(delta)
     cosine = np.sum(delta[1:] * delta[:-1], axis=1)
-    sine = row_norm(np.cross(delta[1:], delta[:-1]))
+    sine = measure_rows(np.cross(delta[1:], delta[:-1]))
     feature[1:-1] = (np.arctan2(sine, cosine) > FEATURE) & (size[1:] > 0) & (size[:-1] > 0)
     length = np.diff(s)
     longer = np.maximum(length[1:], length[:-1]) > LONG_SEGMENT * np.minimum(length[1:], length[:-1])
@@ -169,7 +169,9 @@ def _fair_stretch(vertex: Array, s: Array, tip_bound: Array, axis_bound: Array) 
     for _ in range(ROUNDS):
         change = _smooth(vertex, s, held, lam)
         soft = np.flatnonzero(~held)
-        ratio = np.maximum(row_norm(change[soft, :3]) / tip_bound[soft], row_norm(change[soft, 3:]) / axis_bound[soft])
+        ratio = np.maximum(
+            measure_rows(change[soft, :3]) / tip_bound[soft], measure_rows(change[soft, 3:]) / axis_bound[soft]
+        )
         far = soft[ratio > 1.0]
         if not len(far):
             return np.asarray(vertex + change)

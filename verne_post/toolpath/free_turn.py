@@ -13,14 +13,14 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.base.tolerances import MARGIN_GAIN, POLE_SINE, ZERO_ANGLE
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import pose
-from verne_post.toolpath.margins import Margins, margin_functions
+from verne_post.toolpath.margins import Margins, list_margin_functions
 
 #: Candidates of the first round, rad apart.
 COARSE: Final = np.radians(5.0)
@@ -57,7 +57,7 @@ def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tup
     InputError
         VP018 where the tool is not vertical throughout, or the program names C.
     """
-    margins, names = margin_functions(machine)
+    margins, names = list_margin_functions(machine)
     _require_free(path, fixes)
     points = _sample(path)
     few = _thin(points)
@@ -116,7 +116,7 @@ def _sample(path: ToolPath) -> _Points:
     parts = np.clip(np.ceil(path.length / STEP_MM), 1, MOST_POINTS).astype(int)
     curved = np.isin(path.kind, (SegmentKind.ARC, SegmentKind.SPLINE, SegmentKind.TURN))
     parts[curved] = np.maximum(parts[curved], 16)
-    segment, index = ragged(parts + 1)
+    segment, index = number_parts(parts + 1)
     tip, _angles = pose(path, segment, index / parts[segment])
     return _Points(tip, path.tool_length[segment])
 

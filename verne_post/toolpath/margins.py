@@ -16,7 +16,7 @@ from verne_post.model.machine import Machine
 Margins = Callable[[Array, Array, Array], Array]
 
 
-def margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
+def list_margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
     """The margins of a machine, and what each measures."""
     limits = machine.limits
     travel = np.flatnonzero(np.isfinite(limits.lower) & np.isfinite(limits.upper))

@@ -7,11 +7,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import measure_rows
 from verne_post.model.contour import Corners
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath import corners as blends
-from verne_post.toolpath.compensation import chain_reach
+from verne_post.toolpath.compensation import limit_chain_reach
 from verne_post.toolpath.corner_rules import CornerRules, Smoothing
 from verne_post.toolpath.corner_shapes import OUTSIDE, shape_value
 from verne_post.toolpath.curved_corners import blend_curved_corners
@@ -100,7 +100,7 @@ def round_corners(
     shift[1:-1] = shape.end[:-1] - path.end[:-1]
     alone = np.where(chain[:, None], 0.0, shift)
     tip_left, axis_left = (
-        np.maximum(bound - row_norm(moved), 0.0)
+        np.maximum(bound - measure_rows(moved), 0.0)
         for bound, moved in ((rules.tip_tolerance, alone[:, :3]), (rules.axis_tolerance, alone[:, 3:]))
     )
     slope = blends.find_slopes(shape.start, shape.end, shape.length)
@@ -108,10 +108,10 @@ def round_corners(
     bend[~rules.straight] = 0.0
     blended = rules.allowed & rules.straight & ~rules.smooth & ~blends.find_reversals(slope)
     share = np.where(blended, find_bend_shares(bend, slope, tip_left, axis_left), 0.0)
-    feed = blends.smaller_beside(find_feeds(path).cap)
+    feed = blends.find_smaller_beside(find_feeds(path).cap)
     kind = blends.choose_shapes(
         share,
-        blends.smaller_beside(path.length) * (blends.ROOM_OVERLAPPING if smoothing.overlap else blends.ROOM_ALONE),
+        blends.find_smaller_beside(path.length) * (blends.ROOM_OVERLAPPING if smoothing.overlap else blends.ROOM_ALONE),
         feed,
         lambda corner: smoothing.jerk_limit(shape.end[corner - 1], bend[corner], shape.tool_length[corner - 1]),
         smoothing.cycle,
@@ -125,7 +125,7 @@ def round_corners(
         walls = ~(blended | (rules.smooth & rules.straight))
         reach = blends.limit_overlap(np.where(blended, wanted, 0.0), s, walls, rules.curved)
         kind[chain] = 0
-        reach[chain] = chain_reach(chain, blends.find_widest(kind, share), s)[chain]
+        reach[chain] = limit_chain_reach(chain, blends.find_widest(kind, share), s)[chain]
         bounds = rules.tip_tolerance, rules.axis_tolerance
         reach = narrow_blends(Corners(s, reach, bend, kind), chain, slope, shift, left.chords, *bounds)
     reach = np.where(blended, reach, 0.0)
@@ -133,17 +133,17 @@ def round_corners(
     # corner blends that reach over a corner leave less to the curve after it
     most = np.minimum(most, blends.measure_gaps(reach, s)[curved])
     # blends of curved corners are measured from chords: shapes with lobes may add to what those are off
-    sag = row_norm(left.chords.sag)
+    sag = measure_rows(left.chords.sag)
     beside = np.maximum(sag[curved - 1], sag[curved])
     bounds = tip_left[curved] - beside, axis_left[curved]
 
-    def allowed_jerk(corner: Ints, along: Array) -> Array:
+    def find_allowed_jerk(corner: Ints, along: Array) -> Array:
         return smoothing.jerk_limit(path.start[corner], along, path.tool_length[corner - 1])
 
     blend = blend_curved_corners(
-        path, curved, most, bounds, feed[curved], allowed_jerk, smoothing.cycle, smoothing.keeps_travel
+        path, curved, most, bounds, feed[curved], find_allowed_jerk, smoothing.cycle, smoothing.keeps_travel
     )
-    reach[curved], curve, controls = put_curves(path, curved, most, bounds, blend, feed[curved], allowed_jerk)
+    reach[curved], curve, controls = put_curves(path, curved, most, bounds, blend, feed[curved], find_allowed_jerk)
     _reach, kind[curved], jump = blend
     bend[curved] = jump[:, 0]
     corners = Corners(s, reach, bend, kind, curved=curved, jump=jump[:, 1:], curve=curve, controls=controls)

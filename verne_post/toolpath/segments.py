@@ -8,8 +8,8 @@ from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rotations import axis_of_angles
-from verne_post.base.rows import row_norm
+from verne_post.base.rotations import find_axis_of_angles
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_SINE, POSE_DECIMALS_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, ROTARY_METRIC_MM, SECONDS_PER_MINUTE
 from verne_post.model.findings import InputError, finding
@@ -17,8 +17,8 @@ from verne_post.model.moves import FeedMode, MoveKind, Moves, PathMode
 from verne_post.model.nutation import Nutation
 from verne_post.model.protocols import TableCoordinates
 from verne_post.model.toolpath import ArcSegments, GreatCircles, SegmentKind, SplineSegments, TurnSegments
-from verne_post.toolpath.evaluate import arc_derivatives, turn_derivatives
-from verne_post.toolpath.splines import make_spline_segments, place_pieces, spline_derivatives, turn_pieces
+from verne_post.toolpath.evaluate import differentiate_arc, turn_derivatives
+from verne_post.toolpath.splines import differentiate_splines, make_spline_segments, place_pieces, turn_pieces
 
 Rows = NDArray[np.intp]
 
@@ -185,7 +185,7 @@ def _find_great_circles(placed: PlacedMoves, free: Mask, wanted: Mask) -> tuple[
     which = np.flatnonzero(wanted & turning & ~upright & (start[:, 3] * end[:, 3] > 0))
     if not len(which):
         return circle, GreatCircles(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty((0, 6)))
-    k0, k1 = (axis_of_angles(angles[which, 3], angles[which, 4]) for angles in (start, end))
+    k0, k1 = (find_axis_of_angles(angles[which, 3], angles[which, 4]) for angles in (start, end))
     cosine = np.sum(k0 * k1, axis=1)
     across = k1 - cosine[:, None] * k0
     sine = np.linalg.norm(across, axis=1)
@@ -225,7 +225,7 @@ def _find_linear_joints(
     none = np.zeros((len(which), 3))
     start, end = start[which], end[which]
     joints = np.column_stack([start, end, np.tile([nutation.near, nutation.far], (len(which), 1))])
-    return which, GreatCircles(none, none, row_norm(end - start), joints)
+    return which, GreatCircles(none, none, measure_rows(end - start), joints)
 
 
 def _check_reach(placed: PlacedMoves, nutation: Nutation, by_axis: Mask, circle: Ints, circles: GreatCircles) -> None:
@@ -258,7 +258,7 @@ def _check_reach(placed: PlacedMoves, nutation: Nutation, by_axis: Mask, circle:
 
 def _are_opposite(start: Array, end: Array) -> Mask:
     """Where the tool axes at both ends point in opposite directions."""
-    k0, k1 = axis_of_angles(start[:, 3], start[:, 4]), axis_of_angles(end[:, 3], end[:, 4])
+    k0, k1 = find_axis_of_angles(start[:, 3], start[:, 4]), find_axis_of_angles(end[:, 3], end[:, 4])
     return np.asarray(np.linalg.norm(k0 + k1, axis=1) < OPPOSITE)
 
 
@@ -324,7 +324,7 @@ def _place_turns(placed: PlacedMoves, carried: Rows, coordinates: TableCoordinat
     swings = np.flatnonzero(placed.moves.kind[placed.row[carried]] == MoveKind.SWING)
     if len(swings):
         centre = _place_centers(placed.moves, placed.row[carried[swings]], coordinates)
-        axis = axis_of_angles(start[swings, 3], start[swings, 4])
+        axis = find_axis_of_angles(start[swings, 3], start[swings, 4])
         distance = np.sum((start[swings, :3] - centre) * axis, axis=1)
         turns.shift[swings] = centre
         turns.first[swings] = turns.last[swings] = distance[:, None] * (
@@ -339,7 +339,7 @@ def _measure_turns(turns: TurnSegments) -> Array:
     row = np.arange(len(turns.first))
     largest = np.zeros(len(row))
     for share in _PLACES_OF_TURN:
-        largest = np.maximum(largest, row_norm(turn_derivatives(turns, row, np.full(len(row), share))[0]))
+        largest = np.maximum(largest, measure_rows(turn_derivatives(turns, row, np.full(len(row), share))[0]))
     return largest
 
 
@@ -399,7 +399,7 @@ def _differentiate(
         curved = np.flatnonzero(columns[name][segment] >= 0)
         row, length = columns[name][segment[curved]], columns["length"][segment[curved], None]
         at = np.full(len(curved), u)
-        by_u = arc_derivatives(arcs, row, at) if name == "arc" else spline_derivatives(splines, row, at)
+        by_u = differentiate_arc(arcs, row, at) if name == "arc" else differentiate_splines(splines, row, at)
         for order, derivative in enumerate(by_u, start=1):
             derivatives[curved, order - 1, :width] = derivative / length**order
         if name == "spline":

@@ -87,14 +87,14 @@ class SmallestMove:
         share = NEAREST ** random.random((SCATTERED // 2, 1))
         near = self.start + share * random.uniform(-1, 1, (SCATTERED // 2, 4)) * (high - low)
         places = np.clip(np.concatenate([far, near, self.start[None]]), low, high)
-        rows = self.search.first_rows()
+        rows = self.search.choose_first_rows()
         for _ in range(REFINEMENTS):
             legal = places[self.search.rate(places, self.counts, rows) >= reserve]
             if not len(legal):
                 return None
             best = legal[np.argsort(self.size(legal), kind="stable")[:FOLLOWED]]
             best = self._improve(best, rows, low, high, reserve, random)
-            worse = self.search.worst_rows(best[0])
+            worse = self.search.find_worst_rows(best[0])
             if np.isin(worse, rows).all():
                 return np.asarray(best[0])
             rows = np.union1d(rows, worse)

@@ -12,12 +12,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MOVE_COLUMNS, ZERO9, Frame, MoveKind, Moves
-from verne_post.model.toolpath import SegmentKind, ToolPath, sections_at
+from verne_post.model.toolpath import SegmentKind, ToolPath, find_sections
 from verne_post.toolpath.metric import metric_length
 
 #: A stop stands as a dwell of this length, which becomes one cycle.
@@ -72,7 +72,7 @@ def _retract_along_tool(pose: Array, machine: Machine, tool_length: float, heigh
     InputError
         VP018 where the tool lies too flat.
     """
-    axis = axis_of_angles(pose[3], pose[4])
+    axis = find_axis_of_angles(pose[3], pose[4])
     q = machine.five_axis.joints(np.stack([pose[:3], pose[:3] + axis]), pose[3:], tool_length)
     rise = float(q[1, 2] - q[0, 2])
     if height < 0.0 and rise < _LEAST_RISE:
@@ -83,7 +83,7 @@ def _retract_along_tool(pose: Array, machine: Machine, tool_length: float, heigh
     return np.concatenate([pose[:3] + away * axis, pose[3:]])
 
 
-def rapid_segments(steps: Sequence[Step], like: ToolPath, segment: int) -> ToolPath:
+def make_rapid_segments(steps: Sequence[Step], like: ToolPath, segment: int) -> ToolPath:
     """Make rapid segments that stop at every end, with line, tool and frame of a segment of another path."""
     steps = [step for step in steps if step.moves]
     n = len(steps)
@@ -118,7 +118,7 @@ def slice_path(path: ToolPath, first: int, last: int) -> ToolPath:
     if first == last:
         mine[:] = False
     section = np.cumsum(np.diff(path.section[first:last], prepend=-1) != 0).astype(np.int32) - 1
-    dwell_section = sections_at(section, np.clip(before[mine] - first, 0, last - first))
+    dwell_section = find_sections(section, np.clip(before[mine] - first, 0, last - first))
     return replace(
         path.part(first, last), section=section, dwell_section=dwell_section,
         dwell_seconds=path.dwell_seconds[mine], dwell_line=path.dwell_line[mine],
@@ -177,6 +177,6 @@ def _insert_in_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolP
     section = np.cumsum(new_section).astype(np.int32)
     dwell = moves.dwells
     return replace(
-        path, move=move.astype(np.int32), section=section, dwell_section=sections_at(section, np.searchsorted(move, dwell)),
+        path, move=move.astype(np.int32), section=section, dwell_section=find_sections(section, np.searchsorted(move, dwell)),
         dwell_seconds=moves.feed[dwell], dwell_line=moves.line[dwell],
     )  # fmt: skip

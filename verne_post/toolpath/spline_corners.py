@@ -11,12 +11,12 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import NO_REACH_MM
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.corners import METRIC
 from verne_post.toolpath.curved_corners import Displaced, JerkLimitAt, displace, find_beside, shorten_blends
-from verne_post.toolpath.evaluate import bernstein, coordinates, pose_derivatives
+from verne_post.toolpath.evaluate import coordinates, differentiate_pose, evaluate_bernstein
 
 #: Where both are compared, over the wider of both reaches.
 _PLACES: Final = np.linspace(-1.0, 1.0, 65)
@@ -49,7 +49,7 @@ def put_curves(
         return lambda row, x: _leave_path(path, here[which][row], x * wide[row], x, controls[row])
 
     wide = shorten_blends(path, here, most[some], follow_curves, (tolerances[0][some], tolerances[1][some]))
-    size = np.stack([row_norm(jumps[:, order] * METRIC) for order in range(3)])
+    size = np.stack([measure_rows(jumps[:, order] * METRIC) for order in range(3)])
     limits = np.stack([jerk_limit(here, jumps[:, order]) for order in range(3)])
     with np.errstate(invalid="ignore"):  # nothing limits what is not there
         limit = np.fmin.reduce(np.where(size > 0, limits * size, np.inf))
@@ -75,7 +75,7 @@ def find_controls(path: ToolPath, corner: Ints, reach: Array) -> Array:
         start = coordinates(path, segment, u)
         one, two, three = (
             derivative * ((2.0 * sign * reach / path.length[segment]) ** order)[:, None]
-            for order, derivative in enumerate(pose_derivatives(path, segment, u), start=1)
+            for order, derivative in enumerate(differentiate_pose(path, segment, u), start=1)
         )
         step = int(sign)
         controls[:, first] = start
@@ -87,7 +87,7 @@ def find_controls(path: ToolPath, corner: Ints, reach: Array) -> Array:
 
 def _leave_path(path: ToolPath, corner: Ints, way: Array, x: Array, controls: Array) -> Array:
     """From the path to curves (n, 5), at x (n,) of their reaches."""
-    return bernstein(controls, 0.5 * (1.0 + x)) - coordinates(path, *find_beside(path, corner, way, way))
+    return evaluate_bernstein(controls, 0.5 * (1.0 + x)) - coordinates(path, *find_beside(path, corner, way, way))
 
 
 def _measure_thirds(

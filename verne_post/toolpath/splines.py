@@ -14,24 +14,24 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.bsplines import (
     EvenParts,
-    bezier_controls,
-    bezier_derivatives,
-    bezier_points,
-    curve_parameter,
     derive_by_length,
+    differentiate_bezier,
+    evaluate_bezier,
+    evaluate_piece_ends,
+    find_bezier_controls,
+    find_curve_parameter,
     find_even_parts,
-    piece_ends,
     slices,
 )
 from verne_post.base.columns import GrowingTable
-from verne_post.base.ragged import ragged
-from verne_post.base.rows import row_norm, row_sum
+from verne_post.base.ragged import number_parts
+from verne_post.base.rows import measure_rows, sum_rows
 from verne_post.base.tolerances import POSE_DECIMALS_MM, POSE_DECIMALS_RAD, ZERO_ANGLE
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.model.findings import InputError, finding
 from verne_post.model.moves import Moves
 from verne_post.model.protocols import TableCoordinates
-from verne_post.model.splines import GrowingSplines, Splines, no_splines
+from verne_post.model.splines import GrowingSplines, Splines, build_empty_splines
 from verne_post.model.toolpath import SplineSegments
 
 #: Columns of spline segments: of each piece, of each control point, of each part.
@@ -68,7 +68,7 @@ class GrowingSplineSegments:
 def place_pieces(moves: Moves, row: Ints, coordinates: TableCoordinates) -> Splines:
     """The pieces of moves ``row`` (m,) in the table frame: tip (mm) and nominal angles (rad), rounded like other poses."""
     if not len(row):
-        return no_splines(5)
+        return build_empty_splines(5)
     pieces = moves.splines.select(moves.spline[row])
     frame = np.repeat(moves.frame[row], pieces.degree + 1)
     placed = np.empty((len(frame), 5))
@@ -77,14 +77,14 @@ def place_pieces(moves: Moves, row: Ints, coordinates: TableCoordinates) -> Spli
         tip, angles = coordinates.to_table(pieces.points[in_frame], moves.frames[index])
         placed[in_frame, :3] = np.round(tip, POSE_DECIMALS_MM)
         placed[in_frame, 3:] = np.round(angles, POSE_DECIMALS_RAD)
-    return pieces.with_points(placed)
+    return pieces.replace_points(placed)
 
 
 def find_ends(pieces: Splines) -> Array:
     """Poses (m, 5) at the ends of pieces."""
     ends = np.empty((len(pieces), 5))
-    for degree, where in pieces.by_degree(np.arange(len(pieces))):
-        ends[where] = piece_ends(*pieces.of_degree(where, degree))
+    for degree, where in pieces.group_by_degree(np.arange(len(pieces))):
+        ends[where] = evaluate_piece_ends(*pieces.of_degree(where, degree))
     return ends
 
 
@@ -95,10 +95,10 @@ def turn_pieces(pieces: Splines, start: Array, end: Array) -> Splines:
     turn on the way: evenly from control point to control point of the Bezier curve that the piece is.
     """
     points, weights, knots = pieces.points.copy(), pieces.weights.copy(), pieces.knots.copy()
-    for degree, where in pieces.by_degree(np.arange(len(pieces))):
+    for degree, where in pieces.group_by_degree(np.arange(len(pieces))):
         here, weight, knot = pieces.of_degree(where, degree)
         rows = pieces.first_point[where][:, None] + np.arange(degree + 1)
-        ends = piece_ends(here, weight, knot)
+        ends = evaluate_piece_ends(here, weight, knot)
         begins = _find_begins(here, weight, knot)
         away = [
             np.abs(sign * begins[:, 3] - start[where, 3]) + np.abs(sign * ends[:, 3] - end[where, 3])
@@ -121,12 +121,12 @@ def turn_pieces(pieces: Splines, start: Array, end: Array) -> Splines:
 
 def _find_begins(points: Array, weights: Array, knots: Array) -> Array:
     """Poses (m, k) at which pieces of one degree begin."""
-    return piece_ends(points[:, ::-1], weights[:, ::-1], -knots[:, ::-1])
+    return evaluate_piece_ends(points[:, ::-1], weights[:, ::-1], -knots[:, ::-1])
 
 
 def _convert_to_bezier(points: Array, weights: Array, knots: Array) -> tuple[Array, Array]:
     """Control points and weights of pieces of one degree as Bezier curves."""
-    controls = bezier_controls(points - points[:, :1], weights, knots)
+    controls = find_bezier_controls(points - points[:, :1], weights, knots)
     return controls[..., :-1] / controls[..., -1:] + points[:, :1], controls[..., -1]
 
 
@@ -142,9 +142,9 @@ def make_spline_segments(pieces: Splines, line: Ints) -> SplineSegments:
     length, turn = np.zeros(m), np.zeros(m)
     controls, count = np.zeros((len(pieces.points), 6)), np.zeros(m, dtype=np.int64)
     of_degree: list[tuple[NDArray[np.intp], EvenParts, Array]] = []
-    for degree, where in pieces.by_degree(np.arange(m)):
+    for degree, where in pieces.group_by_degree(np.arange(m)):
         points, weights, knots = pieces.of_degree(where, degree)
-        bezier = bezier_controls(points - points[:, :1], weights, knots)
+        bezier = find_bezier_controls(points - points[:, :1], weights, knots)
         controls[pieces.first_point[where][:, None] + np.arange(degree + 1)] = bezier
         parts = find_even_parts(bezier, 3)
         if not parts.regular.all():
@@ -159,7 +159,7 @@ def make_spline_segments(pieces: Splines, line: Ints) -> SplineSegments:
     total = int(count.sum())
     low, high, parameter, bend = np.empty(total), np.empty(total), np.empty((total, 16)), np.empty(total)
     for where, parts, bends in of_degree:
-        owner, place = ragged(count[where])
+        owner, place = number_parts(count[where])
         rows = first[where][owner] + place
         low[rows], high[rows], parameter[rows], bend[rows] = parts.low, parts.high, parts.polynomial, bends
     return SplineSegments(pieces, length, turn, controls, first, low, high, parameter, bend)
@@ -176,14 +176,14 @@ def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
         part = np.repeat(np.arange(len(curve))[some], _PLACES)
         width = (parts.high - parts.low)[part]
         low = parts.low[part]
-        at = curve_parameter(low, parts.high[part], parts.polynomial[part], low + np.resize(x, len(part)) * width)
-        first, second, _third = derive_by_length(bezier_derivatives(controls[curve[part]], at, 3), 3)
-        rate = row_norm(second[:, :3]) + row_sum(np.abs(first[:, 3:]))
+        at = find_curve_parameter(low, parts.high[part], parts.polynomial[part], low + np.resize(x, len(part)) * width)
+        first, second, _third = derive_by_length(differentiate_bezier(controls[curve[part]], at, 3), 3)
+        rate = measure_rows(second[:, :3]) + sum_rows(np.abs(first[:, 3:]))
         first[:, 3:] *= ROTARY_METRIC_MM
         second[:, 3:] *= ROTARY_METRIC_MM
-        square = row_sum(first * first)
-        across = second - (row_sum(first * second) / square)[:, None] * first
-        bend[some] = (row_norm(across) / np.sqrt(square)).reshape(-1, _PLACES).max(axis=1)
+        square = sum_rows(first * first)
+        across = second - (sum_rows(first * second) / square)[:, None] * first
+        bend[some] = (measure_rows(across) / np.sqrt(square)).reshape(-1, _PLACES).max(axis=1)
         turned[some] = (rate * (width * parts.length[curve[part]] / _PLACES)).reshape(-1, _PLACES)
     turn: Array = np.bincount(np.repeat(curve, _PLACES), weights=turned.ravel(), minlength=n).astype(float)
     return turn, bend
@@ -197,28 +197,28 @@ def _split_by_degree(
 ) -> Iterator[tuple[NDArray[np.intp], Array, Array, Array]]:
     """Places among (n,), Bezier control points, parameters and origins of segments ``row`` (n,) at u (n,), by degree."""
     pieces = segments.pieces
-    for degree, where in pieces.by_degree(row):
+    for degree, where in pieces.group_by_degree(row):
         mine, at = row[where], u[where]
         part = segments.find_parts(mine, at)
-        t = curve_parameter(segments.low[part], segments.high[part], segments.parameter[part], at)
+        t = find_curve_parameter(segments.low[part], segments.high[part], segments.parameter[part], at)
         point = pieces.first_point[mine][:, None] + np.arange(degree + 1)
         yield where, segments.controls[point], t, pieces.points[point[:, 0]]
 
 
-def spline_poses(segments: SplineSegments, row: Ints, u: Array) -> Array:
+def evaluate_splines(segments: SplineSegments, row: Ints, u: Array) -> Array:
     """Tip (mm) and turn of the nominal angles since the start (rad), (n, 5), at u (n,) of spline segments ``row`` (n,)."""
     poses = np.empty((len(row), 5))
     for where, controls, t, origin in _split_by_degree(segments, row, u):
-        poses[where] = bezier_points(controls, t) + origin
+        poses[where] = evaluate_bezier(controls, t) + origin
     return poses
 
 
-def spline_derivatives(segments: SplineSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
-    """First three derivatives by u of :func:`spline_poses`, each (n, 5)."""
+def differentiate_splines(segments: SplineSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
+    """First three derivatives by u of :func:`evaluate_splines`, each (n, 5)."""
     result = np.empty((3, len(row), 5))
     for where, controls, t, _origin in _split_by_degree(segments, row, u):
         length = segments.length[row[where], None]
-        by_length = derive_by_length(bezier_derivatives(controls, t, 3), 3)
+        by_length = derive_by_length(differentiate_bezier(controls, t, 3), 3)
         for order, derivative in enumerate(by_length):
             result[order, where] = derivative * length ** (order + 1)
     return result[0], result[1], result[2]
@@ -227,4 +227,4 @@ def spline_derivatives(segments: SplineSegments, row: Ints, u: Array) -> tuple[A
 def lift_splines(segments: SplineSegments, up: Array) -> SplineSegments:
     """The same segments, moved by ``up`` (3,), mm."""
     pieces = segments.pieces
-    return replace(segments, pieces=pieces.with_points(pieces.points + np.append(up, [0.0, 0.0])))
+    return replace(segments, pieces=pieces.replace_points(pieces.points + np.append(up, [0.0, 0.0])))

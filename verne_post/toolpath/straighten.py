@@ -20,17 +20,17 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import GrowingTable, blocks
-from verne_post.base.rotations import axis_of_angles
-from verne_post.base.rows import row_norm
+from verne_post.base.rotations import find_axis_of_angles
+from verne_post.base.rows import measure_rows
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.corner_rules import Smoothing, find_segment_tolerances
 from verne_post.toolpath.corner_shapes import PEAK, THIRD
-from verne_post.toolpath.corners import METRIC, SEGMENTS, find_slopes, smaller_beside
+from verne_post.toolpath.corners import METRIC, SEGMENTS, find_slopes, find_smaller_beside
 from verne_post.toolpath.curved_corners import find_derivatives
 from verne_post.toolpath.deviations import Chords
 from verne_post.toolpath.elements import find_feeds
-from verne_post.toolpath.evaluate import arc_tip, circle_axis
+from verne_post.toolpath.evaluate import evaluate_arc, find_circle_axis
 
 #: What a corner between a chord and an arc costs besides, as a share of the feed rate. Braking for one slow corner takes longer than
 #: passing it. Of 400 random programs 16 take over 1 % longer than with arcs alone at 0, 8 at 0.1, 2 from 0.3 to 1.
@@ -93,7 +93,7 @@ def straighten(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Tool
         linear = swing <= CIRCLE_SHARE * axis
         part = replace(part, circle=np.where(linear, -1, part.circle))
         chords = _find_chords(part, np.flatnonzero(allowed & (part.arc >= 0)))
-        chord = (row_norm(chords.sag) <= ARC_SHARE * _find_smallest_around(tip)) & smoothing.overlap
+        chord = (measure_rows(chords.sag) <= ARC_SHARE * _find_smallest_around(tip)) & smoothing.overlap
         if chord.any():
             chord = choose_chords(part, chord, tip, smoothing)
         followed.extend(
@@ -121,7 +121,7 @@ def _find_chords(path: ToolPath, segment: Ints) -> Chords:
     sag, cosine = np.full((len(path), 3), np.inf), np.ones(len(path))
     sweep = np.abs(path.arcs.sweep[path.arc[segment]])
     flat, cosine[segment] = segment[sweep <= SHARPEST], np.cos(0.5 * sweep)
-    middle = arc_tip(path.arcs, path.arc[flat], np.full(len(flat), 0.5))
+    middle = evaluate_arc(path.arcs, path.arc[flat], np.full(len(flat), 0.5))
     sag[flat] = 0.5 * (path.start[flat, :3] + path.end[flat, :3]) - middle
     return Chords(sag, cosine)
 
@@ -132,9 +132,9 @@ def _measure_swings(path: ToolPath, segment: Ints) -> Array:
     swing = np.full(len(path), np.inf)
     off = np.zeros(len(segment))
     for share in _PLACES:
-        axis = circle_axis(path, segment, np.full(len(segment), share))
+        axis = find_circle_axis(path, segment, np.full(len(segment), share))
         angles = start + share * (end - start)
-        off = np.maximum(off, row_norm(axis - axis_of_angles(angles[:, 0], angles[:, 1])))
+        off = np.maximum(off, measure_rows(axis - find_axis_of_angles(angles[:, 0], angles[:, 1])))
     by_joints = np.isfinite(
         path.circles.joints[path.circle[segment], 0]
     )  # which linear A and C would bend, at folds without bound
@@ -169,14 +169,14 @@ def _predict_losses(path: ToolPath, corner: Ints, tolerance: Array, straight: Ma
     before = find_derivatives(path, corner, 1.0)[:, 0], slope[corner]
     after = find_derivatives(path, corner + 1, 0.0)[:, 0], slope[corner + 1]
     length = np.minimum(path.length[corner], path.length[corner + 1])
-    feed = smaller_beside(find_feeds(path).cap)[corner + 1]
+    feed = find_smaller_beside(find_feeds(path).cap)[corner + 1]
     loss = np.empty((len(corner), 2, 2))
     for chord_before in (0, 1):
         for chord_after in (0, 1):
             bend = after[chord_after] - before[chord_before]
             overlaps = (straight[corner] | bool(chord_before)) & (straight[corner + 1] | bool(chord_after))
             with np.errstate(divide="ignore", invalid="ignore"):
-                reach = tolerance / (PEAK[0] * row_norm(bend * METRIC))
+                reach = tolerance / (PEAK[0] * measure_rows(bend * METRIC))
                 reach = np.minimum(reach, np.where(overlaps, SEGMENTS, 0.5) * length)
                 if chord_before and chord_after:
                     bend = _leave_common_bends(slope, corner, bend)
@@ -194,7 +194,7 @@ def _leave_common_bends(slope: Array, corner: Ints, bend: Array) -> Array:
     every = np.zeros((len(slope) + 1, 5))
     every[1:-1] = slope[1:] - slope[:-1]
     rest = bend - 0.5 * (every[corner] + every[corner + 2])
-    return np.where((row_norm(rest) < row_norm(bend))[:, None], rest, bend)
+    return np.where((measure_rows(rest) < measure_rows(bend))[:, None], rest, bend)
 
 
 def find_cheapest_sequence(loss: Array, never_curved: Mask, never_straight: Mask) -> Mask:

@@ -14,14 +14,14 @@ from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import MARGIN_CHANGE, TIED
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Limits, Machine
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import coordinates
-from verne_post.toolpath.margins import margin_functions
+from verne_post.toolpath.margins import list_margin_functions
 
 #: What a place is chosen for.
 Aim = Literal["move", "margin", "time"]
@@ -120,7 +120,7 @@ def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Pla
     turn = np.abs(path.end[kept, 3:] - path.start[kept, 3:]).sum(axis=1)
     wanted = np.max([path.length[kept] / STEP_MM, turn / STEP_ANGLE, 4 * swept], axis=0)
     parts = np.clip(np.ceil(wanted), 1, MOST_POINTS).astype(int)
-    owner, index = ragged(parts + 1)
+    owner, index = number_parts(parts + 1)
     segment, parts = kept[owner], parts[owner]
     on_part = _move_to_part(coordinates(path, segment, index / parts), place, part_frame)
     seconds = np.where(index > 0, path.feed_time[segment] / parts, 0.0)
@@ -203,7 +203,7 @@ class Search:
 
     def __init__(self, machine: Machine, points: PartPoints, free: Mask, low: Array, high: Array) -> None:
         self.machine, self.points, self.free, self.low, self.high = machine, points, free, low, high
-        self.margins, names = margin_functions(machine)
+        self.margins, names = list_margin_functions(machine)
         self.names = (*names, "height over the table face")
 
     def evaluate(self, place: Place, counts: Mask | None = None) -> Fit:
@@ -219,7 +219,7 @@ class Search:
         scattered = self.low + random.random((SCATTERED, 4)) * (self.high - self.low)
         scattered[:, ~self.free] = start.array()[~self.free]
         scattered[0] = np.clip(start.array(), self.low, self.high)
-        rows = self.first_rows()
+        rows = self.choose_first_rows()
         smallest, lost = self._find_smallest(scattered, rows)
         with np.errstate(invalid="ignore"):
             reached = np.isfinite(smallest).all(axis=1)
@@ -235,7 +235,7 @@ class Search:
             if notify is not None:
                 notify(done, REFINEMENTS)
             best = self._improve(best, rows, counts, random)
-            worse = self.worst_rows(best[0])
+            worse = self.find_worst_rows(best[0])
             if np.isin(worse, rows).all():
                 break
             rows = np.union1d(rows, worse)
@@ -246,11 +246,11 @@ class Search:
         """Whether a place lies in the range."""
         return bool((self.low <= place.array()).all() and (place.array() <= self.high).all())
 
-    def first_rows(self) -> NDArray[np.intp]:
+    def choose_first_rows(self) -> NDArray[np.intp]:
         """Points to begin with, spread over the program."""
         return np.unique(np.linspace(0, len(self.points.tip) - 1, FIRST_POINTS).astype(np.intp))
 
-    def worst_rows(self, place: Array) -> NDArray[np.intp]:
+    def find_worst_rows(self, place: Array) -> NDArray[np.intp]:
         """Of every margin, the points that are worst at a place (4,)."""
         table = self._measure_margins(place[None], self.points)[0]
         return np.unique(np.argsort(table, axis=0)[: max(ADDED // table.shape[1], 1)])
@@ -281,7 +281,7 @@ class Search:
         random, counts = np.random.default_rng(0), best.counts
         width = 0.5 * (self.high - self.low) * self.free
         place = best.place.array()
-        time, rows = self._estimate_seconds(place), np.union1d(self.first_rows(), self.worst_rows(place))
+        time, rows = self._estimate_seconds(place), np.union1d(self.choose_first_rows(), self.find_worst_rows(place))
         for _ in range(ROUNDS):
             around = np.clip(place + width * random.uniform(-1, 1, (AROUND, 4)), self.low, self.high)
             around[:, ~self.free] = place[~self.free]

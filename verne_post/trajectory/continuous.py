@@ -1,6 +1,6 @@
 """Motion profiles of continuous sections: near the time optimum, inside every limit on the differences of the rows.
 
-A first profile (:mod:`initial_profile`) comes from the second-order reachability pass. It need not be legal: the interior point
+A first profile (:mod:`plan_initial_profile`) comes from the second-order reachability pass. It need not be legal: the interior point
 method re-times it in a few passes, coarse to fine, each on the profile of the pass before. Only s(t) changes, so the tool
 stays on the path whatever happens here. Rows that are still beyond a limit are repaired, one stretch at a time.
 
@@ -19,7 +19,7 @@ from verne_post.base.team import ALONE, Team
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.fewer_rows import try_fewer_rows
-from verne_post.trajectory.initial_profile import Solver, initial_profile
+from verne_post.trajectory.initial_profile import Solver, plan_initial_profile
 from verne_post.trajectory.override import AS_PLANNED, FeedOverride
 from verne_post.trajectory.repair import repair_or_slow_down, repair_rows
 from verne_post.trajectory.retiming import retime
@@ -93,7 +93,7 @@ def plan_continuous(
         effort, few_rows = tuning.QUALITY, FEW_ROWS_WITHOUT_JERK
     limits = limits.bound_jerk(cycle)
     unit = max(tuning.TIME_UNIT, cycle)
-    first = initial_profile(section, limits, unit, solver, team)
+    first = plan_initial_profile(section, limits, unit, solver, team)
     bound, task = first.bound, SectionTask(section, limits, cycle, first.unit, first.cruise, team=team)
     planned = _plan_with_effort(task, first.profile, bound, effort)
     if planned.rows is None and effort is not tuning.QUALITY:
@@ -194,14 +194,14 @@ def _count_creeping(task: SectionTask, s: Array, cycle: float) -> tuple[int, int
 
     at_start, at_end = creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
     # the step that takes their place must be one that the rows allow
-    while at_start and _too_far(section, np.array([0.0, 0.0, s[1 + at_start]]), cycle):
+    while at_start and _is_too_far(section, np.array([0.0, 0.0, s[1 + at_start]]), cycle):
         at_start //= 2
-    while at_end and _too_far(section, np.append(s[[-3 - at_end, -2 - at_end]], section.length), cycle):
+    while at_end and _is_too_far(section, np.append(s[[-3 - at_end, -2 - at_end]], section.length), cycle):
         at_end //= 2
     return at_start, at_end
 
 
-def _too_far(section: Section, s: Array, cycle: float) -> bool:
+def _is_too_far(section: Section, s: Array, cycle: float) -> bool:
     """Whether the last step between rows s (n,) hides the path, or where the feed changes along it is far beyond the feed."""
     cap = np.asarray(section.speed(np.array([s[-2], 0.5 * (s[-2] + s[-1]), s[-1]])), dtype=float).min()
     return bool(section.hidden(s)[-1] > 1.0 or s[-1] - s[-2] > (1.0 + 2 * tuning.CREEPING_MOTION) * cycle * cap)

@@ -13,8 +13,8 @@ from verne_post.base.arrays import Array
 from verne_post.base.ragged import find_runs
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
-from verne_post.trajectory.interpolation import hold_ends, lowest_around, mean_around
-from verne_post.trajectory.reachability import jerk_caps
+from verne_post.trajectory.interpolation import average_around, find_lowest_around, hold_ends
+from verne_post.trajectory.reachability import limit_jerk
 from verne_post.trajectory.section_path import Grid, SectionTask
 from verne_post.trajectory.spline_profile import Profile
 from verne_post.trajectory.tuning import PassSettings
@@ -37,7 +37,7 @@ def find_cruise(grid: Grid, x: Array, limits: Limits, unit: float) -> Array:
     """Ranges of s (k, 2) at the feed rate in the profile x (n,), without the distances to brake to a stop at both ends."""
     speed, share = np.sqrt(x), tuning.CRUISE_SHARE
     slope = np.abs(grid.d1) * speed[:, None]
-    even = (x >= (1.0 - 2.0 * tuning.CRUISE_STEP) * grid.speed**2) & (x <= share * jerk_caps(grid, limits))
+    even = (x >= (1.0 - 2.0 * tuning.CRUISE_STEP) * grid.speed**2) & (x <= share * limit_jerk(grid, limits))
     even &= (slope <= share * limits.velocity).all(axis=1)
     even &= (np.abs(grid.d2) * x[:, None] <= share * limits.acceleration).all(axis=1)
     # from one feed rate to the next in the time over which they are evened out
@@ -99,6 +99,6 @@ def _follow_feed(
         every = (settings.shares[0] * knot * np.minimum(feed[1:], feed[:-1]) / np.diff(s)) ** 2
         at = 0
         for begin, end in group:
-            lowest = lowest_around(every[at : at + end - begin], 2 * reach + 3)
-            yield hold_ends(mean_around(mean_around(lowest, reach), reach), 1, 2)
+            lowest = find_lowest_around(every[at : at + end - begin], 2 * reach + 3)
+            yield hold_ends(average_around(average_around(lowest, reach), reach), 1, 2)
             at += end - begin + 1

@@ -14,7 +14,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import resample_rows
-from verne_post.trajectory.row_limits import REST_ROWS, at_rest, rows_excess
+from verne_post.trajectory.row_limits import REST_ROWS, at_rest, measure_rows_excess
 from verne_post.trajectory.row_shifts import HELD_ROWS, shift_rows
 from verne_post.trajectory.section_path import SectionTask
 
@@ -65,7 +65,11 @@ def _find_legal(task: SectionTask, starts: Array, rounds: int) -> Array | None:
         rows = shift_rows(z, np.full(count, n), n, task)
         shifted = rows.s.reshape(count, n)
         # what begins at the last rows of one begins at rest, and ends in the next one
-        worst = np.append(rows_excess(rows, task), np.zeros(REST_ROWS)).reshape(count, n)[:, :-REST_ROWS].max(axis=1)
+        worst = (
+            np.append(measure_rows_excess(rows, task), np.zeros(REST_ROWS))
+            .reshape(count, n)[:, :-REST_ROWS]
+            .max(axis=1)
+        )
         for legal in np.flatnonzero((worst <= 1.0) & (np.diff(shifted) >= 0.0).all(axis=1)):
             s = np.array(shifted[legal, REST_ROWS:-REST_ROWS])
             if _keeps_feed(task, s):

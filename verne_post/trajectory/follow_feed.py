@@ -14,8 +14,8 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.ragged import find_runs
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.trajectory import tuning
-from verne_post.trajectory.interpolation import lowest_around, mean_around
-from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, joint_excess
+from verne_post.trajectory.interpolation import average_around, find_lowest_around
+from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, measure_joint_excess
 from verne_post.trajectory.section_path import SectionTask, check_joints
 
 #: The feed rate is looked at in so many places of each row, and at least so many of each element.
@@ -42,7 +42,7 @@ def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     element = np.searchsorted(task.section.breaks[1:-1], z, side="right")
     others = np.append(0, np.cumsum(~timed))
     slow &= others[element[1:] + 1] == others[element[:-1]]
-    held = np.flatnonzero(joint_excess(rows.q, task) > SLACK_SHARE)
+    held = np.flatnonzero(measure_joint_excess(rows.q, task) > SLACK_SHARE)
     for k in range(REST_ROWS):  # a difference that begins at a row is of so many steps
         slow[held + k] = False
     parts, done = list[Array](), 0
@@ -50,7 +50,7 @@ def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     stretches.reverse()
     while stretches:
         first, last = stretches.pop()
-        found = next(_legal(task, z, first, last), None)
+        found = next(_find_legal_rows(task, z, first, last), None)
         if found is not None:
             parts += [z[done:first], found]
             done = last + 1
@@ -68,21 +68,21 @@ def _find_stretches(slow: Mask) -> Iterator[tuple[int, int]]:
         yield from zip(first[np.append(0, apart + 1)].tolist(), last[np.append(apart, -1)].tolist(), strict=True)
 
 
-def _legal(task: SectionTask, z: Array, first: int, last: int) -> Iterator[Array]:
+def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Iterator[Array]:
     """Fewer rows than ``first`` to ``last`` of rows z (n,), both included, that lead from the one to the other inside all limits."""
-    edges, pace = _paces(task, z[first], z[last])
+    edges, pace = _find_paces(task, z[first], z[last])
     for reach in EVEN_ROWS:
-        rows = _even_rows(edges, pace, task.cycle, reach)
+        rows = _space_rows_evenly(edges, pace, task.cycle, reach)
         if len(rows) > last - first:
             return
         around = np.concatenate([z[first - REST_ROWS : first], rows, z[last + 1 : last + 1 + REST_ROWS]])
         q, hidden = task.section.q_and_hidden(around)
         check_joints(q, around)
-        if joint_excess(q, task).max() <= 1.0 and hidden.max() <= tuning.ACCEPTED_RATIOS[0]:
+        if measure_joint_excess(q, task).max() <= 1.0 and hidden.max() <= tuning.ACCEPTED_RATIOS[0]:
             yield rows
 
 
-def _paces(task: SectionTask, begin: float, end: float) -> tuple[Array, Array]:
+def _find_paces(task: SectionTask, begin: float, end: float) -> tuple[Array, Array]:
     """Edges s (m + 1,) between two places, and seconds per mm at the feed rate between them (m,)."""
     section = task.section
     breaks = section.breaks[
@@ -94,7 +94,7 @@ def _paces(task: SectionTask, begin: float, end: float) -> tuple[Array, Array]:
     return edges, 1.0 / (task.feed_share * tuning.PLANNED_SHARES[0] * speed)
 
 
-def _even_rows(edges: Array, pace: Array, cycle: float, reach: float) -> Array:
+def _space_rows_evenly(edges: Array, pace: Array, cycle: float, reach: float) -> Array:
     """Rows (n,) that take the paces (m,) between edges (m + 1,), or no less: changes of speed are evened out over so many rows."""
     time = np.append(0.0, np.cumsum(pace * np.diff(edges)))
     if reach:
@@ -103,7 +103,7 @@ def _even_rows(edges: Array, pace: Array, cycle: float, reach: float) -> Array:
         speed = 1.0 / pace[np.clip(np.searchsorted(time, 0.5 * (at[1:] + at[:-1])) - 1, 0, len(pace) - 1)]
         # means of means of the lowest around are nowhere above; those of squares make the acceleration even
         half = round(reach * _PLACES / 2)
-        even = np.sqrt(mean_around(mean_around(lowest_around(speed**2, 2 * half), half), half))
+        even = np.sqrt(average_around(average_around(find_lowest_around(speed**2, 2 * half), half), half))
         edges = np.interp(at, time, edges)
         time = np.append(0.0, np.cumsum(np.diff(edges) / even))
     count = int(np.ceil(time[-1] / cycle - WHOLE_CYCLE))

@@ -15,28 +15,28 @@ from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.cruise import find_cruise
-from verne_post.trajectory.section_path import Grid, Section, grid_along, join_grids
+from verne_post.trajectory.section_path import Grid, Section, build_grid_along, join_grids
 from verne_post.trajectory.spline_profile import Profile
 
 #: Solvers of the second-order problem: grid, limits, and the x to start with; see ``reachability.solve``.
 Solver = Callable[..., Array]
 
 
-def second_order_bound(section: Section, limits: Limits, solver: Solver, team: Team = ALONE) -> float:
+def bound_second_order_time(section: Section, limits: Limits, solver: Solver, team: Team = ALONE) -> float:
     """Time of the second-order optimum of a section, s; the processes of a ``team`` evaluate its joints."""
     bound, x_end = 0.0, 0.0
-    for _first, last, grid in _grids(section, team):
+    for _first, last, grid in _build_grids(section, team):
         x = solver(grid, limits, start=x_end)
-        seconds, x_end = _least_seconds(section, grid, limits, x, last)
+        seconds, x_end = _find_least_seconds(section, grid, limits, x, last)
         bound += seconds
     return bound
 
 
-def _least_seconds(section: Section, grid: Grid, limits: Limits, x: Array, last: int) -> tuple[float, float]:
+def _find_least_seconds(section: Section, grid: Grid, limits: Limits, x: Array, last: int) -> tuple[float, float]:
     """Time of the second-order optimum x = sd^2 (n,) up to element ``last``, s, and x there."""
     s, fastest = _kept(section, grid, x, last)
     _s, steepest = _kept(section, grid, reachability.accelerations(grid, limits, x), last)
-    return reachability.least_duration(s, fastest, steepest), float(fastest[-1])
+    return reachability.bound_duration(s, fastest, steepest), float(fastest[-1])
 
 
 class InitialProfile(Struct, frozen=True, eq=False):
@@ -48,7 +48,7 @@ class InitialProfile(Struct, frozen=True, eq=False):
     cruise: Array
 
 
-def initial_profile(
+def plan_initial_profile(
     section: Section, limits: Limits, unit: float, solver: Solver, team: Team = ALONE
 ) -> InitialProfile:
     """The second-order optimum sampled in time, averaged so that it starts and ends at rest smoothly.
@@ -61,13 +61,13 @@ def initial_profile(
     smooth.add(np.zeros(tuning.START_SMOOTH))
     t_end, bound, x_end = 0.0, 0.0, 0.0
     cruise = []
-    for first, last, grid in _grids(section, team):
+    for first, last, grid in _build_grids(section, team):
         x = solver(grid, limits, start=x_end)
         cruise.append(np.minimum(find_cruise(grid, x, limits, unit), section.breaks[last]))
-        seconds, x_end = _least_seconds(section, grid, limits, x, last)
+        seconds, x_end = _find_least_seconds(section, grid, limits, x, last)
         bound += seconds
         s, x = _kept(
-            section, grid, np.minimum(x, tuning.START_JERK_EXCESS * reachability.jerk_caps(grid, limits)), last
+            section, grid, np.minimum(x, tuning.START_JERK_EXCESS * reachability.limit_jerk(grid, limits)), last
         )
         x = x / tuning.START_SLOWER**2
         if not first:
@@ -78,11 +78,11 @@ def initial_profile(
                 ),
                 1.0,
             )
-        part, t_end = _sampled(s, x, tuning.START_STEP * unit, t_end)
+        part, t_end = _sample_profile(s, x, tuning.START_STEP * unit, t_end)
         smooth.add(part)
     smooth.add(np.full(tuning.START_SMOOTH, section.length))
     smooth.averages.extend(np.array([max(smooth.largest, section.length)]))
-    profile = Profile.of_samples(smooth.averages.column(), tuning.START_STEP * unit)
+    profile = Profile.build_from_samples(smooth.averages.column(), tuning.START_STEP * unit)
     return InitialProfile(profile, unit, bound, np.concatenate(cruise))
 
 
@@ -103,12 +103,12 @@ class _Smooth:
         self.last = known[-len(self.kernel) + 1 :]
 
 
-def _grids(section: Section, team: Team) -> Iterator[tuple[int, int, Grid]]:
+def _build_grids(section: Section, team: Team) -> Iterator[tuple[int, int, Grid]]:
     """First and last element of every part, the latter excluded, and the grid along it and what it looks ahead to."""
 
     def make_grid(piece: tuple[int, int]) -> Grid:
         release_memory()
-        return grid_along(section, *piece)
+        return build_grid_along(section, *piece)
 
     pieces = split_evenly(len(section.breaks) - 1, tuning.GRID_ELEMENTS)
     grids, known = team.map(make_grid, pieces), list[Grid]()
@@ -127,7 +127,7 @@ def _kept(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Arr
     return np.append(grid.s[kept], end), np.append(x[kept], np.interp(end, grid.s, x))
 
 
-def _sampled(s: Array, x: Array, step: float, begin: float) -> tuple[Array, float]:
+def _sample_profile(s: Array, x: Array, step: float, begin: float) -> tuple[Array, float]:
     """Positions at the multiples of ``step`` in a profile that begins at time ``begin``, and when it ends."""
     speed = np.sqrt(x)
     dt = 2 * np.diff(s) / (speed[:-1] + speed[1:])

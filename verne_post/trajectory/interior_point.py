@@ -107,7 +107,7 @@ class _Iteration:
         table = basis(problem.knot, problem.phases)
         self.to_points = np.ascontiguousarray(table.reshape(-1, 4))
         self.to_coefficients = np.ascontiguousarray(self.to_points.T)
-        self.band_weights = _band_weights(table)
+        self.band_weights = _assemble_band(table)
         self.cap = problem.cap.astype(np.float32)
         self.acc, self.jerk = (
             [row.astype(np.float32) for row in rows] for rows in (problem.acceleration, problem.jerk)
@@ -129,7 +129,7 @@ class _Iteration:
         shifted = np.stack([c[k : k + self.n] for k in range(4)])
         return _product(self.to_points, shifted).reshape(3, -1)
 
-    def gathered(self, y: Array) -> Array:
+    def gather_coefficients(self, y: Array) -> Array:
         """Transposed map: (3, points) to coefficients."""
         local = _product(self.to_coefficients, y.reshape(-1, self.n))
         c = np.zeros(self.n + 3)
@@ -204,7 +204,7 @@ class _Iteration:
         pull[0] += push[1] - push[0] - _dot(acc, self.acc[0]) - _dot(jerk, self._j_gradient)
         pull[1] = -_dot(acc, self.acc[1]) - _dot(jerk, self.jerk[1])
         pull[2] = -_dot(jerk, self.jerk[2])
-        rhs = self.gathered(pull)
+        rhs = self.gather_coefficients(pull)
         rhs[self.problem.held] = 0.0
         change, _info = pbtrs(factor, rhs, lower=1)
         change = change.reshape(-1)
@@ -225,7 +225,7 @@ class _Iteration:
         while True:
             root = 1.0 / np.sqrt(np.maximum(y[0], tuning.SMALLEST_X))
             infeasible = np.subtract(now, slack, out=now)
-            complementarity = _inner(slack, dual)
+            complementarity = _multiply_and_sum(slack, dual)
             objective = self.weight * float(root.sum())
             legal = float(infeasible.min()) > -tuning.ACCEPTED_INFEASIBILITY
             if (legal and complementarity < final_gap * objective) or done == iterations:
@@ -250,9 +250,9 @@ class _Iteration:
             step_p = _step(-float(relative.min()))
             step_d = _step(1.0 + float(relative.max()))
             np.multiply(dual, slack, out=target)
-            moved = _inner(target, relative)
+            moved = _multiply_and_sum(target, relative)
             relative_squared = np.multiply(relative, relative, out=d_dual)
-            cross = -_inner(target, relative_squared) - moved
+            cross = -_multiply_and_sum(target, relative_squared) - moved
             affine = complementarity + step_p * moved - step_d * (complementarity + moved) + step_p * step_d * cross
             share = abs(affine / complementarity) ** 3
             if blocked:
@@ -294,7 +294,7 @@ def _dot(a: Rows, b: Rows) -> Rows:
     return np.einsum("rp,rp->p", a, b)
 
 
-def _inner(a: Rows, b: Rows) -> float:
+def _multiply_and_sum(a: Rows, b: Rows) -> float:
     """Sum of products of two matrices; not by BLAS, whose threads only wait for each other here."""
     return float(np.einsum("rp,rp->", a, b))
 
@@ -313,7 +313,7 @@ def _step(loss: float) -> float:
     return 1.0 / max(tuning.TO_BOUNDARY, loss)
 
 
-def _band_weights(table: Array) -> Array:
+def _assemble_band(table: Array) -> Array:
     """Local symmetric matrices (6 entries, k points) -> entries of the band: shape (10, 6 k)."""
     value, slope, bend = table  # each (k, 4)
     rows = [

@@ -19,13 +19,13 @@ def interpolate(x: Array, y: Array, at: Array) -> Array:
     degree = min(_DEGREE, len(x) - 1)
     inner = x[3:-3] if len(x) > _DEGREE + 1 else x[:0]
     knots = np.concatenate([x[:1].repeat(degree + 1), inner, x[-1:].repeat(degree + 1)])
-    piece, weights = _basis(knots, degree, x)
+    piece, weights = _evaluate_basis(knots, degree, x)
     band = np.zeros((3 * degree + 1, len(x)), order="F")
     for k, weight in enumerate(weights):
         column = piece - degree + k
         band[2 * degree + np.arange(len(x)) - column, column] = weight
     coefficients = gbsv(degree, degree, band, y, overwrite_ab=1)[2].reshape(-1)
-    piece, weights = _basis(knots, degree, at)
+    piece, weights = _evaluate_basis(knots, degree, at)
     total = np.zeros(len(at))
     for k, weight in enumerate(weights):
         total += coefficients[piece - degree + k] * weight
@@ -39,7 +39,7 @@ def resample_rows(rows: Array, at: Array, held: int = 1) -> Array:
     return np.asarray(np.maximum.accumulate(np.clip(found, rows[0], rows[-1]), axis=-1))
 
 
-def _basis(knots: Array, degree: int, x: Array) -> tuple[Ints, list[Array]]:
+def _evaluate_basis(knots: Array, degree: int, x: Array) -> tuple[Ints, list[Array]]:
     """The knot (n,) at or before each x (n,), and values there of the degree + 1 B-splines that are not 0 after it."""
     piece = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, len(knots) - degree - 2)
     values = [np.ones(len(x))]
@@ -58,7 +58,7 @@ def hold_ends(values: Array, before: int, after: int) -> Array:
     return np.concatenate([values[:1].repeat(before), values, values[-1:].repeat(after)])
 
 
-def lowest_around(values: Array, reach: int) -> Array:
+def find_lowest_around(values: Array, reach: int) -> Array:
     """The least of values (n,) from ``reach`` before to ``reach`` after each; beyond both ends they stay."""
     lowest, width = hold_ends(values, reach, reach), 1
     while width < 2 * reach + 1:  # windows grow by overlapping ones
@@ -68,7 +68,7 @@ def lowest_around(values: Array, reach: int) -> Array:
     return lowest
 
 
-def mean_around(values: Array, reach: int) -> Array:
+def average_around(values: Array, reach: int) -> Array:
     """Mean of values (n,) from ``reach`` before to ``reach`` after each; beyond both ends they stay."""
     width = 2 * reach + 1
     padded = hold_ends(values, reach, reach)

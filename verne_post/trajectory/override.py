@@ -88,7 +88,7 @@ class FeedOverride(Struct, frozen=True):
 AS_PLANNED: Final = FeedOverride()
 
 
-def feed_override(override: float, slow_start: float, limits: Limits) -> FeedOverride:
+def build_feed_override(override: float, slow_start: float, limits: Limits) -> FeedOverride:
     """The playback that a user asks for.
 
     Raises

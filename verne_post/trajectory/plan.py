@@ -11,7 +11,7 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.columns import Growing, blocks, release_memory, running_sums
+from verne_post.base.columns import Growing, blocks, release_memory, sum_running
 from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.model.contour import Contour
@@ -24,7 +24,7 @@ from verne_post.trajectory.override import AS_PLANNED, FeedOverride
 from verne_post.trajectory.section_path import SectionTask
 from verne_post.trajectory.shaper import UNSHAPED
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
-from verne_post.trajectory.visible import Turning, hidden, visible_speed
+from verne_post.trajectory.visible import Turning, hidden, limit_visible_speed
 
 #: Rows of rest added where a continuous section follows or precedes another; the row at the stop itself is the third.
 ROWS_BETWEEN: Final = 2
@@ -109,13 +109,13 @@ class ContourSection:
     def __init__(self, joints: JointFunctions, first: int, last: int, cycle: float) -> None:
         self.joints, self.first, self.cycle = joints, first, cycle
         contour = joints.contour
-        self.breaks = running_sums(contour.length[first:last])
+        self.breaks = sum_running(contour.length[first:last])
         timed = contour.path.timed[contour.segment[first:last]]
         #: Seconds that elements whose feed rate is a time ask for, up to each of the breaks: a step may pass some of them whole.
         self.asked = None
         if timed.any():
             pace = contour.pace(slice(first, last))
-            self.asked = running_sums(np.where(timed, pace * contour.length[first:last], 0.0))
+            self.asked = sum_running(np.where(timed, pace * contour.length[first:last], 0.0))
         path = contour.path
         curves = len(path.arcs.sweep) + len(path.splines) + len(path.turns.first)
         self.turning = Turning(contour, first, last) if curves else None
@@ -142,7 +142,7 @@ class ContourSection:
         cap = self.joints.speed_cap(element, w)
         if self.turning is None:
             return cap
-        return np.minimum(cap, visible_speed(self.joints.contour, element, w, self.cycle))
+        return np.minimum(cap, limit_visible_speed(self.joints.contour, element, w, self.cycle))
 
     def hidden(self, s: Array) -> Array:
         """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, arcs turn too far, and blocks
@@ -151,15 +151,15 @@ class ContourSection:
         The step before the first is taken to have been as long as need be.
         """
         element, w = self.locate(s)
-        return self._hidden(s, element, w, self.joints.pose(self.joints.contour, element, w))
+        return self._find_hidden(s, element, w, self.joints.pose(self.joints.contour, element, w))
 
     def q_and_hidden(self, s: Array) -> tuple[Array, Array]:
         """What :meth:`q` and :meth:`hidden` say of rows s (n,), of poses evaluated once."""
         element, w = self.locate(s)
         rows = self.joints.joint_poses(element, w)
-        return rows.q, self._hidden(s, element, w, (rows.tip, rows.angles))
+        return rows.q, self._find_hidden(s, element, w, (rows.tip, rows.angles))
 
-    def _hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
+    def _find_hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
         turned = None if self.turning is None else self.turning.at(element, w)
         found = hidden(self._pose, self.joints.contour, s, element, poses, turned)
         if self.asked is not None:
@@ -211,7 +211,7 @@ def plan_contour(
         planner.keep(section, planned)
         if progress is not None:
             progress(int(planner.begins[section + 1]))
-    return planner.motion_profiles()
+    return planner.plan_profiles()
 
 
 def _find_uneven(
@@ -228,10 +228,10 @@ def _find_uneven(
         first, last = int(begins[section]), int(begins[section + 1])
         longest = tuning.UNEVEN_RATIO * contour.length[first:last] @ contour.pace(slice(first, last))
         if profiles.total[section] > longest:
-            from verne_post.trajectory.initial_profile import second_order_bound
+            from verne_post.trajectory.initial_profile import bound_second_order_time
 
             path = ContourSection(joints, first, last, planning.cycle)
-            bound = second_order_bound(path, limits, _solver(planning.solver))
+            bound = bound_second_order_time(path, limits, _choose_solver(planning.solver))
             uneven[section] = profiles.total[section] > tuning.UNEVEN_RATIO * bound
     return uneven
 
@@ -286,7 +286,7 @@ class _Planner:
         """Plan a continuous section that begins at a time (s)."""
         # scipy, and toppra even more so, are only imported where they are needed
         from verne_post.trajectory import continuous
-        from verne_post.trajectory.initial_profile import second_order_bound
+        from verne_post.trajectory.initial_profile import bound_second_order_time
 
         planning, contour = self.planning, self.joints.contour
         first, last = int(self.begins[section]), int(self.begins[section + 1])
@@ -295,10 +295,10 @@ class _Planner:
         try:
             profile = continuous.plan_continuous(
                 path, self.limits, planning.cycle, tuning.QUALITY if planning.quality else tuning.NORMAL,
-                _solver(planning.solver), planning.playback, begin_s, team,
+                _choose_solver(planning.solver), planning.playback, begin_s, team,
             )  # fmt: skip
             if planning.solver == "both":
-                toppra_bound = second_order_bound(path, self.limits, _solver("toppra"), team)
+                toppra_bound = bound_second_order_time(path, self.limits, _choose_solver("toppra"), team)
         except (ValueError, RuntimeError) as error:
             line = int(contour.line(self.begins[section : section + 1])[0])
             text = f"no feasible velocity profile for the motion that begins in line {line}: {error}"
@@ -338,10 +338,10 @@ class _Planner:
             found.extend(segments)
         return found.column()
 
-    def motion_profiles(self) -> MotionProfiles:
+    def plan_profiles(self) -> MotionProfiles:
         """The profiles of all sections."""
         contour = self.joints.contour
-        peak = np.where(self.continuous, 0.0, self.profiles.peak_speed())
+        peak = np.where(self.continuous, 0.0, self.profiles.find_peak_speed())
         for begin, end in blocks(len(contour)):
             chunk = slice(begin, end)
             by_peak = peak[contour.section[chunk]] * contour.pace(chunk) >= tuning.FEED_REACHED
@@ -375,7 +375,7 @@ def dwell_cycles(contour: Contour, cycle: float) -> NDArray[np.int64]:
     return np.maximum(np.ceil(contour.path.dwell_seconds / cycle - WHOLE_CYCLE), 1).astype(np.int64)
 
 
-def _solver(name: str) -> Callable[..., Array]:
+def _choose_solver(name: str) -> Callable[..., Array]:
     """The second-order solver that plans."""
     if name == "toppra":
         from verne_post.trajectory import toppra_backend

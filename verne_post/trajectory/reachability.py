@@ -20,7 +20,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.rows import row_max, row_min
+from verne_post.base.rows import find_row_max, find_row_min
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import Grid
@@ -49,13 +49,13 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None 
         mm2/s2.
     """
     window = window or tuning.PASS_WINDOW
-    x_cap = speed_caps(grid, limits)
+    x_cap = limit_speeds(grid, limits)
     x_cap[0], x_cap[-1] = min(x_cap[0], start), 0.0
     lines = _lines(grid, limits)
     forward = _rising_in_x(lines)
     x_cap[:-1] = _lower_to_possible(x_cap[:-1], forward)
     # backward: from K at i + 1 to x at i
-    reach = _solve_windows(x_cap[:-1][::-1], _reverse(_rising_in_k(lines)), window)
+    reach = _solve_windows(x_cap[:-1][::-1], _run_backward(_rising_in_k(lines)), window)
     controllable = np.append(reach[::-1], 0.0)
     # forward: from x at i to K at i + 1
     begin = float(controllable[0])
@@ -68,7 +68,7 @@ def duration(s: Array, x: Array) -> float:
     return float((2 * np.diff(s) / (speed[:-1] + speed[1:])).sum())
 
 
-def least_duration(s: Array, x: Array, acceleration: Array) -> float:
+def bound_duration(s: Array, x: Array, acceleration: Array) -> float:
     """Time in which no profile passes the points s (n,) faster than with sd^2 = x (n,), s.
 
     From point to point it takes the largest path ``acceleration`` (n,) up to the higher speed, and goes on at that: where a
@@ -84,20 +84,20 @@ def least_duration(s: Array, x: Array, acceleration: Array) -> float:
 def accelerations(grid: Grid, limits: Limits, x: Array) -> Array:
     """Largest path acceleration (n,) that any joint leaves at squared speeds x (n,), mm/s2."""
     with np.errstate(divide="ignore"):
-        return np.asarray(row_min((limits.acceleration + np.abs(grid.d2) * x[:, None]) / np.abs(grid.d1)))
+        return np.asarray(find_row_min((limits.acceleration + np.abs(grid.d2) * x[:, None]) / np.abs(grid.d1)))
 
 
-def speed_caps(grid: Grid, limits: Limits) -> Array:
+def limit_speeds(grid: Grid, limits: Limits) -> Array:
     """Largest x (n,) that feed and velocities allow, and even motion inside the acceleration limits."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        x = np.minimum(grid.speed**2, row_min(limits.velocity / np.abs(grid.d1)) ** 2)
+        x = np.minimum(grid.speed**2, find_row_min(limits.velocity / np.abs(grid.d1)) ** 2)
         return np.minimum(x, _HUGE)
 
 
-def jerk_caps(grid: Grid, limits: Limits) -> Array:
+def limit_jerk(grid: Grid, limits: Limits) -> Array:
     """The x (n,) at which even motion alone takes the whole jerk, (J / |third derivative|)^(2/3)."""
     with np.errstate(divide="ignore"):
-        return np.cbrt(row_min(limits.jerk / np.abs(grid.d3)) ** 2)
+        return np.cbrt(find_row_min(limits.jerk / np.abs(grid.d3)) ** 2)
 
 
 def _lines(grid: Grid, limits: Limits) -> tuple[Array, Array]:
@@ -131,7 +131,7 @@ def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     return np.where(bounding, 1.0 / np.abs(size), np.inf), np.where(bounding, -b / size, 0.0)
 
 
-def _reverse(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+def _run_backward(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     return lines[0][::-1], lines[1][::-1]
 
 
@@ -144,7 +144,7 @@ def _lower_to_possible(cap: Array, lines: tuple[Array, Array]) -> Array:
     """
     lowered = cap.copy()
     # where even motion at the cap keeps all limits, x = K = cap is possible
-    rows = np.flatnonzero(row_max(np.abs(1.0 - lines[1]) / lines[0]) * cap > 1.0)
+    rows = np.flatnonzero(find_row_max(np.abs(1.0 - lines[1]) / lines[0]) * cap > 1.0)
     while len(rows):
         offset, gain = (line[rows] for line in lines)
         slope = gain * lowered[rows, None]
@@ -168,13 +168,13 @@ def _solve_windows(cap: Array, lines: tuple[Array, Array], window: int, start: f
     windows = -(-n // window)
     pad = windows * window - n
 
-    def steps_first(line: Array) -> Array:
+    def order_steps_first(line: Array) -> Array:
         """By step, line and window: what one step needs lies together."""
         full = np.concatenate([line, np.zeros((pad, count))]).reshape(windows, window, count)
         return np.ascontiguousarray(full.transpose(1, 2, 0))
 
     caps = np.ascontiguousarray(np.append(cap, np.zeros(pad)).reshape(windows, window).T)
-    offset, gain = (steps_first(line) for line in lines)
+    offset, gain = (order_steps_first(line) for line in lines)
     low, high = np.zeros(windows), np.append(start, caps[-1, :-1])  # brackets of starts
     low[0] = start
     bracket = _solve_side_by_side(caps, offset, gain, np.stack([low, high]))

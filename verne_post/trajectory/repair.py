@@ -19,7 +19,7 @@ from verne_post.base.ragged import find_runs
 from verne_post.base.team import split_evenly
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import interpolate, resample_rows
-from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, exceeding, excess, rows_excess
+from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, exceeding, excess, measure_rows_excess
 from verne_post.trajectory.row_shifts import HELD_ROWS, join_stretches, shift_rows
 from verne_post.trajectory.section_path import SectionTask, joints_at
 
@@ -50,7 +50,7 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
             return repaired
         # braking before a place takes jerk as well, the less the longer it lasts
         reach = max(round(2**attempt * tuning.SLOWDOWN_REACH * task.unit / task.cycle), 8)
-        s = slow_down_locally(s, np.cbrt(excess_of_rows(worst)), reach)
+        s = slow_down_locally(s, np.cbrt(measure_row_excess(worst)), reach)
     slower, top, before = 1.0, np.inf, np.inf
     while top <= tuning.JUMP_SHARE * before or (task.section.hidden(z) > 1.0).any():
         slower, before = 2.0 * slower, top
@@ -80,7 +80,7 @@ def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> Array 
         width = reach * (2 + attempt) // 2
         added = np.maximum(ratio > tuning.FAR_RATIO, 2**attempt // 2)
         around = np.clip(bad[added > 0, None] + width * np.arange(-1, 2), 0, len(z) - 2).ravel()
-        gentle = 0.5 * np.cbrt(tuning.GENTLE_LENGTH * added * _pace(task, z, around))
+        gentle = 0.5 * np.cbrt(tuning.GENTLE_LENGTH * added * _find_pace(task, z, around))
         low, high = join_stretches(
             bad, np.maximum(width, np.round(gentle)).astype(np.intp), np.zeros_like(bad), np.full_like(bad, len(z))
         )
@@ -96,10 +96,12 @@ def _show_path(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> tuple[A
     """
     halved = False
     while len(bad := over[0]):
-        hides = _at_steps(z, bad, lambda s: task.section.hidden(s) > 1.0)
+        hides = _measure_at_steps(z, bad, lambda s: task.section.hidden(s) > 1.0)
         if not hides.any() and not halved:
             break
-        fast = _at_steps(z, bad, lambda s: np.diff(s) > tuning.FAR_RATIO * task.cycle * JointRows.at(task, s).cap)
+        fast = _measure_at_steps(
+            z, bad, lambda s: np.diff(s) > tuning.FAR_RATIO * task.cycle * JointRows.at(task, s).cap
+        )
         long = bad[hides | fast]
         if not len(long):
             break
@@ -113,7 +115,7 @@ def _show_path(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> tuple[A
     return z, over
 
 
-def _at_steps(z: Array, rows: Ints, measure: Callable[[Array], Mask]) -> Mask:
+def _measure_at_steps(z: Array, rows: Ints, measure: Callable[[Array], Mask]) -> Mask:
     """What ``measure`` finds at steps (n - 1,) between places (n,), for those that begin at ``rows`` (m,) of z."""
     found = [np.empty(0, dtype=bool)]
     for first in range(0, len(rows), SCATTERED_ROWS):
@@ -166,10 +168,10 @@ def _shift_stretches(
     places = zip(low[some].tolist(), high[some].tolist(), more[some].tolist(), strict=True)
     parts = [_add_rows(z[a:b], k) for a, b, k in places]
     shifted = shift_rows(np.concatenate(parts), np.array([len(part) for part in parts]), reach, task)
-    return shifted.s, rows_excess(shifted, task)
+    return shifted.s, measure_rows_excess(shifted, task)
 
 
-def _pace(task: SectionTask, s: Array, rows: Ints) -> float:
+def _find_pace(task: SectionTask, s: Array, rows: Ints) -> float:
     """Largest motion of a joint in the cycles that begin at rows, over the motion that its jerk makes in one from rest."""
     most = 0.0
     for first in range(0, len(rows), SCATTERED_ROWS):
@@ -211,7 +213,7 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
     for low, high in zip(starts.tolist(), ends.tolist(), strict=True):
         first, last = low - 1, high  # rows that stay where they are
         around = slice(max(first - reach, 0), min(last + reach, n - 1) + 1)
-        at = _slower_instants(first, slowness[first : last + 1])
+        at = _place_slower_instants(first, slowness[first : last + 1])
         parts += [
             s[done : first + 1],
             interpolate(np.arange(around.start, around.stop, dtype=float), s[around], at[1:-1]),
@@ -220,7 +222,7 @@ def slow_down_locally(s: Array, slower: Array, reach: int) -> Array:
     return np.asarray(np.maximum.accumulate(np.clip(np.concatenate([*parts, s[done:]]), s[0], s[-1])))
 
 
-def _slower_instants(first: int, slowness: Array) -> Array:
+def _place_slower_instants(first: int, slowness: Array) -> Array:
     """Instants (in rows) from row ``first`` on that pass slower by ``1 + slowness``, a whole number of them."""
     rows = np.arange(len(slowness), dtype=float)
     added = float(np.sum(0.5 * (slowness[1:] + slowness[:-1])))
@@ -231,7 +233,7 @@ def _slower_instants(first: int, slowness: Array) -> Array:
     return np.asarray(first + found)
 
 
-def excess_of_rows(worst: Array) -> Array:
+def measure_row_excess(worst: Array) -> Array:
     """Largest excess of the differences that each row of a section is in, from :func:`excess` of the rows at rest."""
     padded = np.concatenate([np.ones(REST_ROWS), np.maximum(worst, 1.0), np.ones(REST_ROWS)])
     around = np.lib.stride_tricks.sliding_window_view(padded, REST_ROWS + 1).max(axis=1)

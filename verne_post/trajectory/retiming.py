@@ -18,7 +18,7 @@ from verne_post.trajectory.interior_point import solve
 from verne_post.trajectory.section_path import SectionTask
 from verne_post.trajectory.spline_profile import Profile, Times
 from verne_post.trajectory.tuning import PassSettings
-from verne_post.trajectory.window_problem import TIED, Layout, Window, windows_problem
+from verne_post.trajectory.window_problem import TIED, Layout, Window, build_window_problem
 
 
 def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times:
@@ -31,7 +31,7 @@ def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times
     if not legal and len(task.cruise):
         times, legal = _retime(replace(task, cruise=task.cruise[:0]), profile, settings)
     if not legal and times.total > tuning.LOST_RATIO * profile.duration:
-        return Times.of_coefficients(np.ones(len(times.t) + TIED - 1), times.knot)
+        return Times.build_from_coefficients(np.ones(len(times.t) + TIED - 1), times.knot)
     return times
 
 
@@ -46,7 +46,7 @@ def _retime(task: SectionTask, profile: Profile, settings: PassSettings) -> tupl
     for coefficients, all_legal in task.team.map(partial(_solve_group, task, profile, settings), groups):
         settled.copy(coefficients)
         legal &= all_legal
-    return Times.of_coefficients(settled.column(), knot), legal
+    return Times.build_from_coefficients(settled.column(), knot), legal
 
 
 def _group(pieces: Iterable[Piece], most: int) -> Iterator[list[Piece]]:
@@ -78,7 +78,7 @@ def _solve(
     """Coefficients of every window, and whether all limits hold in all of them."""
     layout = Layout.of(windows, task, settings)
     found = solve(
-        windows_problem(task, profile, settings, layout),
+        build_window_problem(task, profile, settings, layout),
         layout.start(),
         start_gap=settings.start_gap,
         final_gap=settings.final_gap,
@@ -143,15 +143,15 @@ def _window(known: Array, held: float, knot_units: int, begin: int, after: Array
     ramp, seen = tuning.START_RAMP // knot_units, (tuning.LOOK_AHEAD_UNITS - tuning.START_RAMP) // knot_units
     ramp, seen = min(ramp, len(known)), min(seen, len(known))
     if begin:  # less and less of them: the window before slows down
-        start[:seen] += (known[:seen] - start[:seen]) * _falling(seen)
+        start[:seen] += (known[:seen] - start[:seen]) * _taper_smoothly(seen)
         start[:TIED] = known[:TIED]
     if after is not None:  # as the solution will, change over the end of the window
-        start[-ramp:] *= (after[0] / held) ** (1.0 - _falling(ramp))
+        start[-ramp:] *= (after[0] / held) ** (1.0 - _taper_smoothly(ramp))
         start[-TIED:] = after
     return Window(begin, begin + len(known) - TIED, start, begin > 0, after is not None)
 
 
-def _falling(n: int) -> Array:
+def _taper_smoothly(n: int) -> Array:
     """From 1 to 0 in n values, even at both ends."""
     f = np.linspace(0.0, 1.0, n)
     return np.asarray(1.0 - f * f * (3.0 - 2.0 * f))

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import Growing, blocks, release_memory
-from verne_post.base.rows import row_max
+from verne_post.base.rows import find_row_max
 from verne_post.base.team import split_evenly
 from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import SectionTask, check_joints
@@ -56,33 +56,37 @@ def excess(task: SectionTask, s: Array) -> Array:
     The rows s (n,) rest at both ends.
     """
     worst = Growing(float)
-    for part in task.team.map(partial(_excess_of_rows, task, s), split_evenly(len(s) - REST_ROWS, tuning.SHARED_ROWS)):
+    for part in task.team.map(
+        partial(_measure_part_of_excess, task, s), split_evenly(len(s) - REST_ROWS, tuning.SHARED_ROWS)
+    ):
         worst.extend(part)
     return worst.column()
 
 
-def _excess_of_rows(task: SectionTask, s: Array, part: tuple[int, int]) -> Array:
+def _measure_part_of_excess(task: SectionTask, s: Array, part: tuple[int, int]) -> Array:
     """The part of :func:`excess` of some rows."""
     release_memory()
     first, last = part
     before = min(first, 1)
     rows = JointRows.at(task, s[first - before : last + REST_ROWS])
-    return rows_excess(rows, task)[before:]
+    return measure_rows_excess(rows, task)[before:]
 
 
-def rows_excess(rows: JointRows, task: SectionTask) -> Array:
+def measure_rows_excess(rows: JointRows, task: SectionTask) -> Array:
     """As :func:`excess`, of rows whose joints are known."""
     by_feed = (np.diff(rows.s) / (task.cycle * rows.cap))[: len(rows.s) - REST_ROWS] / tuning.ACCEPTED_RATIOS[0]
-    return np.maximum(by_feed, joint_excess(rows.q, task))
+    return np.maximum(by_feed, measure_joint_excess(rows.q, task))
 
 
-def joint_excess(q: Array, task: SectionTask) -> Array:
+def measure_joint_excess(q: Array, task: SectionTask) -> Array:
     """As :func:`excess`, of the joints alone: rows q (n, n_joints)."""
     limits, cycle = task.limits, task.cycle
     worst, difference = np.zeros(len(q) - REST_ROWS), q
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
         difference = np.diff(difference, axis=0)
-        ratio = row_max(np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * tuning.ACCEPTED_RATIOS[order])))
+        ratio = find_row_max(
+            np.abs(difference) * (1.0 / (limit * cycle ** (order + 1) * tuning.ACCEPTED_RATIOS[order]))
+        )
         worst = np.maximum(worst, ratio[: len(worst)])
     return worst
 

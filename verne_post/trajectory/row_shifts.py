@@ -9,8 +9,8 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.lapack import pbtrf, pbtrs
-from verne_post.base.ragged import ragged
-from verne_post.base.rows import row_max, row_sum
+from verne_post.base.ragged import number_parts
+from verne_post.base.rows import find_row_max, sum_rows
 from verne_post.trajectory import tuning
 from verne_post.trajectory.row_limits import REST_ROWS, JointRows
 from verne_post.trajectory.section_path import Section, SectionTask, joints_at
@@ -32,12 +32,12 @@ def shift_rows(s: Array, lengths: Ints, reach: int, task: SectionTask) -> JointR
     step to the next a stretch is cut down to what lies around the rows still beyond a limit.
     """
     rows = JointRows.at(task, s)
-    slope = _slopes(task.section, rows)  # shifts are small against a row's step: the slopes stay what they are
+    slope = _find_slopes(task.section, rows)  # shifts are small against a row's step: the slopes stay what they are
     high: Ints = np.cumsum(lengths)
     low: Ints = high - lengths
     damping = np.full(len(lengths), tuning.SHIFT_DAMPING)
     for _ in range(tuning.SHIFT_STEPS):
-        owner, place = ragged(high - low)
+        owner, place = number_parts(high - low)
         here = low[owner] + place
         model = _LinearModel(rows.taken(here), slope[here], owner, task)
         trial = np.clip(model.rows.s + model.shifts(damping), rows.s[low][owner], rows.s[high - 1][owner])
@@ -79,7 +79,7 @@ def _keep_rising(s: Array, owner: Ints) -> None:
         np.maximum.accumulate(s[rows], out=s[rows])
 
 
-def _slopes(section: Section, rows: JointRows) -> Array:
+def _find_slopes(section: Section, rows: JointRows) -> Array:
     """Derivatives of the joints by s (n, n_joints) at rows."""
     step = np.maximum(SLOPE_STEP * np.abs(np.gradient(rows.s)), SLOPE_LENGTH * section.length)
     step = np.where(rows.s + step > section.length, -step, step)
@@ -105,7 +105,7 @@ class _LinearModel:
             self.gains.append(slope * scale)
         self.by_feed = np.where(owner[1:] == owner[:-1], 1.0 / (task.cycle * rows.cap), 0.0)
         self.feed = np.diff(rows.s) * self.by_feed
-        strain = row_max(np.abs(self.gains[2]))
+        strain = find_row_max(np.abs(self.gains[2]))
         self.strain = np.maximum(strain, tuning.SMALLEST_STRAIN * strain.max())
         self.weight = np.where(owner[1:] == owner[:-1], np.minimum(self.strain[1:], self.strain[:-1]), 0.0)
         self.forward = np.diff(rows.s) * self.weight
@@ -118,7 +118,7 @@ class _LinearModel:
         total = np.zeros(self.n)
         total[:-1] = np.maximum(self.feed - bounds[0], 0.0) ** 2
         for order, values in enumerate(self.values, start=1):
-            total[:-order] += row_sum(np.maximum(np.abs(values) - bounds[order - 1], 0.0) ** 2)
+            total[:-order] += sum_rows(np.maximum(np.abs(values) - bounds[order - 1], 0.0) ** 2)
         return total
 
     def shifts(self, damping: Array) -> Array:

@@ -20,7 +20,7 @@ _UNREACHED: Final = 10.0
 _OVERSHOOT: Final = 1e-9
 
 
-def rest_to_rest(distance: Array, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Array, Array]:
+def plan_rest_to_rest(distance: Array, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Array, Array]:
     """Time-optimal profiles s(t) from rest to rest under scalar limits.
 
     Parameters

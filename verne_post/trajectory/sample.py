@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import release_memory, running_sums
+from verne_post.base.columns import release_memory, sum_running
 from verne_post.model.contour import Contour
 from verne_post.trajectory.override import FeedOverride
 from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, dwell_cycles
@@ -99,7 +99,7 @@ class RowSampler:
     def __init__(self, contour: Contour, profiles: MotionProfiles, plan: Timeline) -> None:
         self.contour, self.profiles, self.plan = contour, profiles, plan
         self.section_begin, self.last_element = contour.section_begins[:-1], contour.section_begins[1:] - 1
-        self.ends = running_sums(contour.length)[1:]
+        self.ends = sum_running(contour.length)[1:]
         # dwells rest where the next section starts, or where the last one ended
         sections_before = np.cumsum(plan.section >= 0)
         self.dwell = np.cumsum(plan.section < 0) - 1
@@ -117,8 +117,8 @@ class RowSampler:
         # the file begins and ends at rest
         k = np.clip(np.arange(first - h, last + h), 0, plan.n_rows - 1)
         item = np.minimum(np.searchsorted(plan.first_row, k, side="right") - 1, len(plan.section) - 1)
-        owner, at = self._path_lengths(k, item)
-        finished = self._finished(k, item)
+        owner, at = self._measure_path_lengths(k, item)
+        finished = self._find_finished_rows(k, item)
         element, w = self._locate(owner, at, finished)
         middle = slice(h, len(k) - h)
         shown, shown_w = element, w
@@ -130,7 +130,7 @@ class RowSampler:
         line = np.where(section >= 0, self.contour.line(shown), plan.line[own])
         return Rows(first, element, w, shown, shown_w, at, line, dwell)
 
-    def _path_lengths(self, k: Ints, item: Ints) -> tuple[Ints, Array]:
+    def _measure_path_lengths(self, k: Ints, item: Ints) -> tuple[Ints, Array]:
         """Section that rows k (n,) of items (n,) are on, and the length of the path up to them, mm."""
         plan, profiles = self.plan, self.profiles
         section = plan.section[item]
@@ -149,13 +149,13 @@ class RowSampler:
         s[flows] = profiles.continuous_s[profiles.continuous_first[owner[flows]] + row[flows]]
         first = self.section_begin[owner]
         at = self.ends[first] - self.contour.length[first] + s
-        return owner, np.where(self._after_all(item), self.ends[-1], at)
+        return owner, np.where(self._find_final_dwells(item), self.ends[-1], at)
 
-    def _finished(self, k: Ints, item: Ints) -> Mask:
+    def _find_finished_rows(self, k: Ints, item: Ints) -> Mask:
         """Rows k (n,) of items (n,) that stand at the end of their section: the last row, and dwells after all motion."""
-        return np.asarray(self._after_all(item) | (k == self.plan.first_row[item + 1]))
+        return np.asarray(self._find_final_dwells(item) | (k == self.plan.first_row[item + 1]))
 
-    def _after_all(self, item: Ints) -> Mask:
+    def _find_final_dwells(self, item: Ints) -> Mask:
         """Items (n,) that are dwells after all motion."""
         return np.asarray((self.plan.section[item] < 0) & (self.next_section[item] < 0))
 

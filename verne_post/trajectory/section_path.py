@@ -7,8 +7,8 @@ from msgspec import Struct, field
 
 from verne_post.base import spans
 from verne_post.base.arrays import Array
-from verne_post.base.ragged import ragged
-from verne_post.base.rows import row_max
+from verne_post.base.ragged import number_parts
+from verne_post.base.rows import find_row_max
 from verne_post.base.team import ALONE, Team
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
@@ -90,7 +90,7 @@ class Grid(Struct, frozen=True, eq=False):
     speed: Array
 
 
-def grid_along(section: Section, first: int = 0, last: int | None = None) -> Grid:
+def build_grid_along(section: Section, first: int = 0, last: int | None = None) -> Grid:
     """Some Chebyshev points of spans over elements of a section, with spectral derivatives.
 
     Parameters
@@ -113,14 +113,14 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
     breaks = _join_short(section, breaks)
     width = np.diff(breaks)
     parts = np.ceil(width / tuning.LONGEST_SPAN).astype(int)  # none of an element without length
-    owner, index = ragged(parts)
+    owner, index = number_parts(parts)
     width = width[owner] / parts[owner]
     low = breaks[owner] + index * width
-    q = _samples(section, low, width)
+    q = _sample_spans(section, low, width)
     done: list[tuple[Array, Array, Array]] = []
     for halving in range(SPAN_HALVINGS + 1):
         motion = q.max(axis=0) - q.min(axis=0)
-        rough = row_max(spans.tail(q) - tuning.TAIL_SHARE * motion) > tuning.TAIL_NOISE
+        rough = find_row_max(spans.tail(q) - tuning.TAIL_SHARE * motion) > tuning.TAIL_NOISE
         if halving == SPAN_HALVINGS:
             rough[:] = False
         if not rough.any():
@@ -129,7 +129,7 @@ def grid_along(section: Section, first: int = 0, last: int | None = None) -> Gri
         done.append((low[~rough], width[~rough], q[:, ~rough]))
         half = 0.5 * width[rough]
         low, width = np.concatenate([low[rough], low[rough] + half]), np.concatenate([half, half])
-        q = _samples(section, low, width)
+        q = _sample_spans(section, low, width)
     lows, widths, samples = zip(*done, strict=True)
     order = np.argsort(np.concatenate(lows), kind="stable")
     low, width = (np.concatenate(column)[order] for column in (lows, widths))
@@ -195,7 +195,7 @@ def check_joints(q: Array, s: Array) -> None:
         raise ValueError(f"the joints are not finite at s = {bad:.6g} mm of the section")
 
 
-def _samples(section: Section, low: Array, width: Array) -> Array:
+def _sample_spans(section: Section, low: Array, width: Array) -> Array:
     """Joints (nodes, m, n_joints) at the Chebyshev points of spans."""
     s = low + spans.SAMPLES[:, None] * width
     return joints_at(section, s.ravel()).reshape(*s.shape, -1)
@@ -220,7 +220,7 @@ def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[
     return result
 
 
-def _derivative_matrices() -> list[Array]:
+def _build_derivative_matrices() -> list[Array]:
     """Samples -> derivatives of order 1 to 3 at the same samples, by the span's own 0..1 parameter."""
     monomials = np.linalg.inv(np.vander(spans.SAMPLES, spans.NODES, increasing=True))
     result = []
@@ -230,5 +230,5 @@ def _derivative_matrices() -> list[Array]:
     return result
 
 
-_DERIVE: Final = _derivative_matrices()
+_DERIVE: Final = _build_derivative_matrices()
 _NOISE_GAIN: Final = [float(np.abs(matrix).sum(axis=1).max()) for matrix in _DERIVE]

@@ -25,14 +25,14 @@ WHOLE_DECIMALS: Final = 9
 EI_VIBRATION: Final = 0.05
 
 
-def shaper_weights(shaper: Shaper, modes: tuple[Mode, ...], cycle: float) -> Array:
+def build_shaper_weights(shaper: Shaper, modes: tuple[Mode, ...], cycle: float) -> Array:
     """Weights (2 h + 1,) of the rows h cycles ahead to h cycles behind, of all modes together.
 
     Impulses between two cycles are shared between both so that the centre stays where it is.
     """
     times, amounts = np.zeros(1), np.ones(1)
     for mode in modes:
-        of_mode, shares = _impulses(shaper, mode)
+        of_mode, shares = _build_impulses(shaper, mode)
         times, amounts = np.add.outer(times, of_mode).ravel(), np.multiply.outer(amounts, shares).ravel()
     at = np.round((times - amounts @ times) / cycle, WHOLE_DECIMALS)
     low, high = np.floor(at).astype(np.int64), np.ceil(at).astype(np.int64)
@@ -43,7 +43,7 @@ def shaper_weights(shaper: Shaper, modes: tuple[Mode, ...], cycle: float) -> Arr
     return weights
 
 
-def _impulses(shaper: Shaper, mode: Mode) -> tuple[Array, Array]:
+def _build_impulses(shaper: Shaper, mode: Mode) -> tuple[Array, Array]:
     """Times (m,), s, and amounts (m,), whose sum is 1, of the impulses for one mode."""
     root = math.sqrt(1.0 - mode.damping**2)
     decay = math.exp(-math.pi * mode.damping / root)  # over half a damped period
@@ -58,7 +58,7 @@ def _impulses(shaper: Shaper, mode: Mode) -> tuple[Array, Array]:
     return times, np.asarray(amounts / amounts.sum())
 
 
-def vibration_left(weights: Array, mode: Mode, cycle: float) -> float:
+def predict_vibration(weights: Array, mode: Mode, cycle: float) -> float:
     """Vibration of a mode after its last impulse, as a share of that after one impulse without a shaper."""
     natural = 2.0 * math.pi * mode.frequency
     damped = natural * math.sqrt(1.0 - mode.damping**2)

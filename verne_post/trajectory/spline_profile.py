@@ -20,7 +20,7 @@ _OVERLAP: Final = 64
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
-def _quintic_segments() -> Array:
+def _build_quintic_segments() -> Array:
     """Monomial coefficients (6 powers, 6 splines) of the uniform quintic B-splines on one interval."""
     segment = {0: np.array([1.0])}  # spline k of the degree on the interval 0..1, by k from left to right
     for degree in range(1, 6):
@@ -38,7 +38,7 @@ def _quintic_segments() -> Array:
     return np.stack([segment[k] for k in range(6)], axis=1)
 
 
-_SEGMENTS: Final = _quintic_segments()
+_SEGMENTS: Final = _build_quintic_segments()
 
 
 class Profile(Struct, frozen=True, eq=False):
@@ -51,7 +51,7 @@ class Profile(Struct, frozen=True, eq=False):
     step: float
 
     @classmethod
-    def of_samples(cls, samples: Array, step: float) -> "Profile":
+    def build_from_samples(cls, samples: Array, step: float) -> "Profile":
         """Use samples from rest to rest as coefficients: monotone samples give a monotone profile."""
         coefficients = Growing(float)
         coefficients.copy(samples, _REST, _REST)
@@ -71,7 +71,7 @@ class Profile(Struct, frozen=True, eq=False):
             last = min(first + tuning.AT_A_TIME, n)
             low, high = max(first - _OVERLAP, 0), min(last + _OVERLAP, n)
             values = samples[np.clip(np.arange(low, high) - _REST, 0, len(samples) - 1)]
-            inner = _interpolating(values)[first - low : last - low]
+            inner = _solve_interpolation(values)[first - low : last - low]
             if not first:
                 coefficients.extend(inner[:1].repeat(2))
             coefficients.extend(inner)
@@ -100,7 +100,7 @@ class Profile(Struct, frozen=True, eq=False):
         return total
 
 
-def _interpolating(values: Array) -> Array:
+def _solve_interpolation(values: Array) -> Array:
     """Coefficients (n,) of the profile through values (n,) at its knots, that rests beyond both ends."""
     # B-spline values at the knots: 1, 26, 66, 26, 1 over 120
     band = np.empty((3, len(values)), order="F")
@@ -123,7 +123,7 @@ class Times(Struct, frozen=True, eq=False):
     change: Array
 
     @classmethod
-    def of_coefficients(cls, coefficients: Array, knot: float) -> "Times":
+    def build_from_coefficients(cls, coefficients: Array, knot: float) -> "Times":
         """From the cubic B-spline coefficients (n + 3,) of X = (dsigma/dt)^2."""
         n = len(coefficients) - 3
         table, passed = GrowingTable(t=(float,), rate=(float,), change=(float,)), 0.0

@@ -18,13 +18,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.model.contour import Contour
 from verne_post.model.findings import SolverError, finding
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
-from verne_post.trajectory.ruckig_backend import rest_to_rest
-from verne_post.trajectory.visible import visible_speed
+from verne_post.trajectory.ruckig_backend import plan_rest_to_rest
+from verne_post.trajectory.visible import limit_visible_speed
 
 
 class StopToStopProfiles(Struct, frozen=True, eq=False):
@@ -46,7 +46,7 @@ class StopToStopProfiles(Struct, frozen=True, eq=False):
         """The same profiles, each taking ``factor`` (n_sections,) times as long."""
         return replace(self, durations=self.durations * factor[:, None], jerks=self.jerks / factor[:, None] ** 3)
 
-    def peak_speed(self) -> Array:
+    def find_peak_speed(self) -> Array:
         """Largest speed ds/dt of each section, mm/s."""
         speed = np.zeros(len(self.length))
         v, a = np.zeros(len(self.length)), np.zeros(len(self.length))
@@ -104,7 +104,7 @@ def plan_sections(
     for start in range(0, len(chosen), tuning.AT_A_TIME):
         chunk = chosen[start : start + tuning.AT_A_TIME]
         count = begins[chunk + 1] - begins[chunk]
-        owner, place = ragged(count)
+        owner, place = number_parts(count)
         element, at = begins[chunk][owner] + place, np.cumsum(count) - count
         length, bounds = contour.length[element], slice(done, done + len(element))
         done = bounds.stop
@@ -114,12 +114,12 @@ def plan_sections(
         ]
         with np.errstate(divide="ignore"):
             cap = np.minimum(
-                1.0 / contour.pace(element), visible_speed(contour, element, np.zeros(len(element)), cycle)
+                1.0 / contour.pace(element), limit_visible_speed(contour, element, np.zeros(len(element)), cycle)
             )
         cap = np.minimum.reduceat(cap, at)
         distance[chunk] = np.add.reduceat(length, at)
         v, a, j = split_limits(distance[chunk], cap, slope[0], slope[1], slope[2], limits)
-        durations[chunk], jerks[chunk] = rest_to_rest(distance[chunk], v, a, j)
+        durations[chunk], jerks[chunk] = plan_rest_to_rest(distance[chunk], v, a, j)
     lost = np.flatnonzero(~np.isfinite(durations).all(axis=1))
     if len(lost):
         line = int(contour.line(begins[lost[:1]])[0])

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.rows import row_min
+from verne_post.base.rows import find_row_min
 from verne_post.model.machine import Limits
 from verne_post.trajectory.section_path import Grid
 
@@ -45,7 +45,7 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0) -> Array:
     from toppra.constraint import DiscretizationType, JointAccelerationConstraint, LinearConstraint
 
     with np.errstate(divide="ignore"):
-        x_cap = np.minimum(grid.speed**2, row_min(limits.velocity / np.abs(grid.d1)) ** 2)
+        x_cap = np.minimum(grid.speed**2, find_row_min(limits.velocity / np.abs(grid.d1)) ** 2)
     finite = x_cap[np.isfinite(x_cap)]
     scale = _SPEED / np.sqrt(finite.max()) if len(finite) else _SPEED / float(grid.s[-1])
     scaled = grid.s * scale

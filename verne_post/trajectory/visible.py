@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.columns import Growing, blocks, running_sums
-from verne_post.base.rows import row_norm
+from verne_post.base.columns import Growing, blocks, sum_running
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG, ROTARY_METRIC_MM
 from verne_post.model.contour import Contour
@@ -56,14 +56,14 @@ class Turning:
             part = np.arange(begin, end)
             piece = np.searchsorted(splines.first_part, part, side="right") - 1
             over_parts.extend(
-                _spline_rate(contour, part) * (splines.high - splines.low)[begin:end] * splines.length[piece]
+                _find_spline_rate(contour, part) * (splines.high - splines.low)[begin:end] * splines.length[piece]
             )
-        self._before = running_sums(over_parts.column())
+        self._before = sum_running(over_parts.column())
         for begin, end in blocks(last, first):
             element = np.arange(begin, end)
             segment = contour.segment[element]
             over_elements.extend(self._on(segment, contour.high[element]) - self._on(segment, contour.low[element]))
-        self._over = running_sums(over_elements.column())
+        self._over = sum_running(over_elements.column())
 
     def at(self, element: Ints, w: Array) -> Array:
         """Rad from the beginning of the elements up to w (n,) of elements (n,)."""
@@ -78,29 +78,29 @@ class Turning:
         arc = np.flatnonzero(path.arc[segment] >= 0)
         turned[arc] = u[arc] * np.abs(path.arcs.sweep[path.arc[segment[arc]]])
         carried = np.flatnonzero(path.turn[segment] >= 0)
-        turned[carried] = u[carried] * _table_turn(self.contour, segment[carried])
+        turned[carried] = u[carried] * _measure_table_turn(self.contour, segment[carried])
         spline = np.flatnonzero(path.spline[segment] >= 0)
         if len(spline):
             piece = path.spline[segment[spline]]
             part = splines.find_parts(piece, u[spline])
             before = self._before[part - self._first_part] - self._before[splines.first_part[piece] - self._first_part]
             way = (u[spline] - splines.low[part]) * splines.length[piece]
-            turned[spline] = before + _spline_rate(self.contour, part) * way
+            turned[spline] = before + _find_spline_rate(self.contour, part) * way
         return turned
 
 
-def _table_turn(contour: Contour, segment: Ints) -> Array:
+def _measure_table_turn(contour: Contour, segment: Ints) -> Array:
     """Rad by which the table turns along segments (n,), both axes together: so far the tip goes round with it at most."""
     path = contour.path
     return np.asarray(np.abs(path.end[segment, 3:] - path.start[segment, 3:]).sum(axis=1))
 
 
-def _spline_rate(contour: Contour, part: Ints) -> Array:
+def _find_spline_rate(contour: Contour, part: Ints) -> Array:
     """Rad by which parts (n,) of splines count in a mm."""
     return np.minimum(SPLINE_TURN * contour.path.splines.bend[part], tuning.MOST_TURN / SHORT_WAY)
 
 
-def visible_speed(contour: Contour, element: Ints, w: Array, cycle: float) -> Array:
+def limit_visible_speed(contour: Contour, element: Ints, w: Array, cycle: float) -> Array:
     """Largest ds/dt (n,) at w (n,) of elements (n,) at which the rows show how curves turn, mm/s; infinite on straight segments."""
     path, segment = contour.path, contour.segment[element]
     rate = np.zeros(len(segment))
@@ -108,11 +108,11 @@ def visible_speed(contour: Contour, element: Ints, w: Array, cycle: float) -> Ar
     curved = np.flatnonzero(arc >= 0)
     rate[curved] = np.abs(path.arcs.sweep[arc[curved]]) / path.length[segment[curved]]
     carried = np.flatnonzero(path.turn[segment] >= 0)
-    rate[carried] = _table_turn(contour, segment[carried]) / path.length[segment[carried]]
+    rate[carried] = _measure_table_turn(contour, segment[carried]) / path.length[segment[carried]]
     splined = np.flatnonzero(path.spline[segment] >= 0)
     if len(splined):
         u = contour.parameter(element[splined], w[splined])
-        rate[splined] = _spline_rate(contour, path.splines.find_parts(path.spline[segment[splined]], u))
+        rate[splined] = _find_spline_rate(contour, path.splines.find_parts(path.spline[segment[splined]], u))
     with np.errstate(divide="ignore"):
         return np.asarray(tuning.MOST_TURN / (cycle * rate))
 
@@ -144,7 +144,7 @@ def hidden(
     if not len(rows):
         return result
     tip, angles = poses
-    size = np.stack([row_norm(np.diff(tip, axis=0)), row_norm(np.diff(angles, axis=0))])
+    size = np.stack([measure_rows(np.diff(tip, axis=0)), measure_rows(np.diff(angles, axis=0))])
     bound = tuning.BULGE * np.maximum(size, np.append(np.full((2, 1), np.inf), size[:, :-1], axis=1)) + LEAST
     # a path of this length is nowhere farther than this from its chord; not so where s is not the length
     shape, segment = contour.shape, contour.segment[element]

@@ -121,12 +121,12 @@ class _Differences(Struct, frozen=True, eq=False):
     by_feed: Array
 
 
-def windows_problem(task: SectionTask, profile: Profile, settings: PassSettings, layout: Layout) -> Problem:
+def build_window_problem(task: SectionTask, profile: Profile, settings: PassSettings, layout: Layout) -> Problem:
     """Constraints at the points of windows, from differences of rows a cycle apart: the acceptance metric itself."""
     k = settings.points_per_knot
     unit, limits, shares = task.unit, task.limits, settings.shares
     samples = _Samples.of(layout.knots(), settings.knot_units * unit, k, task.cycle)
-    at_points = _differences(task.section, profile, samples, task.cycle)
+    at_points = _take_differences(task.section, profile, samples, task.cycle)
     q1, q2, q3 = at_points.first, at_points.second, at_points.third
     with np.errstate(divide="ignore", invalid="ignore"):
         by_speed = 1.0 / ((q1 / (shares[0] * limits.velocity[:, None])) ** 2).max(axis=0)
@@ -151,7 +151,7 @@ def windows_problem(task: SectionTask, profile: Profile, settings: PassSettings,
 
     both: list[tuple[Array, ...]] = [(q2a, q1a), (q3j, q2j, q1j)]
     acceleration_rows, jerk_rows = (
-        _tightest(rows, count or len(rows[0])) for rows, count in zip(both, settings.tightest_rows, strict=True)
+        _choose_tightest(rows, count or len(rows[0])) for rows, count in zip(both, settings.tightest_rows, strict=True)
     )
     for row in (*acceleration_rows, *jerk_rows):
         row.reshape(len(row), k, -1)[:, :, in_gap] = 0.0
@@ -204,7 +204,7 @@ def _is_multiple(a: float, b: float) -> bool:
     return times >= 1 and abs(times * b - a) < WHOLE_CYCLE * b
 
 
-def _differences(section: Section, profile: Profile, samples: _Samples, cycle: float) -> _Differences:
+def _take_differences(section: Section, profile: Profile, samples: _Samples, cycle: float) -> _Differences:
     """Differences at the points over the control cycle."""
     s = profile.s(samples.times)
     q = np.ascontiguousarray(joints_at(section, s).T)
@@ -216,7 +216,7 @@ def _differences(section: Section, profile: Profile, samples: _Samples, cycle: f
     return _Differences((c - b) / cycle, (d - c - b + a) / (2 * cycle**2), (d - 3 * (c - b) - a) / cycle**3, by_feed)
 
 
-def _tightest(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
+def _choose_tightest(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
     """Both signs of rows (m, points); of each side the ``count`` that can become tight first.
 
     A side are the rows that bound the highest derivative from above, or from below. Tight first are those near
@@ -230,12 +230,12 @@ def _tightest(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
     sides = []
     points = np.arange(reach.shape[1])
     for sign in (1.0, -1.0):
-        chosen = largest_rows(sign * upper[0] + reach, count) * len(points) + points
+        chosen = choose_largest_rows(sign * upper[0] + reach, count) * len(points) + points
         sides.append([sign * row.take(chosen) for row in upper])
     return tuple(np.concatenate(pair) for pair in zip(*sides, strict=True))
 
 
-def largest_rows(scores: Array, count: int) -> NDArray[np.int64]:
+def choose_largest_rows(scores: Array, count: int) -> NDArray[np.int64]:
     """Rows (count, points) in which the largest of finite scores (m, points) stand, the largest first.
 
     Every score carries the number of its row in its last bits, so that ordering the scores orders the rows: scores that are

@@ -6,13 +6,13 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.ragged import ragged
-from verne_post.base.rows import row_norm
+from verne_post.base.ragged import number_parts
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.linear_joints import find_lines, find_rows
-from verne_post.verification.projection import RADIAN_MM, lengths_to, programmed_pose, tool_axis
+from verne_post.verification.projection import RADIAN_MM, find_programmed_pose, measure_lengths_to, tool_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 
@@ -80,7 +80,7 @@ class BetweenRowsCheck:
         if not len(far):
             return
         row, segment = places.row[far], places.segment[far]
-        tip, angles = programmed_pose(self.reference.path, segment, places.u[far])
+        tip, angles = find_programmed_pose(self.reference.path, segment, places.u[far])
         place, bound = np.concatenate([tip, RADIAN_MM * angles], axis=1), self._bound_distances(rows, row, segment)
         near = np.zeros(len(far), dtype=bool)
         for some in (rows, self._rows_before):
@@ -96,7 +96,7 @@ class BetweenRowsCheck:
     def _measure_motion(self, rows: MeasuredRows) -> Array:
         """Length (n,) of the steps; where the joints of a nutating pair go linearly, by them if that is more."""
         path, items = self.reference.path, self.reference.items
-        motion = row_norm(rows.step)
+        motion = measure_rows(rows.step)
         for segment in (rows.segment, items.segment[rows.item_before]):
             if not len(on := find_rows(path, segment)):
                 continue
@@ -104,7 +104,7 @@ class BetweenRowsCheck:
                 find_lines(path, segment[on], pose[on, 3:] / RADIAN_MM)[0]
                 for pose in (rows.origin, rows.origin + rows.step)
             )
-            joints = np.hypot(row_norm(rows.step[on, :3]), RADIAN_MM * row_norm(here - before))
+            joints = np.hypot(measure_rows(rows.step[on, :3]), RADIAN_MM * measure_rows(here - before))
             motion[on] = np.maximum(motion[on], joints)
         return motion
 
@@ -129,7 +129,7 @@ class BetweenRowsCheck:
     def _measure_length(self, item: Ints, u: Array) -> Array:
         """Length (n,) from the start of items to u (n,), mm; 0 for dwells."""
         segment = self.reference.items.segment[item]
-        length = lengths_to(self.reference.path, segment, u, self.reference.measures.metric_length)
+        length = measure_lengths_to(self.reference.path, segment, u, self.reference.measures.metric_length)
         return np.where(segment >= 0, length, 0.0)
 
     # --- places between rows --------------------------------------------------------------
@@ -138,7 +138,7 @@ class BetweenRowsCheck:
         """Rows, segments and u of places that steps pass, from what they touch; of a straight segment its end is enough."""
         straight = self._are_straight(segment)
         last = np.diff(row, append=-1) != 0
-        touch, within = ragged(np.where(straight, ~last, len(_PLACES)))
+        touch, within = number_parts(np.where(straight, ~last, len(_PLACES)))
         share = np.where(straight[touch], _PLACES[-1], np.array(_PLACES)[within])
         low, high = part[touch].T
         return _Places(row[touch], segment[touch], low + share * (high - low))
@@ -159,7 +159,7 @@ class BetweenRowsCheck:
         if not len(row):
             return row
         path = self.reference.path
-        tip, angles = programmed_pose(path, segment, u)
+        tip, angles = find_programmed_pose(path, segment, u)
         place = np.concatenate([tip, RADIAN_MM * angles], axis=1)
         start, step = rows.origin[row], rows.step[row]
         # along a great circle the tool axis turns evenly; near the pole A and C do not
@@ -189,7 +189,7 @@ class BetweenRowsCheck:
         """How far places of segments (m,) may be from the steps to rows (m,), by component: (m, 5), mm."""
         reference, noise = self.reference, self.reference.noise
         steps = np.vstack([self._last_step[None], rows.step])
-        size = np.stack([row_norm(steps[:, :3]), row_norm(steps[:, 3:])])
+        size = np.stack([measure_rows(steps[:, :3]), measure_rows(steps[:, 3:])])
         size = np.maximum(size[:, 1:], size[:, :-1])[:, row]
         # the segments that a step passes share their corners, and each corner its tolerance
         tip_tolerance, axis_tolerance = np.zeros(len(rows.step)), np.zeros(len(rows.step))

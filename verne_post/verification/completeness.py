@@ -102,7 +102,7 @@ class CompletenessCheck:
         reference, items = self.reference, self.reference.items
         old, new = rows.item_before[rows.entered], rows.item[rows.entered]
         stops_there = items.stop_before[new]
-        skips = items.stops_between(old, new) > stops_there
+        skips = items.count_stops_between(old, new) > stops_there
         after_dwell = (old >= 0) & (items.segment[old] < 0)
         segment = items.segment[new]
         length = reference.measures.motion_length[segment]

@@ -4,7 +4,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.verification.projection import RADIAN_MM, Measured, deviation, deviation_nearby
+from verne_post.verification.projection import RADIAN_MM, Measured, deviation, measure_deviation_nearby
 from verne_post.verification.reference import Reference
 
 
@@ -44,7 +44,7 @@ def measure_deviation(reference: Reference, segment: Ints, u: Array, pose: Measu
         # by metric length: near the pole C turns far over a small part of a great circle
         length = np.where(path.spline[on] >= 0, measures.motion_length[on], measures.metric_length[on])
         reach = np.maximum(2.0 * (tip_allowed + RADIAN_MM * angle_allowed) / length, measures.blend_u[on])
-        found.tip[doubtful], found.axis[doubtful], found.rotary[doubtful] = deviation_nearby(
+        found.tip[doubtful], found.axis[doubtful], found.rotary[doubtful] = measure_deviation_nearby(
             path, on, u[doubtful], pose.select(doubtful), tip_allowed, angle_allowed, reach
         )
     return found

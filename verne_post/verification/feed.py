@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.rows import row_sum
+from verne_post.base.rows import sum_rows
 from verne_post.base.tolerances import FEED_RATIO
 from verne_post.model.verification import NO_LIMIT_NEAR, Verification
 from verne_post.verification.block_times import BlockTimeCheck
@@ -146,7 +146,7 @@ class FeedCheck:
         Rounding makes every step longer across its direction, so that a sum of steps grows with their number: the mean of that
         is taken off.
         """
-        square = row_sum(rows.step[:, :3] ** 2)
+        square = sum_rows(rows.step[:, :3] ** 2)
         return np.sqrt(np.maximum(square - _NOISE_SQUARE * self.reference.noise.tip**2, 0.0))
 
     def _compute_step_times(self, size: Array, segment: Ints) -> tuple[Array, Array]:

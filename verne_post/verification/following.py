@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import STANDING_JOINT
 
 Forward = Callable[[Array, Array], tuple[Array, Array, Mask]]
@@ -103,7 +103,7 @@ def compare_log(commanded: Array, measured: Array, tool_length: Array, forward: 
 def _solve_tools(q: Array, tool_length: Array, forward: Forward, rows: slice) -> tuple[Array, Array]:
     """Tips and tool axes (n, 3) of some rows of joint values."""
     tip, angles, _ok = forward(q[rows], tool_length[rows])
-    return tip, axis_of_angles(*angles.T)
+    return tip, find_axis_of_angles(*angles.T)
 
 
 def _find_largest(error: Array) -> tuple[float, int]:

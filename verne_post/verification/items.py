@@ -9,12 +9,17 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import Growing, GrowingTable, blocks, running_sums
-from verne_post.base.rows import row_norm
+from verne_post.base.columns import Growing, GrowingTable, blocks, sum_running
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
 from verne_post.model.toolpath import ToolPath
-from verne_post.verification.projection import RADIAN_MM, metric_lengths, progress_lengths, tip_paces
+from verne_post.verification.projection import (
+    RADIAN_MM,
+    find_tip_paces,
+    measure_metric_lengths,
+    measure_progress_lengths,
+)
 
 #: Seen from the centre of an arc of fewer tolerances' radius, places within the tolerance of its ends may be in any direction. At 4
 #: they are still in that of their place, within 1 % of the tolerance.
@@ -29,14 +34,14 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
     has_tolerance : ndarray of bool
         The motion may leave the segment, near rounded corners.
     metric_length : ndarray
-        See :func:`~verne_post.verification.projection.metric_lengths`, mm.
+        See :func:`~verne_post.verification.projection.measure_metric_lengths`, mm.
     motion_length : ndarray
         Length that progress along the segment is a share of, mm: the metric length, that of the tip on splines, that of the
         path where it is 0; never below ZERO_LENGTH_MM.
     blend_u : ndarray
         What a corner within its tolerance may add to a projection, as a share of the segment.
     tip_pace : ndarray
-        See :func:`~verne_post.verification.projection.tip_paces`.
+        See :func:`~verne_post.verification.projection.find_tip_paces`.
     """
 
     has_tolerance: Mask
@@ -46,15 +51,15 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
     tip_pace: Array
 
 
-def segment_measures(contour: Contour) -> SegmentMeasures:
+def measure_segments(contour: Contour) -> SegmentMeasures:
     """Measure the programmed segments of a contour."""
     table = GrowingTable(has_tolerance=(bool,), metric_length=(float,), motion_length=(float,), blend_u=(float,),
                          tip_pace=(float,))  # fmt: skip
     for begin, end in blocks(len(contour.path)):
         path = contour.path.part(begin, end)
         tip, axis = contour.tip_tolerance[begin:end], contour.axis_tolerance[begin:end]
-        length = metric_lengths(path)
-        progress = progress_lengths(path, length)
+        length = measure_metric_lengths(path)
+        progress = measure_progress_lengths(path, length)
         table.extend(
             has_tolerance=(tip > 0) | (axis > 0),
             metric_length=length,
@@ -63,7 +68,7 @@ def segment_measures(contour: Contour) -> SegmentMeasures:
                 (tip + RADIAN_MM * axis) / np.maximum(progress, ZERO_LENGTH_MM),
                 _find_turns_of_tight_arcs(path, tip, axis),
             ),
-            tip_pace=tip_paces(path),
+            tip_pace=find_tip_paces(path),
         )
     return SegmentMeasures(**table.columns())
 
@@ -79,7 +84,7 @@ def _find_turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_toleran
     tight = np.minimum(arcs.r0, arcs.r1)[row] < _TIGHT * tip_tolerance[on_arc]
     on_arc, row = on_arc[tight], row[tight]
     turn = np.abs(path.end[on_arc, 3:] - path.start[on_arc, 3:]).max(axis=1, initial=0.0)
-    flat = (row_norm(arcs.rise[row]) <= tip_tolerance[on_arc]) & (turn <= axis_tolerance[on_arc])
+    flat = (measure_rows(arcs.rise[row]) <= tip_tolerance[on_arc]) & (turn <= axis_tolerance[on_arc])
     turns[on_arc] = np.maximum(2.0 * np.pi / np.abs(arcs.sweep[row]), flat)
     return turns
 
@@ -122,7 +127,7 @@ class Items(Struct, frozen=True, eq=False):
     group_line: Ints
     next_group: Ints
 
-    def stops_between(self, old: Ints, new: Ints) -> Ints:
+    def count_stops_between(self, old: Ints, new: Ints) -> Ints:
         """How many standstills (n,) there are from items to later ones, that before the later one included."""
         return self.stops_before[new + 1] - self.stops_before[old + 1]
 
@@ -139,11 +144,11 @@ class Items(Struct, frozen=True, eq=False):
             No standstill has been left out.
         """
         left = np.where(old >= 0, np.maximum(1.0 - old_u, 0.0), 0.0)
-        whole = self.stops_between(old, new) <= self.stop_before[new]
+        whole = self.count_stops_between(old, new) <= self.stop_before[new]
         return np.maximum(old, 0), left, np.maximum(new_u, 0.0), whole
 
 
-def items_of(contour: Contour, metric_length: Array, cycle: float) -> Items:
+def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
     """List the items of a contour, whose segments have metric lengths (n,); a dwell lasts whole cycles (s)."""
     path, n = contour.path, len(contour.path)
     order = np.argsort(path.dwell_segment, kind="stable")
@@ -185,9 +190,9 @@ def items_of(contour: Contour, metric_length: Array, cycle: float) -> Items:
     group_line = Growing(np.int64)
     for begin, end in blocks(len(group_first) - 1):
         group_line.extend(columns["line"][group_first[begin:end]])
-    line, stops = group_line.column(), running_sums(columns["stop_before"])
+    line, stops = group_line.column(), sum_running(columns["stop_before"])
     return Items(
-        **columns, stops_before=stops, time_before=running_sums(time), length_before=running_sums(length),
+        **columns, stops_before=stops, time_before=sum_running(time), length_before=sum_running(length),
         group_first=group_first, group_line=line, next_group=_find_next_of_line(line, group_first, stops),
     )  # fmt: skip
 

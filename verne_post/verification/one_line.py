@@ -6,12 +6,12 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.ragged import ragged
-from verne_post.base.rows import row_norm
+from verne_post.base.ragged import number_parts
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.toolpath import SegmentKind
 from verne_post.verification.matching import match_places
-from verne_post.verification.projection import RADIAN_MM, Measured, deviation, straight_u, unwrapped_u
+from verne_post.verification.projection import RADIAN_MM, Measured, deviation, project_onto_straight, project_unwrapped
 from verne_post.verification.reference import Reference
 
 #: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).
@@ -53,7 +53,7 @@ def place_rows(reference: Reference, forward: Forward, q: Array, last: tuple[int
         some = q[begin : begin + count]
         tip, angles, _axis, _ok = forward(some, np.full(len(some), path.tool_length[items.segment[item]]))
         now = np.concatenate([tip, RADIAN_MM * angles], axis=1)
-        step = row_norm(np.diff(now, axis=0, prepend=pose[None]))
+        step = measure_rows(np.diff(now, axis=0, prepend=pose[None]))
         chosen, places, near = _choose(reference, Measured(some, tip, angles), place, step, item, end)
         if not near and len(some) > 1:  # what is expected has gone astray: fewer at a time
             count = max(len(some) // 4, 1)
@@ -80,14 +80,14 @@ def _choose(
     aside = _TOLERANCES * (tip_bound + RADIAN_MM * axis_bound).max() + step.max() + _LONGER * np.cumsum(step)
     starts = items.length_before[first + 1 : end + 1]
     low, high = (np.searchsorted(starts, edge, side="right") for edge in (expected - aside, expected + aside))
-    row, within = ragged(high - low + 1)
+    row, within = number_parts(high - low + 1)
     item = first + low[row] + within
     segment, many = items.segment[item], pose.select(row)
     fresh = np.ones(len(row), dtype=bool)
-    u = unwrapped_u(path, segment, many, fresh, 0.0, None)
+    u = project_unwrapped(path, segment, many, fresh, 0.0, None)
     on_line = np.flatnonzero(path.kind[segment] == SegmentKind.LINE)
     weight = (tip_bound / axis_bound)[(item - first)[on_line]]
-    u[on_line] = straight_u(path, segment[on_line], many.tip[on_line], many.angles[on_line], weight)
+    u[on_line] = project_onto_straight(path, segment[on_line], many.tip[on_line], many.angles[on_line], weight)
     begin, length = items.length_before[item], items.length_before[item + 1] - items.length_before[item]
     on_arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(on_arc):  # arcs of a whole turn and more

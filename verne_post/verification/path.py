@@ -3,7 +3,7 @@
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.rows import row_norm
+from verne_post.base.rows import measure_rows
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.deviation import measure_deviation
@@ -48,11 +48,11 @@ class PathCheck:
         row = np.flatnonzero(stands)
         if not len(row):
             return
-        pose, some = self.reference.standing_poses(rows.item[row]), rows.pose.select(row)
+        pose, some = self.reference.find_standing_poses(rows.item[row]), rows.pose.select(row)
         tip_bound, angle_bound = (np.full(len(row), bound) for bound in self.reference.exact_bounds)
         where = "the place of the standstill"
-        self._compare(rows, row, "tip", "mm", row_norm(some.tip - pose[:, :3]), tip_bound, where)
-        axis, rotary = row_norm(some.axis - tool_axis(pose[:, 3:])), np.abs(some.angles[:, 1] - pose[:, 4])
+        self._compare(rows, row, "tip", "mm", measure_rows(some.tip - pose[:, :3]), tip_bound, where)
+        axis, rotary = measure_rows(some.axis - tool_axis(pose[:, 3:])), np.abs(some.angles[:, 1] - pose[:, 4])
         self._compare(rows, row, "tool axis", "deg", axis / RAD_PER_DEG, angle_bound / RAD_PER_DEG, where)
         self._compare(rows, row, "rotary angle", "deg", rotary / RAD_PER_DEG, angle_bound / RAD_PER_DEG, where)
 

@@ -9,17 +9,17 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rows import row_norm, row_sum
+from verne_post.base.rows import measure_rows, sum_rows
 from verne_post.model.poses import JointPoses
 from verne_post.model.toolpath import ArcSegments, SegmentKind, ToolPath, TurnSegments
 from verne_post.verification.linear_joints import find_angles, find_lines, find_rows
 from verne_post.verification.splines import (
     MeasuredSplines,
-    lengths_at,
+    evaluate_spline_points,
+    find_parameters_at,
+    measure_lengths_at,
     measure_splines,
-    parameters_at,
     project,
-    spline_points,
 )
 
 #: Weight of a radian against a millimetre in the projection.
@@ -48,7 +48,7 @@ class Measured(JointPoses, frozen=True, eq=False, dict=True):
         return Measured(self.q[rows], self.tip[rows], self.angles[rows])
 
 
-def unwrapped_u(
+def project_unwrapped(
     path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float, bounds: tuple[Array, Array] | None
 ) -> Array:
     """Parameter u of the nearest point of the segment, not limited to [0, 1].
@@ -65,7 +65,7 @@ def unwrapped_u(
         How far tip (mm) and angles (rad) of rows may be from their places, where a spline comes near itself. None: each row is
         looked at by itself.
     """
-    u = straight_u(path, segment, measured.tip, measured.angles, RADIAN_MM)
+    u = project_onto_straight(path, segment, measured.tip, measured.angles, RADIAN_MM)
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
         u[arc] = _project_on_arcs(path, segment[arc], measured.select(arc), _find_first_rows(arc, fresh), u_before)
@@ -89,7 +89,7 @@ def unwrapped_u(
     return u
 
 
-def straight_u(path: ToolPath, segment: Ints, tip: Array, angles: Array, radian_mm: Array | float) -> Array:
+def project_onto_straight(path: ToolPath, segment: Ints, tip: Array, angles: Array, radian_mm: Array | float) -> Array:
     """Parameter u (n,) of the nearest point of straight segments, whose tool axis may follow a great circle.
 
     ``radian_mm`` is the weight of a radian against a millimetre, one or (n,). What it says of other segments means nothing.
@@ -101,7 +101,7 @@ def straight_u(path: ToolPath, segment: Ints, tip: Array, angles: Array, radian_
     weighted = delta.copy()
     weighted[:, 3:] *= np.reshape(radian_mm, (-1, 1)) ** 2
     with np.errstate(invalid="ignore", divide="ignore"):
-        u = row_sum(now * weighted) / row_sum(delta * weighted)
+        u = sum_rows(now * weighted) / sum_rows(delta * weighted)
     on_circle = _find_on_circles(path, segment)
     if len(on_circle):
         each = np.broadcast_to(radian_mm, len(segment))[on_circle]
@@ -121,7 +121,7 @@ def _make_joint_weight(n_joints: int) -> Array:
 
 
 def _project_on_arcs(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
-    """As :func:`unwrapped_u`, on arcs."""
+    """As :func:`project_unwrapped`, on arcs."""
     arcs, row = path.arcs, path.arc[segment]
     away = measured.tip - arcs.center[row]
     sweep = arcs.sweep[row]
@@ -152,7 +152,7 @@ def _project_on_arcs(path: ToolPath, segment: Ints, measured: Measured, fresh: M
 
 
 def _turn_u(path: ToolPath, segment: Ints, measured: Measured) -> Array:
-    """As :func:`unwrapped_u`, on turns of the table: A and C go linearly, and the tip refines what they say."""
+    """As :func:`project_unwrapped`, on turns of the table: A and C go linearly, and the tip refines what they say."""
     now, start, turn = find_lines(path, segment, measured.angles)
     turned, square = np.sum((now - start) * turn, axis=1), np.sum(turn**2, axis=1)
     u = np.divide(turned, square, out=np.zeros_like(turned), where=square > 0)  # none at a pole: the tip says it
@@ -198,12 +198,12 @@ _GAUSS_PLACES, _GAUSS_WEIGHTS = (
 
 
 def _turn_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
-    """As :func:`lengths_to`, on turns of the table, whose tip does not move evenly."""
-    row, even = path.turn[segment], RADIAN_MM * row_norm(find_lines(path, segment, path.start[segment, 3:])[2])
+    """As :func:`measure_lengths_to`, on turns of the table, whose tip does not move evenly."""
+    row, even = path.turn[segment], RADIAN_MM * measure_rows(find_lines(path, segment, path.start[segment, 3:])[2])
     length = np.zeros(len(segment))
     for place, weight in zip(_GAUSS_PLACES, _GAUSS_WEIGHTS, strict=True) if len(segment) else ():
         slope = _turn_point(path.turns, row, place * u)[1]
-        length += weight * u * np.hypot(row_norm(slope), even)
+        length += weight * u * np.hypot(measure_rows(slope), even)
     return length
 
 
@@ -216,7 +216,7 @@ def _measure(path: ToolPath, segment: Ints) -> tuple[MeasuredSplines, Ints]:
 def _project_on_splines(
     path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float, bounds: tuple[Array, Array] | None
 ) -> Array:
-    """As :func:`unwrapped_u`, on splines."""
+    """As :func:`project_unwrapped`, on splines."""
     splines, piece = _measure(path, segment)
     pose = np.concatenate([measured.tip, measured.angles - path.start[segment, 3:]], axis=1)
     return project(splines, piece, pose, fresh, u_before, RADIAN_MM, bounds)
@@ -245,10 +245,10 @@ def _find_on_circles(path: ToolPath, segment: Ints) -> Ints:
 def _span_great_circle(path: ToolPath, segment: Ints) -> tuple[Array, Array, Array]:
     """Tool axes at both ends of segments, and the angle between them."""
     k0, k1 = tool_axis(path.start[segment, 3:]), tool_axis(path.end[segment, 3:])
-    return k0, k1, np.arctan2(row_norm(np.cross(k0, k1)), np.sum(k0 * k1, axis=1))
+    return k0, k1, np.arctan2(measure_rows(np.cross(k0, k1)), np.sum(k0 * k1, axis=1))
 
 
-def metric_lengths(path: ToolPath) -> Array:
+def measure_metric_lengths(path: ToolPath) -> Array:
     """Metric length (n,) of each segment: of tip and tool axis together, or of tip and A, C where they are linear; mm.
 
     0 for JOINT segments, whose tip follows from the joints: there the velocity limits keep rows from being left out.
@@ -261,18 +261,20 @@ def metric_lengths(path: ToolPath) -> Array:
     spline = np.flatnonzero(path.spline >= 0)
     if len(spline):
         splines, piece = _measure(path, spline)
-        length[spline] = splines.total_metric(piece)
+        length[spline] = splines.measure_total_metric(piece)
     linear = find_rows(path, straight := np.flatnonzero(path.kind == SegmentKind.LINE))
     linear = straight[linear]
     turns = find_lines(path, linear, path.start[linear, 3:])[2]
-    length[linear] = np.hypot(row_norm(path.end[linear, :3] - path.start[linear, :3]), RADIAN_MM * row_norm(turns))
+    length[linear] = np.hypot(
+        measure_rows(path.end[linear, :3] - path.start[linear, :3]), RADIAN_MM * measure_rows(turns)
+    )
     on_circle = _find_on_circles(path, np.arange(len(path)))
-    tip = row_norm(path.end[on_circle, :3] - path.start[on_circle, :3])
+    tip = measure_rows(path.end[on_circle, :3] - path.start[on_circle, :3])
     length[on_circle] = np.hypot(tip, RADIAN_MM * _span_great_circle(path, on_circle)[2])
     return length
 
 
-def progress_lengths(path: ToolPath, metric_length: Array) -> Array:
+def measure_progress_lengths(path: ToolPath, metric_length: Array) -> Array:
     """Length (n,) that u is a share of: of the tip alone on splines, else the metric length (n,), mm."""
     length = metric_length.copy()
     spline = np.flatnonzero(path.spline >= 0)
@@ -282,7 +284,7 @@ def progress_lengths(path: ToolPath, metric_length: Array) -> Array:
     return length
 
 
-def lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) -> Array:
+def measure_lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) -> Array:
     """Metric length (n,) from the start of segments to their u (n,), mm; ``metric_length`` of all segments."""
     length = u * metric_length[segment]
     arc = np.flatnonzero(path.arc[segment] >= 0)
@@ -293,26 +295,26 @@ def lengths_to(path: ToolPath, segment: Ints, u: Array, metric_length: Array) ->
     if len(spline):
         splines, piece = _measure(path, segment[spline])
         inside = np.clip(u[spline], 0.0, 1.0)
-        at = parameters_at(splines, piece, inside, RADIAN_MM)
-        beyond = (u[spline] - inside) * splines.total_metric(piece)
-        length[spline] = lengths_at(splines, piece, at, RADIAN_MM)[1] + beyond
+        at = find_parameters_at(splines, piece, inside, RADIAN_MM)
+        beyond = (u[spline] - inside) * splines.measure_total_metric(piece)
+        length[spline] = measure_lengths_at(splines, piece, at, RADIAN_MM)[1] + beyond
     return np.asarray(length)
 
 
 def _measure_arc_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
-    """As :func:`lengths_to`, on arcs: length is not linear in u where the radius changes."""
+    """As :func:`measure_lengths_to`, on arcs: length is not linear in u where the radius changes."""
     arcs, row = path.arcs, path.arc[segment]
     grow = arcs.r1[row] - arcs.r0[row]
     around = arcs.sweep[row] * u * (arcs.r0[row] + 0.5 * u * grow)
-    turn = row_norm(find_lines(path, segment, path.start[segment, 3:])[2])
+    turn = measure_rows(find_lines(path, segment, path.start[segment, 3:])[2])
     even = grow**2 + np.sum(arcs.rise[row] ** 2, axis=1) + (RADIAN_MM * turn) ** 2
     return np.asarray(np.sign(u) * np.sqrt(around**2 + u**2 * even))
 
 
-def tip_paces(path: ToolPath) -> Array:
+def find_tip_paces(path: ToolPath) -> Array:
     """Seconds (n,) that each segment takes at its feed, per mm of the tip; 0 where the feed rate is a time, and for rapids."""
     delta = path.end - path.start
-    turn, tip = row_norm(delta[:, 3:]), row_norm(delta[:, :3])
+    turn, tip = measure_rows(delta[:, 3:]), measure_rows(delta[:, :3])
     arc = np.flatnonzero(path.arc >= 0)
     tip[arc] = np.sqrt(np.maximum(path.length[arc] ** 2 - (RADIAN_MM * turn[arc]) ** 2, 0.0))
     spline = np.flatnonzero(path.spline >= 0)
@@ -347,7 +349,7 @@ def _evaluate_arcs(arcs: ArcSegments, row: Ints, u: Array) -> tuple[Array, Array
     return point, grow * toward + radius * arcs.sweep[row][:, None] * across + arcs.rise[row]
 
 
-def programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
+def find_programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
     """Tip (n, 3) and nominal angles (n, 2) at u of segments that are no JOINT segments."""
     programmed = path.start[segment] + u[:, None] * (path.end[segment] - path.start[segment])
     tip, angles = programmed[:, :3], programmed[:, 3:]
@@ -361,8 +363,8 @@ def programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Arr
     if len(spline):
         mine = segment[spline]
         splines, piece = _measure(path, mine)
-        point = spline_points(
-            splines.pieces, piece, parameters_at(splines, piece, np.clip(u[spline], 0.0, 1.0), RADIAN_MM)
+        point = evaluate_spline_points(
+            splines.pieces, piece, find_parameters_at(splines, piece, np.clip(u[spline], 0.0, 1.0), RADIAN_MM)
         )
         tip[spline], angles[spline] = point[:, :3], path.start[mine, 3:] + point[:, 3:]
     if len(linear := find_rows(path, segment)):
@@ -380,9 +382,9 @@ def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tu
     smallest error of u is large in C. A C that is a turn off counts in full.
     For JOINT segments: sliders (mm), and twice the larger table angle.
     """
-    tip, angles = programmed_pose(path, segment, u)
-    tip_off = row_norm(measured.tip - tip)
-    axis_off = row_norm(measured.axis - tool_axis(angles))
+    tip, angles = find_programmed_pose(path, segment, u)
+    tip_off = measure_rows(measured.tip - tip)
+    axis_off = measure_rows(measured.axis - tool_axis(angles))
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
     on_circle = np.flatnonzero(path.circle[segment] >= 0)
     moved = rotary_off[on_circle] * np.abs(np.sin(angles[on_circle, 0]))
@@ -396,7 +398,7 @@ def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tu
     return tip_off, axis_off, rotary_off
 
 
-def deviation_nearby(
+def measure_deviation_nearby(
     path: ToolPath, segment: Ints, u: Array, measured: Measured, tip_bound: Array, angle_bound: Array, reach: Array
 ) -> tuple[Array, Array, Array]:
     """As :func:`deviation`, at the pose within ``reach`` (n,) of u whose larger share of the two bounds (mm, rad) is smallest.

@@ -12,7 +12,7 @@ from verne_post.model.contour import Contour
 from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.toolpath import ToolPath
-from verne_post.verification.items import Items, SegmentMeasures, items_of, segment_measures
+from verne_post.verification.items import Items, SegmentMeasures, list_items, measure_segments
 from verne_post.verification.projection import RADIAN_MM
 
 #: Rounded joints move the tip by at most this many units of a linear actuator's last decimal, and this many mm per radian of
@@ -105,7 +105,7 @@ class Reference(Struct, frozen=True, eq=False):
         """How far rows may be from where no corner is rounded: tip (mm), and tool axis and rotary angle (rad)."""
         return PATH_TIP_MM + self.noise.coarse * self.noise.tip, PATH_AXIS_DEG * RAD_PER_DEG + self.noise.angle
 
-    def standing_poses(self, item: Ints) -> Array:
+    def find_standing_poses(self, item: Ints) -> Array:
         """Poses (n, 5) at which the machine stands before items (n,), mm and rad; in a dwell, which may come after all motion.
 
         A restart stands in the middle of the corner that the whole program would round.
@@ -121,10 +121,10 @@ def build_reference(contour: Contour, limits: Limits, columns: tuple[Column, ...
     factor = np.array([column.factor for column in columns])
     size = np.abs(factor)
     derivative_limits = (limits.velocity * size, limits.acceleration * size, limits.jerk * size)
-    measures = segment_measures(contour)
+    measures = measure_segments(contour)
     return Reference(
         contour.path, contour.tip_tolerance, contour.axis_tolerance, contour.entry, _measure_entry(contour), measures,
-        items_of(contour, measures.metric_length, fmt.cycle), columns, factor, limits, derivative_limits, fmt.cycle,
+        list_items(contour, measures.metric_length, fmt.cycle), columns, factor, limits, derivative_limits, fmt.cycle,
         _compute_rounding_noise(fmt, size, derivative_limits),
     )  # fmt: skip
 

@@ -12,8 +12,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.ragged import ragged
-from verne_post.base.rows import row_norm
+from verne_post.base.ragged import number_parts
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.setpoints import SetpointBlock
@@ -21,7 +21,7 @@ from verne_post.model.toolpath import SegmentKind
 from verne_post.verification.axis_words import name_angles
 from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.one_line import place_rows
-from verne_post.verification.projection import RADIAN_MM, Measured, straight_u, unwrapped_u
+from verne_post.verification.projection import RADIAN_MM, Measured, project_onto_straight, project_unwrapped
 from verne_post.verification.reference import Reference
 
 #: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).
@@ -183,7 +183,7 @@ class RowMatcher:
             return None, lost, later
         pose = Measured(q[:n], tip[:n], angles[:n])
         # what no angle of the axes corrects: the true axis against that of the nominal angles
-        self.axis_error = max(self.axis_error, float(row_norm(axis[:n] - pose.axis).max()))
+        self.axis_error = max(self.axis_error, float(measure_rows(axis[:n] - pose.axis).max()))
         return self._measure(block.first + begin, line[:n], group[:n], item[:n], segment[:n], u[:n], pose), lost, later
 
     # --- matching -------------------------------------------------------------------------
@@ -235,7 +235,7 @@ class RowMatcher:
         later = items.next_group[group[row]]
         other, some = items.segment[items.group_first[later]], pose.select(row)
         fresh = np.ones(len(row), dtype=bool)
-        other_u = unwrapped_u(path, other, some, fresh, 0.0, self.reference.bounds(other))
+        other_u = project_unwrapped(path, other, some, fresh, 0.0, self.reference.bounds(other))
         found = np.flatnonzero(measure_deviation(self.reference, other, other_u, some).within)
         return (int(row[found[0]]), int(later[found[0]])) if len(found) else (-1, -1)
 
@@ -300,7 +300,7 @@ class RowMatcher:
             fresh = np.zeros(len(some_q), dtype=bool)
             fresh[0] = u_before is None
             pose = Measured(some_q, tip, angles)
-            u = unwrapped_u(path, at, pose, fresh, u_before or 0.0, self.reference.bounds(at))
+            u = project_unwrapped(path, at, pose, fresh, u_before or 0.0, self.reference.bounds(at))
             past = np.flatnonzero(u >= close)
             if len(past):
                 return begin + int(past[0])
@@ -313,7 +313,7 @@ class RowMatcher:
         """Where on its segment (n,) each row is; on a dwell the start of the next segment, 1 after the last."""
         path = self.reference.path
         fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
-        u = unwrapped_u(path, segment, pose, fresh, self.last.u, self.reference.bounds(segment))
+        u = project_unwrapped(path, segment, pose, fresh, self.last.u, self.reference.bounds(segment))
         return np.where(self.reference.items.segment[item] < 0, np.where(rest < len(path), 0.0, 1.0), u)
 
     def _measure(
@@ -365,14 +365,14 @@ class RowMatcher:
         on, tip, angles = segment[straight], pose[straight, :3], pose[straight, 3:] / RADIAN_MM
         tip_bound = PATH_TIP_MM + reference.tip_tolerance[on]
         axis_bound = PATH_AXIS_DEG * RAD_PER_DEG + reference.axis_tolerance[on]
-        place[straight] = straight_u(reference.path, on, tip, angles, tip_bound / axis_bound)
+        place[straight] = project_onto_straight(reference.path, on, tip, angles, tip_bound / axis_bound)
         return place
 
     def _find_touched(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> Touched:
         """Segments that steps to rows (c,) touch, from one item to a later one."""
         items, has_tolerance = self.reference.items, self.reference.measures.has_tolerance
         begin = np.maximum(old, 0)
-        step, within = ragged(new - begin + 1)
+        step, within = number_parts(new - begin + 1)
         segment = items.segment[begin[step] + within]
         step, segment = step[segment >= 0], segment[segment >= 0]
         blended = np.zeros(len(row), dtype=bool)

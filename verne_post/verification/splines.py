@@ -9,8 +9,8 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.ragged import ragged
-from verne_post.base.rows import row_norm
+from verne_post.base.ragged import number_parts
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.splines import Splines
 from verne_post.verification.matching import match_places
@@ -61,7 +61,7 @@ class MeasuredSplines(Struct, frozen=True, eq=False):
         """Length of the tip (n,) over pieces (n,), mm."""
         return self.length[self.first[piece + 1] - 1]
 
-    def total_metric(self, piece: Ints) -> Array:
+    def measure_total_metric(self, piece: Ints) -> Array:
         """Length of tip and angles (n,) over pieces (n,), mm."""
         return self.metric[self.first[piece + 1] - 1]
 
@@ -85,10 +85,10 @@ def measure_splines(pieces: Splines, radian_mm: float) -> MeasuredSplines:
     for piece, parts in lengths:
         rows = first[piece][:, None] + np.arange(1, parts.shape[2] + 1)
         sums[:, rows] = np.cumsum(parts, axis=2)
-    owner, place = ragged(panels + 1)
+    owner, place = number_parts(panels + 1)
     low, high = _find_ends(pieces, owner)
     at = low + (high - low) * (place / panels[owner])
-    return MeasuredSplines(pieces, first, at, sums[0], sums[1], spline_points(pieces, owner, at))
+    return MeasuredSplines(pieces, first, at, sums[0], sums[1], evaluate_spline_points(pieces, owner, at))
 
 
 def _find_ends(pieces: Splines, piece: Ints) -> tuple[Array, Array]:
@@ -103,7 +103,7 @@ def _measure_panels(pieces: Splines, piece: Ints, count: int, radian_mm: float) 
     width = ((high - low) / count)[:, None]
     at = (low[:, None] + np.arange(count) * width)[:, :, None] + _NODES * width[:, :, None]
     many = np.repeat(piece, count * len(_NODES))
-    slope = spline_slopes(pieces, many, at.ravel())[1].reshape(*at.shape, 5)
+    slope = differentiate_spline_points(pieces, many, at.ravel())[1].reshape(*at.shape, 5)
     speed, turn = np.linalg.norm(slope[..., :3], axis=3), radian_mm * np.linalg.norm(slope[..., 3:], axis=3)
     return np.stack([speed @ _WEIGHTS, np.hypot(speed, turn) @ _WEIGHTS]) * width
 
@@ -111,18 +111,18 @@ def _measure_panels(pieces: Splines, piece: Ints, count: int, radian_mm: float) 
 # --- evaluation ------------------------------------------------------------------------------
 
 
-def spline_points(pieces: Splines, piece: Ints, at: Array) -> Array:
+def evaluate_spline_points(pieces: Splines, piece: Ints, at: Array) -> Array:
     """Poses (n, 5) of pieces (n,) at parameters (n,) of the B-spline."""
-    return spline_slopes(pieces, piece, at)[0]
+    return differentiate_spline_points(pieces, piece, at)[0]
 
 
-def spline_slopes(pieces: Splines, piece: Ints, at: Array) -> tuple[Array, Array]:
-    """Poses (n, 5) as :func:`spline_points`, and their derivatives by the parameter.
+def differentiate_spline_points(pieces: Splines, piece: Ints, at: Array) -> tuple[Array, Array]:
+    """Poses (n, 5) as :func:`evaluate_spline_points`, and their derivatives by the parameter.
 
     De Boor's triangle runs in homogeneous coordinates down to its last two points, whose difference is the derivative.
     """
     point, slope = np.empty((len(piece), 5)), np.empty((len(piece), 5))
-    for degree, where in pieces.by_degree(piece):
+    for degree, where in pieces.group_by_degree(piece):
         points, weights, knots = pieces.of_degree(piece[where], degree)
         x = at[where, None]
         origin = points[:, :1]
@@ -146,7 +146,7 @@ def _climb_level(row: Array, x: Array, knots: Array, level: int, degree: int) ->
     return np.asarray((1.0 - share) * row[:, :-1] + share * row[:, 1:])
 
 
-def lengths_at(splines: MeasuredSplines, piece: Ints, at: Array, radian_mm: float) -> tuple[Array, Array]:
+def measure_lengths_at(splines: MeasuredSplines, piece: Ints, at: Array, radian_mm: float) -> tuple[Array, Array]:
     """Lengths (n,) from the start of pieces (n,) to parameters (n,): of the tip, and of tip and angles together, mm."""
     low, high = _find_ends(splines.pieces, piece)
     panels = splines.first[piece + 1] - splines.first[piece] - 1
@@ -154,14 +154,16 @@ def lengths_at(splines: MeasuredSplines, piece: Ints, at: Array, radian_mm: floa
     row = splines.first[piece] + panel
     width = at - splines.at[row]
     inner = splines.at[row][:, None] + _NODES * width[:, None]
-    slope = spline_slopes(splines.pieces, np.repeat(piece, len(_NODES)), inner.ravel())[1].reshape(*inner.shape, 5)
+    slope = differentiate_spline_points(splines.pieces, np.repeat(piece, len(_NODES)), inner.ravel())[1].reshape(
+        *inner.shape, 5
+    )
     speed, turn = np.linalg.norm(slope[..., :3], axis=2), radian_mm * np.linalg.norm(slope[..., 3:], axis=2)
     return splines.length[row] + speed @ _WEIGHTS * width, splines.metric[row] + np.hypot(
         speed, turn
     ) @ _WEIGHTS * width
 
 
-def parameters_at(splines: MeasuredSplines, piece: Ints, u: Array, radian_mm: float) -> Array:
+def find_parameters_at(splines: MeasuredSplines, piece: Ints, u: Array, radian_mm: float) -> Array:
     """Parameters (n,) of pieces (n,) at shares u (n,) of the length of the tip, 0 to 1."""
     result = np.empty(len(u))
     low, high = _find_ends(splines.pieces, piece)
@@ -173,9 +175,9 @@ def parameters_at(splines: MeasuredSplines, piece: Ints, u: Array, radian_mm: fl
         share = np.clip((wanted - before) / np.maximum(after - before, np.finfo(float).tiny), 0.0, 1.0)
         at = splines.at[row] + share * (splines.at[row + 1] - splines.at[row])
         for _ in range(_STEPS):
-            slope = spline_slopes(splines.pieces, mine, at)[1]
-            missing = wanted - lengths_at(splines, mine, at, radian_mm)[0]
-            at = np.clip(at + missing / row_norm(slope[:, :3]), low[some], high[some])
+            slope = differentiate_spline_points(splines.pieces, mine, at)[1]
+            missing = wanted - measure_lengths_at(splines, mine, at, radian_mm)[0]
+            at = np.clip(at + missing / measure_rows(slope[:, :3]), low[some], high[some])
         result[some] = at
     return result
 
@@ -216,7 +218,7 @@ class _Candidates(Struct, frozen=True, eq=False):
         """Distances (n, candidates), mm."""
         return np.asarray(np.linalg.norm(self.off, axis=2))
 
-    def with_more(self, rows: Ints, more: "_Candidates") -> "_Candidates":
+    def append_rows(self, rows: Ints, more: "_Candidates") -> "_Candidates":
         """These and those of some rows (m,)."""
         u, off = np.zeros((len(self.u), more.u.shape[1])), np.full((len(self.u), *more.off.shape[1:]), np.inf)
         u[rows], off[rows] = more.u, more.off
@@ -241,9 +243,9 @@ def project(
         pieces, mine = np.unique(piece[far], return_inverse=True)
         low, high = _find_ends(splines.pieces, pieces)
         at = (low[:, None] + np.linspace(0.0, 1.0, _CLOSER) * (high - low)[:, None]).ravel()
-        there = spline_points(splines.pieces, np.repeat(pieces, _CLOSER), at)
+        there = evaluate_spline_points(splines.pieces, np.repeat(pieces, _CLOSER), at)
         closer = _Samples(pieces, _CLOSER * np.arange(len(pieces) + 1), at, there)
-        found = found.with_more(far, _search(splines, closer, mine, pose[far], weight, radian_mm))
+        found = found.append_rows(far, _search(splines, closer, mine, pose[far], weight, radian_mm))
     nearest = found.u[np.arange(len(piece)), np.argmin(found.away, axis=1)]
     if bounds is None:
         return nearest
@@ -263,7 +265,7 @@ def _choose_places(
     if not several.any():
         return nearest
     result = nearest.copy()
-    step = row_norm(np.diff(pose[:, :3], axis=0, prepend=pose[:1, :3]))
+    step = measure_rows(np.diff(pose[:, :3], axis=0, prepend=pose[:1, :3]))
     step[fresh] = 0.0  # from the start of the piece; the row before is on another one, perhaps far from here
     begins = np.flatnonzero(several & (fresh | ~np.append(False, several[:-1])))
     # the row after them, which is not doubtful, decides too
@@ -300,9 +302,9 @@ def _search(
 def _find_candidates(first: Ints, there: Array, piece: Ints, pose: Array, weight: Array) -> tuple[Ints, Mask]:
     """Rows (n, candidates) of the poses of pieces (n,) that are locally nearest to poses (n, 5), and which are."""
     count = first[piece + 1] - first[piece]
-    owner, place = ragged(count)
+    owner, place = number_parts(count)
     row = first[piece][owner] + place
-    away = row_norm((there[row] - pose[owner]) * weight)
+    away = measure_rows((there[row] - pose[owner]) * weight)
     before, after = np.append(np.inf, away[:-1]), np.append(away[1:], np.inf)
     local = ((place == 0) | (away <= before)) & ((place == count[owner] - 1) | (away < after))
     # the nearest local minima of every row; each has one at least
@@ -319,19 +321,19 @@ def _refine(
     """Shares u (n,) of the nearest places of pieces (n,), ``within`` a parameter, from another, to a third, and poses less them."""
     low, at, high = within
     for _ in range(_REFINEMENTS):  # Gauss-Newton
-        point, slope = spline_slopes(splines.pieces, piece, at)
+        point, slope = differentiate_spline_points(splines.pieces, piece, at)
         off, slope = (pose - point) * weight, slope * weight
         better = np.clip(at + np.sum(off * slope, axis=1) / np.sum(slope * slope, axis=1), low, high)
         at, step = better, np.abs(better - at) / (high - low)
         if step.max(initial=0.0) < _REFINED:
             break
-    point, slope = spline_slopes(splines.pieces, piece, at)
+    point, slope = differentiate_spline_points(splines.pieces, piece, at)
     total = splines.total(piece)
-    u = lengths_at(splines, piece, at, radian_mm)[0] / total
+    u = measure_lengths_at(splines, piece, at, radian_mm)[0] / total
     low, high = _find_ends(splines.pieces, piece)
     # beyond an end along the direction that the curve has there
     off, slope = (pose - point) * weight, slope * weight
     along = np.sum(off * slope, axis=1) / np.sum(slope * slope, axis=1)
     ahead = np.where(at >= high, np.maximum(along, 0.0), np.where(at <= low, np.minimum(along, 0.0), 0.0))
-    u += ahead * row_norm(slope) / np.maximum(splines.total_metric(piece), ZERO_LENGTH_MM)
+    u += ahead * measure_rows(slope) / np.maximum(splines.measure_total_metric(piece), ZERO_LENGTH_MM)
     return u, off - ahead[:, None] * slope

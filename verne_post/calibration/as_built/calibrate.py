@@ -9,7 +9,12 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.calibration.as_built.data import Prior
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import BadReading, Fit, HeldOut, fit_robustly, hold_out
-from verne_post.calibration.as_built.prediction import ErrorsAfter, ToolErrors, errors_after, errors_before
+from verne_post.calibration.as_built.prediction import (
+    ErrorsAfter,
+    ToolErrors,
+    predict_errors_after,
+    predict_errors_before,
+)
 from verne_post.calibration.as_built.workspace import WorkspacePoses
 from verne_post.calibration.data import Direction
 from verne_post.calibration.solver import name_directions
@@ -98,11 +103,11 @@ def calibrate(
         size, turned = np.linalg.eigh(inner @ inner.T)
         lost = np.linalg.qr((prior.factor / scale[:, None]) @ turned[:, np.sqrt(size) >= DETERMINED])[0]
     named = sorted(name_directions(lost, PARAMETERS), key=lambda direction: len(direction.coefficients))
-    after = errors_after(machine, fit.deviations, fit.factor, poses)
+    after = predict_errors_after(machine, fit.deviations, fit.factor, poses)
     left, share = _find_largest_left(measurement, fit, scale, poses)
     return Calibration(
         fit, kept, bad, held, len(scale) - lost.shape[1], tuple(named), left, share,
-        errors_before(measurement.model, fit.deviations, present, poses), after,
+        predict_errors_before(measurement.model, fit.deviations, present, poses), after,
     )  # fmt: skip
 
 

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.text_marks import text_of
-from verne_post.calibration.as_built.data import Prior, prior_of_covariance
+from verne_post.base.text_marks import decode_text
+from verne_post.calibration.as_built.data import Prior, build_prior_of_covariance
 from verne_post.calibration.as_built.machine_text import DECIMALS
 from verne_post.model.deviations import PARAMETERS
 from verne_post.model.findings import InputError, finding
@@ -23,12 +23,12 @@ _HEAD: Final = (
 )
 
 
-def covariance_path(machine_file: Path) -> Path:
+def place_covariance_file(machine_file: Path) -> Path:
     """Where the covariance of a calibrated machine file stands: mine.toml -> mine.covariance.csv."""
     return machine_file.with_name(f"{machine_file.stem}.covariance.csv")
 
 
-def covariance_lines(deviations: Array, covariance: Array) -> Iterator[str]:
+def format_covariance(deviations: Array, covariance: Array) -> Iterator[str]:
     """The lines of the file."""
     yield _HEAD
     yield ",".join(f'"{name}"' for name in PARAMETERS) + "\n"
@@ -46,14 +46,14 @@ def read_covariance(raw: bytes, deviations: Array) -> Prior:
     """
     n = len(PARAMETERS)
     try:
-        lines = [line for line in text_of(raw).splitlines() if not line.startswith("#")]
+        lines = [line for line in decode_text(raw).splitlines() if not line.startswith("#")]
         header, *rows = list(csv.reader(io.StringIO("\n".join(lines))))
         values = np.array(rows, dtype=float)
         if tuple(header) != PARAMETERS or values.shape != (n + 1, n) or not np.isfinite(values).all():
             raise ValueError
         if np.diag(values[1:]).min() <= 0.0:
             raise ValueError
-        prior = prior_of_covariance(deviations, values[1:])
+        prior = build_prior_of_covariance(deviations, values[1:])
     except (ValueError, csv.Error, np.linalg.LinAlgError):
         text = "no covariance as machine calibrate writes it beside a machine file"
         raise InputError(finding("VP502", text)) from None

@@ -106,17 +106,17 @@ class Prior(Struct, frozen=True, eq=False):
     factor: Array
 
 
-def tolerance_vector(lengths: float = TOLERANCE_MM, directions: float = TOLERANCE_RAD) -> Array:
+def build_tolerance_vector(lengths: float = TOLERANCE_MM, directions: float = TOLERANCE_RAD) -> Array:
     """One tolerance (58,) for all places and lengths, mm, and one for all directions, rad."""
     return np.where(IS_ANGLE, directions, lengths)
 
 
-def prior_of_manufacture(tolerances: Array) -> Prior:
+def build_prior_of_manufacture(tolerances: Array) -> Prior:
     """Every part near its nominal place, as far off as its tolerance (58,) says."""
     return Prior(np.zeros(len(tolerances)), np.diag(tolerances))
 
 
-def prior_of_covariance(mean: Array, covariance: Array) -> Prior:
+def build_prior_of_covariance(mean: Array, covariance: Array) -> Prior:
     """A normal distribution with this mean (58,) and covariance (58, 58).
 
     Raises

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.calibration.as_built.data import Prior, prior_of_covariance
+from verne_post.calibration.as_built.data import Prior, build_prior_of_covariance
 from verne_post.kinematics.as_built.geometry import LEG, AsBuiltGeometry
 from verne_post.kinematics.as_built.parameter_rates import COUNT, PLACES
 
@@ -33,7 +33,7 @@ class Drift(Struct, frozen=True, eq=False):
     height_sigma: float
 
 
-def drift_directions(geometry: AsBuiltGeometry) -> Array:
+def find_drift_directions(geometry: AsBuiltGeometry) -> Array:
     """Changes of the deviations (58, 6) by a growth of 1 mm of the rods of each leg, and by a zero of each slider."""
     directions = np.zeros((COUNT, 6))
     for rod, leg in enumerate(LEG):
@@ -43,9 +43,9 @@ def drift_directions(geometry: AsBuiltGeometry) -> Array:
     return directions
 
 
-def prior_of_drift(calibrated: Array, covariance: Array, directions: Array, drift: float) -> Prior:
+def build_prior_of_drift(calibrated: Array, covariance: Array, directions: Array, drift: float) -> Prior:
     """The calibrated deviations (58,) with what the calibration left open, and a drift (mm) on top."""
-    return prior_of_covariance(calibrated, covariance + drift**2 * directions @ directions.T)
+    return build_prior_of_covariance(calibrated, covariance + drift**2 * directions @ directions.T)
 
 
 def split_drift(before: Array, after: Array, prior: Prior, posterior: Array, directions: Array, drift: float) -> Drift:

@@ -13,7 +13,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.calibration.as_built.data import COMMANDED_EXACTLY, JointUncertainty, LengthReading, ToolReadings
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.stations import SIZE, see_from_stations
-from verne_post.kinematics.as_built.geometry import nominal_ends
+from verne_post.kinematics.as_built.geometry import build_nominal_ends
 from verne_post.kinematics.as_built.parameter_rates import COUNT, PLACES
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.model.deviations import Deviations
@@ -112,10 +112,10 @@ class Measurement(Struct, frozen=True, eq=False):
         return _whiten(off, design, covariance)
 
     def _compute_length_blocks(self, unknowns: Array) -> Blocks:
-        parts = Deviations.from_vector(unknowns[:COUNT])
+        parts = Deviations.build_from_vector(unknowns[:COUNT])
         module = self.model.machine.nominal_machine.module
         assert isinstance(module, VerneGeometry)
-        platform, slider, rods = nominal_ends(module, self.model.machine.places)
+        platform, slider, rods = build_nominal_ends(module, self.model.machine.places)
         ends = {"platform": platform + parts.platform_ends, "slider": slider + parts.slider_ends}
         n = len(self.lengths)
         off, design = np.full((n, ROWS), np.nan), np.zeros((n, ROWS, self.size))

@@ -6,7 +6,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.calibration.as_built.model import AsBuiltModel
-from verne_post.calibration.as_built.prediction import errors_before, expected_tip_error
+from verne_post.calibration.as_built.prediction import expect_tip_error, predict_errors_before
 from verne_post.calibration.as_built.workspace import WorkspacePoses, solve_legal
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.machine import Machine
@@ -20,10 +20,10 @@ HEIGHT: Final = 0.4
 RESOLUTION: Final = 61
 
 
-def error_fields(
+def compute_error_fields(
     machine: Machine, present: FiveAxis, as_built: AsBuiltMachine, found: Array, factor: Array, length: float
 ) -> list[ErrorField]:
-    """Errors on planes parallel to the table's face; arguments as of :func:`errors_before` and :func:`errors_after`."""
+    """Errors on planes parallel to the table's face; arguments as of :func:`predict_errors_before` and :func:`predict_errors_after`."""
     side = np.linspace(-machine.table_radius, machine.table_radius, RESOLUTION)
     x, y = (values.ravel() for values in np.meshgrid(side, side))
     height = HEIGHT * machine.table_radius
@@ -38,8 +38,8 @@ def error_fields(
         poses = WorkspacePoses(tip, angles, tools, joints).take(shown)
         before, after = np.full(len(tip), np.nan), np.full(len(tip), np.nan)
         if len(shown):
-            before[shown] = errors_before(AsBuiltModel(as_built), found, present, poses).tip
-            after[shown] = expected_tip_error(as_built, found, factor, poses)
+            before[shown] = predict_errors_before(AsBuiltModel(as_built), found, present, poses).tip
+            after[shown] = expect_tip_error(as_built, found, factor, poses)
         shape = (RESOLUTION, RESOLUTION)
         fields.append(ErrorField(tilt, height, side, before.reshape(shape), after.reshape(shape)))
     return fields

@@ -8,10 +8,10 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.printable import json_text
-from verne_post.base.text_marks import text_of
+from verne_post.base.printable import format_json
+from verne_post.base.text_marks import decode_text
 from verne_post.base.units import MILLI
-from verne_post.config.load import machine_from_toml
+from verne_post.config.load import build_machine
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.deviations import ENTRIES, RODS, Deviations
 from verne_post.model.findings import InputError, finding
@@ -23,7 +23,7 @@ _HEADER: Final = re.compile(r"^\s*\[\[?\s*([\w.\-\"' ]+?)\s*\]\]?\s*(#.*)?$")
 DECIMALS: Final = 7
 
 
-def machine_text(raw: bytes, deviations: Deviations, source: str, file_name: str) -> str:
+def write_machine_text(raw: bytes, deviations: Deviations, source: str, file_name: str) -> str:
     """The machine file with these deviations in [as_built], in place of any that it has.
 
     Raises
@@ -31,9 +31,9 @@ def machine_text(raw: bytes, deviations: Deviations, source: str, file_name: str
     InputError
         VP501: the file writes [as_built] in a way that cannot be replaced line by line.
     """
-    text = text_of(raw)
+    text = decode_text(raw)
     kept = "".join(_drop_as_built(text)).rstrip() + "\n"
-    written = kept + "\n" + "".join(as_built_lines(deviations, source))
+    written = kept + "\n" + "".join(format_as_built(deviations, source))
     before: dict[str, Any] = tomllib.loads(text)
     before.pop("as_built", None)
     try:
@@ -60,10 +60,10 @@ def _drop_as_built(text: str) -> Iterator[str]:
             yield line
 
 
-def as_built_lines(deviations: Deviations, source: str) -> Iterator[str]:
+def format_as_built(deviations: Deviations, source: str) -> Iterator[str]:
     """The lines of an [as_built] table."""
     yield "[as_built]                          # deviations from the nominal machine, mm and mrad; see docs/as-built.md\n"
-    yield f"source = {json_text(source, ensure_ascii=False)}\n"
+    yield f"source = {format_json(source, ensure_ascii=False)}\n"
     for name, (key, shape, angle) in ENTRIES.items():
         values = np.asarray(getattr(deviations, name)) / (MILLI if angle else 1.0)
         if len(shape) == 1:
@@ -80,7 +80,7 @@ def _list(values: Array) -> str:
     return "[" + ", ".join(f"{value + 0.0:.{DECIMALS}f}" for value in np.round(values, DECIMALS) + 0.0) + "]"
 
 
-def as_built_route(machine: Machine, raw: bytes, file_name: str) -> tuple[Machine, AsBuiltMachine]:
+def take_as_built_route(machine: Machine, raw: bytes, file_name: str) -> tuple[Machine, AsBuiltMachine]:
     """A machine with its as-built kinematics; a nominal one gets deviations of zero.
 
     Raises
@@ -89,7 +89,7 @@ def as_built_route(machine: Machine, raw: bytes, file_name: str) -> tuple[Machin
         VP501: a machine that has no as-built model, or does not say where its rods are.
     """
     if not isinstance(machine.five_axis, AsBuiltMachine):
-        text = machine_text(raw, Deviations.none(), "nominal", file_name)
-        machine = machine_from_toml(text.encode(), file_name)
+        text = write_machine_text(raw, Deviations.none(), "nominal", file_name)
+        machine = build_machine(text.encode(), file_name)
     assert isinstance(machine.five_axis, AsBuiltMachine)
     return machine, machine.five_axis

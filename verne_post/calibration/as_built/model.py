@@ -6,7 +6,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array, Mask
 from verne_post.kinematics.as_built.forward import PlatformPose
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
-from verne_post.kinematics.as_built.parameter_rates import ToolRates, tool_rates
+from verne_post.kinematics.as_built.parameter_rates import ToolRates, differentiate_tool
 from verne_post.model.deviations import Deviations
 
 
@@ -36,8 +36,8 @@ class AsBuiltModel(Struct, frozen=True, eq=False):
         platform, ok = machine.platform(joints)
         pose = PlatformPose(platform.position.T, np.moveaxis(platform.matrix(), 0, -1), ok)
         from_platform = np.broadcast_to(length, ok.shape) + machine.nose_offset
-        rates = tool_rates(machine.geometry, pose, joints[:, :3].T, joints[:, 3:].T, from_platform)
+        rates = differentiate_tool(machine.geometry, pose, joints[:, :3].T, joints[:, 3:].T, from_platform)
         return Prediction(*machine.forward(joints, length)), rates
 
     def _make_machine_with(self, deviations: Array) -> AsBuiltMachine:
-        return self.machine.with_deviations(Deviations.from_vector(deviations))
+        return self.machine.replace_deviations(Deviations.build_from_vector(deviations))

@@ -33,4 +33,4 @@ def draw_deviations(seed: int, tolerances: Array) -> Deviations:
     tolerances : ndarray, shape (58,)
         Standard deviations, mm and rad.
     """
-    return Deviations.from_vector(tolerances * np.random.default_rng(seed).standard_normal(len(tolerances)))
+    return Deviations.build_from_vector(tolerances * np.random.default_rng(seed).standard_normal(len(tolerances)))

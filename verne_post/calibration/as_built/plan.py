@@ -9,7 +9,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array
 from verne_post.calibration.as_built.data import COMMANDED_EXACTLY, JointUncertainty, Prior
 from verne_post.calibration.as_built.model import AsBuiltModel
-from verne_post.calibration.as_built.program import find_middle, order_poses, reached_from, round_poses
+from verne_post.calibration.as_built.program import find_middle, order_poses, reach_from, round_poses
 from verne_post.calibration.as_built.workspace import WorkspacePoses, sample_workspace
 from verne_post.model.machine import Machine
 
@@ -83,7 +83,7 @@ def plan_poses(
     middle = find_middle(machine, lengths)
     drawn = sample_workspace(machine, CANDIDATES, lengths, rng, places, CANDIDATES_HEIGHT, LOWEST_MM)
     candidates, legal = round_poses(machine, drawn)
-    candidates = candidates.take(legal & reached_from(machine, middle, candidates))
+    candidates = candidates.take(legal & reach_from(machine, middle, candidates))
     if len(candidates.length) < count:
         raise ValueError(f"only {len(candidates.length)} of {CANDIDATES} poses tried can be visited")
     workspace = sample_workspace(machine, WORKSPACE_POSES, lengths, rng)

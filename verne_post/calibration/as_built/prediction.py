@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.rotations import axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.workspace import WorkspacePoses
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
@@ -25,10 +25,10 @@ class ToolErrors(Struct, frozen=True, eq=False):
     axis: Array
 
 
-def tool_errors(model: AsBuiltModel, deviations: Array, joints: Array, poses: WorkspacePoses) -> ToolErrors:
+def compute_tool_errors(model: AsBuiltModel, deviations: Array, joints: Array, poses: WorkspacePoses) -> ToolErrors:
     """How far a machine with these deviations (58,) is from poses (n,) when it stands at ``joints`` (n, 5)."""
     found = model.predict(deviations, joints, poses.length)
-    wanted = axis_of_angles(poses.angles[:, 0], poses.angles[:, 1])
+    wanted = find_axis_of_angles(poses.angles[:, 0], poses.angles[:, 1])
     return ToolErrors(np.linalg.norm(found.tip - poses.tip, axis=1), _compute_angles(found.axis, wanted))
 
 
@@ -37,9 +37,9 @@ def _compute_angles(one: Array, other: Array) -> Array:
     return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(one - other, axis=-1), 1.0)))
 
 
-def errors_before(model: AsBuiltModel, found: Array, present: FiveAxis, poses: WorkspacePoses) -> ToolErrors:
+def predict_errors_before(model: AsBuiltModel, found: Array, present: FiveAxis, poses: WorkspacePoses) -> ToolErrors:
     """Errors (n,) of the machine as found (58,) when the machine file in use makes its joints."""
-    return tool_errors(model, found, present.joints(poses.tip, poses.angles, poses.length), poses)
+    return compute_tool_errors(model, found, present.joints(poses.tip, poses.angles, poses.length), poses)
 
 
 class ErrorsAfter(Struct, frozen=True, eq=False):
@@ -60,7 +60,7 @@ class ErrorsAfter(Struct, frozen=True, eq=False):
     shape: Array
 
 
-def errors_after(machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses) -> ErrorsAfter:
+def predict_errors_after(machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses) -> ErrorsAfter:
     """Errors that are left when the found deviations make the joints.
 
     Parameters
@@ -72,13 +72,13 @@ def errors_after(machine: AsBuiltMachine, found: Array, factor: Array, poses: Wo
     poses : WorkspacePoses
         n poses.
     """
-    calibrated = machine.with_deviations(Deviations.from_vector(found))
+    calibrated = machine.replace_deviations(Deviations.build_from_vector(found))
     joints = calibrated.joints(poses.tip, poses.angles, poses.length)
     at, rates = AsBuiltModel(machine).rates(found, joints, poses.length)
     drawn = factor[:COUNT] @ np.random.default_rng(0).standard_normal((len(factor), DRAWS))
     tip = np.einsum("nkp,pd->nkd", rates.tip, drawn)
     axis = np.einsum("nkp,pd->nkd", rates.axis, drawn)
-    wanted = axis_of_angles(poses.angles[:, 0], poses.angles[:, 1])
+    wanted = find_axis_of_angles(poses.angles[:, 0], poses.angles[:, 1])
     left = at.axis - wanted
     errors = ToolErrors(np.linalg.norm(tip, axis=1), np.linalg.norm(left[:, :, None] + axis, axis=1))
     return ErrorsAfter(
@@ -95,9 +95,11 @@ def _remove_rigid_motion(moved: Array, point: Array) -> Array:
     return np.asarray((flat - basis @ share).reshape(moved.shape))
 
 
-def expected_tip_error(machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses) -> Array:
+def expect_tip_error(machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses) -> Array:
     """Root mean square (n,) of the tip error that is left, mm."""
-    joints = machine.with_deviations(Deviations.from_vector(found)).joints(poses.tip, poses.angles, poses.length)
+    joints = machine.replace_deviations(Deviations.build_from_vector(found)).joints(
+        poses.tip, poses.angles, poses.length
+    )
     rates = AsBuiltModel(machine).rates(found, joints, poses.length)[1]
     return np.asarray(np.sqrt(((rates.tip @ factor[:COUNT]) ** 2).sum(axis=(1, 2))))
 

@@ -47,7 +47,7 @@ def find_middle(machine: Machine, lengths: Sequence[float]) -> Array:
     raise ValueError("no upright pose over the middle of the table is legal with every tool")
 
 
-def reached_from(machine: Machine, middle: Array, poses: WorkspacePoses) -> Mask:
+def reach_from(machine: Machine, middle: Array, poses: WorkspacePoses) -> Mask:
     """Poses (n,) to which the straight way from the middle pose, with their own C, is legal."""
     n = len(poses.length)
     upright = np.stack([np.zeros(n), poses.angles[:, 1]], axis=1)
@@ -88,7 +88,7 @@ def order_poses(machine: Machine, poses: WorkspacePoses) -> tuple[list[int], lis
     return order, over
 
 
-def program_lines(
+def write_program_lines(
     machine: Machine, middle: Array, poses: WorkspacePoses, over: Sequence[bool], dwell: float, readings: str
 ) -> Iterator[str]:
     """The program that visits poses (n,) in their order, and stands ``dwell`` seconds at each.

@@ -151,7 +151,7 @@ def _list_length_names() -> dict[str, tuple[str, tuple[int, ...]]]:
 _LENGTH_NAMES: Final = _list_length_names()
 
 
-def reading_lines(machine: Machine, joints: Array, length: Array, tip: Array) -> Iterator[str]:
+def format_readings(machine: Machine, joints: Array, length: Array, tip: Array) -> Iterator[str]:
     """Lines of a file of readings for joints (n, 5); tips (n, 3) that are NaN are blank cells, to be measured."""
     yield ",".join((*(column.header for column in machine.columns), LENGTH, *TIP, "remark")) + "\n"
     for row, (place, tool, measured) in enumerate(zip(joints, length, tip, strict=True), start=1):

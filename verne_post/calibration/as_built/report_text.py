@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD, MILLI
 from verne_post.calibration.as_built.calibrate import Calibration
 from verne_post.calibration.as_built.drift import Drift
@@ -39,7 +39,7 @@ class CalibrationReport(Struct, frozen=True):
     drift: Drift | None = None
 
 
-def calibration_text(report: CalibrationReport) -> str:
+def format_calibration(report: CalibrationReport) -> str:
     """The whole report as lines of text."""
     return "".join(line + "\n" for line in _write_lines(report))
 
@@ -159,7 +159,7 @@ def _describe_drift(drift: Drift) -> Iterator[str]:
         yield "none of it is beyond twice its uncertainty: the machine stands as it was calibrated"
 
 
-def tolerances_text(machine: Machine, study: ToleranceStudy, shown: int | None) -> str:
+def format_tolerances(machine: Machine, study: ToleranceStudy, shown: int | None) -> str:
     """What each tolerance does to the tool, worst first."""
     lines = [
         f"{machine.name} ({machine.kind}): what each part does to the tool when it is off by its tolerance and nobody calibrates it",
@@ -181,11 +181,11 @@ def tolerances_text(machine: Machine, study: ToleranceStudy, shown: int | None) 
     return "".join(line + "\n" for line in lines)
 
 
-def calibration_json(report: CalibrationReport) -> str:
+def format_calibration_json(report: CalibrationReport) -> str:
     """The report as one object; values that do not exist are null."""
     result, measurement = report.result, report.measurement
     fit = result.fit
-    found = Deviations.from_vector(fit.deviations)
+    found = Deviations.build_from_vector(fit.deviations)
     data = {
         "schema": 1,
         "source": report.source,
@@ -212,7 +212,7 @@ def calibration_json(report: CalibrationReport) -> str:
         "undetermined": [direction.coefficients for direction in result.undetermined],
         "drift_mm": None if report.drift is None else _convert_drift(report.drift),
     }
-    return json_text(data, 2, ensure_ascii=False) + "\n"
+    return format_json(data, 2, ensure_ascii=False) + "\n"
 
 
 def _number(value: float) -> float | None:

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.checks.violations import machine_checks
+from verne_post.kinematics.checks.violations import list_machine_checks
 from verne_post.model.machine import Machine
 from verne_post.model.poses import Platform, Pose
 
@@ -41,7 +41,7 @@ def solve_legal(machine: Machine, tip: Array, angles: Array, length: Array) -> t
     with np.errstate(invalid="ignore"):
         margins = machine.five_axis.geometry_margins(joints, angles, platform)
         quantities = np.concatenate([joints, margins], axis=1)
-        for check in machine_checks(machine):
+        for check in list_machine_checks(machine):
             ok = ok & (check.sign * (quantities[:, check.quantity] - check.limit) >= -check.slack)
         axis = machine.five_axis.tool_axis(joints, angles, platform)
         for point in (tip, tip + length[:, None] * axis):

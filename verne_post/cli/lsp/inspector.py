@@ -26,7 +26,7 @@ from verne_post.cli.options import settings_of
 from verne_post.model.findings import Finding, InputError, UsageError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
-from verne_post.output.findings import Report, outcome_line
+from verne_post.output.findings import Report, format_outcome
 from verne_post.output.policy import apply_policy
 
 #: Options that say which findings count.
@@ -135,7 +135,7 @@ class Inspector:
         """What is written over lines, counted from 1: the machining time, the line next to a limit, the one that takes longest."""
         facts, summary = found.measure(), found.made.result.summary
         errors = [item.worst_line or item.line for item in found.findings if item.severity == "error"]
-        outcome = outcome_line(found.path.name, found.findings).partition(": ")[2]
+        outcome = format_outcome(found.path.name, found.findings).partition(": ")[2]
         if facts is None or summary is None:
             first = next((f"; the first in line {line}" for line in errors if line), "")
             return [(1, f"{outcome}{first}")]

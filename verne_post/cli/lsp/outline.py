@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.cli.lsp.places import remove_remarks
-from verne_post.config.subprograms import callable_files
+from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.model.findings import UsageError
 
@@ -171,6 +171,6 @@ class Outline:
 
 def _list_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
     try:
-        return callable_files(folder, paths)
+        return list_callable_files(folder, paths)
     except (UsageError, OSError):
         return []

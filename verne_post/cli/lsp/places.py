@@ -7,7 +7,7 @@ from typing import Final
 from lsprotocol import types as lsp
 
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import Severity, concerns_text
+from verne_post.model.verdict import Severity, is_about_text
 from verne_post.output.findings import describe
 
 _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
@@ -38,7 +38,7 @@ def find_word(line: str, letter: str) -> re.Match[str] | None:
 
 def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
     """The word of a finding, else its line; the first line where it has none."""
-    at = (item.line if concerns_text(item.code) else item.worst_line or item.line) or 1
+    at = (item.line if is_about_text(item.code) else item.worst_line or item.line) or 1
     at = min(at, len(lines))
     line = lines[at - 1]
     begin, end = len(line) - len(line.lstrip()), len(line.rstrip())

@@ -25,7 +25,7 @@ from verne_post.cli.lsp.fixes import Fix, find_fixes
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import PROGRAMS
-from verne_post.cli.temporary import temporary_folder
+from verne_post.cli.temporary import make_temporary_folder
 from verne_post.model.codes import CODES
 from verne_post.output.code_pages import make_markdown
 
@@ -281,7 +281,7 @@ def serve(given: dict[str, Any], output: Any) -> None:
     log.propagate = False
     # whole texts: changes of parts count lines as editors do, which end none at a form feed
     server = _Server("verne-post", __version__, lsp.TextDocumentSyncKind.Full)
-    with temporary_folder(Path(tempfile.gettempdir())) as pages:
+    with make_temporary_folder(Path(tempfile.gettempdir())) as pages:
         session = Session(server, given, pages)
         for name, function in (
             (lsp.INITIALIZED, session.watch_files),

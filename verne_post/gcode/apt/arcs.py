@@ -10,7 +10,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ARC_CHORD_MM, ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, VECTOR_LENGTH
 from verne_post.gcode.apt.statements import Statement, read_numbers
-from verne_post.gcode.arcs import allowed_mismatch
+from verne_post.gcode.arcs import allow_mismatch
 from verne_post.gcode.machining.spatial_arc import SpatialArc
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.motion import MAX_TURNS
@@ -151,7 +151,7 @@ def _read_ends(s: Statement, form: re.Pattern[str]) -> tuple[list[float], list[f
 
 def find_allowed(radius: float, *, inch: bool) -> float:
     """How far a point may be off its circle (mm), whose radius is in mm."""
-    return allowed_mismatch(radius, ARC_RADIUS_INCH_MM if inch else ARC_RADIUS_MM)
+    return allow_mismatch(radius, ARC_RADIUS_INCH_MM if inch else ARC_RADIUS_MM)
 
 
 def check_radius(circle: Circle, start: Array, unit: float) -> None:

@@ -104,7 +104,7 @@ class AptInterpreter(Rs274):
         self.motion.check_feed(block, 10)
         unit = MM_PER_INCH if self.modes.inch else 1.0
         start = self.core.start_of_motion(MoveKind.ARC, absolute=True, machine=False, axes=[0, 1, 2])
-        end = [*(self.values.axis_value(block, axis) for axis in range(3)), *start[3:]]
+        end = [*(self.values.read_axis_value(block, axis) for axis in range(3)), *start[3:]]
         arc = lay_arc(circle, np.array(start[:3]), np.array(end[:3]), unit)
         self.modes.motion = 10
-        self.core.spatial_arc(block, start, end, arc, [0, 1, 2])
+        self.core.move_on_spatial_arc(block, start, end, arc, [0, 1, 2])

@@ -14,7 +14,7 @@ from verne_post.gcode.apt.holes import drill
 from verne_post.gcode.apt.interpreter import make_arc_block
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Statement, read_numbers, read_word
-from verne_post.gcode.apt.tool_axes import differ, half_step
+from verne_post.gcode.apt.tool_axes import differ, find_half_step
 from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
 
@@ -30,7 +30,7 @@ def go_to(to: AptModes, s: Statement) -> Iterator[Block]:
     held = to.axis
     _take_axis(to, s, axis)
     _check_table(to, s)
-    if to.circle is not None and differ(to.axis, held, half_step(to.axis) + half_step(held)):
+    if to.circle is not None and differ(to.axis, held, find_half_step(to.axis) + find_half_step(held)):
         raise ProgramError(
             "VP002",
             f"{s.major} after CIRCLE with another tool axis: arcs keep the axis; write points in their place",
@@ -145,12 +145,12 @@ def _check_table(to: AptModes, s: Statement) -> None:
         return
     stands = to.setup.coordinates.tool_axis(to.state.position, to.state.frame)
     held = None if stands is None else [float(value) for value in stands]
-    near = VECTOR_LENGTH if any(to.axis[:2]) else half_step(to.axis)
+    near = VECTOR_LENGTH if any(to.axis[:2]) else find_half_step(to.axis)
     if to.turned and (held is None or differ(held, to.tool_axis, near)):
         shown = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
         raise ProgramError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown}): "
             "give the axis in the coordinates of the part")  # fmt: skip
-    same = held is not None and not differ(held, to.tool_axis, half_step(to.axis))
+    same = held is not None and not differ(held, to.tool_axis, find_half_step(to.axis))
     to.turned, to.state.modes.vectors = False, not same
 
 
@@ -163,7 +163,7 @@ def _approach(to: AptModes, s: Statement, point: list[float]) -> Iterator[Block]
                 "RAPID before a GOTO of a CYCLE: CAM systems differ in whether that place is a hole; write "
                 "CYCLE/OFF before a move without a hole, and no RAPID before a hole",
             )
-        with to.state.exact_path():
+        with to.state.follow_exactly():
             yield from drill(to, s, to.cycle, point)
         return
     if to.circle is not None:

@@ -17,7 +17,7 @@ from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.plain import MIN_LINES
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import decode_line
-from verne_post.gcode.words import whole_lines
+from verne_post.gcode.words import read_whole_lines
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]+)?$")
 _IN_POINTS: Final = rb"[ \t]*+[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[Ee][+-]?[0-9]++)?[ \t]*+"
@@ -194,7 +194,7 @@ def _cut_card_name(line: str) -> str:
 def _split_text(source: Text) -> Iterator[bytes | Points]:
     """Stretches of GOTO, and the lines between them."""
     number = 1
-    for chunk in whole_lines(source):
+    for chunk in read_whole_lines(source):
         at = 0
         for match in _POINTS.finditer(chunk):
             if match.start() > at:

@@ -8,7 +8,7 @@ from typing import Final
 _NOISE: Final = 1e-12
 
 
-def half_step(axis: Sequence[float]) -> float:
+def find_half_step(axis: Sequence[float]) -> float:
     """Half of the last decimal with which an axis is printed: of the component that has most; 0 where all are whole."""
     decimals = max(-int(Decimal(repr(value)).normalize().as_tuple().exponent) for value in axis)
     return 0.5 * 10.0**-decimals if decimals > 0 else 0.0

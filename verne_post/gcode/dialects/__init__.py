@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Final
 
 from verne_post.base.long_text import Text
-from verne_post.base.modules import names_of_modules
+from verne_post.base.modules import list_module_names
 from verne_post.gcode.dialect import Dialect
 
 #: Stands for the dialect that the first lines show.
@@ -21,7 +21,7 @@ _DEFAULT: Final = "rs274"
 
 
 def _find_dialects() -> dict[str, Dialect]:
-    return {name: import_module(f"{__name__}.{name}").DIALECT for name in names_of_modules(__path__)}
+    return {name: import_module(f"{__name__}.{name}").DIALECT for name in list_module_names(__path__)}
 
 
 DIALECTS: Final[Mapping[str, Dialect]] = _find_dialects()

@@ -14,8 +14,8 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import Block
-from verne_post.gcode.codes import TAKES_AXES, CodeTable, g_name
-from verne_post.gcode.dialect import Dialect, dialect_of_blocks
+from verne_post.gcode.codes import TAKES_AXES, CodeTable, spell_g_code
+from verne_post.gcode.dialect import Dialect, build_dialect_of_blocks
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
@@ -48,9 +48,9 @@ from verne_post.gcode.rs274.fanuc_points import (
     INCREMENT,
     find_length_without_unit,
     find_lines,
+    find_lines_without_point,
     find_mixture,
     find_unrounded,
-    lines_without_point,
     scale_words,
 )
 from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, prepare_line, read_corner
@@ -133,7 +133,7 @@ class FanucInterpreter(Rs274):
         conventional = setup.control.get("fanuc", {}).get("decimal_point") == "conventional"
         calls = [match.start() for match in _READ.finditer(text.upper())]
         left = find_lines(text, calls) if calls else super().leave_to_reader(text, setup)
-        return np.union1d(left, lines_without_point(text)) if conventional else left
+        return np.union1d(left, find_lines_without_point(text)) if conventional else left
 
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """As RS274/NGC; says what it does where R is above the tool."""
@@ -297,7 +297,7 @@ class FanucInterpreter(Rs274):
         if "exact stop" in g:
             self.core.set_path_control(PathControl(PathMode.EXACT_STOP))
         if "look-ahead" in g:
-            code = g_name(g["look-ahead"])
+            code = spell_g_code(g["look-ahead"])
             words = {letter: block.words[letter] for letter in "PE" if letter in block.words}
             self.recorder.event(block.line, "look-ahead", code=code, **words)
         super()._set_modes(block, g)
@@ -343,7 +343,7 @@ class FanucInterpreter(Rs274):
 
     def _execute_non_modal(self, block: Block, code: int) -> None:
         if code in (100, 520, 920):
-            self.planes.refuse_under_plane(g_name(code))
+            self.planes.refuse_under_plane(spell_g_code(code))
         if code == 100:
             self.fanuc_offsets.store_offset(block)
         elif code in (520, 920):
@@ -361,7 +361,7 @@ class FanucInterpreter(Rs274):
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
         of_frames = OF_FRAMES if self.modes.maps.mirrors == NO_MAPS.mirrors else (*OF_FRAMES, MIRROR_OFF)
         if frame_codes := [code for code in g.values() if code in of_frames]:  # take the axis words, all alone
-            name = g_name(frame_codes[0])
+            name = spell_g_code(frame_codes[0])
             if len(frame_codes) > 1 or g.keys() & {"motion", "non-modal", "machine coordinates", "plane axis"}:
                 raise ProgramError(
                     "VP003", f"{name} takes the axis words of its block; write the other code in a block of its own"
@@ -383,7 +383,7 @@ class FanucInterpreter(Rs274):
             return
         if code in ALONE:
             raise block.error(
-                "VP006", f"{axes[0]} beside {g_name(code)}, which takes no axis words; write two blocks", axes[0]
+                "VP006", f"{axes[0]} beside {spell_g_code(code)}, which takes no axis words; write two blocks", axes[0]
             )
         for letter in axes:
             del block.words[letter], block.columns[letter]
@@ -416,4 +416,6 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
     return execution
 
 
-DIALECT: Final[Dialect] = replace(dialect_of_blocks(FanucInterpreter, _recognise, _initial_state), execute=_execute)
+DIALECT: Final[Dialect] = replace(
+    build_dialect_of_blocks(FanucInterpreter, _recognise, _initial_state), execute=_execute
+)

@@ -13,7 +13,7 @@ from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.words import whole_lines
+from verne_post.gcode.words import read_whole_lines
 
 _HEADER: Final = re.compile(rb"(?:[ \t\r]*(?:;[^\n]*)?\n)*[ \t]*\d*[ \t]*BEGIN[ \t]+PGM(?![A-Z0-9])", re.IGNORECASE)
 _COMMENT: Final = re.compile(rb";[^\n]*")
@@ -34,7 +34,7 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     sought = re.compile(rb"(?<![A-Z])I?" + letter.encode() + _VALUE)
     other = _TURNS if letter in setup.rotary_letters else _PLACES if letter in "XY" else None
     for whole in (source, *setup.subroutines.values()):
-        for part in whole_lines(whole):
+        for part in read_whole_lines(whole):
             text = _COMMENT.sub(b"", part).upper()
             if sought.search(text) or (other is not None and other.search(text)):
                 return True

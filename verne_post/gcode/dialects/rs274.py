@@ -9,7 +9,7 @@ from typing import ClassVar, Final
 from msgspec.structs import replace
 
 from verne_post.base.long_text import Text
-from verne_post.gcode.dialect import Dialect, dialect_of_blocks
+from verne_post.gcode.dialect import Dialect, build_dialect_of_blocks
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
@@ -70,5 +70,5 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
 
 #: No header shows this dialect: it is the default.
 DIALECT: Final[Dialect] = replace(
-    dialect_of_blocks(Rs274, recognise=lambda _source: False, initial_state=_make_initial_state), execute=_execute
+    build_dialect_of_blocks(Rs274, recognise=lambda _source: False, initial_state=_make_initial_state), execute=_execute
 )

@@ -13,7 +13,7 @@ from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.words import whole_lines
+from verne_post.gcode.words import read_whole_lines
 
 _HEADER_LINES: Final = 200
 #: What only these controls write. That a letter must follow is said first: two thirds of the time goes to places where none does.
@@ -56,7 +56,7 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     if letter in "XYZ":
         sought += rb"|CYCLE8"
     pattern = re.compile(sought, re.IGNORECASE)
-    texts = (text for whole in (source, *setup.subroutines.values()) for text in whole_lines(whole))
+    texts = (text for whole in (source, *setup.subroutines.values()) for text in read_whole_lines(whole))
     return any(pattern.search(re.sub(rb";[^\n]*", b"", text)) for text in texts)
 
 

@@ -96,7 +96,7 @@ class KlartextApproach:
         else:
             self._go_to(approach, _touch(self.state.position, center, approach.length, sense, leaving=False), rapid)
         if kind in ("LT", "LN"):
-            self._line_to(approach.line, beside, approach.feed)
+            self._add_line(approach.line, beside, approach.feed)
         else:
             here = (self.state.position[0], self.state.position[1])
             sweep = sense * approach.turn if kind == "CT" else _sweep_to(here, beside, center, sense)
@@ -118,7 +118,7 @@ class KlartextApproach:
             end = [*end[:2], *approach.point[2:]]
             self.contour.emit(Element(approach.line, self.state.position, end, kind, feed, (2,)))
 
-    def _line_to(self, line: int, place: Point, feed: float) -> None:
+    def _add_line(self, line: int, place: Point, feed: float) -> None:
         end = [place[0], place[1], *self.state.position[2:]]
         self.contour.emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (0, 1)))
 
@@ -151,16 +151,16 @@ class KlartextApproach:
         sense = side * math.copysign(1.0, length)
         self._end_side()
         if kind == "LT":
-            self._line_to(line, (here[0] + length * t[0], here[1] + length * t[1]), feed)
+            self._add_line(line, (here[0] + length * t[0], here[1] + length * t[1]), feed)
         elif kind == "LN":
-            self._line_to(line, center, feed)
+            self._add_line(line, center, feed)
         elif kind == "CT":
             self._arc_to(line, _turned(here, center, sense * turn), center, sense * turn, feed)
         else:
             assert point is not None
             place = _touch(point, center, length, sense, leaving=True)
             self._arc_to(line, place, center, _sweep_to(here, place, center, sense), feed)
-            self._line_to(line, (point[0], point[1]), feed)
+            self._add_line(line, (point[0], point[1]), feed)
         if height is not None:
             end = [*self.state.position[:2], height, *self.state.position[3:]]
             self.contour.emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (2,)))

@@ -60,7 +60,7 @@ class Blank:
         high = [
             words.get(letter, start + words.get("I" + letter, 0.0)) for letter, start in zip("XYZ", low, strict=True)
         ]
-        return _check_size(statement, Stock(statement.line, _triple(low), _triple(high), outside))
+        return _check_size(statement, Stock(statement.line, _read_triple(low), _read_triple(high), outside))
 
 
 def _read_words(
@@ -102,6 +102,6 @@ def _check_size(statement: Statement, stock: Stock) -> Stock:
     return stock
 
 
-def _triple(values: list[float]) -> tuple[float, float, float]:
+def _read_triple(values: list[float]) -> tuple[float, float, float]:
     x, y, z = values
     return x, y, z

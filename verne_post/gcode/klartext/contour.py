@@ -87,7 +87,7 @@ class KlartextContour:
         if self.queue.first is None or self.queue.corner is not None:
             raise statement.error("VP017", f"{statement.keyword} needs a line or an arc right before it")
         size = words.take("R") if statement.keyword == "RND" else words.take("LEN")
-        feed = self.feed_value(words)
+        feed = self.find_block_feed(words)
         words.check_used(statement)
         if size is None or size <= 0:
             raise statement.error(
@@ -96,16 +96,16 @@ class KlartextContour:
         chamfer = "legs" if statement.keyword == "CHF" else None
         self.queue.corner = Corner(statement.keyword, size * self.frames.unit, chamfer, feed, statement.line)
 
-    def feed_value(self, words: Words) -> float:
+    def find_block_feed(self, words: Words) -> float:
         """F of a block as the feed mode has it, for this block alone; 0 where it has none."""
         value = words.take("F")
-        return 0.0 if value is None else self._feed_in_force(value)
+        return 0.0 if value is None else self._convert_feed(value)
 
-    def _feed_in_force(self, value: float) -> float:
+    def _convert_feed(self, value: float) -> float:
         """A number after F as the feed mode has it: mm per turn under M136, else mm/min."""
-        return self.frames.length(value) if self.per_turn and value > 0 else self.feed_of_word(value)
+        return self.frames.length(value) if self.per_turn and value > 0 else self.read_feed_word(value)
 
-    def feed_of_word(self, value: float) -> float:
+    def read_feed_word(self, value: float) -> float:
         """A number after F: mm/min, or 0.1 inch/min in a program in inches."""
         if value <= 0:
             raise ProgramError("VP007", f"F{value:g}: a feed rate is greater than 0")
@@ -136,7 +136,7 @@ class KlartextContour:
             self.core.set_feed(self.frames.length(per_turn))
         if value is not None:
             self.change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
-            self.core.set_feed(self._feed_in_force(value))
+            self.core.set_feed(self._convert_feed(value))
 
     def change_feed_mode(self, mode: FeedMode) -> None:
         """What F means; the number in force is already one of this meaning."""

@@ -10,7 +10,7 @@ from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.milling import KlartextMilling
-from verne_post.gcode.lengths import helix_length
+from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.elements import Point, make_arc
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import MAX_DWELL_S
@@ -58,7 +58,7 @@ class KlartextCycles:
         self.core.require_known(self.frames.block, [0, 1], f"cycle {number}")
         self.core.frames.stand_at({2: self.find_height(q[203] + q[200])})
         self._check_hole(number, q)
-        with self.core.keep_feed(), self.state.exact_path():
+        with self.core.keep_feed(), self.state.follow_exactly():
             if number in HOLES:
                 HOLES[number](self, q)
             else:
@@ -66,7 +66,7 @@ class KlartextCycles:
         self.contour.last_rapid = True
 
     def _check_hole(self, number: int, q: _Q) -> None:
-        if (tool := self.core.tilted_tool()) is not None:
+        if (tool := self.core.find_tilted_tool()) is not None:
             raise ProgramError(
                 "VP017", f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; position the rotary axes first (PLANE ... MOVE or TURN)",
             )  # fmt: skip
@@ -107,7 +107,7 @@ class KlartextCycles:
         kind = MoveKind.RAPID if rapid else MoveKind.FEED
         if not rapid:
             if feed is not None:
-                self.core.set_feed(self.contour.feed_of_word(feed))
+                self.core.set_feed(self.contour.read_feed_word(feed))
                 self._change_feed_mode_to_minutes()
             self.contour.check_feed()
         self.core.start_of_motion(kind, absolute=True, machine=False)
@@ -223,7 +223,7 @@ class KlartextCycles:
                     self.go_to_height(clear, q[208] or q[206])
                     self._wait(q[210])
                     self.go_to_height(depth + q[200], 0.0)
-                step = _next_step(q, step)
+                step = _shorten_step(q, step)
         self._finish_hole(q, clear, bottom)
 
     def _finish_hole(self, q: _Q, clear: float, bottom: float) -> None:
@@ -259,7 +259,7 @@ class KlartextCycles:
         self.go_straight([*hole[:2], *self.state.position[2:]], rapid=True)
         self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
 
-    def _peck_universal(self, q: _Q) -> None:
+    def _drill_universal_pecks(self, q: _Q) -> None:
         """205: pecks to full retracts each Q202, chip breaks each Q257 between them, stop distances Q258 to Q259, a deeper start Q379."""
         clear, surface = self._start_height(q)
         bottom = surface + q[201]
@@ -280,7 +280,7 @@ class KlartextCycles:
                 self.go_to_height(clear, q[208] or q[206])
                 self.go_to_height(depth + stop, 0.0)
                 done += 1
-                step = _next_step(q, step)
+                step = _shorten_step(q, step)
             self._break_chips(q, depth, bottom)
         self._finish_hole(q, clear, bottom)
 
@@ -365,13 +365,13 @@ class KlartextCycles:
         self, place: Point, center: Point, sweep: float, height: float, feed: float, bore: float | None = None
     ) -> None:
         """A helix to a place at an input height; ``bore`` is the radius (mm) of the wall that it cuts, where it cuts one."""
-        self.core.set_feed(self.contour.feed_of_word(feed))
+        self.core.set_feed(self.contour.read_feed_word(feed))
         self._change_feed_mode_to_minutes()
         self.contour.check_feed()
         start = list(self.state.position)
         end = [place[0], place[1], self.find_height(height), *start[3:]]
         if bore is not None:
-            lengths = [helix_length(radius, sweep, end[2] - start[2]) for radius in (math.dist(place, center), bore)]
+            lengths = [measure_helix(radius, sweep, end[2] - start[2]) for radius in (math.dist(place, center), bore)]
             self.core.set_feed(self.state.feed * self.core.find_arc_feed_share(lengths[0] / lengths[1]))
         self.core.arc(self.frames.block, start, end, make_arc(start, 0, center, sweep), [0, 1, 2])
 
@@ -424,13 +424,13 @@ class KlartextCycles:
 #: Moves of each machining cycle.
 HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
     200: KlartextCycles._drill, 201: KlartextCycles._ream, 202: KlartextCycles._bore, 203: KlartextCycles._drill_universal,
-    204: KlartextCycles._bore_back, 205: KlartextCycles._peck_universal, 206: KlartextCycles._tap,
+    204: KlartextCycles._bore_back, 205: KlartextCycles._drill_universal_pecks, 206: KlartextCycles._tap,
     207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly, 240: KlartextCycles._center,
     241: KlartextCycles._drill_single_lip,
 }  # fmt: skip
 
 
-def _next_step(q: _Q, step: float) -> float:
+def _shorten_step(q: _Q, step: float) -> float:
     """The plunging depth after one: smaller by Q212, no smaller than Q205."""
     if not q[212]:
         return step

@@ -174,7 +174,7 @@ class _KlartextRun:
             or any(interpreter.frames.wraps.values())
             or interpreter.paths.shortest
         ):
-            last = chunk.lines.first_named(row, last, list(interpreter.setup.rotary))
+            last = chunk.lines.find_first_named(row, last, list(interpreter.setup.rotary))
         if last - row < plain.MIN_LINES:
             return False
         interpreter.frames.block.line = self.calls.shown_line or self.calls.line

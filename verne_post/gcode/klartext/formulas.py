@@ -22,13 +22,13 @@ class Numbers(Protocol):
         """Value of Q1, QL1 or QR1; raises ProgramError (VP025) for one that has none."""
 
 
-def _square_root(x: float) -> float:
+def _take_square_root(x: float) -> float:
     if x < 0:
         raise ValueError("SQRT of a negative number")
     return math.sqrt(x)
 
 
-def _logarithm(x: float) -> float:
+def _take_logarithm(x: float) -> float:
     if x <= 0:
         raise ValueError("LN or LOG of a number that is not positive")
     return math.log(x)
@@ -46,9 +46,9 @@ def _arc(function: Callable[[float], float]) -> Callable[[float], float]:
 _FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
     "SIN": lambda x: math.sin(math.radians(x)), "COS": lambda x: math.cos(math.radians(x)),
     "TAN": lambda x: math.tan(math.radians(x)), "ASIN": _arc(math.asin), "ACOS": _arc(math.acos),
-    "ATAN": lambda x: math.degrees(math.atan(x)), "SQ": lambda x: x * x, "SQRT": _square_root, "ABS": abs,
-    "INT": lambda x: float(math.trunc(x)), "FRAC": lambda x: x - math.trunc(x), "NEG": lambda x: -x, "LN": _logarithm,
-    "LOG": lambda x: _logarithm(x) / math.log(10.0), "EXP": math.exp, "SGN": lambda x: float((x > 0) - (x < 0)),
+    "ATAN": lambda x: math.degrees(math.atan(x)), "SQ": lambda x: x * x, "SQRT": _take_square_root, "ABS": abs,
+    "INT": lambda x: float(math.trunc(x)), "FRAC": lambda x: x - math.trunc(x), "NEG": lambda x: -x, "LN": _take_logarithm,
+    "LOG": lambda x: _take_logarithm(x) / math.log(10.0), "EXP": math.exp, "SGN": lambda x: float((x > 0) - (x < 0)),
 }  # fmt: skip
 
 
@@ -132,9 +132,9 @@ class _Formula:
         return value
 
     def _product(self, depth: int) -> float:
-        value = self._power(depth)
+        value = self._raise_to_power(depth)
         while (operator := self._take("*", "/", "%")) is not None:
-            factor = self._power(depth)
+            factor = self._raise_to_power(depth)
             if operator != "*" and factor == 0:
                 raise ProgramError("VP007", "a division by zero")
             value = (
@@ -142,20 +142,20 @@ class _Formula:
             )
         return value
 
-    def _power(self, depth: int) -> float:
-        value = self._operand(depth + 1)
+    def _raise_to_power(self, depth: int) -> float:
+        value = self._read_operand(depth + 1)
         while self._take("^") is not None:
-            result = value ** self._operand(depth + 1)
+            result = value ** self._read_operand(depth + 1)
             if isinstance(result, complex):
                 raise ProgramError("VP007", f"{value:g} has no such power")
             value = result
         return value
 
-    def _operand(self, depth: int) -> float:
+    def _read_operand(self, depth: int) -> float:
         if depth > MAX_NESTING:
             raise ProgramError("VP001", f"more than {MAX_NESTING} brackets and functions inside each other")
         if (sign := self._take("+", "-")) is not None:
-            value = self._operand(depth + 1)
+            value = self._read_operand(depth + 1)
             return -value if sign == "-" else value
         if self.at == len(self.tokens):
             raise ProgramError("VP001", "the formula ends where a value belongs")
@@ -169,7 +169,7 @@ class _Formula:
         if token == "PI":
             return math.pi
         if token in _FUNCTIONS:
-            return _FUNCTIONS[token](self._operand(depth + 1))
+            return _FUNCTIONS[token](self._read_operand(depth + 1))
         if token.startswith("Q") and token[-1].isdigit():
             return self.numbers.value(token)
         if token[0].isdigit() or token[0] in ".,":

@@ -93,12 +93,12 @@ class KlartextFrames:
         """Put the maps that are in force into the frame; the machine stands still."""
         whole = self.maps.map()
         if not self.modes.tcp and self.maps.tilt is None:
-            whole = self.table_map(self.state.position).after(whole)
+            whole = self.map_with_table(self.state.position).after(whole)
         feature, factors = whole.split()
         self.core.frames.set_frame(replace(self.state.frame, feature=feature))
         self.factors = factors
 
-    def table_map(self, program: list[float]) -> Map:
+    def map_with_table(self, program: list[float]) -> Map:
         """Where coordinates that do not turn with the table are on the workpiece, with it at the rotary words of a point (9)."""
         if not self.setup.machine:
             return Map()
@@ -117,7 +117,7 @@ class KlartextFrames:
         """Without tool-centre-point control a tilted plane needs the tool upright on it."""
         if self.modes.tcp or self.maps.tilt is None or not self.setup.machine:
             return
-        if self.core.tilted_tool() is not None:
+        if self.core.find_tilted_tool() is not None:
             raise ProgramError(
                 "VP017", f"{what} in a tilted plane, and the tool does not stand upright on it; position the rotary axes first "
                 "(PLANE ... MOVE or TURN, or L A+Q120 C+Q122)",
@@ -149,7 +149,7 @@ class KlartextFrames:
         if point is not None:
             feature, _factors = (
                 self.maps.map().split() if self.maps.tilt is not None
-                else self.table_map(ends).after(self.maps.map()).split()
+                else self.map_with_table(ends).after(self.maps.map()).split()
             )  # fmt: skip
             program = np.array([*point, *ends[3:]])
             end = np.array(coordinates.to_machine(program, replace(state.frame, feature=feature)))

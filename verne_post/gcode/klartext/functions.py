@@ -78,7 +78,7 @@ class KlartextFunctions:
             raise statement.error("VP002", "DR2 is not executed: radii of ball ends are not compensated")
         words.check_used(statement)
         if feed is not None:
-            self.contour.call_feed = self.contour.feed_of_word(feed)
+            self.contour.call_feed = self.contour.read_feed_word(feed)
             self.core.set_feed(self.contour.call_feed)
             self.contour.change_feed_mode(FeedMode.PER_MINUTE)
         if number is not None:
@@ -278,7 +278,7 @@ class KlartextFunctions:
         kind, feed = (
             (MoveKind.RAPID, 0.0)
             if "F" not in word.words
-            else (MoveKind.FEED, self.contour.feed_of_word(word.words["F"]))
+            else (MoveKind.FEED, self.contour.read_feed_word(word.words["F"]))
         )
         self.retract(distance, kind, feed)
 

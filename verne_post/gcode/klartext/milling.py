@@ -290,7 +290,7 @@ class KlartextMilling:
         self.core.arc(self.frames.block, start, end, make_arc(start, 0, stroke.center, sweep), [0, 1, 2])
 
     def _set_feed(self, feed: float) -> None:
-        self.core.set_feed(self.contour.feed_of_word(feed))
+        self.core.set_feed(self.contour.read_feed_word(feed))
         self.contour.change_feed_mode(FeedMode.PER_MINUTE)
         self.contour.check_feed()
 

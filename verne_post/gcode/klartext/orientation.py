@@ -12,7 +12,7 @@ from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.paths import Target
 from verne_post.gcode.klartext.statements import Statement
-from verne_post.gcode.klartext.transformations import spatial
+from verne_post.gcode.klartext.transformations import build_spatial_plane
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.program_error import ProgramError
 
@@ -64,7 +64,7 @@ class KlartextOrientation:
         """The tool axis of a block, by vectors or by spatial angles; None where it gives none."""
         vector = self._normal(statement, words) if statement.keyword == "LN" else None
         if vector is None and self.modes.tcp and self.modes.as_spatial:
-            vector = self._spatial_vector(statement, words)
+            vector = self._find_spatial_vector(statement, words)
         return vector
 
     def orient(self, target: Target, vector: np.ndarray | None) -> None:
@@ -72,13 +72,13 @@ class KlartextOrientation:
         state = self.state
         if vector is not None:
             if not self.setup.machine:
-                self.core.hold_tool_axis(self._frame_vector(vector))
+                self.core.hold_tool_axis(self._map_vector(vector))
                 return
-            end = self.setup.coordinates.point_axis(target.end, np.array(self._frame_vector(vector)), state.frame)
+            end = self.setup.coordinates.point_axis(target.end, np.array(self._map_vector(vector)), state.frame)
             for number in self.setup.rotary:
                 target.end[number] = end[number]
             target.axes = sorted({*target.axes, *self.setup.rotary})
-            self.core.hold_tool_axis(self._frame_vector(vector) if self.modes.along_vectors else None)
+            self.core.hold_tool_axis(self._map_vector(vector) if self.modes.along_vectors else None)
         elif target.turns:
             if self.modes.along_vectors and self.modes.tcp and self.setup.machine:
                 axis = self.setup.coordinates.tool_axis(target.end, state.frame)
@@ -87,13 +87,13 @@ class KlartextOrientation:
             else:
                 self.core.hold_tool_axis(None)
 
-    def _frame_vector(self, vector: np.ndarray) -> tuple[float, float, float]:
+    def _map_vector(self, vector: np.ndarray) -> tuple[float, float, float]:
         """A direction of the input system in the frame, unit."""
         turned = vector * np.sign(self.frames.factors)
         turned = turned / np.linalg.norm(turned)
         return float(turned[0]), float(turned[1]), float(turned[2])
 
-    def _spatial_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
+    def _find_spatial_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
         """AXIS SPAT: the tool axis of the spatial angles A, B, C; all three count from this block."""
         given = {letter: words.take(letter) for letter in "ABC"}
         if any("I" + letter in words.values for letter in "ABC"):
@@ -103,7 +103,7 @@ class KlartextOrientation:
         missing = [letter for letter, value in given.items() if value is None]
         if missing:
             raise statement.error("VP005", f"AXIS SPAT needs A, B and C; {missing[0]} is missing")
-        return spatial(*(value or 0.0 for value in given.values()))[:, 2]
+        return build_spatial_plane(*(value or 0.0 for value in given.values()))[:, 2]
 
     def _normal(self, statement: Statement, words: Words) -> np.ndarray | None:
         """LN: the tool axis T, or the normal N where T is not given and M128 holds."""

@@ -7,11 +7,11 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.base.tolerances import ARC_CHORD_MM, ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, ZERO_LENGTH_MM
-from verne_post.gcode.arcs import PLANES, Arc, center_arc, radius_arc
+from verne_post.gcode.arcs import PLANES, Arc, build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
-from verne_post.gcode.machining.elements import Element, center_of_sweep, make_arc, tangent_sweep
+from verne_post.gcode.machining.elements import Element, find_center_of_sweep, find_tangent_sweep, make_arc
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.rs274.values import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.model.moves import AXES, MoveKind
@@ -65,9 +65,9 @@ class KlartextPaths:
 
     def now(self) -> list[float]:
         """The programmed position (9) at which the next element begins."""
-        return self.waiting.next_begin(self.state.position)
+        return self.waiting.find_next_begin(self.state.position)
 
-    def input_of(self, position: list[float]) -> list[float]:
+    def map_to_input(self, position: list[float]) -> list[float]:
         """X, Y, Z of a position of the frame in input coordinates, in the unit of the program."""
         return [
             value / factor / self.frames.length(1.0)
@@ -79,7 +79,7 @@ class KlartextPaths:
         start = list(self.now())
         end, axes = list(start), []
         steps = [letter for letter in AXES if "I" + letter in words.values]
-        here = self.input_of(start)
+        here = self.map_to_input(start)
         for axis, letter in enumerate(AXES):
             if letter not in words.values and "I" + letter not in words.values:
                 continue
@@ -89,15 +89,15 @@ class KlartextPaths:
                 raise statement.error("VP011", f"{letter}: the machine has no such axis; it has {named}", at)
             if axis in _ROTARY:
                 wrap = self.frames.wraps.get(axis, 0.0)
-                value = words.coordinate(letter, start[axis] - wrap)
+                value = words.read_coordinate(letter, start[axis] - wrap)
                 assert value is not None
-                end[axis] = self._wrapped(axis, value + wrap, start[axis], step=letter in steps)
+                end[axis] = self._wrap_shortest(axis, value + wrap, start[axis], step=letter in steps)
             elif axis < 3:
-                value = words.coordinate(letter, here[axis])
+                value = words.read_coordinate(letter, here[axis])
                 assert value is not None
                 here[axis] = value
             else:
-                value = words.coordinate(letter, start[axis] / self.frames.length(1.0))
+                value = words.read_coordinate(letter, start[axis] / self.frames.length(1.0))
                 assert value is not None
                 end[axis] = self.frames.length(value)
             bound = MAX_LENGTH_MM if letter in LINEAR else MAX_ANGLE_DEG
@@ -115,7 +115,7 @@ class KlartextPaths:
             )
         return Target(start, end, axes)
 
-    def _wrapped(self, axis: int, value: float, here: float, *, step: bool) -> float:
+    def _wrap_shortest(self, axis: int, value: float, here: float, *, step: bool) -> float:
         """M126: the shorter way for A and C."""
         if not self.shortest or step or axis not in self.frames.wraps:
             return value
@@ -123,12 +123,12 @@ class KlartextPaths:
 
     def set_pole(self, statement: Statement, words: Words) -> None:
         """CC: two coordinates; without any the last programmed position."""
-        here = self.input_of(self.now())
+        here = self.map_to_input(self.now())
         open_axes = {axis for axis, letter in enumerate("XYZ") if "I" + letter in words.values}
         given = {
             axis: value
             for axis, letter in enumerate("XYZ")
-            if (value := words.coordinate(letter, here[axis])) is not None
+            if (value := words.read_coordinate(letter, here[axis])) is not None
         }
         words.check_used(statement)
         if len(given) > 2:
@@ -143,7 +143,7 @@ class KlartextPaths:
         self.core.require_known(self.frames.block, sorted(open_axes), "CC")
         self.pole = given
 
-    def _pole_plane(self, statement: Statement) -> tuple[int, int, int, int]:
+    def _find_pole_plane(self, statement: Statement) -> tuple[int, int, int, int]:
         """Number of the plane of the pole, and its axes."""
         if len(self.pole) != 2:
             raise statement.error("VP005", f"{statement.keyword} needs a pole; write CC before it")
@@ -165,20 +165,20 @@ class KlartextPaths:
     def _line(self, statement: Statement, words: Words, target: Target) -> None:
         return None
 
-    def _polar_line(self, statement: Statement, words: Words, target: Target) -> None:
-        self._polar_end(statement, words, target)
+    def _move_on_polar_line(self, statement: Statement, words: Words, target: Target) -> None:
+        self._find_polar_end(statement, words, target)
 
-    def _polar_end(self, statement: Statement, words: Words, target: Target) -> None:
+    def _find_polar_end(self, statement: Statement, words: Words, target: Target) -> None:
         """LP, CTP: the end by radius and angle about the pole."""
-        _plane, u, v, _w = self._pole_plane(statement)
+        _plane, u, v, _w = self._find_pole_plane(statement)
         if {u, v} & set(target.axes):
             raise statement.error("VP003", f"{statement.keyword} takes PR and PA, and no coordinates of its plane")
         if not {"PR", "PA"} <= words.values.keys():  # from where the tool stands
             self.core.require_known(self.frames.block, [u, v], statement.keyword)
-        here = self.input_of(target.start)
+        here = self.map_to_input(target.start)
         du, dv = here[u] - self.pole[u], here[v] - self.pole[v]
         radius, angle = math.hypot(du, dv), math.degrees(math.atan2(dv, du))
-        given_radius, given_angle = words.coordinate("PR", radius), words.coordinate("PA", angle)
+        given_radius, given_angle = words.read_coordinate("PR", radius), words.read_coordinate("PA", angle)
         if given_radius is None and given_angle is None:
             raise statement.error("VP005", f"{statement.keyword} needs PR or PA")
         radius = radius if given_radius is None else given_radius
@@ -197,7 +197,7 @@ class KlartextPaths:
 
     def _circle(self, statement: Statement, words: Words, target: Target) -> Arc:
         """C: about the pole."""
-        plane, u, v, _w = self._pole_plane(statement)
+        plane, u, v, _w = self._find_pole_plane(statement)
         self.core.require_known(self.frames.block, [0, 1, 2], "C")
         if not {u, v} & set(target.axes):
             raise statement.error("VP005", "C needs a coordinate of its end")
@@ -207,15 +207,15 @@ class KlartextPaths:
         tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
         clockwise = self._sense(statement, words, u, v) < 0
         target.axes = sorted({*target.axes, u, v})
-        return center_arc(target.start, target.end, plane, clockwise, offsets, True, 0, tolerance)
+        return build_arc_from_center(target.start, target.end, plane, clockwise, offsets, True, 0, tolerance)
 
-    def _polar_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
+    def _move_on_polar_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
         """CP: about the pole by an angle, with a height a helix."""
-        plane, u, v, _w = self._pole_plane(statement)
+        plane, u, v, _w = self._find_pole_plane(statement)
         self.core.require_known(self.frames.block, [0, 1, 2], "CP")
         if {u, v} & set(target.axes):
             raise statement.error("VP003", "CP takes PA or IPA, and no coordinates of its plane")
-        here = self.input_of(target.start)
+        here = self.map_to_input(target.start)
         du, dv = here[u] - self.pole[u], here[v] - self.pole[v]
         radius = math.hypot(du, dv)
         if radius * self.frames.length(1.0) < ZERO_LENGTH_MM:
@@ -245,7 +245,7 @@ class KlartextPaths:
         turned = sweep * (-1 if self.frames.factors[u] * self.frames.factors[v] < 0 else 1)
         return make_arc(target.start, plane, (center[u], center[v]), turned)
 
-    def _radius_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
+    def _move_on_radius_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
         """CR: by its radius, negative for the long way."""
         radius = words.take("R")
         if radius is None:
@@ -254,9 +254,9 @@ class KlartextPaths:
         clockwise = self._sense(statement, words, 0, 1) < 0
         if math.dist(target.start[:2], target.end[:2]) < ARC_CHORD_MM:
             raise statement.error("VP008", "CR to the place where the tool is; write a full circle with CC and C")
-        return radius_arc(target.start, target.end, 0, clockwise, radius * self.frames.unit, 0)
+        return build_arc_from_radius(target.start, target.end, 0, clockwise, radius * self.frames.unit, 0)
 
-    def _tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:
+    def _move_on_tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:
         """CT: goes on in the direction of the element before."""
         self.core.require_known(self.frames.block, [0, 1, 2], "CT")
         if self.direction is None:
@@ -264,17 +264,17 @@ class KlartextPaths:
         start, end = (target.start[0], target.start[1]), (target.end[0], target.end[1])
         if math.dist(start, end) < ARC_CHORD_MM:
             raise statement.error("VP008", "CT to the place where the tool is")
-        sweep = tangent_sweep(self.direction, (end[0] - start[0], end[1] - start[1]))
+        sweep = find_tangent_sweep(self.direction, (end[0] - start[0], end[1] - start[1]))
         if sweep == 0.0:
             return None
         if abs(sweep) > _FULL_TURN - 1e-6:
             raise statement.error("VP008", "CT straight back: no arc leads there")
         target.axes = sorted({*target.axes, 0, 1})
-        return make_arc(target.start, 0, center_of_sweep(start, end, sweep), sweep)
+        return make_arc(target.start, 0, find_center_of_sweep(start, end, sweep), sweep)
 
-    def _polar_tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:
-        self._polar_end(statement, words, target)
-        return self._tangent_circle(statement, words, target)
+    def _move_on_polar_tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:
+        self._find_polar_end(statement, words, target)
+        return self._move_on_tangent_circle(statement, words, target)
 
     def element(self, target: Target, arc: Arc | None, kind: MoveKind) -> Element:
         """The element that leads to a target at the feed rate in force."""
@@ -285,7 +285,7 @@ class KlartextPaths:
 
 #: What makes the element of a path function.
 BUILDERS: Final[Mapping[str, _Builder]] = {
-    "L": KlartextPaths._line, "LN": KlartextPaths._line, "LP": KlartextPaths._polar_line, "C": KlartextPaths._circle,
-    "CP": KlartextPaths._polar_circle, "CR": KlartextPaths._radius_circle, "CT": KlartextPaths._tangent_circle,
-    "CTP": KlartextPaths._polar_tangent_circle,
+    "L": KlartextPaths._line, "LN": KlartextPaths._line, "LP": KlartextPaths._move_on_polar_line, "C": KlartextPaths._circle,
+    "CP": KlartextPaths._move_on_polar_circle, "CR": KlartextPaths._move_on_radius_circle, "CT": KlartextPaths._move_on_tangent_circle,
+    "CTP": KlartextPaths._move_on_polar_tangent_circle,
 }  # fmt: skip

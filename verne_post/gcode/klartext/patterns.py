@@ -124,14 +124,14 @@ class KlartextPatterns:
                     "VP002",
                     f"PATTERN DEF {shown} is not executed; expected POS, ROW, PAT, CIRC or PITCHCIRC and values in brackets",
                 )
-            places += self._item_places(statement, match.group(1), match.group(3))
+            places += self._place_items(statement, match.group(1), match.group(3))
             at = match.end()
             _count(statement, float(len(places)))
         if not places:
             raise statement.error("VP005", "PATTERN DEF without places")
         self.places = places
 
-    def _item_places(self, statement: Statement, kind: str, text: str) -> list[Place]:
+    def _place_items(self, statement: Statement, kind: str, text: str) -> list[Place]:
         values: dict[str, float] = {}
         at, text = 0, text.rstrip()
         while at < len(text):
@@ -191,9 +191,9 @@ class KlartextPatterns:
 
     def call_at(self, statement: Statement, words: Words) -> None:
         """CYCL CALL POS X Y Z: to the place at the height where the tool is, then the cycle. Its F holds for the way there alone."""
-        here = self.paths.input_of(self.state.position)
-        x, y = words.coordinate("X", here[0]), words.coordinate("Y", here[1])
-        z = words.coordinate("Z", 0.0)
+        here = self.paths.map_to_input(self.state.position)
+        x, y = words.read_coordinate("X", here[0]), words.read_coordinate("Y", here[1])
+        z = words.read_coordinate("Z", 0.0)
         with self.core.keep_feed():
             if not words.rapid:
                 self.contour.set_feed(statement, words)

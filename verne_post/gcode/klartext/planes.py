@@ -158,9 +158,9 @@ class KlartextPlanes:
         if kind == "RESET":
             return None, None
         if kind == "SPATIAL":
-            tilt = transformations.spatial(*words.triple(statement, "SPA", "SPB", "SPC"))
+            tilt = transformations.build_spatial_plane(*words.triple(statement, "SPA", "SPB", "SPC"))
         elif kind == "EULER":
-            tilt = transformations.euler(*words.triple(statement, "EULPR", "EULNU", "EULROT"))
+            tilt = transformations.build_euler_plane(*words.triple(statement, "EULPR", "EULNU", "EULROT"))
         elif kind == "VECTOR":
             tilt = transformations.vectors(
                 words.triple(statement, "BX", "BY", "BZ"), words.triple(statement, "NX", "NY", "NZ")
@@ -207,7 +207,7 @@ class KlartextPlanes:
                 given = True
         if not given:
             raise statement.error("VP005", f"PLANE AXIAL needs {' or '.join(self.setup.rotary_letters)}")
-        return self.frames.table_map(program).matrix, self._take_angles(program)
+        return self.frames.map_with_table(program).matrix, self._take_angles(program)
 
     def _take_angles(self, program: list[float]) -> tuple[float, float]:
         """The words of the rotary axes of a point (9), degrees."""
@@ -240,7 +240,7 @@ class KlartextPlanes:
         here = [float(v) for v in coordinates.to_program(self.frames.machine_position(), base)]
         positions = find_positions(self.setup, here, normal, base, tip_stays=tip_stays)
         if len(positions) == 1:
-            return self._upright_angles(coordinates.point_axis(here, normal, base), base, table)
+            return self._find_upright_angles(coordinates.point_axis(here, normal, base), base, table)
 
         def rank(one: TablePosition) -> tuple[float, ...]:
             motion = abs(one.program[tilt] - here[tilt]) + one.turned
@@ -263,7 +263,7 @@ class KlartextPlanes:
     def _name_angles(self, position: TablePosition) -> str:
         return " ".join(f"{AXES[axis]}{position.program[axis]:+.3f}" for axis in self.setup.rotary)
 
-    def _upright_angles(self, held: list[float], base: object, table: Array | None) -> tuple[float, float]:
+    def _find_upright_angles(self, held: list[float], base: object, table: Array | None) -> tuple[float, float]:
         """The tool is vertical, C free: at 0, or with TABLE ROT so that X of the plane lies along X of the machine."""
         tilt, turn = self.setup.rotary
         if table is None or turn in self.setup.coordinates.head:
@@ -272,7 +272,7 @@ class KlartextPlanes:
         angle = math.degrees(math.atan2(table[1, 0], table[0, 0]))
         for word in (-angle, angle):
             place[turn] = word
-            if np.abs(self.frames.table_map(place).matrix - table).max() < POLE_SINE**0.5:
+            if np.abs(self.frames.map_with_table(place).matrix - table).max() < POLE_SINE**0.5:
                 return self._take_angles(place)
         return place[tilt], -angle
 
@@ -300,7 +300,7 @@ class KlartextPlanes:
         kind = MoveKind.RAPID if feed is None else MoveKind.FEED
         with self.core.keep_feed():
             if feed is not None:
-                self.core.set_feed(self.contour.feed_of_word(feed))
+                self.core.set_feed(self.contour.read_feed_word(feed))
                 self.contour.check_feed()
             if back or retract is not None:
                 self.functions.retract(None if back else self.frames.length(retract or 0.0), kind)
@@ -364,7 +364,7 @@ class KlartextPlanes:
     ) -> None:
         """Cycle 19: spatial angles; None, or all 0, ends it. The rotary axes stay, or go there as after MOVE."""
         self.core.refuse_compensation("CYCL DEF 19")
-        tilt = None if angles is None or not any(angles) else transformations.spatial(*angles)
+        tilt = None if angles is None or not any(angles) else transformations.build_spatial_plane(*angles)
         if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
             raise ProgramError("VP017", "cycle 19 while datum shift, mirror image, rotation or scaling hold that were set in the plane before; "
                 "reset them first")  # fmt: skip

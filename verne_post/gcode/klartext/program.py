@@ -276,7 +276,7 @@ class Klartext:
 
     # --- calls -------------------------------------------------------------------------------------------------------
 
-    def _cycle_call(self, statement: Statement) -> None:
+    def _call_cycle(self, statement: Statement) -> None:
         """CYCL CALL, PAT, POS."""
         match = re.match(r"[ \t]*(PAT|POS)?(?![A-Z])", statement.rest)
         where, at = (match.group(1), match.end()) if match is not None else (None, 0)
@@ -307,7 +307,7 @@ class Klartext:
 
     # --- flow --------------------------------------------------------------------------------------------------------
 
-    def _named_label(self, match: re.Match[str]) -> str:
+    def _find_label(self, match: re.Match[str]) -> str:
         quoted, digits, text = match.groups()
         return label_of(quoted, digits, text, self.q)
 
@@ -315,7 +315,7 @@ class Klartext:
         match = _LABEL.match(statement.rest)
         if match is None:
             raise statement.error("VP005", "CALL LBL needs a label", 0)
-        name = self._named_label(match)
+        name = self._find_label(match)
         rest = statement.rest[match.end() :]
         if not rest.strip():
             self.jump = Jump("call", name)
@@ -334,7 +334,7 @@ class Klartext:
         match = _LABEL.match(statement.rest)
         if match is None or match.group(3) or statement.rest[match.end() :].strip():
             raise statement.error("VP001", "LBL needs a number, or a name in quotes", 0)
-        if self._named_label(match) == "0":
+        if self._find_label(match) == "0":
             self.jump = Jump("return")
 
     def _call_program(self, statement: Statement) -> None:
@@ -348,7 +348,7 @@ class Klartext:
     def _assign_parameter(self, statement: Statement) -> None:
         assign(statement, self.q)
 
-    def _function_of_q(self, statement: Statement) -> None:
+    def _compute_function(self, statement: Statement) -> None:
         answer = execute_fn(statement, self.q)
         if answer.label is not None:
             self.jump = Jump("goto", answer.label)
@@ -368,7 +368,7 @@ class Klartext:
     def _end_program(self, statement: Statement) -> None:
         self.jump = Jump("end")
 
-    def _form(self, statement: Statement) -> None:
+    def _read_blank(self, statement: Statement) -> None:
         """BLK FORM: the stock, shown as an event; a box or a cylinder is kept for the report."""
         self.recorder.event(self.frames.block.line, "stock", text="BLK FORM" + statement.rest.rstrip())
         unit = MM_PER_INCH if self.modes.inch else 1.0
@@ -385,7 +385,7 @@ class Klartext:
         self.functions.end_functions(words)
         self.patterns.call_cycles(moved=False)
 
-    def _pole(self, statement: Statement) -> None:
+    def _set_pole(self, statement: Statement) -> None:
         words = read_words(statement, self.q)
         self.paths.set_pole(statement, words)
 
@@ -395,16 +395,16 @@ class Klartext:
 
 #: What executes a statement.
 STATEMENTS: Final[Mapping[str, Callable[[Klartext], Callable[[Statement], None]]]] = {
-    "BEGIN PGM": lambda one: one._begin_program, "END PGM": lambda one: one._end_program, "BLK FORM": lambda one: one._form,
+    "BEGIN PGM": lambda one: one._begin_program, "END PGM": lambda one: one._end_program, "BLK FORM": lambda one: one._read_blank,
     "TOOL CALL": lambda one: one.functions.call_tool, "TOOL DEF": lambda one: one.functions.define_tool,
-    "CYCL DEF": lambda one: one.patterns.define_cycle, "CYCL CALL": lambda one: one._cycle_call,
+    "CYCL DEF": lambda one: one.patterns.define_cycle, "CYCL CALL": lambda one: one._call_cycle,
     "CALL LBL": lambda one: one._call_label, "CALL PGM": lambda one: one._call_program,
     "CALL SELECTED PGM": lambda one: one._refuse_selected, "PLANE": lambda one: one.planes.execute_plane,
     "FUNCTION": lambda one: one.orientation.execute_function, "TRANS": lambda one: one.settings.transform,
     "SEL TABLE": lambda one: one.settings.select_table,
     "PATTERN DEF": lambda one: one.patterns.define_places, "STOP": lambda one: one._stop, "LBL": lambda one: one._label,
-    "FN": lambda one: one._function_of_q, "APPR": lambda one: one._approach, "DEP": lambda one: one._approach,
-    "RND": lambda one: one._corner, "CHF": lambda one: one._corner, "CC": lambda one: one._pole,
+    "FN": lambda one: one._compute_function, "APPR": lambda one: one._approach, "DEP": lambda one: one._approach,
+    "RND": lambda one: one._corner, "CHF": lambda one: one._corner, "CC": lambda one: one._set_pole,
     **dict.fromkeys(("Q", "QL", "QR", "QS"), lambda one: one._assign_parameter),
     **dict.fromkeys(("M", "F", "S", "R0", "RL", "RR"), lambda one: one._block_of_words),
 }  # fmt: skip

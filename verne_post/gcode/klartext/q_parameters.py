@@ -119,7 +119,7 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     if match.group(1) == "QS":
         parameters.strings[f"QS{_split(name)[1]}"] = _string(rest, parameters)
     elif rest.strip().startswith("TONUMB"):
-        parameters.set(name, _to_number(rest, parameters))
+        parameters.set(name, _convert_to_number(rest, parameters))
     else:
         parameters.set(name, evaluate(rest, parameters))
 
@@ -149,7 +149,7 @@ def _string(text: str, parameters: QParameters) -> str:
         at += 2
 
 
-def _to_number(text: str, parameters: QParameters) -> float:
+def _convert_to_number(text: str, parameters: QParameters) -> float:
     match = re.fullmatch(r"[ \t]*TONUMB[ \t]*\([ \t]*SRC_(QS\d+)[ \t]*\)[ \t]*", text)
     if match is None:
         raise ProgramError("VP001", "expected TONUMB( SRC_QS1 )")

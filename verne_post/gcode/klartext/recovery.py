@@ -126,7 +126,7 @@ class KlartextRecovery:
         """The coordinates of CC that can be read; X and Y where the tool is, for those that cannot."""
         to = self.to
         words = read_usable_words(statement, to.q)
-        here = to.paths.input_of(to.paths.now())
+        here = to.paths.map_to_input(to.paths.now())
         given = {axis: words.values[letter] for axis, letter in enumerate("XYZ") if letter in words.values}
         self.uncertain |= len(given) != 2
         to.paths.pole = given if len(given) == 2 else {0: here[0], 1: here[1]}

@@ -183,7 +183,7 @@ class KlartextSettings:
         layer.set("rotation", active=layer.angle % 360.0 != 0.0)
         self.frames.refresh_frame()
 
-    def _scaling(self, statement: Statement, head: Head) -> None:
+    def _set_scaling(self, statement: Statement, head: Head) -> None:
         self.scale(statement, head.rest)
 
     def scale(self, statement: Statement, text: str) -> None:
@@ -215,7 +215,7 @@ class KlartextSettings:
 
     # --- others ---------------------------------------------------------------------------------------------
 
-    def _working_plane(self, statement: Statement, head: Head) -> None:
+    def _set_working_plane(self, statement: Statement, head: Head) -> None:
         """19.1 A+0 B+45 C+0 as spatial angles; F and the set-up clearance position the rotary axes where the set-up says so."""
         angles = {"A": 0.0, "B": 0.0, "C": 0.0}
         given = [match.groups() for match in _TILT_WORD.finditer(head.rest)]
@@ -318,6 +318,6 @@ _TRANS: Final[Mapping[str, tuple[Callable[[KlartextSettings, Statement, str], No
 #: Cycles that set modes.
 SETTINGS: Final[Mapping[int, _Handler]] = {
     7: KlartextSettings._shift, 8: KlartextSettings._mirror, 9: KlartextSettings._dwell_time, 10: KlartextSettings._rotation,
-    11: KlartextSettings._scaling, 13: KlartextSettings._orient, 19: KlartextSettings._working_plane,
+    11: KlartextSettings._set_scaling, 13: KlartextSettings._orient, 19: KlartextSettings._set_working_plane,
     32: KlartextSettings._tolerance, 247: KlartextSettings._preset,
 }  # fmt: skip

@@ -119,7 +119,7 @@ class KlartextText(ChunkedText):
         """
         raw = self.raw(line)
         assert raw is not None
-        text, goes_on = _without_comment(decode_line(raw))
+        text, goes_on = _strip_comment(decode_line(raw))
         parts = [text]
         remark = goes_on and _REMARK.fullmatch(raw) is not None
         cycle = _CYCLE.match(text) is not None and _PARAMETER.search(text.upper()) is None
@@ -132,7 +132,7 @@ class KlartextText(ChunkedText):
             more = decode_line(following)
             if not goes_on and not _CYCLE_PARAMETER.match(more.upper()):
                 break
-            text, goes_on = _without_comment(more)
+            text, goes_on = _strip_comment(more)
             parts.append("" if remark else text)
         return parts
 
@@ -173,7 +173,7 @@ def label_name(text: bytes | str) -> str:
     return str(int(name)) if is_count(name) else name
 
 
-def _without_comment(text: str) -> tuple[str, bool]:
+def _strip_comment(text: str) -> tuple[str, bool]:
     """A line without its comment, and whether it goes on (~)."""
     text = text.rstrip(" \t\r")
     goes_on = text.endswith("~")

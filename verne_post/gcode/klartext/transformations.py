@@ -119,12 +119,12 @@ class Transformations(Struct):
         self.outer, self.inner = Layer(), Layer()
 
 
-def spatial(a: float, b: float, c: float) -> Array:
+def build_spatial_plane(a: float, b: float, c: float) -> Array:
     """PLANE SPATIAL: turned about X by SPA, then about Y by SPB, then about Z by SPC, all of the untilted system."""
     return rotation(2, c) @ rotation(1, b) @ rotation(0, a)
 
 
-def euler(precession: float, nutation: float, turn: float) -> Array:
+def build_euler_plane(precession: float, nutation: float, turn: float) -> Array:
     """PLANE EULER: about Z, about the new X, about the new Z."""
     return rotation(2, precession) @ rotation(0, nutation) @ rotation(2, turn)
 

@@ -34,7 +34,7 @@ class Waiting(Struct):
         """True where nothing waits."""
         return self.queue.first is None and self.approach is None
 
-    def next_begin(self, position: list[float]) -> list[float]:
+    def find_next_begin(self, position: list[float]) -> list[float]:
         """The programmed position (9) at which the next element begins; ``position`` is where the tool is."""
         if self.approach is not None:
             return self.approach.point

@@ -64,7 +64,7 @@ class Words(Struct):
         """A value that is used now; None where it is not given."""
         return self.values.pop(name, None)
 
-    def coordinate(self, letter: str, here: float) -> float | None:
+    def read_coordinate(self, letter: str, here: float) -> float | None:
         """Where a coordinate leads from ``here``: X or IX; None where neither is given."""
         absolute, step = self.take(letter), self.take("I" + letter)
         if absolute is not None and step is not None:

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Final
 
-from verne_post.gcode.codes import g_name
-from verne_post.gcode.machining.state import State, unit_of_speed
+from verne_post.gcode.codes import spell_g_code
+from verne_post.gcode.machining.state import State, name_unit_of_speed
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -40,7 +40,7 @@ class Auxiliary:
         state, data = self.state, dict[str, object]()
         changed, state.surface_speed = state.surface_speed != surface, surface
         if surface:
-            data = {"speed": speed} | unit_of_speed(state) | ({} if most is None else {"most_per_minute": most})
+            data = {"speed": speed} | name_unit_of_speed(state) | ({} if most is None else {"most_per_minute": most})
             text = f"{code}: the spindle is to follow the distance of the tool from X0; setpoints have no spindle speed, the event has S and D"
             self.recorder.warn("VP045", text, at.line, None)
         self.recorder.event(at.line, "spindle mode", code=code, **data)
@@ -55,7 +55,9 @@ class Auxiliary:
         if on:
             state.spindle_reversed = backwards
         direction = "stop" if not on else "counterclockwise" if backwards else "clockwise"
-        self.recorder.event(at.line, "spindle", direction=direction, speed=state.spindle_speed, **unit_of_speed(state))
+        self.recorder.event(
+            at.line, "spindle", direction=direction, speed=state.spindle_speed, **name_unit_of_speed(state)
+        )
 
     def orient_spindle(self, at: At, angle: float) -> None:
         """The spindle stops at an angle, degrees."""
@@ -138,7 +140,7 @@ class Auxiliary:
         """The meaning that [remap] in the settings file gives to a code."""
         if not self.setup.remap or number < 0:
             return None
-        return self.setup.remap.get(g_name(round(number * 10)) if letter == "G" else f"M{number:g}")
+        return self.setup.remap.get(spell_g_code(round(number * 10)) if letter == "G" else f"M{number:g}")
 
     def execute_user_code(self, at: At, letter: str, number: float, words: Mapping[str, float]) -> bool:
         """Execute a user-defined code beside some words; False for any other code."""

@@ -12,7 +12,7 @@ from msgspec import Struct, field
 
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM
 from verne_post.gcode.arcs import PLANES, Arc
-from verne_post.gcode.lengths import helix_length
+from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 
@@ -81,18 +81,18 @@ class Compensation(Struct):
         if length == 0.0:
             if self.segment is None and self.perpendicular and self.at_once:
                 self._begin(Offset(p, p, (1.0, 0.0), entry=True))
-            return self._point_at(end, self.segment.end if self.segment else p)
+            return self._find_point(end, self.segment.end if self.segment else p)
         t = ((q[0] - p[0]) / length, (q[1] - p[1]) / length)
         target = self._beside(q, t)
         if self.segment is None:
             self._check_entry(length)
             self._begin(Offset(p, target, t, entry=True))
-            return self._point_at(end, target)
+            return self._find_point(end, target)
         start_uv = self._join(recorder, feed, p, t, None, 0)
         if (target[0] - start_uv[0]) * t[0] + (target[1] - start_uv[1]) * t[1] < -CORNER_REACH_MM:
-            raise self._gouge_error()
+            raise self._report_gouge()
         self._begin(Offset(start_uv, target, t))
-        return self._point_at(end, target)
+        return self._find_point(end, target)
 
     def offset_arc(
         self, recorder: Recorder, start: list[float], end: list[float], arc: Arc, feed: float
@@ -116,23 +116,23 @@ class Compensation(Struct):
             center[u], center[v] = entry.center
             self._begin(entry)
             swept = math.degrees(sense * entry.sweep)
-            return self._point_at(end, entry.end), Arc(arc.plane, (center[0], center[1], center[2]), arc.turns, swept)
+            return self._find_point(end, entry.end), Arc(arc.plane, (center[0], center[1], center[2]), arc.turns, swept)
         first, last = _tangent(p, c, sense), _tangent(q, c, sense)
         start_uv = self._join(recorder, feed, p, first, c, sense, radius)
         target = self._beside(q, last)
         programmed, swept = abs(math.radians(arc.sweep)), _angle(start_uv, target, c, sense)
         swept += _FULL * round((programmed - swept) / _FULL)
         if abs(programmed - swept) > math.pi / 2 or swept * radius < -CORNER_REACH_MM:
-            raise self._gouge_error()
+            raise self._report_gouge()
         self._begin(Offset(start_uv, target, last, center=c, sense=sense, sweep=swept))
-        return self._point_at(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * swept))
+        return self._find_point(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * swept))
 
-    def length_ratio(self, start: list[float], end: list[float], arc: Arc) -> float:
+    def compare_arc_lengths(self, start: list[float], end: list[float], arc: Arc) -> float:
         """Length of the centre's arc over that of the programmed one, with the height of a helix; corners do not count."""
         u, v, normal, *_ = PLANES[self.plane]
         radius, height = math.dist((start[u], start[v]), (arc.center[u], arc.center[v])), end[normal] - start[normal]
         centre = radius - (self.radius if arc.sweep > 0 else -self.radius)
-        return helix_length(centre, arc.sweep, height) / helix_length(radius, arc.sweep, height)
+        return measure_helix(centre, arc.sweep, height) / measure_helix(radius, arc.sweep, height)
 
     def _enter_on_arc(self, p: Point, q: Point, c: Point, sense: int, turns: int) -> Offset:
         """An arc as entry move: from where the tool stands to beside the end of the programmed arc, in the direction that this has there."""
@@ -204,8 +204,8 @@ class Compensation(Struct):
             raise ProgramError("VP009", "the arc about an outside corner needs a feed rate; give F")
         sense = -1 if self.radius > 0 else 1
         sweep = (sense * turn) % _FULL  # half a turn has either sign
-        end = self._point_at(self.corner, target)
-        center = self._point_at(self.corner, corner)
+        end = self._find_point(self.corner, target)
+        center = self._find_point(self.corner, corner)
         arc = Arc(self.plane, (center[0], center[1], center[2]), sense, math.degrees(sense * sweep))
         recorder.repeat_as_arc(self.rows[-1], self.line, end, feed, arc)
 
@@ -221,13 +221,13 @@ class Compensation(Struct):
             return corner[0] + share * (n1[0] + n2[0]), corner[1] + share * (n1[1] + n2[1])
         if segment.center is None:
             assert center is not None
-            meetings = line_and_circle(line1, center, radius)
+            meetings = meet_line_and_circle(line1, center, radius)
         elif center is None:
-            meetings = line_and_circle(line2, segment.center, math.dist(segment.center, segment.end))
+            meetings = meet_line_and_circle(line2, segment.center, math.dist(segment.center, segment.end))
         else:
-            meetings = two_circles(segment.center, math.dist(segment.center, segment.end), center, radius)
+            meetings = meet_two_circles(segment.center, math.dist(segment.center, segment.end), center, radius)
         if not meetings:
-            raise self._gouge_error()
+            raise self._report_gouge()
         return min(meetings, key=lambda point: math.dist(point, corner))
 
     def _shorten(self, recorder: Recorder, segment: Offset, end: Point) -> None:
@@ -237,13 +237,13 @@ class Compensation(Struct):
                 end[1] - segment.start[1]
             ) * segment.direction[1]
             if not segment.entry and along < -CORNER_REACH_MM:
-                raise self._gouge_error()
+                raise self._report_gouge()
             sweep = None
         else:
             taken = _angle(end, segment.end, segment.center, segment.sense)
             taken -= _FULL if _FULL - taken < CORNER_ANGLE else 0.0
             if (taken - segment.sweep) * math.dist(segment.end, segment.center) > CORNER_REACH_MM:
-                raise self._gouge_error()
+                raise self._report_gouge()
             sweep = math.degrees(-segment.sense * min(taken, segment.sweep))
         self._end_at(recorder, end, sweep)
 
@@ -253,7 +253,7 @@ class Compensation(Struct):
         for row in self.rows:
             recorder.amend(row, u, v, end, sweep if row == self.rows[0] else None)
 
-    def _gouge_error(self) -> ProgramError:
+    def _report_gouge(self) -> ProgramError:
         return ProgramError(
             "VP026",
             f"the tool (radius {abs(self.radius):.4f} mm) cannot reach into this inside corner without cutting into the contour",
@@ -272,7 +272,7 @@ class Compensation(Struct):
         n = self._normal(t)
         return point[0] + self.radius * n[0], point[1] + self.radius * n[1]
 
-    def _point_at(self, point: list[float], uv: Point) -> list[float]:
+    def _find_point(self, point: list[float], uv: Point) -> list[float]:
         u, v, *_ = PLANES[self.plane]
         moved = list(point)
         moved[u], moved[v] = uv
@@ -293,7 +293,7 @@ def _angle(start: Point, end: Point, center: Point, sense: int) -> float:
     return (sense * (last - first)) % _FULL
 
 
-def line_and_circle(line: tuple[Point, Point], center: Point, radius: float) -> list[Point]:
+def meet_line_and_circle(line: tuple[Point, Point], center: Point, radius: float) -> list[Point]:
     """Points that a line (a point and a unit direction) and a circle share."""
     (u, v), (du, dv) = line
     wu, wv = u - center[0], v - center[1]
@@ -305,7 +305,7 @@ def line_and_circle(line: tuple[Point, Point], center: Point, radius: float) -> 
     return [(u + s * du, v + s * dv) for s in (-half - root, -half + root)]
 
 
-def two_circles(c1: Point, r1: float, c2: Point, r2: float) -> list[Point]:
+def meet_two_circles(c1: Point, r1: float, c2: Point, r2: float) -> list[Point]:
     """Points that two circles share."""
     distance = math.dist(c1, c2)
     if not abs(r1 - r2) - CORNER_REACH_MM <= distance <= r1 + r2 + CORNER_REACH_MM or distance == 0.0:

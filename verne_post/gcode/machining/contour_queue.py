@@ -6,7 +6,7 @@ from collections.abc import Callable
 from msgspec import Struct
 from msgspec.structs import replace
 
-from verne_post.gcode.machining.elements import Element, chamfered_corner, cross, rounded_corner
+from verne_post.gcode.machining.elements import Element, chamfer_corner, cross, round_corner
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At
 from verne_post.model.moves import MoveKind
@@ -84,12 +84,12 @@ class ContourQueue(Struct):
 def _make_corner(first: Element, second: Element, corner: Corner) -> tuple[Element, Element, Element] | None:
     """Both elements shortened, with the corner between them; None where they continue each other."""
     if corner.chamfer is None:
-        return rounded_corner(first, second, corner.size, corner.name)
+        return round_corner(first, second, corner.size, corner.name)
     size, t1, t2 = corner.size, first.direction(at_end=True), second.direction(at_end=False)
     if corner.chamfer == "edge" and t1 is not None and t2 is not None:
         half = 0.5 * (math.pi - abs(math.atan2(cross(t1, t2), t1[0] * t2[0] + t1[1] * t2[1])))
         size = 0.5 * size / math.sin(half) if half > 0 else size
-    return chamfered_corner(first, second, size, corner.name)
+    return chamfer_corner(first, second, size, corner.name)
 
 
 def draw_element(core: Machining, element: Element) -> None:

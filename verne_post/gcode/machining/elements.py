@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES, Arc
-from verne_post.gcode.machining.compensation import line_and_circle, two_circles
+from verne_post.gcode.machining.compensation import meet_line_and_circle, meet_two_circles
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.moves import ArcFeed, MoveKind
 
@@ -85,22 +85,20 @@ def make_arc(start: list[float], plane: int, center: Point, sweep: float) -> Arc
     return Arc(plane, (place[0], place[1], place[2]), turns if sweep > 0 else -turns, sweep)
 
 
-def tangent_sweep(t: Point, chord: Point) -> float:
+def find_tangent_sweep(t: Point, chord: Point) -> float:
     """Sweep in degrees of the arc that leaves in direction t and ends at the end of a chord; 0 for a straight line."""
     angle = math.atan2(cross(t, chord), t[0] * chord[0] + t[1] * chord[1])
     return 0.0 if abs(angle) < CORNER_ANGLE else math.degrees(2 * angle)
 
 
-def center_of_sweep(start: Point, end: Point, sweep: float) -> Point:
+def find_center_of_sweep(start: Point, end: Point, sweep: float) -> Point:
     """Centre of the arc between two points with a sweep in degrees."""
     half = 0.5 / math.tan(math.radians(sweep) / 2)
     du, dv = end[0] - start[0], end[1] - start[1]
     return 0.5 * (start[0] + end[0]) - half * dv, 0.5 * (start[1] + end[1]) + half * du
 
 
-def rounded_corner(
-    first: Element, second: Element, radius: float, name: str
-) -> tuple[Element, Element, Element] | None:
+def round_corner(first: Element, second: Element, radius: float, name: str) -> tuple[Element, Element, Element] | None:
     """Both elements shortened, with the arc between them; None where they continue each other.
 
     Raises
@@ -108,14 +106,14 @@ def rounded_corner(
     ProgramError
         VP008: the radius does not fit between them.
     """
-    t1, t2 = _corner_directions(first, second, name)
+    t1, t2 = _find_corner_directions(first, second, name)
     side = math.copysign(1.0, cross(t1, t2))
     if abs(cross(t1, t2)) < CORNER_ANGLE and t1[0] * t2[0] + t1[1] * t2[1] > 0:
         return None
     corner = (first.end[0], first.end[1])
-    centers = _meetings(first, t1, second, t2, corner, side * radius)
+    centers = _meet_elements(first, t1, second, t2, corner, side * radius)
     for center in sorted(centers, key=lambda point: math.dist(point, corner)):
-        touch1, touch2 = (_foot(element, t, center) for element, t in ((first, t1), (second, t2)))
+        touch1, touch2 = (_find_foot(element, t, center) for element, t in ((first, t1), (second, t2)))
         before, after = _cut_end(first, touch1), _cut_start(second, touch2)
         if before is None or after is None:
             continue
@@ -129,7 +127,7 @@ def rounded_corner(
     raise ProgramError("VP008", f"{name}: no arc of radius {radius:g} mm fits between these elements")
 
 
-def chamfered_corner(first: Element, second: Element, length: float, name: str) -> tuple[Element, Element, Element]:
+def chamfer_corner(first: Element, second: Element, length: float, name: str) -> tuple[Element, Element, Element]:
     """Both lines shortened by a length, and the line between them.
 
     Raises
@@ -139,7 +137,7 @@ def chamfered_corner(first: Element, second: Element, length: float, name: str) 
     """
     if first.arc is not None or second.arc is not None:
         raise ProgramError("VP008", f"{name} between elements of which one is an arc; it stands between two lines")
-    t1, t2 = _corner_directions(first, second, name)
+    t1, t2 = _find_corner_directions(first, second, name)
     corner = first.end
     before = _cut_end(first, (corner[0] - length * t1[0], corner[1] - length * t1[1]))
     after = _cut_start(second, (corner[0] + length * t2[0], corner[1] + length * t2[1]))
@@ -148,7 +146,7 @@ def chamfered_corner(first: Element, second: Element, length: float, name: str) 
     return before, replace(before, start=before.end, end=after.start, kind=MoveKind.FEED, axes=(0, 1)), after
 
 
-def _corner_directions(first: Element, second: Element, name: str) -> tuple[Point, Point]:
+def _find_corner_directions(first: Element, second: Element, name: str) -> tuple[Point, Point]:
     t1, t2 = first.direction(at_end=True), second.direction(at_end=False)
     if first.plane or second.plane or t1 is None or t2 is None:
         raise ProgramError("VP008", f"{name} stands between two elements that move in X and Y")
@@ -161,7 +159,7 @@ def _corner_directions(first: Element, second: Element, name: str) -> tuple[Poin
     return t1, t2
 
 
-def _meetings(first: Element, t1: Point, second: Element, t2: Point, corner: Point, offset: float) -> list[Point]:
+def _meet_elements(first: Element, t1: Point, second: Element, t2: Point, corner: Point, offset: float) -> list[Point]:
     """Where both elements meet when each is moved to its left by an offset."""
     lines, circles = [], []
     for element, t in ((first, t1), (second, t2)):
@@ -179,11 +177,11 @@ def _meetings(first: Element, t1: Point, second: Element, t2: Point, corner: Poi
         share = cross((q[0] - p[0], q[1] - p[1]), e) / (cross(d, e) or math.inf)
         return [(p[0] + share * d[0], p[1] + share * d[1])] if cross(d, e) else []
     if len(lines) == 1:
-        return line_and_circle(lines[0], *circles[0])
-    return two_circles(*circles[0], *circles[1])
+        return meet_line_and_circle(lines[0], *circles[0])
+    return meet_two_circles(*circles[0], *circles[1])
 
 
-def _foot(element: Element, t: Point, center: Point) -> Point:
+def _find_foot(element: Element, t: Point, center: Point) -> Point:
     """The point of an element's line or circle nearest to a centre."""
     if element.arc is None:
         q = (element.start[0], element.start[1])

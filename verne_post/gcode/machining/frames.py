@@ -44,7 +44,7 @@ class Frames:
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         self.setup, self.state, self.recorder = setup, state, recorder
 
-    def stored_frame(self, system: int) -> Frame:
+    def build_stored_frame(self, system: int) -> Frame:
         """A work system with the shift and the tool length that are in force."""
         return replace(self.state.systems[system], g92=self.state.frame.g92, tool=self.state.frame.tool)
 
@@ -55,7 +55,7 @@ class Frames:
         if frame == old:
             return
         refuse_compensation(state, "a change of offsets")
-        if state.tool_axis is not None and _directions(frame) != _directions(old):
+        if state.tool_axis is not None and _find_directions(frame) != _find_directions(old):
             # the tool stands still, so its axis has other words
             rotation = coordinates.displacement(np.eye(3), frame)
             held = rotation @ coordinates.displacement(np.array(state.tool_axis), old)
@@ -82,7 +82,7 @@ class Frames:
     def select_system(self, system: int) -> None:
         """Put a work system in force."""
         if system != self.state.frame.system:
-            self.set_frame(self.stored_frame(system))
+            self.set_frame(self.build_stored_frame(system))
 
     def store_frame(self, frame: Frame) -> None:
         """Give a work system a new origin; the active one has it at once."""
@@ -146,6 +146,6 @@ class Frames:
             self.state.named[axis] = False
 
 
-def _directions(frame: Frame) -> tuple[object, ...]:
+def _find_directions(frame: Frame) -> tuple[object, ...]:
     """What decides the directions of the program's X, Y, Z."""
     return frame.turn, frame.part_turn, frame.feature

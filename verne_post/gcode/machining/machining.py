@@ -18,11 +18,11 @@ from verne_post.base.tolerances import (
 )
 from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
-from verne_post.gcode.lengths import arc_length, effective_feed, line_lengths
+from verne_post.gcode.lengths import find_effective_feed, line_lengths, measure_arc
 from verne_post.gcode.machining.auxiliary import Auxiliary
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.frames import Frames, refuse_compensation
-from verne_post.gcode.machining.spatial_arc import SpatialArc, plane_of_arc
+from verne_post.gcode.machining.spatial_arc import SpatialArc, build_plane_of_arc
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.tools import Tools
 from verne_post.gcode.program_error import At, ProgramError
@@ -88,7 +88,7 @@ class Machining:
         """Refuse (VP017) what cannot be while cutter compensation holds."""
         refuse_compensation(self.state, what)
 
-    def tilted_tool(self, axis: int = 2) -> str | None:
+    def find_tilted_tool(self, axis: int = 2) -> str | None:
         """The tool axis in words where it does not point along Z, or another axis of the program; else None."""
         tool = self.setup.coordinates.tool_axis(self.state.position, self.state.frame)
         if tool is None or tool[axis] >= 1.0 - DRILL_TILT:
@@ -113,9 +113,9 @@ class Machining:
         return "tool length" if self.setup.machine and not state.length_given else None
 
     def find_feed(self, lengths: tuple[object, object]) -> float:
-        """Feed of a move as `dump moves` shows it: see :func:`~verne_post.gcode.lengths.effective_feed`."""
+        """Feed of a move as `dump moves` shows it: see :func:`~verne_post.gcode.lengths.find_effective_feed`."""
         state = self.state
-        return float(effective_feed(state.feed_mode, state.feed, state.feed_angular, *lengths))
+        return float(find_effective_feed(state.feed_mode, state.feed, state.feed_angular, *lengths))
 
     def set_feed_mode(self, mode: FeedMode, *, keep_feed: bool = False) -> None:
         """What F means. A number of another meaning is forgotten, unless it is already one of this."""
@@ -286,9 +286,9 @@ class Machining:
             self._check_compensated(start, end)
             programmed = arc
             target, arc = state.compensation.offset_arc(self.recorder, start, end, arc, state.feed)
-            feed *= self.find_arc_feed_share(state.compensation.length_ratio(start, end, programmed))
+            feed *= self.find_arc_feed_share(state.compensation.compare_arc_lengths(start, end, programmed))
         elif state.feed_mode == FeedMode.INVERSE:  # which compensation refuses
-            feed *= arc_length(arc, start, end)
+            feed *= measure_arc(arc, start, end)
         self.recorder.add(state, at.line, MoveKind.ARC, target, feed, arc)
         if state.compensation is not None:
             state.compensation.settle(self.recorder.count - 1, at.line, end)
@@ -303,7 +303,9 @@ class Machining:
         """Stand still."""
         self.recorder.add(self.state, at.line, MoveKind.DWELL, self.state.position, seconds)
 
-    def spatial_arc(self, at: At, start: list[float], end: list[float], circle: SpatialArc, axes: list[int]) -> None:
+    def move_on_spatial_arc(
+        self, at: At, start: list[float], end: list[float], circle: SpatialArc, axes: list[int]
+    ) -> None:
         """Move on an arc in any plane of space."""
         along = int(np.argmax(np.abs(circle.normal)))
         if abs(circle.normal[along]) > 1.0 - _IN_PLANE:  # a plane of the axes
@@ -317,18 +319,18 @@ class Machining:
         self.arrive(end, axes)
 
     def _add_arc(self, at: At, start: list[float], end: list[float], arc: Arc) -> None:
-        feed = self.find_feed((arc_length(arc, start, end), True))
+        feed = self.find_feed((measure_arc(arc, start, end), True))
         self.recorder.add(self.state, at.line, MoveKind.ARC, end, feed, arc)
 
     def _add_tilted_arc(self, at: At, start: list[float], end: list[float], circle: SpatialArc) -> None:
         """Record an arc in the plane that holds it."""
         state = self.state
         frame, vector = state.frame, state.tool_axis
-        within = np.array(plane_of_arc(circle, None).rotation).reshape(3, 3)
+        within = np.array(build_plane_of_arc(circle, None).rotation).reshape(3, 3)
         begin, last = [
             [*map(float, (np.array(place[:3]) - circle.center) @ within), *place[3:]] for place in (start, end)
         ]
-        state.frame = replace(frame, feature=plane_of_arc(circle, frame.feature))
+        state.frame = replace(frame, feature=build_plane_of_arc(circle, frame.feature))
         if vector is not None:
             x, y, z = (float(value) for value in np.array(vector) @ within)
             state.tool_axis = (x, y, z)

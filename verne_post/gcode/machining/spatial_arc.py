@@ -19,7 +19,7 @@ class SpatialArc(Struct, frozen=True):
     sweep: float
 
 
-def arc_through(start: Array, middle: Array, end: Array) -> SpatialArc:
+def build_arc_through(start: Array, middle: Array, end: Array) -> SpatialArc:
     """The arc from start over a point in between to the end, (3,) each, mm.
 
     Raises
@@ -46,7 +46,7 @@ def arc_through(start: Array, middle: Array, end: Array) -> SpatialArc:
     return SpatialArc(center, normal, angle)
 
 
-def plane_of_arc(arc: SpatialArc, feature: Feature | None) -> Feature:
+def build_plane_of_arc(arc: SpatialArc, feature: Feature | None) -> Feature:
     """The plane whose X, Y hold the arc, with its centre at 0, inside a plane in force."""
     helper = np.eye(3)[int(np.argmin(np.abs(arc.normal)))]
     u = np.cross(helper, arc.normal)

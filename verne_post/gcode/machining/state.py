@@ -95,7 +95,7 @@ class State(Struct):
         return self.known[axis] or (self.first_places is not None and self.first_places.is_named(axis))
 
     @contextmanager
-    def exact_path(self) -> Iterator[None]:
+    def follow_exactly(self) -> Iterator[None]:
         """Corners of canned cycles are not blended, whatever G64 allows for the rest of the program."""
         control = self.control
         if control.mode == PathMode.BLEND:
@@ -106,11 +106,11 @@ class State(Struct):
             self.control = control
 
 
-def tool_facts(state: State, number: int) -> dict[str, object]:
+def describe_tool_event(state: State, number: int) -> dict[str, object]:
     """What an event says of a tool: its number, and its name where the program has given one."""
     return {"number": number} | ({"name": state.tool_names[number]} if number in state.tool_names else {})
 
 
-def unit_of_speed(state: State) -> dict[str, object]:
+def name_unit_of_speed(state: State) -> dict[str, object]:
     """What an event says of the unit of S where that is not 1/min."""
     return {"unit": "ft/min" if state.modes.inch else "m/min"} if state.surface_speed else {}

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from msgspec.structs import replace
 
 from verne_post.gcode.machining.frames import Frames, refuse_compensation
-from verne_post.gcode.machining.state import tool_facts
-from verne_post.gcode.missing_setup import check_measured, find_tool_key, missing_tool
+from verne_post.gcode.machining.state import describe_tool_event
+from verne_post.gcode.missing_setup import check_measured, find_tool_key, report_missing_tool
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import ZERO9
-from verne_post.model.part_setup import Tool, Vector9, tool_text, tool_word
+from verne_post.model.part_setup import Tool, Vector9, describe_tool_number, spell_tool_word
 
 
 class Tools:
@@ -23,7 +23,7 @@ class Tools:
     def check_tool(self, at: At, number: int, word: str) -> None:
         """Refuse (VP012) a tool that the tool table does not have."""
         if self.state.tools is not None and number != 0 and number not in self.state.tools:
-            raise missing_tool(number, word, at, self.setup, self.state)
+            raise report_missing_tool(number, word, at, self.setup, self.state)
 
     def select(self, at: At, number: int) -> None:
         """The tool comes with the next tool change."""
@@ -35,12 +35,12 @@ class Tools:
         self._load(self.state.selected_tool or 0)
         refuse_compensation(self.state, "M6")
         self.state.spindle_on = False
-        self.recorder.event(at.line, "tool", **tool_facts(self.state, self.state.loaded_tool or 0))
+        self.recorder.event(at.line, "tool", **describe_tool_event(self.state, self.state.loaded_tool or 0))
 
     def set_number(self, at: At, number: int) -> None:
         """No tool is changed: only its number is set (M61)."""
         self._load(number)
-        self.recorder.event(at.line, "tool number", **tool_facts(self.state, number))
+        self.recorder.event(at.line, "tool number", **describe_tool_event(self.state, number))
 
     def _load(self, number: int) -> None:
         state = self.state
@@ -55,7 +55,7 @@ class Tools:
         """--tool-length is the length of one tool."""
         state = self.state
         if self.setup.tool_length is not None and state.only_tool is not None and state.only_tool != number:
-            names = [tool_word(each, state.tool_names) for each in (state.only_tool, number)]
+            names = [spell_tool_word(each, state.tool_names) for each in (state.only_tool, number)]
             raise ProgramError(
                 "VP018",
                 f"--tool-length holds for one tool, but the program uses {names[0]} and {names[1]}; use --tool-table instead",
@@ -98,7 +98,7 @@ class Tools:
                 )
             return ZERO9
         if state.tools is None or number not in state.tools:
-            raise missing_tool(number, "H", at, self.setup, state)
+            raise report_missing_tool(number, "H", at, self.setup, state)
         check_measured(state.tools[number], self.setup, state, at.columns.get("H"))
         offset = state.tools[number].offset
         if self.setup.machine and offset[2] < 0:
@@ -120,7 +120,7 @@ class Tools:
             VP012: it is not known.
         """
         state = self.state
-        name = tool_text(number, state.tool_names)
+        name = describe_tool_number(number, state.tool_names)
         if state.tools is None or number not in state.tools:
             text = f"the diameter of {name} is not known; give --tool-table FILE{instead}"
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))

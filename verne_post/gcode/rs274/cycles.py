@@ -5,14 +5,14 @@ from typing import Final
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
-from verne_post.gcode.codes import g_name
+from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.traits import Traits
-from verne_post.gcode.rs274.values import WordValues, polar_end, whole
+from verne_post.gcode.rs274.values import WordValues, find_polar_end, whole
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 #: How far above the last depth a peck begins again, mm.
@@ -39,14 +39,14 @@ class CycleCodes:
     def execute(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """Execute one block of a canned cycle; ``goes_on`` when the cycle was already active."""
         state = self.state
-        name = g_name(motion)
+        name = spell_g_code(motion)
         _u, _v, normal, *_ = PLANES[state.plane]
         start = self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=False, axes=(normal,))
         self.core.stand(list(start))
         self._check_cycle(block, motion, normal)
         goes_on = goes_on and self.modes.cycle is not None and self.modes.cycle.normal == normal
         before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
-        cycle = self._cycle_heights(block, motion, normal, before)
+        cycle = self._read_cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle
         repeats = whole(block, "L") if "L" in block.words else 1
         if repeats == 0 and self.traits.stores_without_holes:
@@ -64,7 +64,7 @@ class CycleCodes:
                 "VP017",
                 f"{name} cuts a {'left' if motion == 740 else 'right'}-hand thread; it needs {'M4' if motion == 740 else 'M3'}",
             )
-        with state.exact_path():
+        with state.follow_exactly():
             self._drill_holes(block, motion, cycle, repeats)
 
     def _find_kept(self, block: Block, motion: int, normal: int) -> Cycle | None:
@@ -82,35 +82,35 @@ class CycleCodes:
 
     def _check_cycle(self, block: Block, motion: int, normal: int) -> None:
         state = self.state
-        axes = self.values.named_axes(block)
+        axes = self.values.list_named_axes(block)
         if not axes:
-            raise ProgramError("VP005", f"{g_name(motion)} needs at least one of X, Y, Z")
+            raise ProgramError("VP005", f"{spell_g_code(motion)} needs at least one of X, Y, Z")
         for axis in axes:
             if axis > 2:
                 letter = AXES[axis]
                 raise block.error("VP017", f"{letter} cannot stand in a canned cycle; write a G0 before it", letter)
         if state.feed_mode == FeedMode.INVERSE:
-            raise ProgramError("VP017", f"{g_name(motion)} with inverse-time feed (G93); use G94")
+            raise ProgramError("VP017", f"{spell_g_code(motion)} with inverse-time feed (G93); use G94")
         if state.compensation is not None:
-            raise ProgramError("VP017", f"{g_name(motion)} under cutter compensation; write G40 first")
+            raise ProgramError("VP017", f"{spell_g_code(motion)} under cutter compensation; write G40 first")
         if state.tcp_off:
             self.core.check_tcp_off(state.position, state.position)
         self.motion.check_feed(block, motion, turns_itself=motion in _TAPS and self.traits.taps_rigidly)
         if self.modes.absolute:  # the first place that the program names may be that of a hole
-            places = {axis: self.values.axis_value(block, axis) for axis in axes if axis != normal}
+            places = {axis: self.values.read_axis_value(block, axis) for axis in axes if axis != normal}
             self.core.frames.stand_at(
                 places | ({normal: self.values.length(block.words["R"])} if "R" in block.words else {})
             )
-        self.core.require_known(block, [0, 1, 2], f"{g_name(motion)}")
-        if (tool := self.core.tilted_tool(normal)) is not None:
+        self.core.require_known(block, [0, 1, 2], f"{spell_g_code(motion)}")
+        if (tool := self.core.find_tilted_tool(normal)) is not None:
             raise ProgramError(
-                "VP017", f"{g_name(motion)} drills along {AXES[normal]}, but {tool}: it would be dragged sideways; turn the table, "
+                "VP017", f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}: it would be dragged sideways; turn the table, "
                 "or write the hole with G0 and G1",
             )  # fmt: skip
 
-    def _cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
+    def _read_cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
         state = self.state
-        letter, name = AXES[normal], g_name(motion)
+        letter, name = AXES[normal], spell_g_code(motion)
         here = state.position[normal]
         series = self.modes.cycle if self.modes.cycle is not None and self.modes.cycle.normal == normal else None
         if series is not None:
@@ -132,11 +132,11 @@ class CycleCodes:
             raise ProgramError("VP005", f"{name} needs {letter}, the bottom of the hole")
         kept = before.numbers if before is not None else (0.0, 0.0)
         r = self.values.length(block.words["R"]) if "R" in block.words else kept[0]
-        z = self.values.axis_value(block, normal) if letter in block.words else kept[1]
+        z = self.values.read_axis_value(block, normal) if letter in block.words else kept[1]
         clear, bottom = self._heights(start, r, z)
         of_g90 = (self.modes.absolute, self.modes.absolute)
         if before is not None:
-            (clear, bottom), of_g90 = self._heights_after_change(block, motion, before, (clear, bottom), z)
+            (clear, bottom), of_g90 = self._read_changed_heights(block, motion, before, (clear, bottom), z)
         if clear < bottom:
             raise block.error("VP007", f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm", "R")
         step = self.values.length(block.words["Q"]) if "Q" in block.words else before.step if before else None
@@ -179,7 +179,7 @@ class CycleCodes:
             return r, z
         return start + r, start + r + z
 
-    def _heights_after_change(
+    def _read_changed_heights(
         self, block: Block, motion: int, before: Cycle, anew: tuple[float, float], z: float
     ) -> tuple[tuple[float, float], tuple[bool, bool]]:
         """Heights of R and the bottom, and whether the numbers are of G90, where some are kept from blocks before.
@@ -200,7 +200,7 @@ class CycleCodes:
             old, now = ("G91", "G90") if absolute else ("G90", "G91")
             how = f"read in {now}" if self.traits.keeps_heights else "at the heights of before"
             self.recorder.warn(
-                "VP030", f"{g_name(motion)} keeps {' and '.join(names)} of {old} in {now}: the hole goes from {letter} {hole[0]:g} to "
+                "VP030", f"{spell_g_code(motion)} keeps {' and '.join(names)} of {old} in {now}: the hole goes from {letter} {hole[0]:g} to "
                 f"{hole[1]:g} mm; {how} it would go from {other[0]:g} to {other[1]:g} mm; give R and {letter} again",
                 block.line, None,
             )  # fmt: skip
@@ -212,7 +212,9 @@ class CycleCodes:
         state = self.state
         u, v, w, *_ = PLANES[state.plane]
         position = state.position
-        step = {axis: self.values.axis_value(block, axis) if AXES[axis] in block.words else None for axis in (u, v)}
+        step = {
+            axis: self.values.read_axis_value(block, axis) if AXES[axis] in block.words else None for axis in (u, v)
+        }
         retract = max(cycle.start, cycle.clear) if self.modes.initial_level else cycle.clear
         above = position[w]
         # first retract: to R, under G98 to the initial level
@@ -224,7 +226,7 @@ class CycleCodes:
         }
         for _hole in range(repeats):
             if block.polar and not self.modes.absolute:  # from the last hole
-                target = dict(zip((u, v), self._polar_place(block), strict=True))
+                target = dict(zip((u, v), self._find_polar_place(block), strict=True))
             else:
                 for axis, value in step.items():
                     if value is not None and not self.modes.absolute:
@@ -235,11 +237,11 @@ class CycleCodes:
             self._drill_hole(block, motion, cycle, retract)
             above = retract
 
-    def _polar_place(self, block: Block) -> list[float]:
+    def _find_polar_place(self, block: Block) -> list[float]:
         """Where the polar words of a block lead in G91 from the present place, mm."""
         unit = self.values.length(1.0)
         x, y = self.state.position[:2]
-        return [unit * value for value in polar_end(block, x / unit, y / unit, absolute=False)]
+        return [unit * value for value in find_polar_end(block, x / unit, y / unit, absolute=False)]
 
     def _drill_hole(self, block: Block, motion: int, cycle: Cycle, retract: float) -> None:
         w = PLANES[self.state.plane][2]

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
-from verne_post.gcode.codes import CYCLES, TAKES_AXES, g_name
+from verne_post.gcode.codes import CYCLES, TAKES_AXES, spell_g_code
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.fanuc_codes import MIRROR, MIRROR_OFF, OF_FRAMES, SCALE_OFF
@@ -50,7 +50,7 @@ class FanucMaps:
     def set_scale(self, block: Block, code: int, text_has_point: bool) -> None:
         """G51 X Y Z P: all axes by one factor about a point; I J K: each axis by its own. G50 ends it."""
         words, maps, state = block.words, self.modes.maps, self.state
-        self.core.refuse_compensation(g_name(code))
+        self.core.refuse_compensation(spell_g_code(code))
         if code == SCALE_OFF:
             self._set(maps, factors=(1.0,) * 3)
             return
@@ -79,14 +79,14 @@ class FanucMaps:
         missing = [axis for axis, letter in enumerate(_LINEAR) if letter not in words and factors[axis] != 1.0]
         self.core.require_known(block, missing, "G51 about the place where the tool is")
         centers = tuple(
-            self.values.axis_value(block, axis) if letter in words else state.position[axis]
+            self.values.read_axis_value(block, axis) if letter in words else state.position[axis]
             for axis, letter in enumerate(_LINEAR)
         )
         self._set(maps, factors=factors, centers=centers)
 
     def set_mirror(self, block: Block, code: int) -> None:
         """G51.1 X Y Z: mirror images about places of axes; G50.1 ends those of the axes that it names."""
-        maps, name = self.modes.maps, g_name(code)
+        maps, name = self.modes.maps, spell_g_code(code)
         given = [axis for axis, letter in enumerate(_LINEAR) if letter in block.words]
         self.core.refuse_compensation(name)
         if not given:
@@ -97,7 +97,7 @@ class FanucMaps:
             )
         mirrors = list(maps.mirrors)
         for axis in given:
-            mirrors[axis] = self.values.axis_value(block, axis) if code == MIRROR else None
+            mirrors[axis] = self.values.read_axis_value(block, axis) if code == MIRROR else None
         self._set(maps, mirrors=tuple(mirrors))
 
     # --- blocks ------------------------------------------------------------------------------------
@@ -113,7 +113,8 @@ class FanucMaps:
         maps, words, modes = self.modes.maps, block.words, self.modes
         if codes & {*TAKES_AXES, 530} and {*_LINEAR} & set(words):
             raise ProgramError(
-                "VP017", f"{g_name(min(codes & {*_BARRED}))} under G51, G51.1 or G16; write G50, G50.1 or G15 first"
+                "VP017",
+                f"{spell_g_code(min(codes & {*_BARRED}))} under G51, G51.1 or G16; write G50, G50.1 or G15 first",
             )
         motion = next((code for code in codes if code in (0, 10, *_ARCS, *CYCLES)), modes.motion)
         if codes & {*OF_FRAMES, MIRROR_OFF, SCALE_OFF} or motion is None or not set(words) & set("XYZIJKR"):
@@ -131,7 +132,8 @@ class FanucMaps:
         flips, size = factors[u] * factors[v] < 0, abs(factors[u])
         if motion in CYCLES and factors[normal] < 0:
             raise ProgramError(
-                "VP017", f"{g_name(motion)} under a mirror image of its own axis: the hole would be drilled from below"
+                "VP017",
+                f"{spell_g_code(motion)} under a mirror image of its own axis: the hole would be drilled from below",
             )
         for axis, letter in enumerate(_LINEAR):
             if letter in words:

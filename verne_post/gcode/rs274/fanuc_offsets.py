@@ -77,11 +77,11 @@ class FanucOffsets:
 
     def shift_system(self, block: Block, code: int) -> None:
         """G92, and G52: a system inside that of G92, which ends it on the axes that it names."""
-        state, axes = self.state, self.values.named_axes(block)
+        state, axes = self.state, self.values.list_named_axes(block)
         local, outer = list(self.modes.local_shift), np.subtract(state.frame.g92, self.modes.local_shift)
         self.offsets.execute_g92(block, code)
         for axis in axes:
-            local[axis] = self.values.axis_value(block, axis) if code == 520 else 0.0
+            local[axis] = self.values.read_axis_value(block, axis) if code == 520 else 0.0
         self.modes.local_shift = tuple(local)
         if code == 520:
             self.core.frames.store_shift(float(value) for value in outer + local)

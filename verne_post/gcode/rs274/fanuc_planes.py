@@ -11,7 +11,7 @@ from verne_post.base.tolerances import UPRIGHT_DEG
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
-from verne_post.gcode.codes import TAKES_AXES, g_name
+from verne_post.gcode.codes import TAKES_AXES, spell_g_code
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.turning import turn_table
 from verne_post.gcode.program_error import ProgramError
@@ -19,7 +19,7 @@ from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, P
 from verne_post.gcode.rs274.modes import NO_MAPS, Modes
 from verne_post.gcode.rs274.offsets import TCP_CODES, say_directions
 from verne_post.gcode.rs274.values import WordValues, whole
-from verne_post.gcode.standing_table import standing_table
+from verne_post.gcode.standing_table import find_standing_plane
 from verne_post.gcode.table_positions import choose_position, find_positions
 from verne_post.model.control_keys import FanucKeys
 from verne_post.model.moves import Feature, MoveKind
@@ -47,7 +47,7 @@ class FanucPlanes:
         if code == PLANE_OFF:
             self._end()
             return
-        name = g_name(code)
+        name = spell_g_code(code)
         if code == ROTATION:
             self._rotate(block)
             return
@@ -93,7 +93,10 @@ class FanucPlanes:
 
     def _read_point(self, block: Block) -> Array:
         return np.array(
-            [self.values.axis_value(block, axis) if letter in block.words else 0.0 for axis, letter in enumerate("XYZ")]
+            [
+                self.values.read_axis_value(block, axis) if letter in block.words else 0.0
+                for axis, letter in enumerate("XYZ")
+            ]
         )
 
     @staticmethod
@@ -213,7 +216,7 @@ class FanucPlanes:
         if missing := [axis for axis in axes if "XYZ"[axis] not in words]:
             self.core.require_known(block, missing, "G68 about the place where the tool is")
         center = np.array([
-            self.values.axis_value(block, axis) if axis in axes and "XYZ"[axis] in words else state.position[axis] for axis in range(3)
+            self.values.read_axis_value(block, axis) if axis in axes and "XYZ"[axis] in words else state.position[axis] for axis in range(3)
         ])  # fmt: skip
         direction = self._read_direction(block, "G68") if in_space else np.eye(3)[normal]
         if not in_space and min(modes.maps.factors[u], modes.maps.factors[v]) < 0:
@@ -269,7 +272,7 @@ class FanucPlanes:
             self.core.settle_table(block)
         modes.follows_table = True
         self.recorder.say_tcp(True)
-        standing = standing_table(self.setup.coordinates, state.frame, state.position)
+        standing = find_standing_plane(self.setup.coordinates, state.frame, state.position)
         if standing is not None:
             self._set_feature(np.zeros(3), np.array(standing.rotation).reshape(3, 3))
 
@@ -285,7 +288,7 @@ class FanucPlanes:
 
     def turn_to_plane(self, block: Block, code: int) -> None:
         """G53.1, G53.6: turn the table so that the tool stands upright on the plane; X Y Z of the machine stand, under G43.4 the tip on the part."""
-        state, name = self.state, g_name(code)
+        state, name = self.state, spell_g_code(code)
         if state.frame.feature is None or self.modes.turns:
             raise ProgramError("VP017", f"{name} without G68.2: there is no plane to turn to")
         if block.words.get("R", 0.0):

@@ -11,7 +11,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.rs274.fanuc_codes import ARC_OF_HOLES, CIRCLE_OF_HOLES, PLANE, POCKETS
 from verne_post.gcode.rs274.nurbs import NURBS
-from verne_post.gcode.words import whole_lines
+from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import Finding, finding
 from verne_post.model.moves import FeedMode
 
@@ -48,7 +48,7 @@ def find_mixture(source: Text) -> Finding | None:
 
 def find_length_without_unit(source: Text) -> int | None:
     """Line of the first X, Y or Z of a program that has neither G20 nor G21; None where it has one, or no lengths."""
-    if any(match[1] is not None for text in whole_lines(source) for match in _UNIT.finditer(text)):
+    if any(match[1] is not None for text in read_whole_lines(source) for match in _UNIT.finditer(text)):
         return None
     found = [_find_first(source, pattern, b"XYZ") for pattern in (_POINTED, _BARE)]
     return min((place[0] for place in found if place is not None), default=None)
@@ -57,7 +57,7 @@ def find_length_without_unit(source: Text) -> int | None:
 def _find_first(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> tuple[int, int, str] | None:
     """Line, column and text of the first word of some letters that a pattern finds."""
     line = 1
-    for text in whole_lines(source):
+    for text in read_whole_lines(source):
         for match in pattern.finditer(text):
             if match[1] is not None and match[1].upper() in letters:
                 begin = match.start()
@@ -77,7 +77,7 @@ def _report_mixture(line: int, column: int, word: str, pointed: int) -> Finding:
     )  # fmt: skip
 
 
-def lines_without_point(text: bytes) -> Ints:
+def find_lines_without_point(text: bytes) -> Ints:
     """Lines of a chunk, from 0, that have a word without a decimal point, other than 0."""
     return find_lines(text, [match.start() for match in _BARE.finditer(text) if match[1] is not None])
 

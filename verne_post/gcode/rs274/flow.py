@@ -77,13 +77,13 @@ class Flow:
     def _execute_if(self, o: OWord, line: int) -> None:
         while not _holds(o, line):
             line = self.calls.text.structure.branch[line]
-            following = self._branch(line)
+            following = self._choose_branch(line)
             if following is None or following.keyword == "else":
                 break
             o = following
         self.calls.line = line + 1
 
-    def _branch(self, line: int) -> OWord | None:
+    def _choose_branch(self, line: int) -> OWord | None:
         """The elseif or else in a line; None for endif."""
         if line not in self.calls.text.structure.end:
             return None
@@ -96,7 +96,7 @@ class Flow:
             if o.keyword == "elseif":
                 _holds(o, line)
             line = structure.branch[line]
-            o = self._branch(line)
+            o = self._choose_branch(line)
         self.calls.line = line + 1
 
     def _execute_loop(self, o: OWord, line: int) -> None:

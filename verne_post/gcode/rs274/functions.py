@@ -5,7 +5,7 @@ from typing import Final
 from msgspec.structs import replace
 
 from verne_post.gcode.block import Block
-from verne_post.gcode.codes import g_name
+from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.settings import restore_settings, save_settings
 from verne_post.gcode.program_error import At, ProgramError
@@ -50,7 +50,7 @@ class FunctionCodes:
         if code == 960 and "S" not in words:
             raise ProgramError("VP005", "G96 needs S, the speed of the surface")
         most = abs(words["D"]) if code == 960 and "D" in words else None
-        self.core.auxiliary.set_spindle_mode(block, g_name(code), words.get("S"), surface=code == 960, most=most)
+        self.core.auxiliary.set_spindle_mode(block, spell_g_code(code), words.get("S"), surface=code == 960, most=most)
 
     def execute(self, block: Block, m: dict[str, list[int]]) -> None:
         auxiliary, tools, words = self.core.auxiliary, self.core.tools, block.words

@@ -6,7 +6,7 @@ from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import Block
-from verne_post.gcode.codes import CYCLES, g_name
+from verne_post.gcode.codes import CYCLES, spell_g_code
 from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.machining.machining import Machining
@@ -43,7 +43,7 @@ class HaasCodes:
             self._drill_circle(block, code)
 
     def _check(self, block: Block, code: int) -> None:
-        name = g_name(code)
+        name = spell_g_code(code)
         for what, wrong in (
             ("in another plane than that of G17", self.state.plane != 0),
             ("with inverse-time feed (G93)", self.state.feed_mode == FeedMode.INVERSE),
@@ -61,21 +61,21 @@ class HaasCodes:
 
     def _mill_circles(self, block: Block, code: int) -> None:
         """G12 clockwise, G13 counter-clockwise: from the middle, where the tool stands, on circles to the wall, and back to the middle."""
-        name, state = g_name(code), self.state
+        name, state = spell_g_code(code), self.state
         self.core.refuse_compensation(name)
         self._check(block, code)
         for letter in "XYAC":
             if letter in block.words:
                 raise block.error("VP006", f"{name} does not use {letter}: it begins where the tool stands", letter)
         self.motion.check_feed(block, code)
-        if (tool := self.core.tilted_tool()) is not None:
+        if (tool := self.core.find_tilted_tool()) is not None:
             raise ProgramError("VP017", f"{name} works along Z, but {tool}; turn the table")
         radii, levels = self._list_radii(block, code), self._list_levels(block)
         if len(levels) * (_STROKES + len(radii) * _STROKES_OF_CIRCLE) > MAX_STROKES:
             raise ProgramError("VP007", f"{name}: more than {MAX_STROKES} strokes")
         start = self.core.start_of_motion(MoveKind.FEED, absolute=self.modes.absolute, machine=False)
         self.core.stand(list(start))
-        with state.exact_path():
+        with state.follow_exactly():
             for stroke in place_strokes(self._list_strokes(code, radii, levels), Placement((start[0], start[1]))):
                 begin = list(state.position)
                 end = [*stroke.end, stroke.height, *begin[3:]]
@@ -92,7 +92,9 @@ class HaasCodes:
         last = self.values.length(words.get("K", words["I"]))
         step = self.values.length(words.get("Q", 0.0))
         if ("K" in words) != ("Q" in words):
-            raise ProgramError("VP005", f"{g_name(code)} needs K, the radius of the pocket, and Q, the step, together")
+            raise ProgramError(
+                "VP005", f"{spell_g_code(code)} needs K, the radius of the pocket, and Q, the step, together"
+            )
         if last < first or ("Q" in words and not step > 0):
             letter = "K" if last < first else "Q"
             raise block.error("VP007", f"{letter}{words[letter]:g}: circles go from I to K, by Q outwards", letter)
@@ -110,7 +112,7 @@ class HaasCodes:
             raise block.error("VP007", f"L{count}: levels are repeated in G91, each deeper by Z", "L")
         if "Z" not in block.words:
             return [here]
-        value = self.values.axis_value(block, 2)
+        value = self.values.read_axis_value(block, 2)
         return [value] if self.modes.absolute else [here + value * number for number in range(1, count + 1)]
 
     @staticmethod
@@ -130,7 +132,7 @@ class HaasCodes:
 
     def _drill_circle(self, block: Block, code: int) -> None:
         """G70, G71: holes of the cycle in force on a circle about X Y, from the angle J on; G71 by K degrees, G70 evenly round."""
-        name, words, motion = g_name(code), block.words, self.modes.motion
+        name, words, motion = spell_g_code(code), block.words, self.modes.motion
         self._check(block, code)
         if motion not in CYCLES or self.modes.cycle is None:
             raise ProgramError("VP005", f"{name} drills with the cycle in force; write one before it, with L0")
@@ -146,7 +148,7 @@ class HaasCodes:
         unit, center = self.values.length(1.0), list(self.state.position[:2])
         for axis, letter in enumerate("XY"):
             if letter in words:
-                center[axis] = self.values.axis_value(block, axis) + (0.0 if self.modes.absolute else center[axis])
+                center[axis] = self.values.read_axis_value(block, axis) + (0.0 if self.modes.absolute else center[axis])
         for place in place_circle(center[0], center[1], radius, words.get("J", 0.0), step, count):
             before = (0.0, 0.0) if self.modes.absolute else self.state.position[:2]
             hole = Block(block.line)

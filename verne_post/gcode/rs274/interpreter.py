@@ -13,7 +13,7 @@ from msgspec import Struct
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import POLAR, Block, read_block
-from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, describe_remap, g_name, read_m_code
+from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, describe_remap, read_m_code, spell_g_code
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.state import State
@@ -29,7 +29,7 @@ from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.offsets import OffsetCodes
 from verne_post.gcode.rs274.splines import SPLINES, SplineCodes
 from verne_post.gcode.rs274.traits import Traits
-from verne_post.gcode.rs274.values import WordValues, polar_end, whole
+from verne_post.gcode.rs274.values import WordValues, find_polar_end, whole
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Language
 from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
@@ -244,8 +244,10 @@ class Rs274(Language):
         non_modal = g.get("non-modal")
         takes = non_modal in TAKES_AXES or g.get("tool length") == 431
         if takes and explicit is not None and explicit != 800:
-            taker = g_name(non_modal if non_modal in TAKES_AXES else 431)
-            raise ProgramError("VP003", f"{taker} and {g_name(explicit)} both use the axis words; write two blocks")
+            taker = spell_g_code(non_modal if non_modal in TAKES_AXES else 431)
+            raise ProgramError(
+                "VP003", f"{taker} and {spell_g_code(explicit)} both use the axis words; write two blocks"
+            )
         if axes and explicit == 800 and not takes:
             raise block.error("VP006", f"{axes[0]}: G80 cancels motion, nothing uses axis words", axes[0])
         if explicit is not None or takes:
@@ -254,7 +256,7 @@ class Rs274(Language):
         arc = self.modes.motion in (20, 30)
         words = axes or [letter for letter in "IJK" if letter in block.words and (arc or self.modes.vectors)]
         if words and self.modes.motion is None:
-            length = f"; {g_name(g['tool length'])} is none: write G0 beside it" if "tool length" in g else ""
+            length = f"; {spell_g_code(g['tool length'])} is none: write G0 beside it" if "tool length" in g else ""
             text = f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active{length}"
             raise block.error("VP005", text, words[0])
         if axes and self._has_user_code(block):
@@ -297,7 +299,7 @@ class Rs274(Language):
         if "cutter compensation" in g:
             self.motion.compensate(block, g["cutter compensation"])
         if "tool length" in g:
-            self.core.refuse_compensation(g_name(g["tool length"]))
+            self.core.refuse_compensation(spell_g_code(g["tool length"]))
             self.modes.vectors = g["tool length"] == 435
             self.offsets.set_tool_length(block, g["tool length"])
         if "work offset" in g:
@@ -364,7 +366,7 @@ class Rs274(Language):
     def _store_home(self, block: Block, code: int) -> None:
         """G28.1, G30.1: the home position is where the machine stands."""
         state = self.state
-        self.core.require_known(block, [AXES.index(letter) for letter in self.setup.axes], g_name(code))
+        self.core.require_known(block, [AXES.index(letter) for letter in self.setup.axes], spell_g_code(code))
         point = tuple(float(v) for v in self.setup.coordinates.to_machine(np.array(state.position), state.frame))
         self.core.frames.set_home(point, second=code != 281)
 
@@ -426,7 +428,7 @@ class Rs274(Language):
         block.columns["X"] = block.columns["Y"] = column
         for letter in given:
             del block.columns[letter]
-        to_x, to_y = polar_end(block, x, y, absolute=absolute)
+        to_x, to_y = find_polar_end(block, x, y, absolute=absolute)
         words["X"], words["Y"] = (to_x, to_y) if absolute else (to_x - x, to_y - y)
 
     # --- codes ---------------------------------------------------------------------------------------
@@ -443,7 +445,9 @@ class Rs274(Language):
                 group = self.table.group_of_g[code]
                 if group in g:
                     raise ProgramError(
-                        "VP003", f"{g_name(g[group])} and {g_name(code)} are of one modal group ({group})", column
+                        "VP003",
+                        f"{spell_g_code(g[group])} and {spell_g_code(code)} are of one modal group ({group})",
+                        column,
                     )
                 g[group] = code
                 continue
@@ -461,9 +465,9 @@ class Rs274(Language):
         if abs(number * 10 - code) > 10 * WHOLE_NUMBER or number < 0:
             raise ProgramError("VP002", f"G{number:g} is not a code", column)
         if code in self.table.refused_g:
-            raise ProgramError("VP002", f"{g_name(code)} is not executed ({self.table.refused_g[code]})", column)
+            raise ProgramError("VP002", f"{spell_g_code(code)} is not executed ({self.table.refused_g[code]})", column)
         if code not in self.table.group_of_g:
-            text = f"{g_name(code)} is not a code of this language; {describe_remap(g_name(code))}"
+            text = f"{spell_g_code(code)} is not a code of this language; {describe_remap(spell_g_code(code))}"
             raise ProgramError("VP002", text, column)
         return code
 

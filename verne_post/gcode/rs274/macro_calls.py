@@ -8,7 +8,7 @@ from verne_post.gcode.expressions import ValueReader, Values
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, SCALE_OFF
-from verne_post.gcode.rs274.fanuc_points import lines_without_point
+from verne_post.gcode.rs274.fanuc_points import find_lines_without_point
 from verne_post.gcode.rs274.interpreter import Call
 from verne_post.gcode.rs274.macro_text import read_arguments
 from verne_post.gcode.rs274.modes import Modes
@@ -38,7 +38,7 @@ def read_macro_call(text: str, values: Values, keys: FanucKeys) -> tuple[str, Ar
     begin = places[match.end()]
     reader = ValueReader(characters, places, values)
     reader.at = match.end()
-    if keys.decimal_point == "conventional" and lines_without_point(text[begin:].encode()).size:
+    if keys.decimal_point == "conventional" and find_lines_without_point(text[begin:].encode()).size:
         what = "arguments of a macro count increments of their own without a decimal point; write it"
         raise ProgramError("VP007", what, begin + 1)
     return text[:begin], read_arguments(reader)

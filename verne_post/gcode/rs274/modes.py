@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from msgspec import Struct, field
 
-from verne_post.gcode.codes import g_name
+from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.settings import Settings
 from verne_post.gcode.splines import SplineDraft
 from verne_post.model.moves import FeedMode, PathMode
@@ -145,7 +145,7 @@ class Modes(Struct):
     def show(self, feed: FeedMode, path: PathMode) -> list[str]:
         """The codes that hold."""
         return [
-            "no motion (G80)" if self.motion is None else g_name(self.motion),
+            "no motion (G80)" if self.motion is None else spell_g_code(self.motion),
             "G20 (inch)" if self.inch else "G21 (mm)",
             "G90 (absolute)" if self.absolute else "G91 (incremental)",
             _FEED_CODES[feed],

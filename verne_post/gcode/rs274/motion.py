@@ -7,9 +7,9 @@ import numpy as np
 
 from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, UPRIGHT_DEG, VECTOR_LENGTH
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.gcode.arcs import center_arc, radius_arc
+from verne_post.gcode.arcs import build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.block import Block
-from verne_post.gcode.codes import g_name
+from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.lengths import length_of
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import Machining
@@ -65,18 +65,18 @@ class MotionCodes:
 
     def go_home(self, block: Block, code: int) -> None:
         state, setup = self.state, self.setup
-        self.core.refuse_compensation(g_name(code))
+        self.core.refuse_compensation(spell_g_code(code))
         home = state.home if code == 280 else state.home2
         if home is None:
             raise ProgramError(
-                "VP015", f"{g_name(code)} needs the home position of the machine: add [home] {g_name(code).lower()} "
+                "VP015", f"{spell_g_code(code)} needs the home position of the machine: add [home] {spell_g_code(code).lower()} "
                 "to the machine file, or retract with G53 G0 Z0",
             )  # fmt: skip
-        axes = self.values.named_axes(block)
+        axes = self.values.list_named_axes(block)
         # an incremental via word of 0 means no via point, so the axis need not be known
         moving = [axis for axis in axes if self.modes.absolute or block.words[AXES[axis]] != 0.0]
         if not self.modes.absolute:
-            self.core.require_known(block, moving, f"{g_name(code)} with an incremental via point")
+            self.core.require_known(block, moving, f"{spell_g_code(code)} with an incremental via point")
         if self.traits.turns_table_alone and self._is_turned_alone(moving):
             self._turn_table(block, MoveKind.RAPID, moving)
         else:
@@ -85,10 +85,10 @@ class MotionCodes:
         for axis in chosen:
             if math.isnan(home[axis]):
                 raise ProgramError(
-                    "VP015", f"{g_name(code)} needs the home position of {AXES[axis]}, which was never set"
+                    "VP015", f"{spell_g_code(code)} needs the home position of {AXES[axis]}, which was never set"
                 )
         self.core.end_tool_axis(block, chosen)
-        go_to_machine(self.core, block, MoveKind.RAPID, self._home_targets(block, code, home, chosen))
+        go_to_machine(self.core, block, MoveKind.RAPID, self._find_home_targets(block, code, home, chosen))
 
     def _go_via(self, block: Block, moving: list[int]) -> None:
         """To the via point of G28 and G30; without one nothing moves."""
@@ -102,20 +102,20 @@ class MotionCodes:
         if self.setup.rotary[1] in moving:
             self.recorder.fix_c(block.line)
         for axis in moving:
-            value = self.values.axis_value(block, axis)
+            value = self.values.read_axis_value(block, axis)
             via[axis] = value if self.modes.absolute else via[axis] + value
         if state.tcp_off and moving:
             self.core.check_tcp_off(state.position, via)
         self._move_straight(block, MoveKind.RAPID, via, moving)
 
-    def _home_targets(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
+    def _find_home_targets(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
         """Machine coordinates of axes that go home; X or Y alone goes along its direction in a turned work system."""
         targets = {axis: home[axis] for axis in axes}
         state, coordinates = self.state, self.setup.coordinates
         if not state.frame.turn or len({_X, _Y} & set(axes)) != 1:
             return targets
         axis = _X if _X in axes else _Y
-        name = f"{g_name(code)} {AXES[axis]} alone in a turned work system (R of G10 L2)"
+        name = f"{spell_g_code(code)} {AXES[axis]} alone in a turned work system (R of G10 L2)"
         self.core.require_known(block, [_X, _Y], name)
         if math.isnan(home[_X]) or math.isnan(home[_Y]):
             raise ProgramError("VP015", f"{name} needs the home position of X and of Y")
@@ -134,7 +134,7 @@ class MotionCodes:
 
     def move(self, block: Block, motion: int, *, machine: bool) -> None:
         kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
-        axes = self.values.named_axes(block)
+        axes = self.values.list_named_axes(block)
         state = self.state
         if kind == MoveKind.FEED:
             self.check_feed(block, motion)
@@ -146,11 +146,11 @@ class MotionCodes:
         if machine:
             self.core.refuse_compensation("G53")
             self.core.end_tool_axis(block, axes)
-            go_to_machine(self.core, block, kind, {axis: self.values.axis_value(block, axis) for axis in axes})
+            go_to_machine(self.core, block, kind, {axis: self.values.read_axis_value(block, axis) for axis in axes})
             return
         if False in state.known:
             if motion in (20, 30):
-                self.core.require_known(block, self._arc_axes(axes), "an arc")
+                self.core.require_known(block, self._find_arc_axes(axes), "an arc")
             if not self.modes.absolute:
                 self.core.require_known(block, axes, "an incremental move")
         start = self.core.start_of_motion(kind, absolute=self.modes.absolute, machine=False, axes=axes, at=block)
@@ -158,7 +158,7 @@ class MotionCodes:
         if self.setup.rotary[1] in axes:
             self.recorder.fix_c(block.line)
         for axis in axes:
-            value = self.values.axis_value(block, axis)
+            value = self.values.read_axis_value(block, axis)
             end[axis] = value if self.modes.absolute else end[axis] + value
         if state.tcp_off:
             self.core.check_tcp_off(start, end)
@@ -201,7 +201,7 @@ class MotionCodes:
         if set(self.setup.rotary) & set(axes):
             self.core.end_tool_axis(block, [axis for axis in axes if axis in _ROTARY])
         here = [0.0] * len(AXES) if self.modes.absolute else self.state.position
-        words = {axis: here[axis] + self.values.axis_value(block, axis) for axis in axes}
+        words = {axis: here[axis] + self.values.read_axis_value(block, axis) for axis in axes}
         turn_table(self.core, block, kind, words)
 
     def _check_vector_axes(self, block: Block, axes: list[int], *, machine: bool) -> None:
@@ -236,12 +236,14 @@ class MotionCodes:
         return self.setup.coordinates.point_axis(end, vector / size, self.state.frame)
 
     @staticmethod
-    def _arc_axes(axes: list[int]) -> list[int]:
+    def _find_arc_axes(axes: list[int]) -> list[int]:
         return sorted({0, 1, 2, *axes})
 
     def check_feed(self, block: Block, motion: int, *, turns_itself: bool = False) -> None:
         given = "F" in block.words
-        refuse_lacking(self.core, g_name(motion), given=given, length_words=LENGTH_WORDS, turns_itself=turns_itself)
+        refuse_lacking(
+            self.core, spell_g_code(motion), given=given, length_words=LENGTH_WORDS, turns_itself=turns_itself
+        )
 
     def _move_on_arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
         state = self.state
@@ -257,15 +259,17 @@ class MotionCodes:
         if "R" in block.words:
             if offsets:
                 raise block.error("VP003", "an arc has either R or a centre (I, J, K), not both", "R")
-            arc = radius_arc(start, end, state.plane, clockwise, self.values.length(block.words["R"]), turns - 1)
+            arc = build_arc_from_radius(
+                start, end, state.plane, clockwise, self.values.length(block.words["R"]), turns - 1
+            )
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
-            arc = center_arc(
+            arc = build_arc_from_center(
                 start, end, state.plane, clockwise, offsets, self.modes.absolute_centers, turns - 1, tolerance
             )
         else:
             raise ProgramError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
-        self.draw_arc(block, start, end, arc, self.values.named_axes(block), absolute=self.modes.absolute)
+        self.draw_arc(block, start, end, arc, self.values.list_named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------
 
@@ -274,7 +278,7 @@ class MotionCodes:
         if code == 400:
             self.core.end_compensation()
             return
-        name = g_name(code)
+        name = spell_g_code(code)
         self.core.check_compensation(name)
         if self.modes.vectors:
             raise ProgramError("VP017", f"{name} while a tool axis (I J K) holds")
@@ -293,13 +297,13 @@ class MotionCodes:
         state = self.state
         if code % 10:  # in the block
             if "D" not in block.words:
-                raise ProgramError("VP005", f"{g_name(code)} needs D, the diameter")
+                raise ProgramError("VP005", f"{spell_g_code(code)} needs D, the diameter")
             return self.values.length(block.words["D"])
         if self.traits.zero_is_no_offset:
             if "D" not in block.words:
                 if self.modes.cutter_number is None:
                     raise ProgramError(
-                        "VP005", f"{g_name(code)} needs D, the number of the offset, after the tool change"
+                        "VP005", f"{spell_g_code(code)} needs D, the number of the offset, after the tool change"
                     )
                 block.words["D"] = float(self.modes.cutter_number)
             if not block.words["D"]:
@@ -307,10 +311,12 @@ class MotionCodes:
         number = (whole(block, "D") if "D" in block.words else 0) or state.loaded_tool or 0
         if number == 0:
             other = (
-                f", or write {g_name(code + 1)} with the diameter (D0 for a path on the contour)"
+                f", or write {spell_g_code(code + 1)} with the diameter (D0 for a path on the contour)"
                 if self.traits.diameter_codes
                 else ""
             )
-            raise ProgramError("VP012", f"{g_name(code)} without D, and no tool is in the spindle; load one{other}")
-        instead = f", or use {g_name(code + 1)} D" if self.traits.diameter_codes else ""
+            raise ProgramError(
+                "VP012", f"{spell_g_code(code)} without D, and no tool is in the spindle; load one{other}"
+            )
+        instead = f", or use {spell_g_code(code + 1)} D" if self.traits.diameter_codes else ""
         return self.core.tools.find_diameter(block, number, instead)

@@ -31,7 +31,7 @@ class NurbsCodes:
 
     def execute(self, block: Block) -> None:
         """A control point, or a knot; the last one follows the spline."""
-        axes = self.values.named_axes(block)
+        axes = self.values.list_named_axes(block)
         draft, self.modes.spline = (
             self.modes.spline,
             None,
@@ -85,5 +85,5 @@ class NurbsCodes:
             raise block.error("VP031", f"R{weight:g}: the weight of a control point is positive", "R")
         point = list(draft.points[-1] if draft.points else self.state.position)
         for axis in axes:
-            point[axis] = self.values.axis_value(block, axis)
+            point[axis] = self.values.read_axis_value(block, axis)
         draft.add(point, weight, block.line)

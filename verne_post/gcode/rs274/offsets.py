@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.gcode.block import Block
-from verne_post.gcode.codes import g_name
+from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.program_error import ProgramError
@@ -42,14 +42,14 @@ class OffsetCodes:
         find = {490: lambda: ZERO9, 431: lambda: self._read_offset(block), 432: lambda: self._add_offset(block)}.get(
             code
         )
-        self.core.tools.set_length(find or (lambda: self._offset_of_tool(block)))
+        self.core.tools.set_length(find or (lambda: self._find_tool_offset(block)))
 
     def _read_offset(self, block: Block) -> Vector9:
         """G43.1: the offset itself."""
         values = list(self.state.frame.tool)
         for axis, letter in enumerate(AXES):
             if letter in block.words:
-                values[axis] = self.values.axis_value(block, axis)
+                values[axis] = self.values.read_axis_value(block, axis)
         if self.setup.machine and any(values[:2] + values[3:]):
             raise ProgramError("VP007", "G43.1 can only set a length (Z) on this machine; X, Y and angles must be 0")
         if self.setup.machine and values[2] < 0:
@@ -60,9 +60,9 @@ class OffsetCodes:
         """G43.2: the offset of another tool on top of the one in force."""
         if "H" not in block.words:
             raise ProgramError("VP005", "G43.2 needs H, the tool whose offset is added")
-        return vector9(np.add(self.state.frame.tool, self._offset_of_tool(block)))
+        return vector9(np.add(self.state.frame.tool, self._find_tool_offset(block)))
 
-    def _offset_of_tool(self, block: Block) -> Vector9:
+    def _find_tool_offset(self, block: Block) -> Vector9:
         """The offset of H; without it, or with H0, that of the tool in the spindle, but for :attr:`Traits.zero_is_no_offset`."""
         if self.traits.zero_is_no_offset:
             if "H" not in block.words:
@@ -84,7 +84,7 @@ class OffsetCodes:
             raise ProgramError("VP005", "G10 needs L and P")
         kind, number = whole(block, "L"), whole(block, "P")
         if kind in (1, 10, 11):
-            self._set_tool_offset(block, kind, number, self.values.named_axes(block))
+            self._set_tool_offset(block, kind, number, self.values.list_named_axes(block))
             return
         if kind not in (2, 20):
             raise block.error(
@@ -102,23 +102,23 @@ class OffsetCodes:
 
     def set_origin(self, block: Block, system: int) -> None:
         """G10 L2: the origin in machine coordinates, and R."""
-        frame = self.core.frames.stored_frame(system)
+        frame = self.core.frames.build_stored_frame(system)
         origin = list(frame.origin)
-        for axis in self.values.named_axes(block):
-            origin[axis] = self.values.axis_value(block, axis)
+        for axis in self.values.list_named_axes(block):
+            origin[axis] = self.values.read_axis_value(block, axis)
         self.core.frames.store_frame(replace(frame, origin=vector9(origin), turn=block.words.get("R", frame.turn)))
 
     def _set_origin_here(self, block: Block, system: int) -> None:
         """G10 L20: the origin such that the present place gets the given values."""
         if "R" in block.words:
             raise block.error("VP006", "G10 L20 does not use R", "R")
-        axes, coordinates = self.values.named_axes(block), self.setup.coordinates
+        axes, coordinates = self.values.list_named_axes(block), self.setup.coordinates
         self.core.require_known(block, axes, "G10 L20")
-        frame = self.core.frames.stored_frame(system)
+        frame = self.core.frames.build_stored_frame(system)
         here = coordinates.to_program(coordinates.to_machine(np.array(self.state.position), self.state.frame), frame)
         shift = np.zeros(9)
         for axis in axes:
-            shift[axis] = here[axis] - self.values.axis_value(block, axis)
+            shift[axis] = here[axis] - self.values.read_axis_value(block, axis)
         shift[:3] = coordinates.displacement(shift[:3], frame)
         self.core.frames.store_frame(replace(frame, origin=vector9(np.asarray(frame.origin) + shift)))
 
@@ -131,12 +131,12 @@ class OffsetCodes:
             number, Tool(number, number, ZERO9, unmeasured=f"G10 L{kind} in line {block.line}")
         )
         offset = np.array(old.offset)
-        values = {axis: self.values.axis_value(block, axis) for axis in axes}
+        values = {axis: self.values.read_axis_value(block, axis) for axis in axes}
         if kind == 1:
             offset[axes] = list(values.values())
         else:
             self.core.require_known(block, axes, f"G10 L{kind}")
-            if self.core.tilted_tool() is not None:
+            if self.core.find_tilted_tool() is not None:
                 raise ProgramError(
                     "VP017", f"G10 L{kind} measures along Z, and the tool is tilted; turn the table to A0 first"
                 )
@@ -162,14 +162,14 @@ class OffsetCodes:
 
     def execute_g92(self, block: Block, code: int) -> None:
         state = self.state
-        axes = self.values.named_axes(block)
+        axes = self.values.list_named_axes(block)
         if not axes:
-            raise ProgramError("VP005", f"{g_name(code)} needs at least one axis word")
+            raise ProgramError("VP005", f"{spell_g_code(code)} needs at least one axis word")
         g92 = list(state.frame.g92)
         if code == 920:
             self.core.require_known(block, axes, "G92")
         for axis in axes:
-            value = self.values.axis_value(block, axis)
+            value = self.values.read_axis_value(block, axis)
             g92[axis] = value if code == 520 else g92[axis] + state.position[axis] - value
         self.core.frames.store_shift(g92)
         self.core.frames.apply_shift(on=True)

@@ -5,14 +5,14 @@ from verne_post.gcode import plain
 from verne_post.gcode.block import Block
 from verne_post.gcode.execution import Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.plain_vectors import end_of_vectors, pointing
+from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.flow import Flow
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.recovery import Recovery
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.templates import word_columns
+from verne_post.gcode.templates import find_word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
 
 
@@ -77,7 +77,7 @@ class _BlockRun:
             last = end_of_vectors(interpreter.core, view, chunk.lines, row, last)
         if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, view, chunk.lines, row):
             return False
-        point = pointing(interpreter.core, chunk.lines) if view.pointed else None
+        point = take_vectors(interpreter.core, chunk.lines) if view.pointed else None
         done = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line, point)
         if done > row:
             interpreter.go_on_after_plain_lines(view)
@@ -165,4 +165,4 @@ def _is_executed(raw: bytes, setup: Setup) -> bool:
 def _find_column(error: ProgramError, raw: bytes) -> None:
     """Put the column of a word in place of its number in the line."""
     if error.column is not None and error.column < 0:
-        error.column = word_columns(decode_line(raw))[-error.column - 1]
+        error.column = find_word_columns(decode_line(raw))[-error.column - 1]

@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from typing import Final
 
 from verne_post.gcode.block import Block
-from verne_post.gcode.codes import g_name
+from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import WordValues, whole
-from verne_post.gcode.splines import BSpline, SplineDraft, uniform_knots
+from verne_post.gcode.splines import BSpline, SplineDraft, build_uniform_knots
 from verne_post.model.moves import AXES, FeedMode
 
 _CUBIC, _QUADRATIC, _POINT, _FOLLOW = 50, 51, 52, 53
@@ -37,7 +37,7 @@ class SplineCodes:
         other = next((code for code in g.values() if code not in self.traits.beside_spline), None)
         if other is not None:
             self.modes.spline = None
-            raise ProgramError("VP031", f"{g_name(other)} before the end of {self._name_draft(draft)}")
+            raise ProgramError("VP031", f"{spell_g_code(other)} before the end of {self._name_draft(draft)}")
 
     def refuse_unfinished(self) -> None:
         """The program must not end before a spline does."""
@@ -46,14 +46,14 @@ class SplineCodes:
             raise ProgramError("VP031", f"the program ends before the end of {self._name_draft(draft)}")
 
     def _name_draft(self, draft: SplineDraft) -> str:
-        return f"the spline that {g_name(draft.code)} has begun in line {draft.line}; {self.traits.spline_end}"
+        return f"the spline that {spell_g_code(draft.code)} has begun in line {draft.line}; {self.traits.spline_end}"
 
     # --- G5, G5.1 ----------------------------------------------------------------------------------
 
     def execute(self, block: Block, motion: int) -> None:
         own = any(letter == "G" and round(10 * number) == motion for letter, number, _column in block.codes)
         if not own and motion != _POINT:
-            raise ProgramError("VP005", f"{g_name(motion)} does not go on by itself; write it in every block")
+            raise ProgramError("VP005", f"{spell_g_code(motion)} does not go on by itself; write it in every block")
         if motion == _POINT:
             self._add_point(block)
         elif motion == _FOLLOW:
@@ -63,8 +63,8 @@ class SplineCodes:
 
     def _move_on_bezier(self, block: Block, motion: int) -> None:
         """G5: a cubic, I J from its start and P Q from its end; G5.1: a quadratic, I J from its start."""
-        state, name = self.state, g_name(motion)
-        end = self._plane_point(block, name)
+        state, name = self.state, spell_g_code(motion)
+        end = self._read_plane_point(block, name)
         start = state.position
         needed = "PQ" if motion == _CUBIC else "IJ"
         for letter in needed:
@@ -86,16 +86,16 @@ class SplineCodes:
         degree = len(inner) + 1
         points = [start, *inner, end]
         spline = BSpline(
-            degree, points, [1.0] * (degree + 1), uniform_knots(degree + 1, degree), [block.line] * (degree + 1)
+            degree, points, [1.0] * (degree + 1), build_uniform_knots(degree + 1, degree), [block.line] * (degree + 1)
         )
         self.core.spline(block, spline, name, absolute=self.modes.absolute)
         if motion == _CUBIC:
             self.modes.spline_leg = (self.recorder.count, -offsets["P"], -offsets["Q"])
 
-    def _plane_point(self, block: Block, name: str) -> list[float]:
+    def _read_plane_point(self, block: Block, name: str) -> list[float]:
         """The X and Y of a block as a point of the present plane."""
         state = self.state
-        axes = self.values.named_axes(block)
+        axes = self.values.list_named_axes(block)
         if state.plane != 0:
             raise ProgramError("VP017", f"{name} needs the XY plane (G17)")
         for axis in axes:
@@ -106,7 +106,7 @@ class SplineCodes:
         self.core.require_known(block, [0, 1, 2], name)
         end = list(state.position)
         for axis in axes:
-            value = self.values.axis_value(block, axis)
+            value = self.values.read_axis_value(block, axis)
             end[axis] = value if self.modes.absolute else end[axis] + value
         return end
 
@@ -114,7 +114,7 @@ class SplineCodes:
 
     def _add_point(self, block: Block) -> None:
         """G5.2: a control point and its weight P; the first one is where the tool is, with weight P of a block without X and Y."""
-        state, axes = self.state, self.values.named_axes(block)
+        state, axes = self.state, self.values.list_named_axes(block)
         draft = self.modes.spline
         if draft is None:
             self.core.check_spline("G5.2")
@@ -139,7 +139,7 @@ class SplineCodes:
         order = whole(block, "L") if "L" in block.words else draft.order
         if order < draft.order:
             raise block.error("VP007", f"L{order}: the order of the spline is {draft.order} at least here", "L")
-        point = self._plane_point(block, "G5.2") if axes else None
+        point = self._read_plane_point(block, "G5.2") if axes else None
         if not draft.points:
             self.core.require_known(block, [0, 1, 2], "G5.2")
             draft.add(list(state.position), weight if point is None else 1.0, block.line)
@@ -158,7 +158,7 @@ class SplineCodes:
             raise block.error("VP006", f"{letter} beside G5.3, which has no end point of its own", letter)
         self.motion.check_feed(block, _POINT)
         degree = draft.order - 1
-        knots = uniform_knots(len(draft.points), degree)
+        knots = build_uniform_knots(len(draft.points), degree)
         self.core.spline(
             block,
             BSpline(degree, draft.points, draft.weights, knots, draft.lines),

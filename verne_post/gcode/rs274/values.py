@@ -31,7 +31,7 @@ def whole(block: Block, letter: str) -> int:
     return number
 
 
-def polar_end(block: Block, x: float, y: float, *, absolute: bool) -> tuple[float, float]:
+def find_polar_end(block: Block, x: float, y: float, *, absolute: bool) -> tuple[float, float]:
     """Where the polar words of a block lead from a place, all in the unit of the program."""
     distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
     if distance < ZERO_LENGTH_MM and (not absolute or "^" not in block.polar):
@@ -58,7 +58,7 @@ class WordValues:
         """P, the time of a dwell, s."""
         return check_dwell(block, block.words["P"] * self.modes.dwell_unit)
 
-    def axis_value(self, block: Block, axis: int) -> float:
+    def read_axis_value(self, block: Block, axis: int) -> float:
         """The word of an axis, mm or degrees; refuses (VP007) what is beyond any machine."""
         letter = AXES[axis]
         value = block.words[letter]
@@ -68,6 +68,6 @@ class WordValues:
             raise block.error("VP007", f"{letter}{value:g} is beyond any machine", letter)
         return value
 
-    def named_axes(self, block: Block) -> list[int]:
+    def list_named_axes(self, block: Block) -> list[int]:
         """The axes that a block names, in their order."""
         return sorted([_NUMBER_OF_AXIS[letter] for letter in block.words if letter in _NUMBER_OF_AXIS])

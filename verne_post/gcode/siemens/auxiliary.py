@@ -45,7 +45,7 @@ class SiemensAuxiliary:
 
     def run(self, words: Words, block: At) -> None:
         speed = words.take("S") if words.code("dwell") is None else None
-        tool = None if (word := words.take("T")) is None else self._tool_number(word)
+        tool = None if (word := words.take("T")) is None else self._read_tool_number(word)
         if (position := words.take("SPOS")) is not None:
             self._stop_spindle_at(position, block)
         if (edges := words.take("CUTMOD")) is not None:
@@ -104,7 +104,7 @@ class SiemensAuxiliary:
             self.core.set_feed(feed.value * unit, feed.value)
         self.motion.modes.feed_mode = state.feed_mode
 
-    def _tool_number(self, word: Word) -> int:
+    def _read_tool_number(self, word: Word) -> int:
         """T5, T="5", T="name"."""
         name = word.text
         if name is None or is_count(name):
@@ -119,7 +119,7 @@ class SiemensAuxiliary:
         word, state = words.take("D"), self.state
         waits = "T" in words.words and not loaded  # D beside T alone is that of the tool which M6 will bring
         tool = state.selected_tool if waits else state.loaded_tool
-        on = word is None or self._switches_edge_on(word, tool or 0)
+        on = word is None or self._is_edge_on(word, tool or 0)
         if (word is None and not loaded) or (waits and on):
             return
         self.core.refuse_compensation("a change of tool offset")
@@ -132,7 +132,7 @@ class SiemensAuxiliary:
             tools.set_length(lambda: tools.find_offset(at, 0))
         self.motion.set_chain()
 
-    def _switches_edge_on(self, word: Word, tool: int) -> bool:
+    def _is_edge_on(self, word: Word, tool: int) -> bool:
         """False for D0; D1 is the one edge of the tool, with the key ``d_numbers`` it is D and the tool's own number."""
         number, by_tool = round(word.value), self.keys.d_numbers == "tools"
         if abs(word.value - number) <= WHOLE_NUMBER and number in (0, tool if by_tool and tool else 1):

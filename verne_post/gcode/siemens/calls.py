@@ -7,7 +7,7 @@ from msgspec import Struct, field
 
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.siemens.cursor import Cursor, code_part
+from verne_post.gcode.siemens.cursor import Cursor, take_code
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.program import Section, SiemensText
 from verne_post.gcode.siemens.values import Index, Value, read_indices
@@ -100,7 +100,7 @@ class Library:
 def read_procedure(section: Section) -> Procedure:
     """The PROC line of a subprogram; one without has no values. Errors have its line."""
     for line in range(section.first, min(section.last, section.first + _LINES_BEFORE) + 1):
-        text = code_part(decode_line(section.text.line(line)).rstrip("\r"))
+        text = take_code(decode_line(section.text.line(line)).rstrip("\r"))
         if not text.strip() or text.lstrip().startswith("%"):
             continue
         match = _PROC.match(text)

@@ -19,7 +19,7 @@ _BASED: Final = re.compile(r"'(?:H([0-9A-F]+)|B([01]+))'", re.IGNORECASE)
 _MOST_DIGITS: Final = 64
 
 
-def without_zeros(digits: str) -> str:
+def strip_zeros(digits: str) -> str:
     """A whole number as it is compared: without leading zeros, of any length."""
     return digits.lstrip("0") or "0"
 
@@ -113,7 +113,7 @@ class Cursor(Struct):
         return self.skip() == ""
 
 
-def code_part(line: str) -> str:
+def take_code(line: str) -> str:
     """A line without its comment; a semicolon inside a text begins none."""
     if ";" not in line:
         return line

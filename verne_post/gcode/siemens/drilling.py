@@ -55,7 +55,7 @@ class Drilling:
         """
         given = read_cycle(call, PARAMETERS[call.name], self.variables)
         hole = _Hole(self.interpreter, given, At(line), holes)
-        with self.interpreter.state.exact_path():
+        with self.interpreter.state.follow_exactly():
             hole.drill()
 
 
@@ -80,7 +80,7 @@ class _Hole:
             self.normal = (first, second, third)[axis - 1]
         self._check_place()
         self._read_heights()
-        self.to.core.frames.stand_at({self.normal: self.to.motion.to_core(self.normal, self.clear)})
+        self.to.core.frames.stand_at({self.normal: self.to.motion.convert_to_core(self.normal, self.clear)})
 
     # --- checks and heights -------------------------------------------------------------------------------
 
@@ -94,7 +94,7 @@ class _Hole:
             to.motion.check_feed("G1")
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.block)
-        if (tool := to.core.tilted_tool(self.normal)) is not None:
+        if (tool := to.core.find_tilted_tool(self.normal)) is not None:
             raise ProgramError(
                 "VP017", f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; write CYCLE800 or turn the table", self.given.call.column,
             )  # fmt: skip
@@ -164,7 +164,7 @@ class _Hole:
         """A dwell: seconds, or turns of the spindle where it is negative or its digit says so."""
         value = self.given.number(name)
         if digit == 2 or (digit == 0 and value < 0):
-            return self.to.seconds_of_turns(abs(value))
+            return self.to.convert_turns_to_seconds(abs(value))
         if value < 0:
             raise self.given.error("VP007", f"{name} {value:g}: a dwell is not negative", name)
         return value
@@ -186,11 +186,11 @@ class _Hole:
             raise ProgramError("VP017", f"{name}: the tool stands at {here:g} mm, below the safety clearance {self.clear:g} mm: it would be moved through the part; "
                              "move it to the retract plane before", given.call.column)  # fmt: skip
         {
-            "CYCLE81": self._cycle_82, "CYCLE82": self._cycle_82, "CYCLE83": self._cycle_83, "CYCLE85": self._cycle_85, "CYCLE86": self._cycle_86,
-            "CYCLE84": self._tap_rigidly, "CYCLE89": self._cycle_89, "CYCLE840": self._cycle_840,
+            "CYCLE81": self._execute_cycle_82, "CYCLE82": self._execute_cycle_82, "CYCLE83": self._execute_cycle_83, "CYCLE85": self._execute_cycle_85, "CYCLE86": self._execute_cycle_86,
+            "CYCLE84": self._tap_rigidly, "CYCLE89": self._execute_cycle_89, "CYCLE840": self._execute_cycle_840,
         }[name]()  # fmt: skip
 
-    def _cycle_82(self, *, feeds_out: bool = False) -> None:
+    def _execute_cycle_82(self, *, feeds_out: bool = False) -> None:
         seconds = self._seconds("DTB", self.digits[1])
         self.given.refuse_rest()
         self._go(self.clear, rapid=True)
@@ -200,10 +200,10 @@ class _Hole:
             self._go(self.clear, rapid=False)
         self._go(self.retract, rapid=True)
 
-    def _cycle_89(self) -> None:
-        self._cycle_82(feeds_out=True)
+    def _execute_cycle_89(self) -> None:
+        self._execute_cycle_82(feeds_out=True)
 
-    def _cycle_85(self) -> None:
+    def _execute_cycle_85(self) -> None:
         """Ream: FFR in, RFF out."""
         seconds = self._seconds("DTB", self.digits[1])
         feeds = [self.given.number(name) for name in ("FFR", "RFF")]
@@ -212,17 +212,17 @@ class _Hole:
             if feed <= 0:
                 raise self.given.error("VP009", f"{name} {feed:g}: a feed rate greater than 0 is needed", name)
         self._go(self.clear, rapid=True)
-        self._feed_at(feeds[0], self.bottom)
+        self._read_feed(feeds[0], self.bottom)
         self._dwell(seconds)
-        self._feed_at(feeds[1], self.clear)
+        self._read_feed(feeds[1], self.clear)
         self._go(self.retract, rapid=True)
 
-    def _feed_at(self, feed: float, height: float) -> None:
+    def _read_feed(self, feed: float, height: float) -> None:
         with self.to.core.keep_feed():
             self.to.core.set_feed(feed * self.to.modes.feed)
             self._go(height, rapid=False)
 
-    def _cycle_86(self) -> None:
+    def _execute_cycle_86(self) -> None:
         """Bore: stop the spindle at an angle, lift off, out in rapid traverse."""
         given, to = self.given, self.to
         seconds = self._seconds("DTB", self.digits[1])
@@ -250,7 +250,7 @@ class _Hole:
         self._go(self.retract, rapid=True)
         to.core.auxiliary.switch_spindle(self.block, on=True, backwards=_DIRECTIONS[direction])
 
-    def _cycle_840(self) -> None:
+    def _execute_cycle_840(self) -> None:
         """Tap with a compensating chuck: in, the spindle turns the other way, out."""
         given, to = self.given, self.to
         if not (to.state.spindle_on and to.state.spindle_speed > 0):
@@ -331,7 +331,7 @@ class _Hole:
 
     # --- CYCLE83 --------------------------------------------------------------------------------------------
 
-    def _cycle_83(self) -> None:
+    def _execute_cycle_83(self) -> None:
         """Deep holes: down in strokes that grow smaller by DAM, out after each (VARI 1), or back a little to break the chip (VARI 0)."""
         given = self.given
         first = (
@@ -368,7 +368,7 @@ class _Hole:
         self._go(self.clear, rapid=True)
         feed = self.to.state.feed
         amount *= self.unit if amount > 0 else 1.0
-        depths = list(_strokes(depth, first_stroke, amount, abs(least), given, MAX_PECKS // self.holes))
+        depths = list(_plan_strokes(depth, first_stroke, amount, abs(least), given, MAX_PECKS // self.holes))
         for number, below in enumerate(depths):
             height = self.reference - self.up * below
             with self.to.core.keep_feed():
@@ -390,7 +390,9 @@ class _Hole:
         return min(a, b) if self.up > 0 else max(a, b)
 
 
-def _strokes(depth: float, first: float, amount: float, least: float, given: Arguments, most: int) -> Iterator[float]:
+def _plan_strokes(
+    depth: float, first: float, amount: float, least: float, given: Arguments, most: int
+) -> Iterator[float]:
     """Depths of CYCLE83 below the reference plane, so many at most.
 
     Each stroke is smaller by ``amount`` (or is its share where it is negative), as long as that is more than ``amount``

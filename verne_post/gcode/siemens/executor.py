@@ -18,7 +18,7 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.blank import set_blank
-from verne_post.gcode.siemens.cursor import Cursor, code_part
+from verne_post.gcode.siemens.cursor import Cursor, take_code
 from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.drilling import Drilling
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -26,7 +26,7 @@ from verne_post.gcode.siemens.milling import MODAL_MILLING, SiemensMilling
 from verne_post.gcode.siemens.milling_values import PARAMETERS as MILLING
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.patterns import PARAMETERS as PATTERNS
-from verne_post.gcode.siemens.patterns import places_of_pattern
+from verne_post.gcode.siemens.patterns import list_pattern_places
 from verne_post.gcode.siemens.swivel import Swivel
 from verne_post.gcode.siemens.system_variables import SystemVariables
 from verne_post.gcode.siemens.variables import Variables
@@ -148,7 +148,7 @@ class Executor:
         Positions after it are not what the program means: errors of arcs and incremental values are reported no more.
         """
         follows = self.uncertain and error.code in _OF_POSITIONS
-        state, named = self.interpreter.state, set(_NAMED.findall(code_part(decode_line(raw)).upper()))
+        state, named = self.interpreter.state, set(_NAMED.findall(take_code(decode_line(raw)).upper()))
         for letter in named - {"F"}:
             know_axis(state, AXES.index(letter))
             self.uncertain = True
@@ -214,7 +214,7 @@ class Executor:
             )
         is_placed = to.state.is_known(first) and to.state.is_known(second)
         here = (to.motion.programmed(first), to.motion.programmed(second)) if is_placed else None
-        places = list(places_of_pattern(call, self.variables, self.modes.length, here))
+        places = list(list_pattern_places(call, self.variables, self.modes.length, here))
         for u, v in places:
             to.motion.run_line(block, MoveKind.RAPID, {first: u, second: v})
             if self.modal is not None:

@@ -9,7 +9,7 @@ from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, copy_scope, freeze, read_procedure
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.executor import Executor
-from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, whole_repeats
+from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
 from verne_post.gcode.siemens.program import SiemensText, split_line
 from verne_post.gcode.siemens.values import read_value, shown
 from verne_post.gcode.siemens.variables import refuse_leftover
@@ -149,7 +149,7 @@ class Flow:
     def _call(self, call: Call, words: Words, line: int) -> None:
         repeats = 1
         if (given := words.words.get("P")) is not None:
-            repeats = whole_repeats(given.value, call.column)
+            repeats = read_repeats(given.value, call.column)
         if self.executor.is_cycle(call.name):
             self.executor.run_cycle(call, self.calls.show(line))
         elif repeats:
@@ -176,7 +176,7 @@ class Flow:
         self.calls.enter(section.text, procedure.line + 1, line, frame)
         executor.variables.scopes.append(scope)
 
-    def _extcall(self, cursor: Cursor, line: int) -> None:
+    def _call_external(self, cursor: Cursor, line: int) -> None:
         """EXTCALL: the last part of the path names a file beside the program."""
         cursor.skip()
         at, bracket = cursor.at, cursor.take("(")
@@ -188,7 +188,7 @@ class Flow:
         name = name.removeprefix("_N_")
         self.enter(Call(name.removesuffix("_SPF").removesuffix("_MPF"), None, at + 1), line)
 
-    def _modal(self, cursor: Cursor, line: int) -> None:
+    def _set_modal_call(self, cursor: Cursor, line: int) -> None:
         """MCALL with a call, or alone."""
         column = cursor.at
         if cursor.ended:
@@ -231,7 +231,7 @@ class Flow:
                 self.calls.show(line), "message", text=shown(read_value(argument.cursor(), self.executor.variables))
             )
 
-    def _alarm(self, cursor: Cursor, line: int) -> None:
+    def _raise_alarm(self, cursor: Cursor, line: int) -> None:
         arguments = read_arguments(cursor) if cursor.skip() == "(" else ()
         refuse_leftover(cursor)
         values = [
@@ -247,8 +247,8 @@ class Flow:
 
 _Handler = Callable[[Flow, Cursor, int], None]
 _HANDLERS: Final[dict[str, _Handler]] = {
-    **JUMPS, "DEF": Flow._define, "PROC": Flow._proc, "RET": Flow._return, "MCALL": Flow._modal, "EXTCALL": Flow._extcall, "MSG": Flow._message,
-    "SETAL": Flow._alarm,
+    **JUMPS, "DEF": Flow._define, "PROC": Flow._proc, "RET": Flow._return, "MCALL": Flow._set_modal_call, "EXTCALL": Flow._call_external, "MSG": Flow._message,
+    "SETAL": Flow._raise_alarm,
 }  # fmt: skip
 
 

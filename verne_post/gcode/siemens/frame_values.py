@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.offsets import vector9
 from verne_post.gcode.siemens.cursor import Cursor
-from verne_post.gcode.siemens.frames import Frames, rotation_about, split
+from verne_post.gcode.siemens.frames import Frames, build_rotation_about, split
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.values import Index, Names, read_number
 from verne_post.gcode.siemens.vocabulary import FRAME_FUNCTIONS
@@ -70,7 +70,7 @@ class FrameValues:
         if name == _PROGRAMMABLE:
             return replace(self.to.modes.frames, swivel=Frames().swivel)
         if name in (_ACTIVE, _STORED):
-            return self._frame_of_offset(name, cursor, at)
+            return self._read_offset_frame(name, cursor, at)
         expected = f"expected a frame: {', '.join(FRAME_FUNCTIONS)}, {_PROGRAMMABLE}, {_ACTIVE} or {_STORED}[n]"
         raise cursor.error("VP001", expected, at)
 
@@ -94,11 +94,11 @@ class FrameValues:
                 values[axis] = read_number(cursor, self.names)
             if name == "CSCALE" and values[axis] <= 0:
                 raise cursor.error("VP007", f"{name}({letter},{values[axis]:g}): a scale is greater than 0", at)
-        return self.to.frame_words.changed_by(Frames(), name[1:], values)
+        return self.to.frame_words.change_chain(Frames(), name[1:], values)
 
     # --- work offsets -----------------------------------------------------------------------------------
 
-    def _frame_of_offset(self, name: str, cursor: Cursor, at: int) -> Frames:
+    def _read_offset_frame(self, name: str, cursor: Cursor, at: int) -> Frames:
         """A work offset as the value of a frame."""
         if name == _ACTIVE:
             frame = self.to.modes.offset or self.to.state.systems[self.to.modes.system]
@@ -110,7 +110,7 @@ class FrameValues:
         if frame.part_turn:
             raise cursor.error("VP025", f"{name}: how far the part is turned (--wcs) is not read here", at)
         value = Frames().move(list(frame.origin[:3]), list(frame.origin[3:6]))
-        return value.turn(rotation_about(2, frame.turn))
+        return value.turn(build_rotation_about(2, frame.turn))
 
     def _stored(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Frame:
         number = index[0]

@@ -2,7 +2,7 @@
 
 from verne_post.base.arrays import Array
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.gcode.siemens.frames import Frames, rotation_about
+from verne_post.gcode.siemens.frames import Frames, build_rotation_about
 from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.words import Words
 from verne_post.model.moves import AXES, Frame
@@ -40,9 +40,9 @@ class SiemensFrameWords:
         if in_plane is not None and values:
             raise in_plane.error("VP003", f"{word} takes RPL=, or angles about X, Y, Z")
         if in_plane is not None:
-            chain = chain.turn(rotation_about((2, 1, 0)[self.state.plane], in_plane.value))
+            chain = chain.turn(build_rotation_about((2, 1, 0)[self.state.plane], in_plane.value))
         else:
-            chain = self.changed_by(chain, kind, {axis: item.value for axis, item in values.items()})
+            chain = self.change_chain(chain, kind, {axis: item.value for axis, item in values.items()})
         self.change_frames(chain, word)
 
     def change_frames(self, chain: Frames, word: str) -> None:
@@ -56,7 +56,7 @@ class SiemensFrameWords:
             self.motion.modes.frames = before
             raise
 
-    def changed_by(self, chain: Frames, kind: str, values: dict[int, float]) -> Frames:
+    def change_chain(self, chain: Frames, kind: str, values: dict[int, float]) -> Frames:
         """A chain after TRANS, ROT, SCALE or MIRROR with values of axes: lengths in the unit of the program, degrees, factors."""
         if kind == "TRANS":
             shift = [self.motion.modes.length * values.get(axis, 0.0) for axis in range(3)]
@@ -70,8 +70,8 @@ class SiemensFrameWords:
     def _rotation(self, x: float, y: float, z: float) -> Array:
         """The turn of ROT by angles about X, Y, Z, in the order of the machine data."""
         if self.keys.rotation == "euler":
-            return rotation_about(2, x) @ rotation_about(0, y) @ rotation_about(2, z)
-        return rotation_about(2, z) @ rotation_about(1, y) @ rotation_about(0, x)
+            return build_rotation_about(2, x) @ build_rotation_about(0, y) @ build_rotation_about(2, z)
+        return build_rotation_about(2, z) @ build_rotation_about(1, y) @ build_rotation_about(0, x)
 
     def store_offset(self, frame: Frame) -> None:
         """A stored work offset changes; what is written holds from the next G54 on."""

@@ -17,16 +17,16 @@ _SQUARE: Final = 1e-9
 _NOTHING: Final = 1e-12
 
 
-def rotation_about(axis: int, degrees: float) -> Array:
+def build_rotation_about(axis: int, degrees: float) -> Array:
     """Matrix (3, 3) of a turn about X (0), Y (1) or Z (2); exact for quarter turns."""
-    c, s = _cosine(degrees), _cosine(degrees - 90.0)
+    c, s = _take_cosine(degrees), _take_cosine(degrees - 90.0)
     matrix = np.eye(3)
     u, v = (axis + 1) % 3, (axis + 2) % 3
     matrix[u, u], matrix[u, v], matrix[v, u], matrix[v, v] = c, -s, s, c
     return matrix
 
 
-def _cosine(degrees: float) -> float:
+def _take_cosine(degrees: float) -> float:
     quarter = degrees / 90.0
     if quarter == round(quarter):
         return (1.0, 0.0, -1.0, 0.0)[round(quarter) % 4]

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from msgspec.structs import replace
 
-from verne_post.gcode.codes import g_name
+from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import MAX_DWELL_S
 from verne_post.gcode.machining.state import State
@@ -203,11 +203,11 @@ class SiemensInterpreter:
                 "VP005", "G4 takes F, the time in seconds, or S, turns of the spindle", words.column("dwell")
             )
         if turns is not None:
-            self.dwell(block, self.seconds_of_turns(turns.value))
+            self.dwell(block, self.convert_turns_to_seconds(turns.value))
         elif seconds is not None:
             self.dwell(block, seconds.value)
 
-    def seconds_of_turns(self, turns: float) -> float:
+    def convert_turns_to_seconds(self, turns: float) -> float:
         """How long the spindle takes for so many turns."""
         if not (self.state.spindle_on and self.state.spindle_speed > 0):
             raise ProgramError("VP017", "a dwell in turns of the spindle needs a turning spindle; give S and M3 first")
@@ -329,8 +329,8 @@ class SiemensInterpreter:
         if number == 400:
             self.core.end_compensation()
         elif state.compensation is None or state.compensation.code != number:
-            self.core.check_compensation(g_name(number))
-            radius = 0.5 * self._find_diameter(block, g_name(number))
+            self.core.check_compensation(spell_g_code(number))
+            radius = 0.5 * self._find_diameter(block, spell_g_code(number))
             sign = 1 if number == 410 else -1
             self.core.start_compensation(Compensation(number, state.plane, sign * radius, perpendicular=True))  # NORM
 

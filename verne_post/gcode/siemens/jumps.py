@@ -6,7 +6,7 @@ from typing import Final, Protocol
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.calls import Frame, Repeat
-from verne_post.gcode.siemens.cursor import Cursor, without_zeros
+from verne_post.gcode.siemens.cursor import Cursor, strip_zeros
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.program import SiemensText, split_line
 from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, shown
@@ -25,7 +25,7 @@ _MOST_REPEATS: Final = 9999
 _WHOLE: Final = 1e-9
 
 
-def whole_repeats(value: float, column: int) -> int:
+def read_repeats(value: float, column: int) -> int:
     """How often P says."""
     number = round(value) if abs(value) <= _MOST_REPEATS else -1
     if abs(value - number) > _WHOLE or number < 0:
@@ -53,29 +53,29 @@ def _if(flow: Running, cursor: Cursor, line: int) -> None:
         flow.calls.line = branch + (branch in structure.end)
 
 
-def _else(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_else(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
     flow.calls.line = flow.calls.text.structure.branch[line]
 
 
-def _endif(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_endif(flow: Running, cursor: Cursor, line: int) -> None:
     _ = flow.calls.text.structure
     refuse_leftover(cursor)
 
 
-def _goto(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_goto(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTO")
 
 
-def _goto_forward(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_gotof(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTOF")
 
 
-def _goto_backward(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_gotob(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTOB")
 
 
-def _goto_if_there(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_gotoc(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTOC")
 
 
@@ -129,13 +129,13 @@ def _read_target(flow: Running, cursor: Cursor) -> str:
     name = cursor.peek_name()
     if name is not None and flow.executor.variables.find(name) is None and name not in ("N",):
         cursor.name()
-        return _block_number(name)
+        return _read_block_number(name)
     value: Value = read_value(cursor, flow.executor.variables)
-    return _block_number(shown(value).upper())
+    return _read_block_number(shown(value).upper())
 
 
-def _block_number(name: str) -> str:
-    return f"N{without_zeros(name[1:])}" if name[0:1] == "N" and name[1:].isdigit() else name
+def _read_block_number(name: str) -> str:
+    return f"N{strip_zeros(name[1:])}" if name[0:1] == "N" and name[1:].isdigit() else name
 
 
 def _find(flow: Running, label: str, line: int, *, forward: bool, backward: bool) -> int | None:
@@ -147,7 +147,7 @@ def _find(flow: Running, label: str, line: int, *, forward: bool, backward: bool
     return after if forward and after is not None else before if backward else None
 
 
-def _for(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     variables = flow.executor.variables
     cursor.skip()
     at, name = cursor.at, cursor.name()
@@ -160,20 +160,20 @@ def _for(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
     end = flow.calls.text.structure.end[line]
     flow.calls.frame.ends[line] = last
-    if _loop_value(flow, line, cursor) > last:
+    if _read_loop_value(flow, line, cursor) > last:
         flow.calls.line = end + 1
 
 
-def _loop_value(flow: Running, line: int, cursor: Cursor) -> float:
+def _read_loop_value(flow: Running, line: int, cursor: Cursor) -> float:
     """The value of the variable of a FOR."""
-    name, at, inner = _loop_variable(flow, line)
+    name, at, inner = _read_loop_variable(flow, line)
     value = flow.executor.variables.read(name, read_indices(inner, flow.executor.variables), inner, at)
     if isinstance(value, str):
         raise cursor.error("VP007", f"FOR {name}: a number is needed")
     return value
 
 
-def _loop_variable(flow: Running, line: int) -> tuple[str, int, Cursor]:
+def _read_loop_variable(flow: Running, line: int) -> tuple[str, int, Cursor]:
     item = split_line(flow.calls.text.line(line))
     cursor = Cursor(item.text, item.begin)
     cursor.name()
@@ -183,20 +183,20 @@ def _loop_variable(flow: Running, line: int) -> tuple[str, int, Cursor]:
     return name, at, cursor
 
 
-def _endfor(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_endfor(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
     begin = flow.calls.text.structure.begin[line]
     last = flow.calls.frame.ends.get(begin)
     if last is None:
         raise cursor.error("VP023", f"ENDFOR is reached, and its FOR (line {begin}) was not", 0)
-    value = _loop_value(flow, begin, cursor) + 1.0
-    name, at, inner = _loop_variable(flow, begin)
+    value = _read_loop_value(flow, begin, cursor) + 1.0
+    name, at, inner = _read_loop_variable(flow, begin)
     flow.executor.variables.write(name, read_indices(inner, flow.executor.variables), value, inner, at)
     if value < last or are_equal(value, last):
         flow.calls.line = begin + 1
 
 
-def _while(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_while(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
     refuse_leftover(cursor)
     end = flow.calls.text.structure.end[line]
@@ -209,14 +209,14 @@ def _loop(flow: Running, cursor: Cursor, line: int) -> None:
     _ = flow.calls.text.structure
 
 
-def _back(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_loop_end(flow: Running, cursor: Cursor, line: int) -> None:
     """ENDWHILE, ENDLOOP."""
     refuse_leftover(cursor)
     begin = flow.calls.text.structure.begin[line]
     flow.calls.line = begin
 
 
-def _until(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_until(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
     refuse_leftover(cursor)
     begin = flow.calls.text.structure.begin[line]
@@ -242,13 +242,13 @@ def _repeat_stretch(flow: Running, cursor: Cursor, line: int, *, one_block: bool
     while not cursor.ended:
         at, name = cursor.at, cursor.name()
         if name == "P" and cursor.take("="):
-            times = whole_repeats(read_number(cursor, flow.executor.variables), at + 1)
+            times = read_repeats(read_number(cursor, flow.executor.variables), at + 1)
         elif name is not None and name[0] == "P" and name[1:].isdigit():
-            times = whole_repeats(float(name[1:]), at + 1)
+            times = read_repeats(float(name[1:]), at + 1)
         elif name is None or len(labels) == (1 if one_block else 2):
             raise cursor.error("VP001", "expected a label, and P= for how often", at)
         else:
-            labels.append((_block_number(name), at))
+            labels.append((_read_block_number(name), at))
     if not labels:
         raise cursor.error("VP001", "expected a label after REPEAT", 0)
     places = []
@@ -296,6 +296,6 @@ def end_stretch(flow: Running, line: int) -> None:
 
 #: What the statements do.
 JUMPS: Final[dict[str, Callable[[Running, Cursor, int], None]]] = {
-    "IF": _if, "ELSE": _else, "ENDIF": _endif, "GOTO": _goto, "GOTOF": _goto_forward, "GOTOB": _goto_backward, "GOTOC": _goto_if_there, "CASE": _case, "FOR": _for,
-    "ENDFOR": _endfor, "WHILE": _while, "ENDWHILE": _back, "LOOP": _loop, "ENDLOOP": _back, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _until,
+    "IF": _if, "ELSE": _execute_else, "ENDIF": _execute_endif, "GOTO": _execute_goto, "GOTOF": _execute_gotof, "GOTOB": _execute_gotob, "GOTOC": _execute_gotoc, "CASE": _case, "FOR": _execute_for,
+    "ENDFOR": _execute_endfor, "WHILE": _execute_while, "ENDWHILE": _execute_loop_end, "LOOP": _loop, "ENDLOOP": _execute_loop_end, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _execute_until,
 }  # fmt: skip

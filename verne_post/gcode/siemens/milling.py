@@ -56,7 +56,7 @@ class SiemensMilling:
             Before the first move, with the value that does not fit.
         """
         given, at, to = read_cycle(call, PARAMETERS[call.name], self.variables), At(line), self.to
-        with to.core.keep_feed(), to.state.exact_path():
+        with to.core.keep_feed(), to.state.follow_exactly():
             work = _Work(MillingValues(to, given, at), is_modal=is_modal)
             try:
                 strokes = [list(one) for one in work.list_strokes()]
@@ -239,7 +239,7 @@ class _Work:
         u, v, w = self.values.plane
         self.to.core.frames.stand_at(
             {
-                axis: motion.to_core(axis, value)
+                axis: motion.convert_to_core(axis, value)
                 for axis, value in zip(self.values.plane, (*first.end, self.values.retract), strict=True)
             }
         )

@@ -9,10 +9,10 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ARC_RADIUS_MM, ZERO_LENGTH_MM
-from verne_post.gcode.arcs import PLANES, center_arc, radius_arc
+from verne_post.gcode.arcs import PLANES, build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.lengths import length_of
 from verne_post.gcode.machining.machining import Machining
-from verne_post.gcode.machining.spatial_arc import arc_through
+from verne_post.gcode.machining.spatial_arc import build_arc_through
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
 from verne_post.gcode.program_error import At, ProgramError
@@ -23,7 +23,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.corners import SiemensCorners
 from verne_post.gcode.siemens.frames import Affine, Split, split
 from verne_post.gcode.siemens.modes import Modes
-from verne_post.gcode.standing_table import standing_table
+from verne_post.gcode.standing_table import find_standing_plane
 from verne_post.model.control_keys import SiemensKeys, read_keys
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
 
@@ -33,7 +33,7 @@ _STANDS: Final = 1e-9
 _ALIKE: Final = 1e-9
 
 
-def tangent_of(plane: int, center: Sequence[float], end: Sequence[float], sweep: float) -> list[float]:
+def find_tangent_at_end(plane: int, center: Sequence[float], end: Sequence[float], sweep: float) -> list[float]:
     """Along an arc at its end (3,), of any length; ``sweep`` is positive counter-clockwise."""
     first, second, *_ = PLANES[plane]
     sign, tangent = (1.0 if sweep > 0 else -1.0), [0.0, 0.0, 0.0]
@@ -109,7 +109,7 @@ class SiemensMotion:
         plane = self._split.feature
         if self.follows_part:
             return plane
-        standing = standing_table(self.setup.coordinates, base, position)
+        standing = find_standing_plane(self.setup.coordinates, base, position)
         if standing is None or plane is None:
             return standing or plane
         total = Affine(plane.origin, plane.rotation).after(standing)
@@ -134,7 +134,7 @@ class SiemensMotion:
         value = self.state.position[axis] / self.scale(axis)
         return value - self.modes.frames.rotary[axis - 3] if 3 <= axis < 6 else value
 
-    def to_core(self, axis: int, value: float) -> float:
+    def convert_to_core(self, axis: int, value: float) -> float:
         """A programmed place of an axis, in the numbers of the interpreter of all dialects."""
         if 3 <= axis < 6:
             return value + self.modes.frames.rotary[axis - 3]
@@ -202,7 +202,7 @@ class SiemensMotion:
         # axes of the machine that are not named stand, whatever length the tool has now
         end = list(held if self.follows_part else state.position)
         for axis, value in places.items():
-            end[axis] = self.to_core(axis, value)
+            end[axis] = self.convert_to_core(axis, value)
         if self.modes.tcp or not set(self.setup.rotary) & set(places):
             return end
         if self.follows_part:
@@ -235,7 +235,7 @@ class SiemensMotion:
         turned = self.turn_vectors(vector)
         self.core.hold_tool_axis(turned)
         end = self.setup.coordinates.point_axis(end, turned, state.frame)
-        if self.leads_axes("vector") and self.setup.machine:
+        if self.has_linear_axes("vector") and self.setup.machine:
             self.core.hold_tool_axis(None)
         return end
 
@@ -254,13 +254,13 @@ class SiemensMotion:
                 f"name {self.setup.both_rotary} together",
             )
         self.core.hold_tool_axis(None)
-        if not self.modes.tcp or self.leads_axes("words"):
+        if not self.modes.tcp or self.has_linear_axes("words"):
             return
         axis = self.setup.coordinates.tool_axis(end, state.frame)
         if axis is not None:
             self.core.hold_tool_axis(axis)
 
-    def leads_axes(self, given: str) -> bool:
+    def has_linear_axes(self, given: str) -> bool:
         """True where A and C go linearly along a block; ``given``: "words" or "vector"."""
         modes = self.modes
         word = modes.path if self.keys.orientation_by_group else modes.reference
@@ -294,12 +294,12 @@ class SiemensMotion:
         if center is not None:
             offsets = {letter1: center[0] * scales[0], letter2: center[1] * scales[1]}
             self._check_sizes(block, offsets)
-            arc = center_arc(start, end, state.plane, clockwise, offsets, False, turns, ARC_RADIUS_MM)
+            arc = build_arc_from_center(start, end, state.plane, clockwise, offsets, False, turns, ARC_RADIUS_MM)
         else:
             self._check_sizes(block, {"R": radius * abs(scales[0])})
-            arc = radius_arc(start, end, state.plane, clockwise, radius * abs(scales[0]), turns)
+            arc = build_arc_from_radius(start, end, state.plane, clockwise, radius * abs(scales[0]), turns)
         self.corners.add_arc(block, end, arc, list(places))
-        self.set_heading(tangent_of(state.plane, arc.center, end, arc.sweep))
+        self.set_heading(find_tangent_at_end(state.plane, arc.center, end, arc.sweep))
 
     def _check_sizes(self, at: At, lengths: dict[str, float]) -> None:
         for name, length in lengths.items():
@@ -323,9 +323,9 @@ class SiemensMotion:
         if np.ptp(np.abs(self._split.scale)) > _ALIKE:
             raise ProgramError("VP017", "CIP under unequal scales would be an ellipse")
         start, end = self._begin_arc(block, places)
-        over = np.array([self.to_core(axis, value) for axis, value in enumerate(middle)])
-        circle = arc_through(np.array(start[:3]), over, np.array(end[:3]))
-        self.core.spatial_arc(block, start, end, circle, list(places))
+        over = np.array([self.convert_to_core(axis, value) for axis, value in enumerate(middle)])
+        circle = build_arc_through(np.array(start[:3]), over, np.array(end[:3]))
+        self.core.move_on_spatial_arc(block, start, end, circle, list(places))
         self.set_heading(np.cross(circle.normal, np.array(end[:3]) - circle.center).tolist())
 
     # --- machine coordinates --------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ PARAMETERS: Final = {
 }  # fmt: skip
 
 
-def places_of_pattern(
+def list_pattern_places(
     call: Call, variables: Variables, unit: float, here: tuple[float, float] | None
 ) -> list[tuple[float, float]]:
     """Places of the holes in the plane, mm, in the order in which they are drilled.

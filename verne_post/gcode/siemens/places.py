@@ -53,7 +53,7 @@ class SiemensPlaces:
             return self._count_from(word, axis) + value
         self.motion.shifted.pop(axis, None)
         if rotary and (word.mode or word.name in self.keys.modulo_axes) and self.state.known[axis]:
-            return self._rotary_place(word, axis, value)
+            return self._resolve_rotary_place(word, axis, value)
         return value
 
     def _count_from(self, word: Word, axis: int) -> float:
@@ -69,7 +69,7 @@ class SiemensPlaces:
         raise word.error("VP017", f"{word.name} is incremental, and its offset has changed: whether a control travels the change with it is "
                          "machine data (SD42440, SD42442); write it in G90, or say so: [siemens] offsets_in_g91 of the settings file")  # fmt: skip
 
-    def _rotary_place(self, word: Word, axis: int, value: float) -> float:
+    def _resolve_rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
         here = self.motion.programmed(axis)
         turned = math.fmod(value - here, 360.0)
@@ -115,7 +115,7 @@ class SiemensPlaces:
         first, second, *_ = PLANES[self.state.plane]
         modes = self.motion.modes
         if angle is not None:
-            modes.angle = self._polar_angle(angle, modes.angle)
+            modes.angle = self._read_polar_angle(angle, modes.angle)
         if radius is not None:
             if radius.mode == "IC" or radius.value < 0:
                 raise radius.error("VP007", "RP= is a distance from the pole: absolute, also in G91, and not negative")
@@ -133,7 +133,7 @@ class SiemensPlaces:
             second: modes.pole[1] + modes.radius * math.sin(turn),
         }
 
-    def _polar_angle(self, word: Word, before: float | None) -> float:
+    def _read_polar_angle(self, word: Word, before: float | None) -> float:
         if word.mode != "IC" and (word.mode or self.motion.modes.absolute):
             return word.value
         if before is None:
@@ -177,7 +177,7 @@ class SiemensPlaces:
         here = [self.motion.programmed(axis) for axis in (first, second)]
         center: tuple[float, float] | None = None
         if any(word is not None for word in given):
-            center = self._to_center(given, here)
+            center = self._read_center(given, here)
         if radius is not None:
             if center is not None or opening is not None:
                 raise radius.error("VP003", "an arc has one of CR=, a centre (I, J, K), AR=")
@@ -198,7 +198,7 @@ class SiemensPlaces:
             raise word.error("VP007", f"TURN={word.value:g}: further turns are 0 to {MAX_TURNS - 1}")
         return turns
 
-    def _to_center(self, given: list[Word | None], here: list[float]) -> tuple[float, float]:
+    def _read_center(self, given: list[Word | None], here: list[float]) -> tuple[float, float]:
         """I J K count from the start, but for AC()."""
         found = []
         for word, start in zip(given, here, strict=True):

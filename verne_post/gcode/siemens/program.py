@@ -13,9 +13,9 @@ from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.siemens.cursor import code_part, without_zeros
+from verne_post.gcode.siemens.cursor import strip_zeros, take_code
 from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line
-from verne_post.gcode.words import split_words, whole_lines
+from verne_post.gcode.words import read_whole_lines, split_words
 
 #: The line that begins a program in a file that holds several.
 _HEADER: Final = re.compile(rb"^[ \t]*+%_N_([A-Za-z0-9_]+?)_(MPF|SPF)[ \t]*+\r?$", re.MULTILINE | re.IGNORECASE)
@@ -130,7 +130,7 @@ class Line(Struct, frozen=True):
 
 def split_line(raw: bytes) -> Line:
     """Take a line apart."""
-    text = code_part(decode_line(raw).rstrip("\r"))
+    text = take_code(decode_line(raw).rstrip("\r"))
     match = _PREFIX.match(text)
     assert match is not None
     label = match["label"]
@@ -174,7 +174,7 @@ class SiemensText(ProgramText):
         """The programs of the file, in order; a file without %_N_ lines is one program."""
         starts: list[tuple[int, str, bool]] = []
         line = 1
-        for chunk in whole_lines(self.source):
+        for chunk in read_whole_lines(self.source):
             if b"%" in chunk:
                 starts += [
                     (line + chunk.count(b"\n", 0, match.start()), match[1].decode().upper(), match[2].upper() == b"MPF")
@@ -183,7 +183,7 @@ class SiemensText(ProgramText):
             line += chunk.count(b"\n")
         before = starts[0][0] - 1 if starts else self.n_lines
         # comments before the first header belong to no program
-        if any(code_part(decode_line(self.line(number))).strip() for number in range(1, before + 1)):
+        if any(take_code(decode_line(self.line(number))).strip() for number in range(1, before + 1)):
             starts.insert(0, (0, "", True))
         if not starts:
             return [Section(self, (self.name or "").partition(".")[0].upper(), 1, self.n_lines, True)]
@@ -215,7 +215,7 @@ class SiemensText(ProgramText):
                 name = (
                     match[1].decode().upper()
                     if pattern is _LABEL
-                    else f"{match[1].decode().upper()}{without_zeros(match[2].decode())}"
+                    else f"{match[1].decode().upper()}{strip_zeros(match[2].decode())}"
                 )
                 found.setdefault(name, []).append(line)
         return found
@@ -237,8 +237,8 @@ class SiemensText(ProgramText):
             line += self.source.count(b"\n", at, match.start())
             at = match.start()
             word = match[1].decode().upper()
-            rest = code_part(decode_line(match[2]))
-            if word == "IF" and _JUMPS.search(_without_texts(rest)):
+            rest = take_code(decode_line(match[2]))
+            if word == "IF" and _JUMPS.search(_blank_texts(rest)):
                 continue
             if word == "REPEAT" and rest.strip() and not rest.strip().startswith("/"):
                 continue  # REPEAT label
@@ -265,5 +265,5 @@ class SiemensText(ProgramText):
             opened.append(("ELSE", line))
 
 
-def _without_texts(text: str) -> bytes:
+def _blank_texts(text: str) -> bytes:
     return re.sub(r'"[^"]*"', "", text).encode()

@@ -12,7 +12,7 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.places import SiemensPlaces
 from verne_post.gcode.siemens.words import Word, Words
-from verne_post.gcode.splines import BSpline, check_room, uniform_knots
+from verne_post.gcode.splines import BSpline, build_uniform_knots, check_room
 from verne_post.model.moves import FeedMode
 
 #: Words of a block that gives a control point.
@@ -108,7 +108,7 @@ class SiemensSplines:
             raise ProgramError("VP017", "A and C in BSPLINE without TRAORI: the tip would follow another curve")
         point = list(draft.points[-1])
         for axis, value in places.items():
-            point[axis] = self.motion.to_core(axis, value)
+            point[axis] = self.motion.convert_to_core(axis, value)
         point = self._lead_axis(draft, point, vector, turns=bool(set(self.motion.setup.rotary) & set(places)))
         check_room(len(draft.points))
         draft.points.append(point)
@@ -127,12 +127,12 @@ class SiemensSplines:
         if not draft.axes:
             if len(draft.points) > 1:
                 raise ProgramError("VP031", "A3= B3= C3= begin in the first block of BSPLINE, or in none")
-            draft.axes.append(self._first_axis())
+            draft.axes.append(self._find_first_axis())
         axis = draft.axes[-1] if vector is None else self.motion.turn_vectors(vector)
         draft.axes.append(axis)
         return self.setup.coordinates.point_axis(point, axis, self.state.frame)
 
-    def _first_axis(self) -> Array:
+    def _find_first_axis(self) -> Array:
         """The tool axis (3,) where a spline begins."""
         state = self.state
         if state.tool_axis is not None:
@@ -180,7 +180,7 @@ def _make_knots(draft: _Draft) -> list[float]:
     count, degree = len(draft.points), draft.degree
     given = [1.0 if value is None else value for value in draft.intervals]
     if max(given) - min(given) <= ZERO_LENGTH_MM and min(given) > 0:
-        return uniform_knots(count, degree)
+        return build_uniform_knots(count, degree)
     still = degree - 1
     inner = given[still:] if not any(given[:still]) else given[: len(given) - still]
     if sum(value == 0 for value in given) != still or 0 in inner:

@@ -12,7 +12,7 @@ from verne_post.gcode.lengths import length_of
 from verne_post.gcode.plain_arcs import find_arcs
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.interpreter import MOTIONS, SiemensInterpreter
-from verne_post.gcode.siemens.motion import tangent_of
+from verne_post.gcode.siemens.motion import find_tangent_at_end
 from verne_post.gcode.siemens.places import NO_AXIS
 from verne_post.gcode.text import Chunk
 
@@ -52,9 +52,9 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     if pointed:
         last = _end_of_vectors(to, chunk.lines, row, last)
     elif not chunk.lines.arcs:
-        last = min(last, chunk.lines.next_curved(row))
-    if pointed or not _rotary_words_are_plain(to):
-        last = chunk.lines.first_named(row, last, _ROTARY)
+        last = min(last, chunk.lines.find_next_curved(row))
+    if pointed or not _has_plain_rotary_words(to):
+        last = chunk.lines.find_first_named(row, last, _ROTARY)
     if last - row < plain.MIN_LINES:
         return None
     start = to.state.position
@@ -108,14 +108,14 @@ def _point(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Arr
     vectors = np.nan_to_num(lines.offsets[first : first + len(end)])
     axes = to.motion.turn_vectors(vectors / length_of(vectors)[:, None])
     plain.turn_to_axes(to.core, end, axes)
-    linear = to.motion.leads_axes("vector") and to.setup.machine
+    linear = to.motion.has_linear_axes("vector") and to.setup.machine
     to.core.hold_tool_axis(None if linear else axes[-1])
     return None if linear else axes
 
 
-def _rotary_words_are_plain(to: SiemensInterpreter) -> bool:
+def _has_plain_rotary_words(to: SiemensInterpreter) -> bool:
     """True where A and C words turn the table linearly."""
-    return to.modes.tcp and to.motion.leads_axes("words") and not to.keys.modulo_axes
+    return to.modes.tcp and to.motion.has_linear_axes("words") and not to.keys.modulo_axes
 
 
 def _set_heading(
@@ -139,7 +139,7 @@ def _set_heading(
             arc = find_arcs(
                 lines.offsets[[row]], clockwise, np.array([1]), np.array([begin, end]), to.state, inch=False
             )
-            to.motion.set_heading(tangent_of(to.state.plane, arc.center[0].tolist(), end, float(arc.sweep[0])))
+            to.motion.set_heading(find_tangent_at_end(to.state.plane, arc.center[0].tolist(), end, float(arc.sweep[0])))
             return
         if begin[:3] != end[:3]:
             to.motion.set_heading([b - a for a, b in zip(begin[:3], end[:3], strict=True)])

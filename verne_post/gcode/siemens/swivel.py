@@ -10,7 +10,7 @@ from verne_post.base.arrays import Array
 from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
-from verne_post.gcode.siemens.frames import Affine, rotation_about
+from verne_post.gcode.siemens.frames import Affine, build_rotation_about
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
@@ -158,19 +158,19 @@ class Swivel:
         if kind == _SOLID:
             if angles[2]:
                 raise given.error("VP006", "solid angles are _A and _B", "_C")
-            return rotation_about(2, angles[0]) @ rotation_about(1, angles[1])
+            return build_rotation_about(2, angles[0]) @ build_rotation_about(1, angles[1])
         if kind == _DIRECT:
             if angles[2]:
                 raise given.error(
                     "VP006", "rotary axes are _A ({}) and _B ({})".format(*self.to.setup.rotary_letters), "_C"
                 )
-            return self._of_table(angles[0], angles[1])
+            return self._find_table_directions(angles[0], angles[1])
         for axis, angle, name in zip(order, angles, ("_A", "_B", "_C"), strict=True):
             if axis < 0 and angle:
                 raise given.error("VP007", f"_MODE {mode} gives no axis for {name}", "_MODE")
         if kind == _PROJECTED:
-            return self._projected(given, mode, order, angles)
-        turns = [rotation_about(axis, angle) for axis, angle in zip(order, angles, strict=True) if axis >= 0]
+            return self._build_projected_plane(given, mode, order, angles)
+        turns = [build_rotation_about(axis, angle) for axis, angle in zip(order, angles, strict=True) if axis >= 0]
         return turns[0] @ turns[1] @ turns[2] if len(turns) == 3 else self._product(turns)
 
     @staticmethod
@@ -180,7 +180,7 @@ class Swivel:
             product = product @ turn
         return product
 
-    def _projected(self, given: Arguments, mode: int, order: list[int], angles: list[float]) -> Array:
+    def _build_projected_plane(self, given: Arguments, mode: int, order: list[int], angles: list[float]) -> Array:
         """Angles that the plane shows in the planes of X Z and Y Z, then a turn in the plane."""
         reading = self.to.keys.projected
         if not reading:
@@ -195,9 +195,13 @@ class Swivel:
             raise given.error("VP007", "a projected angle of 90 degrees: the plane stands upright", "_A")
         share = math.cos(first) if reading == "traces" else 1.0 / math.cos(first)
         within = math.degrees(math.atan(math.tan(second) * share))
-        return rotation_about(order[0], angles[0]) @ rotation_about(order[1], within) @ rotation_about(2, angles[2])
+        return (
+            build_rotation_about(order[0], angles[0])
+            @ build_rotation_about(order[1], within)
+            @ build_rotation_about(2, angles[2])
+        )
 
-    def _of_table(self, a: float, c: float) -> Array:
+    def _find_table_directions(self, a: float, c: float) -> Array:
         """The directions (columns) of X, Y, Z of the machine on the part, while the table stands at A and C."""
         to = self.to
         base = replace(to.state.frame, feature=None, tool=ZERO9)

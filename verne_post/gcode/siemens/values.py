@@ -134,14 +134,14 @@ class _Reader:
             value = self._number(self.signed(), at)
             self.depth -= 1
             return float(not value) if name == "NOT" else float(~int(value))
-        return self.primary()
+        return self.read_primary()
 
     def _nest(self, at: int) -> None:
         self.depth += 1
         if self.depth > MAX_NESTING:
             raise self.cursor.error("VP001", f"more than {MAX_NESTING} brackets inside each other", at)
 
-    def primary(self) -> Value:
+    def read_primary(self) -> Value:
         """A number, a text, a bracket, a function or a variable."""
         cursor = self.cursor
         symbol = cursor.skip()
@@ -185,7 +185,7 @@ class _Reader:
                 cursor.expect(",", f"or ')' in {name}")
         self.depth -= 1
         if name in TEXT_FUNCTIONS:
-            return self._text_function(name, arguments, at)
+            return self._evaluate_text_function(name, arguments, at)
         if name not in FUNCTIONS:
             raise cursor.error("VP002", f"{name}: not a function that is known here", at)
         counts, function = FUNCTIONS[name]
@@ -200,7 +200,7 @@ class _Reader:
             raise cursor.error("VP007", f"{name}({shown}) has no value", at) from None
         return cursor.bounded(float(value), at)
 
-    def _text_function(self, name: str, arguments: list[Value], at: int) -> Value:
+    def _evaluate_text_function(self, name: str, arguments: list[Value], at: int) -> Value:
         counts, function = TEXT_FUNCTIONS[name]
         if len(arguments) not in counts:
             raise self.cursor.error("VP005", f"{name} takes {' or '.join(map(str, counts))} values", at)

@@ -71,13 +71,13 @@ class Variables(Struct):
 
     def is_known(self, name: str) -> bool:
         """True where a name is that of a variable that a program may set."""
-        return name == "R" or r_number(name) is not None or name.startswith("$") or self.find(name) is not None
+        return name == "R" or read_r_number(name) is not None or name.startswith("$") or self.find(name) is not None
 
     # --- reading ------------------------------------------------------------------------------------
 
     def read(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Value:
         """Value of a variable."""
-        number = r_number(name)
+        number = read_r_number(name)
         if number is not None and not index:
             return self.r.get(self._check_r(number, cursor, at), 0.0)
         if name == "R":
@@ -97,7 +97,7 @@ class Variables(Struct):
 
     def write(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
         """Assign a value."""
-        number = r_number(name) if not index else index[0] if name == "R" and len(index) == 1 else None
+        number = read_r_number(name) if not index else index[0] if name == "R" and len(index) == 1 else None
         if number is not None or name == "R":
             number = self._check_r(-1 if number is None else number, cursor, at)
             if isinstance(value, str):
@@ -133,7 +133,7 @@ class Variables(Struct):
         while True:
             cursor.skip()
             at, name = cursor.at, cursor.name()
-            if name is None or r_number(name) is not None or name.startswith("$"):
+            if name is None or read_r_number(name) is not None or name.startswith("$"):
                 raise cursor.error("VP001", "expected the name of a variable after DEF and its type", at)
             if name in self.scopes[-1]:
                 raise cursor.error("VP004", f"{name} is defined twice", at)
@@ -163,7 +163,7 @@ class Variables(Struct):
 
     def _fill(self, variable: Variable, name: str, first: tuple[Index, ...], cursor: Cursor, at: int) -> None:
         """Values of the elements from one on: SET(1,,3), in which a gap leaves its element, or REP(value, how many)."""
-        places = _every_index(variable.bounds)
+        places = _list_every_index(variable.bounds)
         places = places[places.index(first) :]
         if (word := cursor.peek_name()) in ("SET", "REP"):
             cursor.name()
@@ -202,14 +202,14 @@ class Variables(Struct):
         return index
 
 
-def _every_index(bounds: tuple[int, ...]) -> list[tuple[Index, ...]]:
+def _list_every_index(bounds: tuple[int, ...]) -> list[tuple[Index, ...]]:
     found: list[tuple[Index, ...]] = [()]
     for size in bounds:
         found = [(*index, number) for index in found for number in range(size)]
     return found
 
 
-def r_number(name: str) -> int | None:
+def read_r_number(name: str) -> int | None:
     """The number of an R parameter as R12; None for other names."""
     return int(name[1:]) if name[0] == "R" and name[1:].isdigit() and len(name) < 8 else None
 

@@ -124,7 +124,7 @@ _MANY_CYCLES: Final = re.compile(r"CYCLE[0-9]+$|E_[A-Z_]+$|F_[A-Z_]+$")
 GROUP_OF: Final[Mapping[str, str]] = {word: group for group, words in GROUPS.items() for word in words}
 
 
-def why_refused(name: str) -> str | None:
+def explain_refusal(name: str) -> str | None:
     """Why a word is not executed; None where it is, or is not known."""
     if name in REFUSED:
         return REFUSED[name]

@@ -18,7 +18,7 @@ from verne_post.gcode.siemens.vocabulary import (
     GROUP_OF,
     NO_EFFECT,
     STATEMENTS,
-    why_refused,
+    explain_refusal,
 )
 
 #: How a value of an axis is meant, where G90 and G91 do not say.
@@ -210,7 +210,7 @@ class WordReader:
             words.calls.append(Call(f"L{digits or number}", None, at + 1))
         elif letter == "M":
             words.m.append((number, at + 1))
-        elif (why := why_refused(name)) is not None:
+        elif (why := explain_refusal(name)) is not None:
             raise cursor.error("VP002", f"{name} is not executed ({why})", at)
         else:
             self._add_function(words, name, cursor, at)
@@ -261,7 +261,7 @@ class WordReader:
                     "VP002", f"{name} with these values: there is one transformation, TRAORI or TRAORI(1)", at
                 )
             self._add_function(words, name, cursor, at)
-        elif (why := why_refused(name)) is not None:
+        elif (why := explain_refusal(name)) is not None:
             raise cursor.error("VP002", f"{name} is not executed ({why})", at)
         elif name in CYCLES or self.is_subprogram(name):
             words.calls.append(Call(name, arguments, at + 1))
@@ -318,7 +318,7 @@ class WordReader:
     def _unknown(self, name: str, cursor: Cursor, at: int) -> ProgramError:
         if name in FRAME_FUNCTIONS:
             return cursor.error("VP001", f"{name}() is the value of a frame; write $P_PFRAME={name}(...)", at)
-        why = why_refused(name)
+        why = explain_refusal(name)
         if why is not None:
             return cursor.error("VP002", f"{name} is not executed ({why})", at)
         if name in STATEMENTS:

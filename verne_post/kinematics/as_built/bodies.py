@@ -36,16 +36,16 @@ class VerneRods(Struct, frozen=True, eq=False):
         """Directions of the rods (6, 3) at a position (3,) of P, as drawn: in the base frame, and in the platform's."""
         rho, alpha, _ok = solve_inverse(self.module, position[None])
         platform = Platform(position[None], np.array([[float(alpha[0]), 0.0, 0.0]]))
-        start, end = rod_ends(self.drawn, rho, platform)
+        start, end = place_rod_ends(self.drawn, rho, platform)
         direction = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
         return direction[0], platform.of_vectors().turn_back(direction)[0]
 
     def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform, each (n, 6, 3), base frame, mm."""
-        return rod_ends(self.geometry, rho, platform)
+        return place_rod_ends(self.geometry, rho, platform)
 
 
-def rod_ends(geometry: AsBuiltGeometry, rho: Array, platform: Platform) -> tuple[Array, Array]:
+def place_rod_ends(geometry: AsBuiltGeometry, rho: Array, platform: Platform) -> tuple[Array, Array]:
     """Ends of the rods at slider and platform for sliders (n, 3), each (n, 6, 3), base frame, mm."""
     rotation = np.moveaxis(platform.matrix(), 0, -1)
     position = platform.position.T

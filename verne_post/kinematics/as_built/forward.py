@@ -78,7 +78,9 @@ def solve_three(rows: Array, right: Array) -> Array:
     return np.asarray((a * right[0] + b * right[1] + c * right[2]) / dot(first, a))
 
 
-def tool_on_table(geometry: AsBuiltGeometry, pose: PlatformPose, angles: Array, length: Array) -> tuple[Array, Array]:
+def map_tool_to_table(
+    geometry: AsBuiltGeometry, pose: PlatformPose, angles: Array, length: Array
+) -> tuple[Array, Array]:
     """Tip and tool axis (tip to spindle) in the table frame, each (3, n).
 
     Parameters
@@ -92,22 +94,24 @@ def tool_on_table(geometry: AsBuiltGeometry, pose: PlatformPose, angles: Array, 
     """
     spindle = np.einsum("kjn,j->kn", pose.rotation, geometry.spindle)
     tip = MIRROR[:, None] * (pose.position + length * spindle - geometry.pivot[:, None])
-    return point_on_table(geometry, tip, angles), direction_on_table(geometry, -MIRROR[:, None] * spindle, angles)
+    return map_point_to_table(geometry, tip, angles), map_direction_to_table(
+        geometry, -MIRROR[:, None] * spindle, angles
+    )
 
 
-def point_on_table(geometry: AsBuiltGeometry, point: Array, angles: Array) -> Array:
+def map_point_to_table(geometry: AsBuiltGeometry, point: Array, angles: Array) -> Array:
     """Points (3, n) of the upright frame in the table frame, with joints A and C at ``angles`` (2, n)."""
-    on_tilt = direction_after_tilt(geometry, point - geometry.tilt_origin[:, None], angles[0])
+    on_tilt = map_direction_to_tilt(geometry, point - geometry.tilt_origin[:, None], angles[0])
     seen = on_tilt + (geometry.tilt_origin - geometry.rotary_origin)[:, None]
     return turn_about(geometry.rotary_axis, seen, np.cos(angles[1]), -np.sin(angles[1]))
 
 
-def direction_on_table(geometry: AsBuiltGeometry, direction: Array, angles: Array) -> Array:
+def map_direction_to_table(geometry: AsBuiltGeometry, direction: Array, angles: Array) -> Array:
     """Directions (3, n) of the upright frame in the table frame."""
-    seen = direction_after_tilt(geometry, direction, angles[0])
+    seen = map_direction_to_tilt(geometry, direction, angles[0])
     return turn_about(geometry.rotary_axis, seen, np.cos(angles[1]), -np.sin(angles[1]))
 
 
-def direction_after_tilt(geometry: AsBuiltGeometry, direction: Array, tilt: Array) -> Array:
+def map_direction_to_tilt(geometry: AsBuiltGeometry, direction: Array, tilt: Array) -> Array:
     """Directions (3, n) of the upright frame in the tilt frame, with joint A at ``tilt`` (n,)."""
     return turn_about(geometry.tilt_axis, direction, np.cos(tilt), -np.sin(tilt))

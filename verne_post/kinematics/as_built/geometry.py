@@ -75,7 +75,7 @@ def _normalise(x: float, y: float, z: float) -> Array:
     return vector / np.linalg.norm(vector)
 
 
-def nominal_ends(module: VerneGeometry, places: RodPlaces) -> tuple[Array, Array, Array]:
+def build_nominal_ends(module: VerneGeometry, places: RodPlaces) -> tuple[Array, Array, Array]:
     """Platform ends (6, 3), slider ends (6, 3) and lengths (6,) of the rods of the nominal machine."""
     half = 0.5 * places.leg23_spacing
     slider_x = np.array([places.leg1_slider_x] * 2 + [places.leg23_slider_x + half, places.leg23_slider_x - half] * 2)
@@ -95,7 +95,7 @@ def place_parts(
     module: VerneGeometry, places: RodPlaces, table: NominalTable, deviations: Deviations
 ) -> AsBuiltGeometry:
     """The parts of a machine whose nominal places and deviations from them are given."""
-    platform, slider, rods = nominal_ends(module, places)
+    platform, slider, rods = build_nominal_ends(module, places)
     guides = np.array([_normalise(x, y, 1.0) for x, y in deviations.guides])
     tilt_y, tilt_z = deviations.tilt_place
     rotary_x, rotary_y = deviations.rotary_place

@@ -13,22 +13,22 @@ from msgspec import Struct
 from msgspec.structs import asdict, replace
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.rotations import angles_of_axis, wrap_angle
+from verne_post.base.rotations import solve_angles_of_axis, wrap_angle
 from verne_post.base.tolerances import CORRECTION_STEP, DIFFERENCE_STEP
 from verne_post.kinematics.as_built import inverse, margins
 from verne_post.kinematics.as_built.axis_correction import AxisCorrection
-from verne_post.kinematics.as_built.bodies import rod_ends
+from verne_post.kinematics.as_built.bodies import place_rod_ends
 from verne_post.kinematics.as_built.forward import (
     PlatformPose,
-    direction_on_table,
-    point_on_table,
+    map_direction_to_table,
+    map_point_to_table,
+    map_tool_to_table,
     rod_vectors,
     solve_rods,
-    tool_on_table,
 )
 from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry, NominalTable, place_parts
-from verne_post.kinematics.as_built.rotations import angles_of_rotation, tilted
-from verne_post.kinematics.five_axis import HybridMachine, axis_and_angles, pose_vectors
+from verne_post.kinematics.as_built.rotations import solve_angles_of_rotation, tilted
+from verne_post.kinematics.five_axis import HybridMachine, check_pose_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.model.deviations import Deviations, RodPlaces
 from verne_post.model.poses import Platform
@@ -92,7 +92,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """Whether C takes its share of the axis error."""
         return self.correction is not None
 
-    def with_deviations(self, deviations: Deviations) -> "AsBuiltMachine":
+    def replace_deviations(self, deviations: Deviations) -> "AsBuiltMachine":
         """The machine with other deviations."""
         return replace(self, deviations=deviations)
 
@@ -116,7 +116,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
             found, turn = self._solve_chunk(flat, part)
             q[part] = _assemble_joints(flat.angles[:, part], found, turn)
             position[part] = found.position.T
-            rotation[part] = angles_of_rotation(found.rotation)
+            rotation[part] = solve_angles_of_rotation(found.rotation)
         ok, shape = np.isfinite(q[:, 0]), flat.shape
         platform = Platform(position.reshape(*shape, 3), rotation.reshape(*shape, 3))
         return q.reshape(*shape, 5), platform, ok.reshape(shape)
@@ -193,13 +193,13 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose given by its tool axis; C takes its share of the axis error where the tilt allows."""
-        tip, angles = axis_and_angles(tip, axis, tool_length)
+        tip, angles = convert_axis_to_angles(tip, axis, tool_length)
         q, _platform, ok = self.with_correction(on=True).solve(tip, angles, tool_length)
         return q, ok
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """The solutions that continue those of the nominal machine, each solved with the true parts, and C as :meth:`solve` has it."""
-        tip = pose_vectors(tip, "tip")
+        tip = check_pose_vectors(tip, "tip")
         solutions = []
         for one in self.nominal_machine.inverse_all(tip, axis, tool_length):
             angles = np.array(one.angles)[:, None]
@@ -214,7 +214,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
                     turn, found = self._correct(tip[:, None], angles, length, share, found.rotation, side)
             q = _assemble_joints(angles, found, turn)[0]
             if np.isfinite(q).all():
-                tilt = float(angles_of_rotation(found.rotation)[0, 0])
+                tilt = float(solve_angles_of_rotation(found.rotation)[0, 0])
                 solutions.append(replace(one, q=tuple(float(value) for value in q), alpha=tilt))
         return solutions
 
@@ -242,7 +242,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         q = np.asarray(q, dtype=float)
         shape = q.shape[:-1]
         pose = self._platform(q.reshape(-1, q.shape[-1]))
-        place = (part.reshape(*shape, 3) for part in (pose.position.T, angles_of_rotation(pose.rotation)))
+        place = (part.reshape(*shape, 3) for part in (pose.position.T, solve_angles_of_rotation(pose.rotation)))
         return Platform(*place), pose.ok.reshape(shape)
 
     def _platform(self, q: Array) -> PlatformPose:
@@ -281,7 +281,9 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         shape, flat = q.shape[:-1], q.reshape(-1, 5)
         length = np.broadcast_to(np.asarray(tool_length, dtype=float), shape).reshape(-1)
         pose = self._platform(flat)
-        tip, axis = (part.T for part in tool_on_table(self.geometry, pose, flat[:, -2:].T, length + self.nose_offset))
+        tip, axis = (
+            part.T for part in map_tool_to_table(self.geometry, pose, flat[:, -2:].T, length + self.nose_offset)
+        )
         angles = self._compute_programmed_angles(flat, axis)
         if self.correction is not None:
             angles = self._solve_programmed_by_correction(self.correction, flat, tip, axis, angles, length)
@@ -306,7 +308,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         self, correction: AxisCorrection, q: Array, tip: Array, axis: Array, angles: Array, length: Array
     ) -> Array:
         """Nominal angles (n, 2) where C takes a share: from the axis where it takes all, else by repeated solution."""
-        tilt, turn = angles_of_axis(axis)
+        tilt, turn = solve_angles_of_axis(axis)
         other = np.sin(angles[:, 0]) < 0
         tilt, turn = np.where(other, -tilt, tilt), np.where(other, turn + np.pi, turn)
         tilt += 2 * np.pi * np.round((angles[:, 0] - tilt) / (2 * np.pi))
@@ -329,7 +331,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """True tool axis (..., 3) in the table frame."""
         upright = -MIRROR * platform.turn(self.spindle)
         flat = np.asarray(q, dtype=float).reshape(-1, 5)[:, -2:].T
-        return direction_on_table(self.geometry, upright.reshape(-1, 3).T, flat).T.reshape(upright.shape)
+        return map_direction_to_table(self.geometry, upright.reshape(-1, 3).T, flat).T.reshape(upright.shape)
 
     def axis_error(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Angle (...) by which the tool axis is off, positive along the tilt axis, rad: what A cannot correct."""
@@ -348,11 +350,11 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """Points (..., 3) of the base frame in the table frame, for joint values (..., 5)."""
         upright = (point - self.geometry.pivot) * MIRROR
         flat = np.asarray(q, dtype=float).reshape(-1, 5)[:, -2:].T
-        return point_on_table(self.geometry, upright.reshape(-1, 3).T, flat).T.reshape(upright.shape)
+        return map_point_to_table(self.geometry, upright.reshape(-1, 3).T, flat).T.reshape(upright.shape)
 
     def sketch(self, q: Array, platform: Platform) -> Array:
         """Rods (n, 6, 2, 3) from slider to platform of solved poses, base frame, mm."""
-        return np.stack(rod_ends(self.geometry, q[:, :3], platform), axis=2)
+        return np.stack(place_rod_ends(self.geometry, q[:, :3], platform), axis=2)
 
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` measures, with thresholds."""
@@ -377,11 +379,11 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """Signs of both determinants in the middle of the nominal workspace."""
         module = self.nominal_machine.module
         assert isinstance(module, VerneGeometry)
-        x, _drop = module.workspace_middle()
+        x, _drop = module.find_workspace_middle()
         position = np.array([[x, 0.0, 0.0]])
         rho, alpha, _ok = module.inverse(position)
         vectors, arms = rod_vectors(self.geometry, rho.T, position.T, tilted(alpha))
-        whole, hold = margins.scaled_determinants(self.geometry, vectors, arms)
+        whole, hold = margins.compute_scaled_determinants(self.geometry, vectors, arms)
         return float(np.sign(whole[0])), float(np.sign(hold[0]))
 
     def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:

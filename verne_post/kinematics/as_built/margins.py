@@ -9,7 +9,7 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.as_built.forward import rod_vectors
 from verne_post.kinematics.as_built.geometry import FIRST_ROD, SECOND_ROD, AsBuiltGeometry
 from verne_post.kinematics.as_built.inverse import cross, dot
-from verne_post.kinematics.modules.solutions import determinant_margin, drop_margins
+from verne_post.kinematics.modules.solutions import build_determinant_margin, drop_margins
 from verne_post.model.protocols import Margin
 
 #: What is left of the tool axis error, once in either direction: both must be above minus the threshold.
@@ -24,7 +24,7 @@ def margin_names(
     holds = Margin("hold of legs II and III against turning", "VP203", None, "", *([parallel_singularity] * 2))
     axis = (Margin(name, "VP217", None, "deg", -axis_error_deg, -axis_error_deg) for name in _AXIS_ERROR)
     return (
-        *drop_margins(actuators, serial_singularity), crossing, determinant_margin(parallel_singularity), holds, *axis
+        *drop_margins(actuators, serial_singularity), crossing, build_determinant_margin(parallel_singularity), holds, *axis
     )  # fmt: skip
 
 
@@ -47,19 +47,19 @@ def measure_margins(
     across : ndarray, shape (n,)
         rad.
     side : tuple of 2 floats
-        Signs of :func:`scaled_determinants` in the middle of the workspace.
+        Signs of :func:`compute_scaled_determinants` in the middle of the workspace.
     """
     rods, arms = rod_vectors(geometry, rho, position, rotation)
     drop = dot(geometry.guides.T[:, :, None], rods)
     drop = 0.5 * (drop[FIRST_ROD] + drop[SECOND_ROD])
     sliders = geometry.slider_ends[0, 1] - geometry.slider_ends[1, 1]
     apart = 0.5 * (arms[1, 0] - arms[1, 1] - sliders)
-    whole, hold = scaled_determinants(geometry, rods, arms)
+    whole, hold = compute_scaled_determinants(geometry, rods, arms)
     left = DEG_PER_RAD * across
     return np.stack([*drop, apart, side[0] * whole, side[1] * hold, left, -left], axis=-1)
 
 
-def scaled_determinants(geometry: AsBuiltGeometry, rods: Array, arms: Array) -> tuple[Array, Array]:
+def compute_scaled_determinants(geometry: AsBuiltGeometry, rods: Array, arms: Array) -> tuple[Array, Array]:
     """Determinant of the six-rod Jacobian as the nominal machine's four equations have it, and that of the rest; each (n,).
 
     The rows are (v_i, (R a_i) x v_i). With equal and parallel rods the determinant is the product of the one of the

@@ -48,7 +48,9 @@ class ToolRates(Struct, frozen=True, eq=False):
     axis_by_joint: Array
 
 
-def tool_rates(geometry: AsBuiltGeometry, pose: PlatformPose, rho: Array, angles: Array, length: Array) -> ToolRates:
+def differentiate_tool(
+    geometry: AsBuiltGeometry, pose: PlatformPose, rho: Array, angles: Array, length: Array
+) -> ToolRates:
     """Differentiate tip and tool axis.
 
     Parameters

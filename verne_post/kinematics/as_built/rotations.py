@@ -12,7 +12,7 @@ def tilted(alpha: Array) -> Array:
     return np.array([[one, zero, zero], [zero, c, -s], [zero, s, c]])
 
 
-def angles_of_rotation(rotation: Array) -> Array:
+def solve_angles_of_rotation(rotation: Array) -> Array:
     """Angles alpha, beta, gamma (n, 3) of rotations (3, 3, n) = Rx(alpha) Ry(beta) Rz(gamma), rad."""
     return np.stack(
         [

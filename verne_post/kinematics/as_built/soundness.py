@@ -34,18 +34,18 @@ def find_fault(machine: AsBuiltMachine, travel: Array, smallest_drop: float) -> 
     q = _sample_joints(machine, travel, smallest_drop)
     if _can_close(machine, q):
         return None
-    size = machine.deviations.to_vector() / np.where(IS_ANGLE, _SIZE_RAD, _SIZE_MM)
+    size = machine.deviations.pack_vector() / np.where(IS_ANGLE, _SIZE_RAD, _SIZE_MM)
     order = [int(k) for k in np.argsort(-np.abs(size)) if size[k] != 0.0]
     for k in order:
-        vector = machine.deviations.to_vector()
+        vector = machine.deviations.pack_vector()
         vector[k] = 0.0
-        if _can_close(machine.with_deviations(Deviations.from_vector(vector)), q):
+        if _can_close(machine.replace_deviations(Deviations.build_from_vector(vector)), q):
             return _name(machine.deviations, k)
     return _name(machine.deviations, order[0])
 
 
 def _name(deviations: Deviations, index: int) -> str:
-    value = float(deviations.to_vector()[index])
+    value = float(deviations.pack_vector()[index])
     shown, unit = (value * 1e3, "mrad") if IS_ANGLE[index] else (value, "mm")
     return f"{PARAMETERS[index]} = {shown:g} {unit}"
 

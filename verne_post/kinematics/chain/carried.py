@@ -20,11 +20,11 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.rotations import angles_of_axis, axis_of_angles, wrap_angle
+from verne_post.base.rotations import find_axis_of_angles, solve_angles_of_axis, wrap_angle
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.machine import MIRROR, ChainMachine, find_platform_angles
-from verne_post.kinematics.five_axis import axis_and_angles, pose_vectors
+from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.central_leg import CentralLeg
 from verne_post.model.poses import Platform
 from verne_post.model.protocols import Margin, WholeSolution
@@ -100,12 +100,12 @@ class CarriedMachine(Struct, frozen=True, eq=False):
     def _solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Joints (..., 5), P (..., 3) and ok (...)."""
         angles = np.asarray(angles, dtype=float)
-        axis = axis_of_angles(angles[..., 0], angles[..., 1])
+        axis = find_axis_of_angles(angles[..., 0], angles[..., 1])
         wrist = tip + (np.asarray(tool_length, dtype=float) + self.nose)[..., None] * axis
         position = self._find_carrier(wrist)
         inside = (np.swapaxes(self._find_turn(position), -1, -2) @ axis[..., None])[..., 0]
         near = find_nominal_turn(angles)
-        tilt, turn = angles_of_axis(inside)
+        tilt, turn = solve_angles_of_axis(inside)
         turn = np.where(np.sin(tilt) > POLE_SINE, near + wrap_angle(turn - near), near)
         q = np.empty((*position.shape[:-1], 5))
         q[..., :3] = self.leg.find_lengths(position)
@@ -126,15 +126,15 @@ class CarriedMachine(Struct, frozen=True, eq=False):
 
     def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) without a solution: beyond a singularity within the leg's bound, or out of reach."""
-        axis = axis_of_angles(angles[..., 0], angles[..., 1])
+        axis = find_axis_of_angles(angles[..., 0], angles[..., 1])
         with np.errstate(invalid="ignore", divide="ignore"):
             position = self._find_carrier(tip + (np.asarray(tool_length, dtype=float) + self.nose)[..., None] * axis)
             return ["VP203" if within else "VP110" for within in self.leg.is_within(position)]
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """Both solutions of one pose (3,), (3,) in the polar frame: the wrist to either side of its pole; the first is in use."""
-        tip, axis = pose_vectors(tip, "tip"), pose_vectors(axis, "axis")
-        tilt, turn = (float(angle) for angle in angles_of_axis(axis))
+        tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+        tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         q, _position, ok = self._solve(tip, np.array([tilt, turn]), tool_length)
         if not ok:
             return []
@@ -157,12 +157,12 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         q = np.asarray(q, dtype=float)
         position, ok = self.leg.find_position(q[..., :3])
         own = self.nominal_chain.pair.find_angles(q[..., 3:])
-        axis = (self._find_turn(position) @ axis_of_angles(own[..., 0], own[..., 1])[..., None])[..., 0]
+        axis = (self._find_turn(position) @ find_axis_of_angles(own[..., 0], own[..., 1])[..., None])[..., 0]
         away = position - np.array(self.leg.base)
         along = away / np.linalg.norm(away, axis=-1, keepdims=True)
         wrist = (position + self.reach * along - self.part_zero) @ self.to_polar.T
         tip = wrist - (np.asarray(tool_length, dtype=float) + self.nose)[..., None] * axis
-        tilt, turn = angles_of_axis(axis)
+        tilt, turn = solve_angles_of_axis(axis)
         near = find_nominal_turn(own)
         turn = np.where(np.sin(tilt) > POLE_SINE, near + wrap_angle(turn - near), near)
         ok = ok & np.isfinite(tip).all(axis=-1) & np.isfinite(axis).all(axis=-1)
@@ -177,8 +177,8 @@ class CarriedMachine(Struct, frozen=True, eq=False):
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
         directions = self.nominal_chain.pair.directions
-        tip, axis = (pose_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
-        q, _position, ok = self._solve(*axis_and_angles(tip, axis, tool_length), tool_length)
+        tip, axis = (check_pose_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
+        q, _position, ok = self._solve(*convert_axis_to_angles(tip, axis, tool_length), tool_length)
         return q, ok
 
     @np.errstate(all="ignore")
@@ -209,7 +209,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         by_wrist = (1.0 - share) * np.eye(3) + share * along @ np.swapaxes(along, -1, -2)
         carried = by_wrist @ (self.to_polar.T @ moves)  # P by the pose, base frame
         spin = self.to_polar @ self.leg.find_turn_rates(position) @ carried
-        axis = axis_of_angles(angles[..., 0], angles[..., 1])
+        axis = find_axis_of_angles(angles[..., 0], angles[..., 1])
         back = np.swapaxes(self._find_turn(position), -1, -2)
         seen = back @ (turns - np.cross(spin, axis[..., None], axis=-2))
         own = self.nominal_chain.pair.find_angles(q[..., 3:])
@@ -247,7 +247,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
 
     def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Tool axis (..., 3) in the polar frame: as programmed."""
-        return axis_of_angles(angles[..., 0], angles[..., 1])
+        return find_axis_of_angles(angles[..., 0], angles[..., 1])
 
     def on_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame with z down in the polar frame of the part, which stands still."""
@@ -256,7 +256,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
     @np.errstate(all="ignore")
     def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
         """The Jacobian's measure, the wrist's way to its pole, and what is left of cones, degrees."""
-        axis = axis_of_angles(angles[..., 0], angles[..., 1])
+        axis = find_axis_of_angles(angles[..., 0], angles[..., 1])
         position = self._find_carrier(platform.position * MIRROR + self.nose * axis)
         own = self.nominal_chain.pair.find_angles(q[..., 3:])
         first = [self.leg.measure(position), DEG_PER_RAD * np.abs(own[..., 0])]

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_y, rotate_z
+from verne_post.base.rotations import find_axis_of_angles, rotate_x, rotate_y, rotate_z
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.kinematics.chain.machine import ChainMachine
 from verne_post.kinematics.tables.places import find_work_origin, place_in_program, place_on_part, turn_of, turn_to_part
@@ -139,7 +139,7 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
     def tool_axis(self, program: list[float], frame: Frame) -> Array:
         """Tool axis (3,) at a program point, program directions."""
         _tip, angles = self.to_table(np.array(program), frame)
-        axis = rotate_z(axis_of_angles(angles[0], angles[1]) @ self.part_frame, -turn_of(frame))
+        axis = rotate_z(find_axis_of_angles(angles[0], angles[1]) @ self.part_frame, -turn_of(frame))
         return axis if frame.feature is None else frame.feature.turn_inside(axis)
 
     def displacement(self, vector: Array, frame: Frame) -> Array:
@@ -176,5 +176,5 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
     def is_upright(self, machine: Array) -> bool:
         """Whether the tool points along z of the part at machine coordinates (9,)."""
         a, c = self.words.find_angles(machine, 0.0)
-        x, y, z = axis_of_angles(a, c) @ self.part_frame
+        x, y, z = find_axis_of_angles(a, c) @ self.part_frame
         return math.hypot(x, y) <= POLE_SINE and z > 0

@@ -14,18 +14,18 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import (
-    angles_of_axis,
-    axis_of_angles,
+    find_axis_of_angles,
     rotate_x,
     rotate_x_rate,
     rotate_y,
     rotate_z,
     rotate_z_rate,
+    solve_angles_of_axis,
     wrap_angle,
 )
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.pair import PolarPair
-from verne_post.kinematics.five_axis import axis_and_angles, pose_vectors
+from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
 from verne_post.model.poses import Platform
 from verne_post.model.protocols import Margin, WholeSolution
 
@@ -155,12 +155,12 @@ class ChainMachine(Struct, frozen=True, eq=False):
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
         """As :meth:`nominal`, with the tool axis (..., 3) of these angles."""
         tip, angles, ok = self.nominal(q, tool_length)
-        return tip, angles, axis_of_angles(angles[..., 0], angles[..., 1]), ok
+        return tip, angles, find_axis_of_angles(angles[..., 0], angles[..., 1]), ok
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
-        tip, axis = (pose_vectors(*one) @ self.pair.directions.T for one in ((tip, "tip"), (axis, "axis")))
-        tip, angles = axis_and_angles(tip, axis, tool_length)
+        tip, axis = (check_pose_vectors(*one) @ self.pair.directions.T for one in ((tip, "tip"), (axis, "axis")))
+        tip, angles = convert_axis_to_angles(tip, axis, tool_length)
         q = self.joints(tip, angles, tool_length)
         ok = np.asarray(np.isfinite(q).all(axis=-1))
         if self.pair.nutation is not None:
@@ -178,8 +178,8 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """Both solutions of one pose (3,), (3,) in the polar frame: the tilt to either side of the pole; none out of reach."""
-        tip, axis = pose_vectors(tip, "tip"), pose_vectors(axis, "axis")
-        tilt, turn = (float(angle) for angle in angles_of_axis(axis))
+        tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+        tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         solutions: list[WholeSolution] = []
         if self.pair.nutation is not None and self.pair.nutation.measure_miss(np.array(tilt)):
             return solutions
@@ -261,7 +261,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Tool axis (..., 3) in the polar frame: as programmed."""
-        return axis_of_angles(angles[..., 0], angles[..., 1])
+        return find_axis_of_angles(angles[..., 0], angles[..., 1])
 
     def on_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame in the polar frame of the part, for joint values (..., 5)."""

@@ -129,7 +129,7 @@ class Clearance:
         for a, b in _list_leg_pairs(module):
             pairs = [(i, j) for i in np.flatnonzero(legs == a) for j in np.flatnonzero(legs == b) if i < j]
             gaps = [
-                line_segment_distance(start[:, i], end[:, i], start[:, j], end[:, j]) - radius[i] - radius[j]
+                measure_between_segments(start[:, i], end[:, i], start[:, j], end[:, j]) - radius[i] - radius[j]
                 for i, j in pairs
             ]
             columns.append(np.min(gaps, axis=0))
@@ -141,7 +141,7 @@ class Clearance:
         legs = np.array(module.rod_legs)
         spindle = self.bodies.spindle_radius or 0.0
         return [
-            np.min([line_segment_distance(start[:, i], end[:, i], nose, top) - radius[i] - spindle
+            np.min([measure_between_segments(start[:, i], end[:, i], nose, top) - radius[i] - spindle
                     for i in np.flatnonzero(legs == leg)], axis=0)
             for leg in dict.fromkeys(module.rod_legs)
         ]  # fmt: skip
@@ -173,7 +173,7 @@ def _list_leg_pairs(module: RodModule) -> list[tuple[str, str]]:
     return pairs + [(a, b) for i, a in enumerate(legs) for b in legs[i + 1 :]]
 
 
-def line_segment_distance(a0: Array, a1: Array, b0: Array, b1: Array) -> Array:
+def measure_between_segments(a0: Array, a1: Array, b0: Array, b1: Array) -> Array:
     """Distance of two line segments, each given by its ends (n, 3): (n,), mm.
 
     The squared distance is convex in both parameters: the unconstrained optimum, if it is inside, and otherwise the
@@ -183,8 +183,8 @@ def line_segment_distance(a0: Array, a1: Array, b0: Array, b1: Array) -> Array:
     uu, uv, vv = (u * u).sum(-1), (u * v).sum(-1), (v * v).sum(-1)
     uw, vw = (u * w).sum(-1), (v * w).sum(-1)
     best = np.minimum(
-        np.minimum(point_distance(a0, b0, b1), point_distance(a1, b0, b1)),
-        np.minimum(point_distance(b0, a0, a1), point_distance(b1, a0, a1)),
+        np.minimum(measure_point_to_segment(a0, b0, b1), measure_point_to_segment(a1, b0, b1)),
+        np.minimum(measure_point_to_segment(b0, a0, a1), measure_point_to_segment(b1, a0, a1)),
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         determinant = uu * vv - uv**2
@@ -194,7 +194,7 @@ def line_segment_distance(a0: Array, a1: Array, b0: Array, b1: Array) -> Array:
     return np.where(inside, np.minimum(crossing, best), best)
 
 
-def point_distance(point: Array, start: Array, end: Array) -> Array:
+def measure_point_to_segment(point: Array, start: Array, end: Array) -> Array:
     """Distance of points from line segments, all (n, 3): (n,), mm."""
     along = end - start
     square = (along * along).sum(-1)

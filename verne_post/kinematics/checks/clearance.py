@@ -13,11 +13,11 @@ import numpy as np
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.team import ALONE, Team
-from verne_post.kinematics.checks.cover import WORST_DEPTH, Spans, chunk_elements, cover_elements
+from verne_post.kinematics.checks.cover import WORST_DEPTH, Spans, cover_elements, split_elements
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.checks.limits import JointBounds, check_limits
 from verne_post.kinematics.checks.mesh_contacts import check_meshes
-from verne_post.kinematics.checks.violations import Check, Worst, limit_findings
+from verne_post.kinematics.checks.violations import Check, Worst, report_limit
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 from verne_post.model.protocols import ClearanceModel
@@ -40,7 +40,7 @@ def check_constraints(
         findings += check_clearance(joints, model)
     if isinstance(joints.keep_out, KeepOut):
         meshes = joints.keep_out.select(meshes=True)
-        findings += check_meshes(joints, meshes, clearance_checks(meshes, 0)) if meshes.obstacles else []
+        findings += check_meshes(joints, meshes, build_clearance_checks(meshes, 0)) if meshes.obstacles else []
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
@@ -52,7 +52,7 @@ def clearances(joints: JointPath, *, meshes: bool = False) -> list[ClearanceMode
     return [model for model in (joints.machine.clearance, bodies) if model is not None and model.names]
 
 
-def clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:
+def build_clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]:
     """The bounds on the clearances, as quantities from ``first`` on."""
     return [
         Check(m.code, m.name, m.axis, first + k, 1.0, m.error_below, m.warn_below, clearance.slack, m.unit, 1.0)
@@ -64,7 +64,7 @@ def check_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Findin
     """VP211 to VP216 of every element: VP215 as in :func:`check_meshes`, else one finding for each stretch of consecutive elements."""
     contour = joints.contour
     check = _ClearanceCheck(joints, clearance)
-    for chunk in chunk_elements(len(contour)):
+    for chunk in split_elements(len(contour)):
         for part in cover_elements(contour, chunk):
             waiting = [part]
             while waiting:  # the halves of some before others, so that few wait at a time
@@ -76,11 +76,11 @@ def check_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Findin
                 if len(halves):
                     waiting.append(halves)
     tool = clearance.moving.tool[contour.segment] if isinstance(clearance, KeepOut) else None
-    checks = clearance_checks(clearance, len(joints.machine.columns))
+    checks = build_clearance_checks(clearance, len(joints.machine.columns))
     return [
         item
         for one, worst in zip(checks, check.worst, strict=True)
-        for item in limit_findings(contour, one, worst, tool if one.code == "VP215" else None)
+        for item in report_limit(contour, one, worst, tool if one.code == "VP215" else None)
     ]
 
 
@@ -159,6 +159,6 @@ def _bound_convex(margins: Array, below: Array) -> Array:
 
 def _bound_travel(points: Array) -> Array:
     """How far a point of spans (samples, n, 3 p) can be at most from where it is at the nearest sample: (n,), mm."""
-    low, high = spans.enclosure(points[: spans.NODES], 1)
+    low, high = spans.enclose_derivative(points[: spans.NODES], 1)
     speed = np.maximum(np.abs(low), np.abs(high)).reshape(len(low), -1, 3)
     return np.asarray(HALF_GAP * np.linalg.norm(speed, axis=-1).max(axis=1))

@@ -9,7 +9,7 @@ from msgspec import Struct
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import blocks
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.model.contour import Contour
 
 #: Elements, and first spans, checked at a time.
@@ -62,7 +62,7 @@ class Spans(Struct, frozen=True, eq=False):
         )
 
 
-def chunk_elements(n: int) -> Iterator[Ints]:
+def split_elements(n: int) -> Iterator[Ints]:
     """The numbers of n elements, so many as are checked at a time."""
     for begin, end in blocks(n):
         for first in range(begin, end, CHUNK):
@@ -73,7 +73,7 @@ def cover_elements(contour: Contour, elements: Ints) -> Iterator[Spans]:
     """First spans that cover elements."""
     wanted = np.maximum(contour.length[elements] / SPAN_MM, contour.rotation[elements] / SPAN_ANGLE)
     parts = np.maximum(np.ceil(wanted), 1).astype(int)
-    owner, index = ragged(parts)
+    owner, index = number_parts(parts)
     share = parts[owner]
     whole = Spans(elements[owner], index / share, (index + 1) / share, np.zeros(len(owner), int))
     for begin in range(0, len(owner), CHUNK):

@@ -13,11 +13,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.rotations import axis_of_angles, rotate_z
+from verne_post.base.rotations import find_axis_of_angles, rotate_z
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.kinematics.checks.mesh_distances import measure_distances
 from verne_post.kinematics.checks.moving import FAR_MM, Bar, Moving
-from verne_post.kinematics.checks.separation import cylinder_to_box, farther_than
+from verne_post.kinematics.checks.separation import bound_distance, measure_cylinder_to_box
 from verne_post.model.findings import InputError, finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame, Moves
@@ -145,9 +145,9 @@ def _measure_to_box(box: Placed, bar: Bar, there: Mask | None) -> Array:
         np.isfinite(bar.radius) & np.isfinite(bar.start).all(axis=1) & (True if there is None else there)
     )
     start, end, radius = box.inside(bar.start[row]), box.inside(bar.end[row]), bar.radius[row]
-    value = farther_than(start, end, radius, box.half) - bar.skin
+    value = bound_distance(start, end, radius, box.half) - bar.skin
     near = np.flatnonzero(value < box.distance + NEAR_MM)
-    value[near] = cylinder_to_box(start[near], end[near], radius[near], box.half) - bar.skin
+    value[near] = measure_cylinder_to_box(start[near], end[near], radius[near], box.half) - bar.skin
     distance[row] = value
     return distance
 
@@ -184,7 +184,7 @@ def build_keep_out(
             standing.append(Placed(body.name, middle, np.zeros(3), turn, body.distance, False, with_part, mesh))
         else:
             standing.append(place_box(body, middle, turn, stock=body is options.stock))
-    number = tool_of_moves(path.move_reached, path.first_move, moves)
+    number = find_tool_of_moves(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)
     shapes = [_shape_of(int(one), options) for one in numbers]
     lengths = np.array([find_length_by_itself(int(one), options) for one in numbers])
@@ -249,7 +249,7 @@ def place_body(
     return on_table, float(np.arctan2(direction[1], direction[0]))
 
 
-def tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
+def find_tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
     """Number of the tool in the spindle at moves (n,), 0 where none is named; the way to the ``first`` motion has its tool."""
     changes = [event for event in moves.events if event.kind in ("tool", "tool number")]
     before = np.array([event.before for event in changes], dtype=np.int64)
@@ -279,7 +279,7 @@ def _find_entering_rapids(path: ToolPath, tool: Ints) -> Mask:
     All but straight ones along the tool axis that retract, or go back down into a hole which the tool has just drilled.
     """
     delta = path.end - path.start
-    axis = axis_of_angles(path.start[:, 3], path.start[:, 4])
+    axis = find_axis_of_angles(path.start[:, 3], path.start[:, 4])
     up = (delta[:, :3] * axis).sum(1)
     aside = np.linalg.norm(delta[:, :3] - up[:, None] * axis, axis=1)
     turned = (np.abs(delta[:, 3:]) > ZERO_ANGLE).any(axis=1)

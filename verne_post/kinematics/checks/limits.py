@@ -15,16 +15,16 @@ from msgspec import Struct
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import GrowingTable
-from verne_post.base.rows import row_max
+from verne_post.base.rows import find_row_max
 from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK_MM, SPAN_TAIL, SPAN_TAIL_MM
-from verne_post.kinematics.checks.cover import SPAN_ANGLE, SPAN_MM, WORST_DEPTH, Spans, chunk_elements, cover_elements
+from verne_post.kinematics.checks.cover import SPAN_ANGLE, SPAN_MM, WORST_DEPTH, Spans, cover_elements, split_elements
 from verne_post.kinematics.checks.violations import (
     Worst,
-    limit_findings,
-    machine_checks,
-    table_findings,
-    unreachable_findings,
+    list_machine_checks,
+    report_limit,
+    report_table,
+    report_unreachable,
 )
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.model.findings import Finding
@@ -81,7 +81,7 @@ def check_limits(
     contour = joints.contour
     limits = _LimitCheck(joints)
     every = GrowingTable(**dict.fromkeys(("first", "second", "third"), (float, len(joints.machine.columns))))
-    chunks, ahead = tee(chunk_elements(len(contour)))
+    chunks, ahead = tee(split_elements(len(contour)))
     for chunk, parts in zip(chunks, team.map(limits.open_spans, ahead), strict=True):
         derivatives = _Derivatives(joints, chunk, limits.needs_derivatives(chunk))
         for part in parts:
@@ -131,7 +131,7 @@ class _Derivatives:
             values[:, short[solved]], width[short[solved]] = q[:, solved], 2 * half[solved]
         row = self._row[element - self._first]
         for order, target in enumerate(self.largest.values(), start=1):
-            lower, upper = spans.enclosure(values, order)
+            lower, upper = spans.enclose_derivative(values, order)
             np.maximum.at(target, row, np.maximum(np.abs(lower), np.abs(upper)) / width[:, None] ** order)
 
 
@@ -141,7 +141,7 @@ class _LimitCheck:
     def __init__(self, joints: JointPath) -> None:
         machine = joints.machine
         self.joints, self._continuous = joints, joints.contour.continuous
-        self.checks = machine_checks(machine)
+        self.checks = list_machine_checks(machine)
         self.worst = [Worst() for _ in self.checks]
         #: Columns of the axis error, of either sign, and the largest error so far, degrees.
         self.axis_columns = [len(machine.columns) + k for k, one in enumerate(machine.margins) if one.code == "VP217"]
@@ -154,10 +154,10 @@ class _LimitCheck:
     def findings(self) -> list[Finding]:
         """What is violated."""
         contour = self.joints.contour
-        findings = unreachable_findings(contour, self.unreachable)
+        findings = report_unreachable(contour, self.unreachable)
         for check, worst in zip(self.checks, self.worst, strict=True):
-            findings += limit_findings(contour, check, worst)
-        return findings + table_findings(contour, self.below_table)
+            findings += report_limit(contour, check, worst)
+        return findings + report_table(contour, self.below_table)
 
     def check(self, part: Spans, derivatives: _Derivatives) -> Mask:
         """Check spans (n,); those that have to be halved (n,)."""
@@ -226,13 +226,13 @@ class _LimitCheck:
         n_joints = len(self.tails)
         values = quantities[: spans.NODES]
         tail = spans.tail(values)
-        coarse = row_max(tail[:, :n_joints] - self.tails) > 0.0
+        coarse = find_row_max(tail[:, :n_joints] - self.tails) > 0.0
         deep = part.depth >= MAX_DEPTH
         halve = coarse & ~deep
         fine = (~coarse | deep) & self.needs_derivatives(part.element)
         if fine.any():
             derivatives.collect(part.take(fine), values[:, fine, :n_joints])
-        lower, upper = spans.enclosure(values)
+        lower, upper = spans.enclose_derivative(values)
         for check, worst in zip(self.checks, self.worst, strict=True):
             k = check.quantity
             if check.sign > 0:
@@ -263,12 +263,12 @@ class _LimitCheck:
             height = (solved.tip[:, 2] + along * axis[:, 2]).reshape(shape)
             if height.min() > SPAN_MM:
                 continue
-            low_height = spans.enclosure(height[: spans.NODES])[0][:, 0]
+            low_height = spans.enclose_derivative(height[: spans.NODES])[0][:, 0]
             if min(height.min(), low_height.min()) >= -LIMIT_SLACK_MM:
                 continue
             point = solved.tip + along[:, None] * axis
             away = (point[:, 0] ** 2 + point[:, 1] ** 2).reshape(shape)
-            low_away = spans.enclosure(away[: spans.NODES])[0][:, 0]
+            low_away = spans.enclose_derivative(away[: spans.NODES])[0][:, 0]
             open_ = (low_height < -LIMIT_SLACK_MM) & (low_away < radius**2)
             under = (height[:, :, 0] < -LIMIT_SLACK_MM) & (away[:, :, 0] < radius**2)
             anywhere = under.any(axis=0)
@@ -298,5 +298,5 @@ class _LimitCheck:
 
 def _bound(values: Array) -> tuple[Array, Array]:
     """Lower and upper bound (n, k) of samples (m, n, k), by what the polynomial may be off."""
-    (lower, upper), tail = spans.enclosure(values), spans.tail(values)
+    (lower, upper), tail = spans.enclose_derivative(values), spans.tail(values)
     return lower - tail, upper + tail

@@ -8,8 +8,8 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.checks.clearance import clearance_checks, clearances
-from verne_post.kinematics.checks.violations import Check, machine_checks
+from verne_post.kinematics.checks.clearance import build_clearance_checks, clearances
+from verne_post.kinematics.checks.violations import Check, list_machine_checks
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.model.branch import AS_PROGRAMMED, Branch
 from verne_post.model.contour import Contour
@@ -35,12 +35,12 @@ class _MovedPose(Struct, frozen=True):
         return tip + share * np.array(self.shift), self.branch.of(tilted)
 
 
-def on_branch(line: JointPath, branch: Branch) -> JointPath:
+def put_on_branch(line: JointPath, branch: Branch) -> JointPath:
     """The line with its table on another branch."""
     return replace(line, pose=_MovedPose(line, branch=branch))
 
 
-def tilt_end(line: JointPath, tilt: float) -> JointPath:
+def tilt_line_end(line: JointPath, tilt: float) -> JointPath:
     """A straight line whose end has a nominal A that is larger by ``tilt``, rad."""
     return replace(line, pose=_MovedPose(line, end_tilt=tilt))
 
@@ -52,13 +52,13 @@ def shift_line(line: JointPath, shift: Array, end_only: bool = False) -> JointPa
     return replace(line, pose=_MovedPose(line, (x, y, z), end_only), keep_out=keep_out)
 
 
-def every_check(line: JointPath) -> list[Check]:
+def list_checks(line: JointPath) -> list[Check]:
     """The bounds on the columns of :func:`measure`."""
     machine = line.machine
-    checks = machine_checks(machine)
+    checks = list_machine_checks(machine)
     first = len(machine.columns) + len(machine.margins)
     for model in clearances(line, meshes=True):
-        checks += clearance_checks(model, first)
+        checks += build_clearance_checks(model, first)
         first += len(model.names)
     checks.append(Check("VP210", "height over the table face", None, first, 1.0, 0.0, 0.0, LIMIT_SLACK_MM, "mm", 1.0))
     return checks

@@ -13,12 +13,12 @@ from msgspec import Struct
 
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
-from verne_post.kinematics.checks.cover import Spans, chunk_elements, cover_elements
+from verne_post.kinematics.checks.cover import Spans, cover_elements, split_elements
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed
 from verne_post.kinematics.checks.moving import THIN_MM, Moving
-from verne_post.kinematics.checks.violations import Check, Worst, limit_findings
+from verne_post.kinematics.checks.violations import Check, Worst, report_limit
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 from verne_post.model.poses import Pose
@@ -65,7 +65,7 @@ def check_meshes(joints: JointPath, keep_out: KeepOut, checks: list[Check]) -> l
     return [
         item
         for check, pair in zip(checks, worst.values(), strict=True)
-        for item in limit_findings(joints.contour, check, pair, keep_out.moving.tool[joints.contour.segment])
+        for item in report_limit(joints.contour, check, pair, keep_out.moving.tool[joints.contour.segment])
     ]
 
 
@@ -98,11 +98,11 @@ def _list_motions(moving: Moving, rows: _Rows) -> Iterator[Motion]:
 def _sample(joints: JointPath, moving: Moving) -> Iterator[_Rows]:
     """The motion as chords, so many at a time."""
     waiting: list[tuple[Ints, Array, Mask]] = []
-    chunks = list(chunk_elements(len(joints.contour)))
+    chunks = list(split_elements(len(joints.contour)))
     for k, chunk in enumerate(chunks):
         for part in cover_elements(joints.contour, chunk):
             count = _count_chords(joints, moving, part)
-            owner, index = ragged(count + 1)
+            owner, index = number_parts(count + 1)
             w = part.low[owner] + (part.high - part.low)[owner] * (index / count[owner])
             waiting.append((part.element[owner], w, index < count[owner]))
         if sum(len(one[0]) for one in waiting) >= _BLOCK or k == len(chunks) - 1:
@@ -131,6 +131,6 @@ def _bound_rates(values: Array) -> tuple[Array, Array]:
     """Largest first and second derivative (n,) of points (samples, n, 3) by the share of their spans."""
     rates = []
     for order in (1, 2):
-        low, high = spans.enclosure(values, order)
+        low, high = spans.enclose_derivative(values, order)
         rates.append(np.linalg.norm(np.maximum(np.abs(low), np.abs(high)), axis=1))
     return rates[0], rates[1]

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.moving import FAR_MM, Moving
 from verne_post.model.poses import Pose
@@ -93,7 +93,7 @@ def _find_least(piece: Piece, tip: Array, axis: Array, balls: list[tuple[Array, 
         least[close] = of_child[np.arange(len(close)), best]
     row, ball = take(np.flatnonzero((least < near)[row] & (lower < least[row])), row, ball)
     for centre, radius in balls[1:]:
-        pair, child = ragged(np.minimum(_CLUSTER, len(centre) - _CLUSTER * ball))
+        pair, child = number_parts(np.minimum(_CLUSTER, len(centre) - _CLUSTER * ball))
         row, ball = row[pair], _CLUSTER * ball[pair] + child
         lower = look(piece, centre[ball], tip[row], axis[row]).phi - radius[ball]
         row, ball, lower = take(np.flatnonzero(lower < least[row]), row, ball, lower)

@@ -15,7 +15,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.least_move import MoveProblem, find_least_move, find_start
-from verne_post.kinematics.checks.line_measures import GRID, every_check, grid, measure, on_branch, tilt_end
+from verne_post.kinematics.checks.line_measures import GRID, grid, list_checks, measure, put_on_branch, tilt_line_end
 from verne_post.kinematics.checks.violations import Check
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.branch import Branch
@@ -61,7 +61,7 @@ def of_line(joints: JointPath, line: int) -> JointPath:
     return replace(joints, contour=joints.contour.select(np.flatnonzero(joints.contour.line() == line)))
 
 
-def movable(line: JointPath) -> bool:
+def is_movable(line: JointPath) -> bool:
     """Whether the line is tied to the part; a rewind in joint values, the table under a standing spindle, or
     the approach of --from, is not.
     """
@@ -111,7 +111,7 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
     if item.value is None:
         return _find_first_unsolved(line) if item.code in ("VP110", "VP201", "VP203") else None
     checks = [
-        check for check in every_check(line)
+        check for check in list_checks(line)
         if (check.code, check.axis) == (item.code, item.axis) and (item.code != "VP215" or item.message.startswith(check.name))
     ]  # fmt: skip
     by_distance = [(abs(best[1] * check.factor - item.value), best[0])
@@ -145,19 +145,19 @@ def errors_of(line: JointPath) -> tuple[str, ...]:
     return tuple(dict.fromkeys(item.code for item in findings if item.severity == "error"))
 
 
-def legal_branches(line: JointPath) -> Iterator[Branch]:
+def find_legal_branches(line: JointPath) -> Iterator[Branch]:
     """Other branches on which the whole line keeps every limit, nearest first: the other table solution, turns of C."""
     limited = bool(np.isfinite([line.machine.limits.lower[-1], line.machine.limits.upper[-1]]).any())
     turns = sorted(range(-TURNS, TURNS + 1), key=abs) if limited else [0]
     for flip, turn in sorted(product((0, 1), turns), key=lambda one: (abs(one[1]), one[0])):
-        if (flip, turn) != (0, 0) and not errors_of(on_branch(line, Branch(flip, turn))):
+        if (flip, turn) != (0, 0) and not errors_of(put_on_branch(line, Branch(flip, turn))):
             yield Branch(flip, turn)
 
 
 # --- less tilt ---------------------------------------------------------------------------------------
 
 
-def tilt_inside(line: JointPath, place: Place) -> float | None:
+def find_legal_tilt(line: JointPath, place: Place) -> float | None:
     """Nominal A (rad) that brings the table's tilt just inside its travel, tip and C as they are at ``place``.
 
     Newton's method with the machine's Jacobian; None where it does not end inside.
@@ -180,23 +180,23 @@ def tilt_inside(line: JointPath, place: Place) -> float | None:
     return None
 
 
-def tilt_end_inside(line: JointPath, place: Place) -> float | None:
+def find_legal_end_tilt(line: JointPath, place: Place) -> float | None:
     """Nominal A (rad) for the end of a straight line that keeps the whole line legal; None where none was found.
 
     ``place`` is where the table's tilt is worst.
     """
-    inside = tilt_inside(line, place)
+    inside = find_legal_tilt(line, place)
     if inside is None or place.w <= 0.0:
         return None
     _tip, angles = line.pose(line.contour, np.array([0, 0]), np.array([place.w, 1.0]))
     change = (inside - float(angles[0, 0])) / place.w
-    return None if errors_of(tilt_end(line, change)) else float(angles[1, 0]) + change
+    return None if errors_of(tilt_line_end(line, change)) else float(angles[1, 0]) + change
 
 
 # --- a move of the part --------------------------------------------------------------------------------
 
 
-def smallest_shift(
+def find_smallest_shift(
     line: JointPath, basis: Array, *, end_only: bool = False, also_warnings: bool = False
 ) -> Shift | None:
     """A smallest move of the part that keeps the line inside travel, margins and clearances; None where none is found.
@@ -214,7 +214,7 @@ def smallest_shift(
         Remove warnings too.
     """
     skip = len(line.machine.actuators)
-    checks = [check for check in every_check(line) if check.quantity < skip or check.quantity >= skip + 2]
+    checks = [check for check in list_checks(line) if check.quantity < skip or check.quantity >= skip + 2]
     problem = MoveProblem(line, checks, basis, end_only, also_warnings, FARTHEST_MM)
     start = find_start(problem)
     if start is None:

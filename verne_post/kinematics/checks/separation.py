@@ -25,7 +25,7 @@ LOOK: Final = 25
 TOUCHING_MM: Final = 1e-4
 
 
-def cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Array:
+def measure_cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Array:
     """Signed distance of cylinders from boxes about the origin: exact to ``SURE_MM`` where they are apart, never too large.
 
     Parameters
@@ -73,7 +73,7 @@ def cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Arr
     return distance_bound
 
 
-def farther_than(start: Array, end: Array, radius: Array, half: Array) -> Array:
+def bound_distance(start: Array, end: Array, radius: Array, half: Array) -> Array:
     """A quick lower bound (n,) of the same distance: a capsule against the sphere around the box, mm."""
     along = end - start
     square = (along * along).sum(1)

@@ -68,7 +68,7 @@ class Worst(Struct, frozen=True):
                 self.by_element[e] = (m, v)
 
 
-def machine_checks(machine: Machine) -> list[Check]:
+def list_machine_checks(machine: Machine) -> list[Check]:
     """The bounds of a machine, from its limits and the margins of its module."""
     checks = []
     for joint, column in enumerate(machine.columns):
@@ -91,7 +91,7 @@ def machine_checks(machine: Machine) -> list[Check]:
 # --- findings: one for each stretch of consecutive violating elements, or for each cause ------------
 
 
-def limit_findings(contour: Contour, check: Check, worst: Worst, cause: Ints | None = None) -> list[Finding]:
+def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | None = None) -> list[Finding]:
     """Findings of one check: errors beyond its limit, warnings beyond its weaker bound.
 
     Parameters
@@ -125,7 +125,7 @@ def limit_findings(contour: Contour, check: Check, worst: Worst, cause: Ints | N
     return findings
 
 
-def table_findings(contour: Contour, below: Worst) -> list[Finding]:
+def report_table(contour: Contour, below: Worst) -> list[Finding]:
     """VP210."""
     findings = []
     for group in _split_stretches(below.by_element):
@@ -136,7 +136,7 @@ def table_findings(contour: Contour, below: Worst) -> list[Finding]:
     return findings
 
 
-def unreachable_findings(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
+def report_unreachable(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
     """Findings of elements that cannot be solved, given with the code of the reason."""
     return [
         _make_finding(contour, group, group[0], code, _UNREACHABLE.get(code, CODES[code].meaning), severity="error")

@@ -19,7 +19,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.kinematics.modules.solutions import determinant_margin, drop_margins, triple, upright_position
+from verne_post.kinematics.modules.solutions import build_determinant_margin, drop_margins, place_upright, triple
 from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
 _BEYOND = "beyond a parallel singularity: the platform is not below the plane of the slider joints"
@@ -93,12 +93,12 @@ class LinearDeltaModule(Struct, frozen=True):
 
     def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
         """Sliders for ``pivot + F gauge`` (3,), (..., 3); as :meth:`inverse`, because nothing tilts."""
-        return self.inverse(upright_position(pivot, gauge))
+        return self.inverse(place_upright(pivot, gauge))
 
     def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Why poses (m, 3) have no solution: "VP110" where a rod is too short, "VP203" beyond a parallel singularity."""
         with np.errstate(invalid="ignore", over="ignore"):
-            radicands = self._compute_radicands(upright_position(pivot, gauge))
+            radicands = self._compute_radicands(place_upright(pivot, gauge))
         return ["VP203" if (row > 0).all() else "VP110" for row in radicands]
 
     # --- forward -------------------------------------------------------------------------------
@@ -177,7 +177,7 @@ class LinearDeltaModule(Struct, frozen=True):
 
     def inverse_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
         """As :meth:`inverse_all` for ``pivot + F gauge``, because nothing tilts."""
-        return self.inverse_all(upright_position(pivot, gauge))
+        return self.inverse_all(place_upright(pivot, gauge))
 
     # --- velocities --------------------------------------------------------------------------------
 
@@ -207,4 +207,4 @@ class LinearDeltaModule(Struct, frozen=True):
 
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
-        return (*drop_margins(self.actuators, serial_singularity), determinant_margin(parallel_singularity))
+        return (*drop_margins(self.actuators, serial_singularity), build_determinant_margin(parallel_singularity))

@@ -24,7 +24,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import rotate_x, rotate_x_rate
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.modules.rod_geometry import CLOSED, RodGeometry
-from verne_post.kinematics.modules.solutions import triple, upright_position
+from verne_post.kinematics.modules.solutions import place_upright, triple
 from verne_post.model.poses import Platform
 from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
@@ -155,7 +155,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
 
     def _carry_arms(self, gauge: Array) -> Array:
         """Joints of the platform (..., 6, 3) seen from the pivot, at tilt 0; F commutes with turns about x."""
-        return upright_position(_IN_PLACE, gauge)[..., None, :] + self.ends
+        return place_upright(_IN_PLACE, gauge)[..., None, :] + self.ends
 
     def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Why poses (m, 3) have no solution: "VP110" where the rods do not close, "VP203" beyond a parallel singularity."""

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.kinematics.modules.solutions import triple, upright_position
+from verne_post.kinematics.modules.solutions import place_upright, triple
 from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
 _UPRIGHT = np.array([1.0, -1.0, -1.0])
@@ -34,7 +34,7 @@ class SerialModule(Struct, frozen=True):
 
     def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
         """Axis positions for ``pivot + F gauge`` (3,), (..., 3); as :meth:`inverse`, because nothing tilts."""
-        return self.inverse(upright_position(pivot, gauge))
+        return self.inverse(place_upright(pivot, gauge))
 
     def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
         """P (..., 3) in the base frame, alpha and ok for axis positions (..., 3): ``zero + F (x, y, z)``, mm."""
@@ -58,7 +58,7 @@ class SerialModule(Struct, frozen=True):
 
     def inverse_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
         """As :meth:`inverse_all` for ``pivot + F gauge``, because nothing tilts."""
-        return self.inverse_all(upright_position(pivot, gauge))
+        return self.inverse_all(place_upright(pivot, gauge))
 
     # --- velocities ----------------------------------------------------------------------------
 

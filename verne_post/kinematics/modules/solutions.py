@@ -6,7 +6,7 @@ from verne_post.base.arrays import Array
 from verne_post.model.protocols import Margin
 
 
-def upright_position(pivot: Array, gauge: Array) -> Array:
+def place_upright(pivot: Array, gauge: Array) -> Array:
     """Platform point (..., 3) of a module that never tilts: ``pivot + F gauge``, ``F = diag(1, -1, -1)``; base frame."""
     return np.asarray(gauge, dtype=float) * [1.0, -1.0, -1.0] + np.asarray(pivot, dtype=float)
 
@@ -22,6 +22,6 @@ def drop_margins(actuators: tuple[str, ...], smallest: float) -> tuple[Margin, .
     return tuple(Margin("vertical drop of a rod", "VP202", joint, "mm", smallest, 2 * smallest) for joint in actuators)
 
 
-def determinant_margin(smallest: float) -> Margin:
+def build_determinant_margin(smallest: float) -> Margin:
     """Margin of the scaled parallel determinant: an error below ``smallest``, which has no unit."""
     return Margin("determinant of the parallel Jacobian", "VP203", None, "", smallest, 2 * smallest)

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.rotations import axis_of_angles, rotate_x, rotate_z
+from verne_post.base.rotations import find_axis_of_angles, rotate_x, rotate_z
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.kinematics.tables.places import find_work_origin, place_in_program, place_on_part, turn_of, turn_to_part
@@ -90,7 +90,7 @@ class TiltingTable(Struct, frozen=True, eq=False):
 
     # --- the nominal machine ---------------------------------------------------------------
 
-    def gauge_point(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_gauge_point(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Gauge-line point of the nominal machine, seen from the pivot in the upright frame.
 
         Parameters
@@ -110,15 +110,15 @@ class TiltingTable(Struct, frozen=True, eq=False):
         turned[..., 2] += tool_length
         return turned
 
-    def tip_of_gauge(self, gauge: Array, angles: Array, tool_length: Array | float) -> Array:
-        """Inverse of :meth:`gauge_point`: tip in the table frame."""
+    def find_tip_of_gauge(self, gauge: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Inverse of :meth:`find_gauge_point`: tip in the table frame."""
         turned = np.array(gauge, dtype=float)
         turned[..., 2] -= tool_length
         return rotate_z(rotate_x(turned, -angles[..., 0]) - self.rotary_offset, -angles[..., 1])
 
     def carry_tips(self, start: Array, end: Array, tool_length: Array) -> TurnSegments:
         """Moves from pose to pose (n, 5) along which the gauge-line point and the angles go linearly."""
-        first, last = (self.gauge_point(pose[:, :3], pose[:, 3:], 0.0) for pose in (start, end))
+        first, last = (self.find_gauge_point(pose[:, :3], pose[:, 3:], 0.0) for pose in (start, end))
         shift, slide, drift = np.zeros((3, *first.shape))
         offset = np.tile(self.rotary_offset, (len(first), 1))
         return TurnSegments(first, last, start[:, 3:], end[:, 3:], offset, shift, slide, drift, np.zeros(len(first)))
@@ -157,7 +157,7 @@ class TiltingTable(Struct, frozen=True, eq=False):
     def tool_axis(self, program: list[float], frame: Frame) -> Array:
         """Tool axis (3,) of the nominal machine at a program point, program directions."""
         _tip, angles = self.to_table(np.array(program), frame)
-        axis = rotate_z(axis_of_angles(angles[0], angles[1]), -turn_of(frame))
+        axis = rotate_z(find_axis_of_angles(angles[0], angles[1]), -turn_of(frame))
         return axis if frame.feature is None else frame.feature.turn_inside(axis)
 
     def displacement(self, vector: Array, frame: Frame) -> Array:
@@ -173,7 +173,9 @@ class TiltingTable(Struct, frozen=True, eq=False):
         """Machine coordinates: gauge line over machine zero, nominal angles in the file's sense."""
         tip, angles = self.to_table(program, frame)
         machine = np.zeros(np.shape(program))
-        machine[..., :3] = self.gauge_point(tip, angles, frame.tool_length) - self.rotary_offset - self.machine_zero
+        machine[..., :3] = (
+            self.find_gauge_point(tip, angles, frame.tool_length) - self.rotary_offset - self.machine_zero
+        )
         machine[..., 3] = self.a_sign * DEG_PER_RAD * angles[..., 0]
         machine[..., 5] = self.c_sign * DEG_PER_RAD * angles[..., 1]
         return machine
@@ -183,7 +185,7 @@ class TiltingTable(Struct, frozen=True, eq=False):
         machine = np.asarray(machine, dtype=float)
         angles = RAD_PER_DEG * np.stack([self.a_sign * machine[..., 3], self.c_sign * machine[..., 5]], axis=-1)
         gauge = machine[..., :3] + self.rotary_offset + self.machine_zero
-        return self.from_table(self.tip_of_gauge(gauge, angles, frame.tool_length), angles, frame)
+        return self.from_table(self.find_tip_of_gauge(gauge, angles, frame.tool_length), angles, frame)
 
     def find_other_side(self, machine: Array) -> Array | None:
         """Machine coordinates (9,) with the same tool axis and A on the other side of upright; None where the tool is vertical."""

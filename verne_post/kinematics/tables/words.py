@@ -7,7 +7,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import fixed
-from verne_post.base.rotations import angles_of_axis
+from verne_post.base.rotations import solve_angles_of_axis
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.model.findings import ProgramError
@@ -70,7 +70,7 @@ class RotaryWords(Struct, frozen=True):
         a_shift, c_shift = (frame.g92[axis] for axis in self.axes)
         a_origin, c_origin = (frame.origin[axis] for axis in self.axes)
         pairs: list[tuple[float, float]] = []
-        for tilt, turn in zip(*(angle.tolist() for angle in angles_of_axis(axes)), strict=True):
+        for tilt, turn in zip(*(angle.tolist() for angle in solve_angles_of_axis(axes)), strict=True):
             a = self.a_sign * RAD_PER_DEG * (a_word + a_shift + a_origin) + self.home
             c = self.c_sign * RAD_PER_DEG * (c_word + c_shift + c_origin) - RAD_PER_DEG * frame.part_turn
             if self.nutation is not None:

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from typing import Final
 
 from verne_post.output.file_format import FileFormat
-from verne_post.output.setpoints import csv_header, csv_rows
+from verne_post.output.setpoints import write_csv_header, write_csv_rows
 from verne_post.output.spool import WrittenRows
 
 
 def write(rows: WrittenRows) -> Iterator[bytes]:
     """Write what ``verify`` reads."""
-    yield csv_header(rows.columns, rows.format.drives).encode()
-    yield from (csv_rows(block).encode() for block in rows.blocks())
+    yield write_csv_header(rows.columns, rows.format.drives).encode()
+    yield from (write_csv_rows(block).encode() for block in rows.blocks())
 
 
 FORMAT: Final = FileFormat(write, ".csv")

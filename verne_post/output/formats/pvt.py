@@ -26,7 +26,7 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
         durations = np.diff(chunk) * rows.format.cycle
         # a displacement is the difference of rounded positions: it has their decimals, and adds up without an error
         displacements = np.diff(np.array(rows.numbers[chunk]), axis=0).tolist()
-        velocities = velocities_at(rows, chunk)[1:].tolist()
+        velocities = estimate_velocities(rows, chunk)[1:].tolist()
         lines = []
         for dt, displacement, velocity in zip(durations, displacements, velocities, strict=True):
             cells = [f"{dt:.{max(rows.format.time_decimals, 1)}f}"]
@@ -96,7 +96,7 @@ def _measure_cubics(rows: WrittenRows, knots: NDArray[np.intp]) -> tuple[Array, 
     low, high = knots[begin], knots[begin + 1]
     width = ((high - low) * rows.format.cycle)[:, None]
     f = ((at - low) / (high - low))[:, None]
-    places, speeds = np.array(rows.numbers[knots]), velocities_at(rows, knots)
+    places, speeds = np.array(rows.numbers[knots]), estimate_velocities(rows, knots)
     p0, p1, v0, v1 = places[begin], places[begin + 1], speeds[begin] * width, speeds[begin + 1] * width
     cubic = (1 + 2 * f) * (1 - f) ** 2 * p0 + f * (1 - f) ** 2 * v0 + f * f * (3 - 2 * f) * p1 + f * f * (f - 1) * v1
     off = np.abs(cubic - rows.numbers[knots[0] : knots[-1]])
@@ -111,7 +111,7 @@ def _measure_cubics(rows: WrittenRows, knots: NDArray[np.intp]) -> tuple[Array, 
 FORMAT: Final = FileFormat(write, ".pvt", describe=describe)
 
 
-def velocities_at(rows: WrittenRows, at: NDArray[np.intp]) -> Array:
+def estimate_velocities(rows: WrittenRows, at: NDArray[np.intp]) -> Array:
     """Velocities of some rows by central differences of fourth order.
 
     Parameters

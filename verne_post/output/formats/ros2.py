@@ -11,7 +11,7 @@ import numpy as np
 
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.output.file_format import FileFormat
-from verne_post.output.formats.pvt import choose_knots, describe, velocities_at
+from verne_post.output.formats.pvt import choose_knots, describe, estimate_velocities
 from verne_post.output.spool import CHUNK_ROWS, WrittenRows
 
 _M_PER_MM: Final = 1e-3
@@ -59,7 +59,7 @@ def _list_points(rows: WrittenRows) -> Iterator[dict[str, Any]]:
     shorten = float if rows.format.drives else _shorten  # counts keep every digit
     for first in range(0, len(knots), CHUNK_ROWS):
         at = knots[first : first + CHUNK_ROWS]
-        velocities = velocities_at(rows, at) * unit
+        velocities = estimate_velocities(rows, at) * unit
         # each time is rounded by itself: errors of a cycle that is no whole number of nanoseconds do not add up
         stamps = np.rint(at * rows.format.cycle * _NS_PER_S).astype(np.int64)
         places = np.array(rows.numbers[at]) * unit

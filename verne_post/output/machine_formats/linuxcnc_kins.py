@@ -187,7 +187,7 @@ def _find_home(machine: Machine, ideal: HybridMachine) -> Array:
         return joints
     table, place = ideal.table, np.array(machine.home.g28)
     angles = RAD_PER_DEG * place[3:] * [table.a_sign, table.c_sign]
-    tip = table.tip_of_gauge(place[:3] + table.rotary_offset + table.machine_zero, angles, 0.0)
+    tip = table.find_tip_of_gauge(place[:3] + table.rotary_offset + table.machine_zero, angles, 0.0)
     joints = machine.five_axis.joints(tip, angles, 0.0)
     if not np.isfinite(joints).all():
         raise CannotExport("[home] g28 is out of reach; verne-post machine validate says more")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from verne_post.base.printable import printable_lines
+from verne_post.base.printable import make_lines_printable
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
@@ -64,7 +64,7 @@ def _find_path_in_repository(program: str) -> str:
 
 def _escape_data(text: str) -> str:
     """A text inside a command of ours, in which other agents find none either."""
-    return printable_lines(text).replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+    return make_lines_printable(text).replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 
 def _escape_property(text: str) -> str:

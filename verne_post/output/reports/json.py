@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import Verdict, counts, status_of, verdict_of
+from verne_post.model.verdict import Verdict, counts, find_exit_status, find_verdict
 from verne_post.output.findings import Report, record_of
 
 
@@ -18,7 +18,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
             {
                 "program": report.program,
                 "machine": {"name": machine.name, "sha256": machine.sha256},
-                "verdict": verdict_of(status_of(report.findings), report.findings),
+                "verdict": find_verdict(find_exit_status(report.findings), report.findings),
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
                 "findings": [record_of(item) for item in report.findings],
             }
@@ -33,4 +33,4 @@ def write_failure(verdict: Verdict, message: str, findings: Sequence[Finding]) -
 
 
 def _write_document(data: dict[str, object]) -> str:
-    return json_text(data, 2) + "\n"
+    return format_json(data, 2) + "\n"

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
@@ -12,11 +12,11 @@ from verne_post.output.findings import Report, record_of
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One finding a line, with its program."""
     return "".join(
-        json_text({"program": report.program, **record_of(item)}) + "\n"
+        format_json({"program": report.program, **record_of(item)}) + "\n"
         for report in reports for item in report.findings
     )  # fmt: skip
 
 
 def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
     """One line, which no finding is like."""
-    return json_text({"failure": {"verdict": verdict, "message": message}}) + "\n"
+    return format_json({"failure": {"verdict": verdict, "message": message}}) + "\n"

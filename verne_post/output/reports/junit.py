@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from verne_post.base.printable import printable
+from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import Verdict, concerns_pose, worst
-from verne_post.output.findings import Report, quote_line, text_line
+from verne_post.model.verdict import Verdict, is_about_pose, worst
+from verne_post.output.findings import Report, format_finding, quote_line
 
 #: Characters that XML cannot hold, made visible.
 _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | {0xFFFE: "?", 0xFFFF: "?", 0x7F: "?"}
@@ -21,7 +21,7 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
 def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
     """One test case, the check itself, with an error."""
     case = ElementTree.Element("testcase", classname="verne-post", name="check", time="0.000")
-    ElementTree.SubElement(case, "error", type=verdict, message=printable(message)).text = _clean(message)
+    ElementTree.SubElement(case, "error", type=verdict, message=make_printable(message)).text = _clean(message)
     return _write_document([case])
 
 
@@ -41,16 +41,16 @@ def _write_document(cases: list[ElementTree.Element]) -> str:
 
 def _make_case(report: Report) -> ElementTree.Element:
     case = ElementTree.Element(
-        "testcase", classname="verne-post", name=printable(report.program), time=_format_seconds(report)
+        "testcase", classname="verne-post", name=make_printable(report.program), time=_format_seconds(report)
     )
     lines = []
     for item in report.findings:
-        lines += [text_line(report.program, item), *quote_line(item, report.source, report.program)]
+        lines += [format_finding(report.program, item), *quote_line(item, report.source, report.program)]
     text = _clean("\n".join(lines))
     if worst(report.findings) == "error":
         first = next(item for item in report.findings if item.severity == "error")
-        kind = "failure" if concerns_pose(first.code) else "error"
-        ElementTree.SubElement(case, kind, type=first.code, message=printable(first.message)).text = text
+        kind = "failure" if is_about_pose(first.code) else "error"
+        ElementTree.SubElement(case, kind, type=first.code, message=make_printable(first.message)).text = text
     elif text:
         ElementTree.SubElement(case, "system-out").text = text
     return case

@@ -4,11 +4,11 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from verne_post.base.printable import printable
+from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
-from verne_post.output.findings import Report, describe, outcome_line
+from verne_post.output.findings import Report, describe, format_outcome
 
 #: A comment has room for 65,536 characters.
 MAX_CHARACTERS: Final = 60_000
@@ -20,7 +20,7 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """A table of the programs, then one of the findings of each, as far as a comment has room."""
     lines = ["| program | result | time |", "|---|---|---|"]
     for report in reports:
-        result = outcome_line("", report.findings, report.errors_not_counted).removeprefix(": ")
+        result = format_outcome("", report.findings, report.errors_not_counted).removeprefix(": ")
         time = "" if report.cycle_time_s is None else f"{report.cycle_time_s:.3f} s"
         lines.append(f"| {_escape(report.program)} | {result} | {time} |")
     room, left_out = MAX_CHARACTERS - sum(map(len, lines)), 0
@@ -56,5 +56,5 @@ def _write_row(item: Finding) -> str:
 
 def _escape(text: str) -> str:
     """Text that means nothing to Markdown; a word joiner keeps names and numbers from calling people and issues."""
-    escaped = _MARKS.sub(r"\\\g<0>", " ".join(printable(text).split()))
+    escaped = _MARKS.sub(r"\\\g<0>", " ".join(make_printable(text).split()))
     return re.sub("[@#]", "\\g<0>\u2060", escaped)

@@ -4,14 +4,14 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Final
 
-from verne_post.base.printable import json_text
+from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report
-from verne_post.output.policy import fingerprint_of, uri
+from verne_post.output.policy import make_fingerprint, uri
 
 #: Code hosts read no more results of a run.
 MAX_RESULTS: Final = 5_000
@@ -60,7 +60,7 @@ def _make_invocation(level: str, text: str, *, successful: bool) -> dict[str, An
 
 
 def _write_document(run: dict[str, Any]) -> str:
-    return json_text({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, 2) + "\n"
+    return format_json({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, 2) + "\n"
 
 
 def _make_rule(code: str) -> dict[str, Any]:
@@ -83,7 +83,7 @@ def _make_result(report: Report, item: Finding, rules: list[str], seen: Counter[
     if item.line and item.last_line is not None and item.last_line > item.line:
         region["endLine"] = item.last_line
     location["region"] = region
-    fingerprint = fingerprint_of(report, item, seen)
+    fingerprint = make_fingerprint(report, item, seen)
     properties = ("axis", "value", "limit", "unit", "count", "worst_line")
     return {
         "ruleId": item.code,

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from verne_post.base.printable import printable
+from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
-from verne_post.output.findings import Report, outcome_line, quote_line, text_line
+from verne_post.output.findings import Report, format_finding, format_outcome, quote_line
 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
@@ -12,8 +12,8 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     lines = []
     for report in reports:
         for item in report.findings:
-            lines += [text_line(report.program, item), *quote_line(item, report.source, report.program)]
+            lines += [format_finding(report.program, item), *quote_line(item, report.source, report.program)]
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
-        lines.append(f"{outcome_line(report.program, report.findings, report.errors_not_counted)}{time}")
-        lines += [f"  {printable(remark)}" for remark in report.remarks]
+        lines.append(f"{format_outcome(report.program, report.findings, report.errors_not_counted)}{time}")
+        lines += [f"  {make_printable(remark)}" for remark in report.remarks]
     return "".join(line + "\n" for line in lines)

@@ -9,17 +9,17 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.ragged import ragged
+from verne_post.base.ragged import number_parts
 from verne_post.kinematics.modules.solutions import triple
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.modules.verne.rods import (
     CLOSED,
     POLISH_STEPS,
     POLISHED,
-    leg_drops,
+    compute_leg_drops,
+    compute_rod_jacobians,
+    compute_rod_residuals,
     refuse_mode,
-    rod_jacobians,
-    rod_residuals,
 )
 from verne_post.model.protocols import ForwardSolution
 
@@ -96,7 +96,7 @@ def forward_all(geometry: VerneGeometry, rho: Array) -> list[ForwardSolution]:
     modes = forward_modes(geometry, sliders[None])
     solutions = []
     for position, alpha in zip(modes.position[0], modes.alpha[0].tolist(), strict=True):
-        drops = leg_drops(geometry, position[2], alpha, sliders)
+        drops = compute_leg_drops(geometry, position[2], alpha, sliders)
         solutions.append(ForwardSolution(triple(position), alpha, refuse_mode(geometry, alpha, drops)))
     return sorted(solutions, key=lambda one: (one.refused is not None, one.alpha))
 
@@ -191,14 +191,14 @@ def _polish(geometry: VerneGeometry, rho: Array, alpha: Array, w: Array) -> Arra
         [p + q * w - geometry.leg1_x_offset, geometry.R1 * np.sin(alpha) * w, rho[:, 0] - d_arm * w, alpha], axis=-1
     )
     scale = np.array([geometry.L1, geometry.L1, geometry.L1, 1.0])
-    miss = np.abs(rod_residuals(geometry, pose[:, :3], pose[:, 3], rho)).max(axis=1)
+    miss = np.abs(compute_rod_residuals(geometry, pose[:, :3], pose[:, 3], rho)).max(axis=1)
     active = np.flatnonzero(miss < HOPELESS * geometry.L1**2)
     for _ in range(POLISH_STEPS):
         if not len(active):
             break
         now = pose[active]
-        residual = rod_residuals(geometry, now[:, :3], now[:, 3], rho[active])
-        slope = rod_jacobians(geometry, now[:, :3], now[:, 3], rho[active])[0] * scale
+        residual = compute_rod_residuals(geometry, now[:, :3], now[:, 3], rho[active])
+        slope = compute_rod_jacobians(geometry, now[:, :3], now[:, 3], rho[active])[0] * scale
         singular = np.linalg.det(slope) == 0.0
         slope[singular] = np.eye(4)
         step = np.linalg.solve(slope, 0.5 * residual[..., None])[..., 0]
@@ -206,7 +206,7 @@ def _polish(geometry: VerneGeometry, rho: Array, alpha: Array, w: Array) -> Arra
         alive = ~singular & (largest < 1.0)  # also false for NaN
         pose[active[alive]] = (now - step * scale)[alive]
         active = active[alive & (largest >= POLISHED)]
-    miss = np.abs(rod_residuals(geometry, pose[:, :3], pose[:, 3], rho)).max(axis=1)
+    miss = np.abs(compute_rod_residuals(geometry, pose[:, :3], pose[:, 3], rho)).max(axis=1)
     pose[~(miss < CLOSED * geometry.L1**2)] = np.nan
     pose[:, 3] = (pose[:, 3] + np.pi) % (2 * np.pi) - np.pi
     return pose
@@ -219,7 +219,7 @@ def _keep_distinct(geometry: VerneGeometry, rho: Array, row: Ints, pose: Array) 
     n = len(rho)
     count = np.bincount(row, minlength=n)
     k = max(int(count.max(initial=0)), 1)
-    _row, place = ragged(count)
+    _row, place = number_parts(count)
     table = np.full((n, k, 4), np.nan)
     table[row, place] = pose
     apart = np.abs(table[:, :, None, :3] - table[:, None, :, :3]).max(axis=-1) / geometry.L1
@@ -232,6 +232,6 @@ def _keep_distinct(geometry: VerneGeometry, rho: Array, row: Ints, pose: Array) 
     table = table[:, :k]
     position, alpha = table[..., :3], table[..., 3]
     with np.errstate(invalid="ignore"):
-        working = (leg_drops(geometry, position[..., 2], alpha, rho[:, None]) > 0).all(axis=-1)
+        working = (compute_leg_drops(geometry, position[..., 2], alpha, rho[:, None]) > 0).all(axis=-1)
         working &= geometry.R1 * np.cos(alpha) > geometry.r1
     return ForwardModes(position, alpha, working)

@@ -7,7 +7,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import NEWTON_STEP, ROD_RESIDUAL_MM2
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
-from verne_post.kinematics.modules.verne.rods import leg_drops, rod_residuals
+from verne_post.kinematics.modules.verne.rods import compute_leg_drops, compute_rod_residuals
 
 #: Rows worked on at a time: the intermediate arrays then stay in the processor's cache.
 CHUNK: Final = 4096
@@ -38,7 +38,7 @@ def solve_forward(geometry: VerneGeometry, rho: Array) -> tuple[Array, Array, Ma
 def _solve_chunk(geometry: VerneGeometry, rho: Array) -> tuple[Array, Array, Mask]:
     R1, r1, R2, r4 = geometry.R1, geometry.r1, geometry.R2, geometry.r4
     rho1, rho2, rho3 = rho.T
-    x0, w0 = geometry.workspace_middle()
+    x0, w0 = geometry.find_workspace_middle()
     x, w, a = np.full(len(rho), x0), np.full(len(rho), w0), np.zeros(len(rho))
     dx = dw = da = np.full(len(rho), np.nan)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -80,8 +80,8 @@ def _solve_chunk(geometry: VerneGeometry, rho: Array) -> tuple[Array, Array, Mas
 
 def _is_in_working_mode(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> Mask:
     """Rods closed, uncrossed, and every slider attachment above the platform's."""
-    above = (leg_drops(geometry, position[:, 2], alpha, rho) > 0).all(axis=-1)
+    above = (compute_leg_drops(geometry, position[:, 2], alpha, rho) > 0).all(axis=-1)
     scale = (geometry.L1 / 850.0) ** 2  # the residual is a length squared
-    residuals = rod_residuals(geometry, position, alpha, rho)
+    residuals = compute_rod_residuals(geometry, position, alpha, rho)
     closed = (np.abs(residuals) < ROD_RESIDUAL_MM2 * max(scale, 1.0)).all(axis=-1)
     return above & closed & (np.abs(alpha) < geometry.crossing_angle)

@@ -37,7 +37,7 @@ class VerneGeometry(Struct, frozen=True):
         """The tilt at which the rods of leg I would cross: R1 cos(alpha) = r1."""
         return float(np.arccos(self.r1 / self.R1))
 
-    def lengths_by_equation(self) -> tuple[Array, Array, Array, Array]:
+    def group_lengths_by_equation(self) -> tuple[Array, Array, Array, Array]:
         """X offset, platform arm, slider arm and rod length (4,) of the equations (3), (4), (5), (6)."""
         return (
             np.array([self.leg1_x_offset, self.leg1_x_offset, self.leg23_x_offset, self.leg23_x_offset]),
@@ -57,7 +57,7 @@ class VerneGeometry(Struct, frozen=True):
         squares[2] = self.L3**2 - x2**2 - (y + arm) ** 2
         return squares
 
-    def workspace_middle(self) -> tuple[float, float]:
+    def find_workspace_middle(self) -> tuple[float, float]:
         """A point in the middle of the workspace: x of P and the drop of leg I there, mm."""
         x = -0.5 * (self.leg1_x_offset + self.leg23_x_offset)
         drop2 = self.L1**2 - (self.R1 - self.r1) ** 2 - (x + self.leg1_x_offset) ** 2

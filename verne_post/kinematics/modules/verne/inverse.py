@@ -45,13 +45,13 @@ class PointOfTilt(NamedTuple):
         return PointOfTilt(*(field[which] for field in self))
 
 
-def fixed_point(position: Array) -> PointOfTilt:
+def place_fixed_point(position: Array) -> PointOfTilt:
     """Positions (n, 3) that do not depend on the tilt."""
     zero = np.zeros(len(position))
     return PointOfTilt(position[:, 0], position[:, 1], zero, zero, position[:, 2], zero, zero)
 
 
-def coupled_point(pivot: Array, gauge: Array) -> PointOfTilt:
+def place_coupled_point(pivot: Array, gauge: Array) -> PointOfTilt:
     """Positions ``pivot + F Rx(alpha) gauge`` for gauge points (n, 3) of the upright frame at alpha = 0."""
     gx, gy, gz = gauge[:, 0], gauge[:, 1], gauge[:, 2]
     # F Rx(alpha) (gx, gy, gz) = (gx, -(c gy - s gz), -(s gy + c gz))
@@ -61,14 +61,14 @@ def coupled_point(pivot: Array, gauge: Array) -> PointOfTilt:
 
 def solve_inverse(geometry: VerneGeometry, position: Array) -> tuple[Array, Array, Mask]:
     """Sliders for a platform position, in the working mode: equations (11) to (14); see ``ParallelModule.inverse``."""
-    rho, alpha, ok = _solve(geometry, fixed_point(np.asarray(position, dtype=float).reshape(-1, 3)))
+    rho, alpha, ok = _solve(geometry, place_fixed_point(np.asarray(position, dtype=float).reshape(-1, 3)))
     shape = np.shape(position)[:-1]
     return rho.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)
 
 
 def solve_inverse_coupled(geometry: VerneGeometry, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
     """Sliders for a platform point that turns with the platform's tilt; see ``ParallelModule.inverse_coupled``."""
-    rho, alpha, ok = _solve(geometry, coupled_point(pivot, np.asarray(gauge, dtype=float).reshape(-1, 3)))
+    rho, alpha, ok = _solve(geometry, place_coupled_point(pivot, np.asarray(gauge, dtype=float).reshape(-1, 3)))
     shape = np.shape(gauge)[:-1]
     return rho.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)
 
@@ -277,7 +277,7 @@ def explain_unreachable(geometry: VerneGeometry, pivot: Array, gauge: Array) -> 
         As in :func:`solve_inverse_coupled`.
     """
     codes = []
-    points = coupled_point(pivot, np.asarray(gauge, dtype=float))
+    points = place_coupled_point(pivot, np.asarray(gauge, dtype=float))
     for row in range(len(points.x)):
         point = points.rows(row)
         a = find_tilts(geometry, point)

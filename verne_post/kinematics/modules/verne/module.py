@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.kinematics.modules.solutions import determinant_margin, drop_margins
+from verne_post.kinematics.modules.solutions import build_determinant_margin, drop_margins
 from verne_post.kinematics.modules.verne import assembly_modes, loops, rods, working_modes
 from verne_post.kinematics.modules.verne.forward import solve_forward
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
@@ -40,7 +40,7 @@ class VerneModule(VerneGeometry, frozen=True, dict=True):
 
     # --- rods: velocities, pictures, identification ------------------------------------------------
 
-    jacobians = rods.rod_jacobians
+    jacobians = rods.compute_rod_jacobians
     conditioning = rods.conditioning
     sketch = rods.sketch
     loop_equations = staticmethod(loops.loop_equations)
@@ -54,18 +54,22 @@ class VerneModule(VerneGeometry, frozen=True, dict=True):
         """
         c, s = np.cos(alpha), np.sin(alpha)
         drops = np.sqrt(np.maximum(self.radicands(position[..., 0], position[..., 1], c), 0.0))
-        determinant = self._determinant_side * rods.parallel_determinant(self, position, (c, s), drops)
+        determinant = self._determinant_side * rods.compute_parallel_determinant(self, position, (c, s), drops)
         return np.stack([drops[0], drops[1], drops[2], self.R1 * c - self.r1, determinant], axis=-1)
 
     @cached_property
     def _determinant_side(self) -> float:
         """Sign of the parallel determinant in the middle of the workspace."""
-        x, _drop = self.workspace_middle()
+        x, _drop = self.find_workspace_middle()
         middle, upright = np.array([x, 0.0, 0.0]), (np.array(1.0), np.array(0.0))
         drops = np.sqrt(np.maximum(self.radicands(middle[0], middle[1], upright[0]), 0.0))
-        return 1.0 if rods.parallel_determinant(self, middle, upright, drops) >= 0 else -1.0
+        return 1.0 if rods.compute_parallel_determinant(self, middle, upright, drops) >= 0 else -1.0
 
     def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
         crossing = Margin("R1 cos(alpha) - r1", "VP201", None, "mm", 0.0, 0.0)
-        return (*drop_margins(self.actuators, serial_singularity), crossing, determinant_margin(parallel_singularity))
+        return (
+            *drop_margins(self.actuators, serial_singularity),
+            crossing,
+            build_determinant_margin(parallel_singularity),
+        )

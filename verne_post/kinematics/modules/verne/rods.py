@@ -36,7 +36,7 @@ def rod_vectors(geometry: VerneGeometry, position: Array, alpha: Array, rho: Arr
     alpha : ndarray, shape (...)
     rho : ndarray, shape (..., 3)
     """
-    return vectors(*geometry.lengths_by_equation()[:3], position, alpha, rho)
+    return vectors(*geometry.group_lengths_by_equation()[:3], position, alpha, rho)
 
 
 def vectors(offset: Array, radius: Array, base: Array, position: Array, alpha: Array, rho: Array) -> Array:
@@ -57,7 +57,7 @@ def sketch(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -
 
     The kinematics know how far slider and platform joints are apart along x, not where: they are drawn ``SKETCH_X`` from P.
     """
-    offset, radius, _base, _rod = geometry.lengths_by_equation()
+    offset, radius, _base, _rod = geometry.group_lengths_by_equation()
     tilt = np.asarray(alpha)[..., None]
     platform = np.stack(
         [
@@ -70,13 +70,13 @@ def sketch(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -
     return np.stack([platform - rod_vectors(geometry, position, alpha, rho), platform], axis=-2)
 
 
-def rod_residuals(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> Array:
+def compute_rod_residuals(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> Array:
     """Left-hand sides of (3), (4), (5), (6), shape (..., 4), mm2."""
-    rod = geometry.lengths_by_equation()[3]
+    rod = geometry.group_lengths_by_equation()[3]
     return np.asarray((rod_vectors(geometry, position, alpha, rho) ** 2).sum(axis=-1) - rod**2)
 
 
-def rod_jacobians(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+def compute_rod_jacobians(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
     """Derivatives of half the left-hand sides of (3) to (6).
 
     ``parallel @ d(x, y, z, alpha) + serial @ d(rho) = 0``.
@@ -88,7 +88,7 @@ def rod_jacobians(geometry: VerneGeometry, position: Array, alpha: Array, rho: A
     serial : ndarray, shape (..., 4, 3)
         By the sliders, mm.
     """
-    _offset, radius, _base, _rod = geometry.lengths_by_equation()
+    _offset, radius, _base, _rod = geometry.group_lengths_by_equation()
     d = rod_vectors(geometry, position, alpha, rho)
     c, s = np.cos(alpha)[..., None], np.sin(alpha)[..., None]
     turn = SIDE * radius * (d[..., 2] * c - d[..., 1] * s)
@@ -103,7 +103,7 @@ def scales(geometry: VerneGeometry) -> tuple[Array, float]:
 
     The tilt counts by the larger arm of the platform: one unit is the distance that its outermost joint moves.
     """
-    return geometry.lengths_by_equation()[3], max(geometry.R1, geometry.R2)
+    return geometry.group_lengths_by_equation()[3], max(geometry.R1, geometry.R2)
 
 
 def conditioning(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
@@ -116,7 +116,7 @@ def conditioning(geometry: VerneGeometry, position: Array, alpha: Array, rho: Ar
     -------
     parallel, serial : ndarray, shape (...)
     """
-    parallel, serial = rod_jacobians(geometry, position, alpha, rho)
+    parallel, serial = compute_rod_jacobians(geometry, position, alpha, rho)
     rod, arm = scales(geometry)
     parallel = parallel / rod[:, None] / np.array([1.0, 1.0, 1.0, arm])
     serial = np.concatenate([serial / rod[:, None], parallel[..., 3:]], axis=-1)
@@ -124,7 +124,9 @@ def conditioning(geometry: VerneGeometry, position: Array, alpha: Array, rho: Ar
     return values[0][..., -1] / values[0][..., 0], values[1][..., -1] / values[1][..., 0]
 
 
-def parallel_determinant(geometry: VerneGeometry, position: Array, tilt: tuple[Array, Array], drops: Array) -> Array:
+def compute_parallel_determinant(
+    geometry: VerneGeometry, position: Array, tilt: tuple[Array, Array], drops: Array
+) -> Array:
     """Determinant of the scaled parallel Jacobian in the working mode, shape (...); zero at a parallel singularity.
 
     Rows over their rod, the column of alpha over the arm of :func:`scales`. Written out, because it is computed for every pose of a
@@ -139,7 +141,7 @@ def parallel_determinant(geometry: VerneGeometry, position: Array, tilt: tuple[A
         Vertical drops of the legs, mm.
     """
     c, s = tilt
-    offset, radius, base, _rod = geometry.lengths_by_equation()
+    offset, radius, base, _rod = geometry.group_lengths_by_equation()
     rod, arm = scales(geometry)
     tilts = (s * geometry.R1, -s * geometry.R1, 0.0, 0.0)
     rows = []
@@ -159,7 +161,7 @@ def _compute_determinant(a: tuple[Array, ...], b: tuple[Array, ...], c: tuple[Ar
     return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
 
 
-def leg_drops(geometry: VerneGeometry, z: Array, alpha: Array, rho: Array) -> Array:
+def compute_leg_drops(geometry: VerneGeometry, z: Array, alpha: Array, rho: Array) -> Array:
     """How far the platform's attachments are below the sliders', shape (..., 3), mm; all positive in the working mode.
 
     Parameters

@@ -11,7 +11,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
-from verne_post.kinematics.modules.verne.inverse import PointOfTilt, coupled_point, find_tilts, fixed_point
+from verne_post.kinematics.modules.verne.inverse import PointOfTilt, find_tilts, place_coupled_point, place_fixed_point
 from verne_post.kinematics.modules.verne.rods import CLOSED, POLISH_STEPS, POLISHED, refuse_mode
 from verne_post.model.protocols import InverseSolution
 
@@ -32,7 +32,7 @@ def inverse_all(geometry: VerneGeometry, position: Array) -> list[InverseSolutio
     position : ndarray, shape (3,)
         P in the base frame, mm.
     """
-    return _solve_all(geometry, fixed_point(np.asarray(position, dtype=float)[None]).rows(0))
+    return _solve_all(geometry, place_fixed_point(np.asarray(position, dtype=float)[None]).rows(0))
 
 
 def inverse_coupled_all(geometry: VerneGeometry, pivot: Array, gauge: Array) -> list[InverseSolution]:
@@ -45,7 +45,7 @@ def inverse_coupled_all(geometry: VerneGeometry, pivot: Array, gauge: Array) -> 
     gauge : ndarray, shape (3,)
         Upright frame at alpha = 0, mm; the platform point is ``pivot + F Rx(alpha) gauge``.
     """
-    return _solve_all(geometry, coupled_point(pivot, np.asarray(gauge, dtype=float)[None]).rows(0))
+    return _solve_all(geometry, place_coupled_point(pivot, np.asarray(gauge, dtype=float)[None]).rows(0))
 
 
 def _solve_all(geometry: VerneGeometry, point: PointOfTilt) -> list[InverseSolution]:
