@@ -234,10 +234,10 @@ class ToyModule:
         position = np.stack([x, (u - v) / 2, self.height - w + x / 4], axis=-1)
         return position, np.zeros(u.shape), np.isfinite(position).all(axis=-1)
 
-    def inverse_coupled(self, pivot: np.ndarray, gauge: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def solve_coupled(self, pivot: np.ndarray, gauge: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return self.inverse(pivot + gauge * [1.0, -1.0, -1.0])
 
-    def why_unreachable(self, pivot: np.ndarray, gauge: np.ndarray) -> list[str]:
+    def explain_unreachable(self, pivot: np.ndarray, gauge: np.ndarray) -> list[str]:
         return ["VP110"] * len(gauge)
 
     def inverse_all(self, position: np.ndarray) -> list[InverseSolution]:
@@ -248,22 +248,24 @@ class ToyModule:
         x, y, z = (float(value) for value in self.forward(rho)[0])
         return [ForwardSolution((x, y, z), 0.0, None)]
 
-    def geometry_margins(self, position: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+    def find_geometry_margins(self, position: np.ndarray, alpha: np.ndarray) -> np.ndarray:
         return 1000.0 - np.abs(position[..., :1])
 
-    def inverse_coupled_all(self, pivot: np.ndarray, gauge: np.ndarray) -> list[InverseSolution]:
+    def solve_coupled_all(self, pivot: np.ndarray, gauge: np.ndarray) -> list[InverseSolution]:
         return self.inverse_all(pivot + gauge * [1.0, -1.0, -1.0])
 
-    def jacobians(self, position: np.ndarray, alpha: np.ndarray, rho: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def find_jacobians(self, position: np.ndarray, alpha: np.ndarray, rho: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         by_position = np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.25, 0.0, -1.0]])
         parallel = np.zeros((*np.shape(rho)[:-1], 4, 4))
         parallel[..., :3, :3], parallel[..., 3, 3] = by_position, 1.0
         return parallel, np.broadcast_to(-np.eye(4, 3), (*np.shape(rho)[:-1], 4, 3))
 
-    def conditioning(self, position: np.ndarray, alpha: np.ndarray, rho: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def measure_conditioning(
+        self, position: np.ndarray, alpha: np.ndarray, rho: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         return np.full(np.shape(alpha), 0.5), np.ones(np.shape(alpha))
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         return (Margin("wedge left", "VP202", "w", "mm", 10.0, 20.0),)
 
 

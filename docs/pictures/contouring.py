@@ -28,7 +28,7 @@ def rows(source: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     assert result.setpoints is not None
     q = result.setpoints.values
     joints = q / [column.factor for column in machine.columns]
-    tip, _angles, _ok = machine.five_axis.nominal(joints, np.full(len(q), LENGTH))
+    tip, _angles, _ok = machine.five_axis.find_nominal_pose(joints, np.full(len(q), LENGTH))
     return result.setpoints.t, q, tip
 
 

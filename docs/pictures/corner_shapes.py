@@ -22,7 +22,7 @@ def speeds(angle_deg: float) -> tuple[np.ndarray, np.ndarray]:
     result = verne_post.convert(source, machine, verne_post.Options(tool_length=LENGTH))
     assert result.setpoints is not None
     joints = result.setpoints.values / [column.factor for column in machine.columns]
-    tip, _angles, _ok = machine.five_axis.nominal(joints, np.full(len(joints), LENGTH))
+    tip, _angles, _ok = machine.five_axis.find_nominal_pose(joints, np.full(len(joints), LENGTH))
     step = np.linalg.norm(np.diff(tip, axis=0), axis=1)
     s = np.concatenate([[0.0], np.cumsum(step)])
     corner = s[np.argmin(np.linalg.norm(tip - [0.0, 0.0, 50.0], axis=1))]

@@ -96,7 +96,7 @@ def check():
         x = solve_all(SixRods(table), tip, angles, near)
         off = np.abs(q[:, :4] - x[:, :4])
         worst = np.maximum(worst, [off[:, :3].max(), off[:, 3].max()])
-        uncorrected.append(np.degrees(np.abs(machine.five_axis.axis_error(q, angles, platform))))
+        uncorrected.append(np.degrees(np.abs(machine.five_axis.measure_axis_error(q, angles, platform))))
         bend.append(np.degrees(np.abs(platform.angles[:, 1:])).max(axis=0))
     left = np.concatenate(uncorrected)
     print(
@@ -157,8 +157,8 @@ def rates(five, tip, angles):
     q, platform, _ok = five.solve(tip, angles, TOOL)
     jobs = {
         "inverse": lambda: five.joints(tip, angles, TOOL),
-        "forward": lambda: five.nominal(q, TOOL),
-        "margins": lambda: five.geometry_margins(q, angles, platform),
+        "forward": lambda: five.find_nominal_pose(q, TOOL),
+        "margins": lambda: five.find_geometry_margins(q, angles, platform),
     }
     return [f"{job} {len(tip) / least(work):,.0f} poses/s" for job, work in jobs.items()]
 

@@ -152,7 +152,7 @@ def speeds(source: bytes, feed: float, machine: str) -> tuple[Array, Array]:
     result = convert(source, load(machine), Options(tool_length=LENGTH_MM))
     assert result.setpoints is not None, result.findings
     joints = result.setpoints.values / [column.factor for column in load(machine).columns]
-    tip, _angles, _ok = load(machine).five_axis.nominal(joints, np.full(len(joints), LENGTH_MM))
+    tip, _angles, _ok = load(machine).five_axis.find_nominal_pose(joints, np.full(len(joints), LENGTH_MM))
     at, speed = 0.5 * (tip[1:, 0] + tip[:-1, 0]), np.linalg.norm(np.diff(tip, axis=0), axis=1) / load(machine).cycle
     order = np.argsort(at)
     return at[order], speed[order] * 60 / feed

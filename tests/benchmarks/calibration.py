@@ -63,9 +63,9 @@ def left_by_models() -> None:
         for true in machines:
             own = as_built.replace_deviations(Deviations.build_from_vector(true))
             five_axis = {"ideal": nominal.five_axis, "as built, C as programmed": own}.get(
-                name, own.with_correction(on=True)
+                name, own.switch_correction(on=True)
             )
-            errors = compute_tool_errors(model, true, five_axis.joints(held.tip, held.angles, held.length), held)
+            errors = compute_tool_errors(model, true, five_axis.find_joints(held.tip, held.angles, held.length), held)
             tips.append(errors.tip)
             axes.append(errors.axis)
         row(name, tips, axes)

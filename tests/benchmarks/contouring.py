@@ -207,7 +207,7 @@ def ratios(text: str, part: Part, machine: Machine) -> list[float]:
     feeds = programmed_feeds(part.source)
     feed = np.array([feeds.get(int(line), np.inf) for line in rows[:, -1]])
     joints = q / [column.factor for column in machine.columns]
-    tip, _angles, _ok = machine.five_axis.nominal(joints, np.full(len(q), part.options.tool_length))
+    tip, _angles, _ok = machine.five_axis.find_nominal_pose(joints, np.full(len(q), part.options.tool_length))
     speed = np.linalg.norm(np.diff(tip, axis=0), axis=1) / cycle
     return [*found, float((speed / np.maximum(feed[1:], feed[:-1])).max())]
 

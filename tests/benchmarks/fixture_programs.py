@@ -138,10 +138,10 @@ class Bodies:
             found[one.part] = (tip + low * k, tip + high * k)
             low = high
         found["spindle"] = (tip + LENGTH * k, tip + (LENGTH + machine.five_axis.nose_offset + 200.0) * k)
-        table = machine.five_axis.on_table
+        table = machine.five_axis.carry_to_table
         ends = (np.array([0.0, y, -40.0]) for y in (-120.0, 120.0))
         found["platform"] = tuple(table(pose.platform.position + pose.platform.turn(end), pose.q) for end in ends)
-        start, end = machine.clearance.module.rods(pose.q[:, :-2], pose.platform)
+        start, end = machine.clearance.module.find_rod_ends(pose.q[:, :-2], pose.platform)
         for j, leg in enumerate(machine.clearance.module.rod_legs):
             found[f"leg {leg}", j] = (table(start[:, j], pose.q), table(end[:, j], pose.q))
         return {name: tuple(rotate_z(one - self.place, -self.turn) for one in pair) for name, pair in found.items()}
@@ -242,7 +242,7 @@ def main() -> None:
         program = assemble(source.encode(), machine, Options(**given))
         joints = program.joints()
         along = joints.solve(rng.integers(0, len(program.contour), 1), rng.random(1))
-        axis = joints.tool_axis(along)[0]
+        axis = joints.find_tool_axis(along)[0]
         near = along.tip[0] + axis * rng.choice(
             [0.0, 10.0, 40.0, 80.0, 200.0, 400.0], p=[0.3, 0.2, 0.2, 0.15, 0.1, 0.05]
         )

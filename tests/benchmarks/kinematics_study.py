@@ -459,7 +459,7 @@ def dense(n: int) -> None:
     level[:, 2] = level[:, 1] + 10.0 ** rng.uniform(-14.0, 2.0, n) * rng.choice([-1.0, 0.0, 1.0], n)
     position = rng.uniform([-500.0, -550.0, 700.0], [625.0, 550.0, 1300.0], (2 * n, 3))
     used, alpha, ok = module.inverse(position)
-    ok[ok] = module.geometry_margins(position[ok], alpha[ok])[:, :3].min(axis=1) > 100.0
+    ok[ok] = module.find_geometry_margins(position[ok], alpha[ok])[:, :3].min(axis=1) > 100.0
     used = used[ok & (np.abs(used - 650.0) < 600.0).all(axis=1)][:n]
     print("\n| sliders | triples | 0 | 2 | 4 | 6 modes, % | triples where product and scan differ |")
     print("|---|---|---|---|---|---|---|")

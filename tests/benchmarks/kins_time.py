@@ -56,7 +56,7 @@ def draw(machine: verne_post.Machine, n: int, reached: bool) -> list[Array]:
     for t, w in ((tip, angles), (tip + beside, angles + np.radians(0.1))):
         world = t - machine.coordinates.machine_zero
         world[:, 2] += tool
-        rows += [np.column_stack([world, w * factors[3:]]), machine.five_axis.joints(t, w, tool)]
+        rows += [np.column_stack([world, w * factors[3:]]), machine.five_axis.find_joints(t, w, tool)]
     with np.errstate(invalid="ignore"):
         within = ((rows[1] >= machine.limits.lower) & (rows[1] <= machine.limits.upper)).all(axis=1)
     chosen = within & np.isfinite(rows[3]).all(axis=1) if reached else ~np.isfinite(rows[1]).all(axis=1)

@@ -93,7 +93,7 @@ def prepare(machine: Machine, part: Part, first: Array) -> str:
     """The program for LinuxCNC: work offset and tool as our options say, and a way to the first pose before it."""
     factors = np.array([column.factor for column in machine.columns])
     length = part.options.tool_length or 0.0
-    tip, angles, _ok = machine.five_axis.nominal(first / factors, length)
+    tip, angles, _ok = machine.five_axis.find_nominal_pose(first / factors, length)
     place = tip - machine.coordinates.machine_zero + [0.0, 0.0, length]
     a, c = angles * factors[3:]
     offset = part.options.wcs[1].origin_mm if part.options.wcs else (0.0, 0.0, 0.0)

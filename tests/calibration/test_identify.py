@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from verne_post.calibration.data import Readings, Uncertainty
 from verne_post.calibration.identify import identify
 from verne_post.calibration.readings import read_readings
-from verne_post.kinematics.modules.verne.loops import LENGTHS, loop_equations
+from verne_post.kinematics.modules.verne.loops import LENGTHS, evaluate_loops
 from verne_post.kinematics.modules.verne.module import VerneModule
 
 REFERENCE = Path(__file__).resolve().parents[1] / "reference" / "table_iii.csv"
@@ -59,13 +59,13 @@ def test_derivatives_of_the_loop_equations(seed):
     """Against differences of a step that leaves about eight digits."""
     rng = np.random.default_rng(seed)
     at = [np.array(list(TRUE.values())), rng.uniform(0, 900, (1, 3)), rng.uniform(-3, 3, (1, 4)) * [100, 100, 400, 1]]
-    value, *slopes = loop_equations(*at)
+    value, *slopes = evaluate_loops(*at)
     for which, slope in enumerate(slopes):
         for column in range(at[which].shape[-1]):
             step = np.zeros(at[which].shape[-1])
             step[column] = 1e-5
             plus, minus = ([*at[:which], at[which] + sign * step, *at[which + 1 :]] for sign in (1, -1))
-            rate = (loop_equations(*plus)[0] - loop_equations(*minus)[0]) / 2e-5
+            rate = (evaluate_loops(*plus)[0] - evaluate_loops(*minus)[0]) / 2e-5
             assert slope[..., column] == pytest.approx(rate, abs=1e-6 * (1 + np.abs(slope).max()))
     assert value + rods_lengths() == pytest.approx(spans(*at[1:]), rel=1e-12)
 
@@ -230,7 +230,7 @@ def test_poses_without_tilt_leave_sums_open(noise, n):
     for direction in found.undetermined:
         other = {name: found.lengths[name] + 0.01 * direction.coefficients.get(name, 0.0) for name in LENGTHS}
         fitted = [np.array([lengths[name] for name in LENGTHS]) for lengths in (found.lengths, other)]
-        change = loop_equations(fitted[1], data.rho, data.pose)[0] - loop_equations(fitted[0], data.rho, data.pose)[0]
+        change = evaluate_loops(fitted[1], data.rho, data.pose)[0] - evaluate_loops(fitted[0], data.rho, data.pose)[0]
         assert np.abs(change).max() < (1e-3 if noise else 1e-5)
 
 

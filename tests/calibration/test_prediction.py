@@ -44,7 +44,7 @@ def test_errors_before_are_those_of_the_equations(machine, model, draw_poses, tr
 
 def test_the_true_deviations_leave_the_axis_that_c_could_correct_and_no_tip(model, draw_poses, true_machine):
     poses, true = draw_poses(200, 9), true_machine(4)
-    joints = model.machine.replace_deviations(Deviations.build_from_vector(true)).joints(
+    joints = model.machine.replace_deviations(Deviations.build_from_vector(true)).find_joints(
         poses.tip, poses.angles, poses.length
     )
     left = compute_tool_errors(model, true, joints, poses)
@@ -57,7 +57,7 @@ def test_what_is_predicted_after_is_what_is_left(calibrated, model, draw_poses):
     true, result = calibrated
     poses = draw_poses(400, 77)
     machine = model.machine.replace_deviations(Deviations.build_from_vector(result.fit.deviations))
-    left = compute_tool_errors(model, true, machine.joints(poses.tip, poses.angles, poses.length), poses)
+    left = compute_tool_errors(model, true, machine.find_joints(poses.tip, poses.angles, poses.length), poses)
     promised, found = quantiles(result.after.errors.tip), quantiles(left.tip)
     assert 0.4 * promised[0] < found[0] < 2.0 * promised[0]
     assert found[2] < 1.5 * promised[2]
@@ -92,7 +92,7 @@ def test_a_shift_and_turn_of_the_part_is_taken_off(calibrated, machine, model, d
     # the best rigid motion of one drawn machine, by another route
     poses = draw_poses(400, 9)
     held = model.machine.replace_deviations(Deviations.build_from_vector(result.fit.deviations))
-    joints = held.joints(poses.tip, poses.angles, poses.length)
+    joints = held.find_joints(poses.tip, poses.angles, poses.length)
     left = model.predict(true, joints, poses.length).tip
     turn, _rest = Rotation.align_vectors(poses.tip - poses.tip.mean(axis=0), left - left.mean(axis=0))
     rest = np.linalg.norm(turn.apply(left - left.mean(axis=0)) - (poses.tip - poses.tip.mean(axis=0)), axis=1)

@@ -99,7 +99,7 @@ def test_thirty_planned_readings_calibrate_the_machine(inside: Path) -> None:
     angles = np.stack([rng.uniform(-0.9, 0.9, 300), rng.uniform(-3, 3, 300)], axis=1)
     off = []
     for machine in (nominal, mine):
-        joints = machine.five_axis.joints(tip, angles, 100.0)
+        joints = machine.five_axis.find_joints(tip, angles, 100.0)
         off.append(np.linalg.norm(true.forward(joints, 100.0)[0] - tip, axis=1))
     assert np.median(off[0]) > 0.05
     assert np.nanmax(off[1]) < 0.02

@@ -236,7 +236,7 @@ def test_a_dynamic_work_offset_counts_along_the_machine_from_the_origin_on_the_t
     options = Options(tool_length=50.0, dialect="fanuc", wcs={"G54": (10.0, -20.0, 60.0)})
     text = f"%\nO1\nG21 G90 G54\nG43 H1\nG0 X0 Y0 Z0 A{a} C{c}\nG254\nG0 X1 Y2 Z3\nG91 G1 X10 F500\nY10\nZ10\nG90 G255\nG0 X0 Y0 Z0\nM30\n%"
     moves = interpret_program(text.encode(), build_interpreter_setup(machine, options))
-    at = [machine.coordinates.to_machine(moves.end[i], moves.frames[moves.frame[i]])[:3] for i in range(len(moves))]
+    at = [machine.coordinates.map_to_machine(moves.end[i], moves.frames[moves.frame[i]])[:3] for i in range(len(moves))]
     zero = at[0]  # the origin of the part, where the table has carried it
     ends = [(1, 2, 3), (11, 2, 3), (11, 12, 3), (11, 12, 13), (0, 0, 0)]
     assert np.array(at[1:]) - zero == pytest.approx(np.array(ends, dtype=float), abs=1e-9)

@@ -149,10 +149,10 @@ def test_work_offsets_are_frames_of_a_shift_and_a_turn(machine):
     given = Options(tool_length=LENGTH, dialect="siemens")
     moves = gcode.interpret_program(text.encode(), build_interpreter_setup(machine, given))
     at = {
-        line: machine.coordinates.to_machine(moves.end[row], moves.frames[moves.frame[row]])
+        line: machine.coordinates.map_to_machine(moves.end[row], moves.frames[moves.frame[row]])
         for row, line in enumerate(moves.line.tolist())
     }
-    zero = machine.coordinates.to_machine(np.zeros(9), moves.frames[0])[:2]  # G54 as it was given
+    zero = machine.coordinates.map_to_machine(np.zeros(9), moves.frames[0])[:2]  # G54 as it was given
     assert at[4][:2] - zero == pytest.approx((1, 2), abs=1e-9)
     # with the table level and C turned back, places of the machine are those of the part
     for line, steps, c in (
@@ -219,7 +219,7 @@ def poses(machine, text, **options):
     moves = gcode.interpret_program(text.encode(), build_interpreter_setup(machine, given))
     found = []
     for row in np.flatnonzero(moves.kind != MoveKind.DWELL):
-        tip, angles = machine.coordinates.to_table(moves.end[row], moves.frames[moves.frame[row]])
+        tip, angles = machine.coordinates.map_to_table(moves.end[row], moves.frames[moves.frame[row]])
         found.append((tip, np.degrees(angles)))
     return found
 
@@ -346,7 +346,7 @@ def test_tool_axes_and_the_words_of_orientation(machine):
     ):  # fmt: skip
         moves = rows(text, **keys)
         assert np.isnan(moves.tool_axis[-1]).any() != on_circle, (text, keys)
-        _tip, angles = machine.coordinates.to_table(moves.end[-1], moves.frames[moves.frame[-1]])
+        _tip, angles = machine.coordinates.map_to_table(moves.end[-1], moves.frames[moves.frame[-1]])
         if "A10" not in text:  # either way the pair holds the axis
             axis = about("Z", -math.degrees(angles[1]), about("X", -math.degrees(angles[0]), (0, 0, 1)))
             assert axis == pytest.approx((1 / math.sqrt(26), 0, 5 / math.sqrt(26)), abs=1e-9)
@@ -356,7 +356,7 @@ def test_a_rotated_frame_rotates_tool_axes(machine):
     text = "G0 X0 Y0 Z60 A0 C0\nTRAORI\nROT Z90\nG1 X5 A3=1 B3=0 C3=5 F500"
     given = Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens")
     moves = gcode.interpret_program(text.encode(), build_interpreter_setup(machine, given))
-    tip, angles = machine.coordinates.to_table(moves.end[-1], moves.frames[moves.frame[-1]])
+    tip, angles = machine.coordinates.map_to_table(moves.end[-1], moves.frames[moves.frame[-1]])
     assert tip == pytest.approx(np.array(ORIGIN) + (0, 5, 60), abs=1e-9)
     axis = about("Z", -math.degrees(angles[1]), about("X", -math.degrees(angles[0]), (0, 0, 1)))
     assert axis == pytest.approx((0, 1 / math.sqrt(26), 5 / math.sqrt(26)), abs=1e-9)

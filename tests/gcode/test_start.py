@@ -93,7 +93,7 @@ def with_tool(dialect="auto", **options):
 def poses(source, machine, dialect="auto"):
     """The moves, the start and all ends in machine coordinates: X Y Z A C, mm and degrees."""
     moves = gcode.interpret_program(source.encode(), build_interpreter_setup(machine, with_tool(dialect)))
-    to_machine = machine.coordinates.to_machine
+    to_machine = machine.coordinates.map_to_machine
     ends = [to_machine(end, moves.frames[frame])[XYZAC] for end, frame in zip(moves.end, moves.frame, strict=True)]
     return moves, to_machine(moves.start, moves.start_frame)[XYZAC], np.array(ends)
 
@@ -183,7 +183,7 @@ def test_axes_never_named_are_0_in_the_work_system_of_the_first_place(machine):
     options = Options(tools=TOOLS, wcs={"G55": (0.0, 7.0, 60.0, 30.0)})
     moves = gcode.interpret_program(source, build_interpreter_setup(machine, options))
     assert moves.end[-1][XYZAC] == pytest.approx([10.0, 0.0, 50.0, 0.0, 0.0], abs=ROUNDING)
-    assert machine.coordinates.to_machine(moves.start, moves.start_frame)[5] == pytest.approx(-30.0)
+    assert machine.coordinates.map_to_machine(moves.start, moves.start_frame)[5] == pytest.approx(-30.0)
 
 
 # --- first places that are not plain moves ---------------------------------------------------------------

@@ -75,13 +75,13 @@ def test_inverse_agrees_with_ten_equations_solved_by_least_squares(seed, poses):
 
 def test_forward_leads_back_and_agrees_with_the_equations(perturbed, poses):
     tip, angles, _q = poses
-    q = perturbed.five_axis.joints(tip, angles, TOOL)
+    q = perturbed.five_axis.find_joints(tip, angles, TOOL)
     back, pair, axis, ok = perturbed.five_axis.measure(q, TOOL)
     assert ok.all()
     assert np.abs(back - tip).max() < 1e-9
     assert np.abs(pair - angles).max() < 1e-11
     reference = SixRods(random_table(1))
-    platform, closed = perturbed.five_axis.platform(q)
+    platform, closed = perturbed.five_axis.find_platform(q)
     assert closed.all()
     from scipy.spatial.transform import Rotation
 
@@ -98,13 +98,13 @@ def test_without_deviations_the_joints_are_the_nominal_ones(poses):
     machine, nominal = built({}), vp.load_machine("verne")
     assert isinstance(machine.five_axis, AsBuiltMachine)
     tip, angles, q = poses
-    assert np.abs(machine.five_axis.joints(tip, angles, TOOL) - q).max() < 1e-9
+    assert np.abs(machine.five_axis.find_joints(tip, angles, TOOL) - q).max() < 1e-9
     solved, platform, _ok = machine.five_axis.solve(tip, angles, TOOL)
     ideal = nominal.five_axis.solve(tip, angles, TOOL)[1]
     assert np.abs(platform.position - ideal.position).max() < 1e-9
     assert np.abs(platform.angles - ideal.angles).max() < 1e-12
-    margins = machine.five_axis.geometry_margins(solved, angles, platform)
-    expected = nominal.five_axis.geometry_margins(q, angles, ideal)
+    margins = machine.five_axis.find_geometry_margins(solved, angles, platform)
+    expected = nominal.five_axis.find_geometry_margins(q, angles, ideal)
     assert margins[:, :5] == pytest.approx(expected, abs=1e-9)
     assert np.abs(margins[:, 6:]).max() < 1e-9
 
@@ -121,18 +121,18 @@ def test_without_deviations_setpoints_are_the_nominal_ones(sample):
 def test_deviations_of_single_parts_do_what_they_say():
     """Each from the geometry of the parts alone."""
     tip, angles = np.array([30.0, -40.0, 50.0]), np.radians([0.0, 0.0])
-    plain = vp.load_machine("verne").five_axis.joints(tip, angles, TOOL)
+    plain = vp.load_machine("verne").five_axis.find_joints(tip, angles, TOOL)
     # every slider joint 0.3 mm lower: every slider 0.3 mm higher
-    lower = built({"slider_ends_mm": [[0, 0, 0.3]] * 6}).five_axis.joints(tip, angles, TOOL)
+    lower = built({"slider_ends_mm": [[0, 0, 0.3]] * 6}).five_axis.find_joints(tip, angles, TOOL)
     assert lower - plain == pytest.approx([-0.3] * 3 + [0, 0], abs=1e-9)
     # the whole rotary axis aside: the table's origin goes with it, and so does the part
-    aside = built({"rotary_axis_mm": [0.2, 0.0]}).five_axis.joints(tip, angles, TOOL)
-    shifted = vp.load_machine("verne").five_axis.joints(tip + [0.2, 0, 0], angles, TOOL)
+    aside = built({"rotary_axis_mm": [0.2, 0.0]}).five_axis.find_joints(tip, angles, TOOL)
+    shifted = vp.load_machine("verne").five_axis.find_joints(tip + [0.2, 0, 0], angles, TOOL)
     assert aside == pytest.approx(shifted, abs=1e-9)
     # a tilt axis above the pivot is no difference at A = 0 but for the tilt of the platform
-    joints = built({"tilt_axis_mm": [0.0, 0.4]}).five_axis.joints(np.array([0.0, 0.0, 50.0]), angles, TOOL)
+    joints = built({"tilt_axis_mm": [0.0, 0.4]}).five_axis.find_joints(np.array([0.0, 0.0, 50.0]), angles, TOOL)
     assert joints == pytest.approx(
-        vp.load_machine("verne").five_axis.joints(np.array([0.0, 0.0, 50.0]), angles, TOOL), abs=1e-9
+        vp.load_machine("verne").five_axis.find_joints(np.array([0.0, 0.0, 50.0]), angles, TOOL), abs=1e-9
     )
 
 
@@ -144,15 +144,15 @@ def test_the_axis_lies_in_the_plane_of_the_programmed_one_and_the_tilt_axis(pert
     q, platform, _ok = perturbed.five_axis.solve(tip, angles, TOOL)
     axis = perturbed.five_axis.forward(q, TOOL)[1]
     off = np.linalg.norm(axis - find_axis_of_angles(angles[:, 0], angles[:, 1]), axis=1)
-    error = perturbed.five_axis.axis_error(q, angles, platform)
+    error = perturbed.five_axis.measure_axis_error(q, angles, platform)
     assert np.abs(error) == pytest.approx(off, rel=1e-3, abs=1e-9)
     assert np.degrees(off).max() > 0.03  # nothing is corrected by accident
 
 
 def test_c_takes_its_share_where_the_tool_is_tilted(perturbed, poses):
     tip, angles, _q = poses
-    corrected = perturbed.five_axis.with_correction(on=True)
-    q = corrected.joints(tip, angles, TOOL)
+    corrected = perturbed.five_axis.switch_correction(on=True)
+    q = corrected.find_joints(tip, angles, TOOL)
     back, axis, ok = corrected.forward(q, TOOL)
     assert ok.all()
     assert np.abs(back - tip).max() < 1e-9
@@ -160,7 +160,7 @@ def test_c_takes_its_share_where_the_tool_is_tilted(perturbed, poses):
     off = np.linalg.norm(axis - find_axis_of_angles(angles[:, 0], angles[:, 1]), axis=1)
     assert off[tilt > 6.0].max() < 1e-11
     assert np.array_equal(q[tilt < 2.0, 4], angles[tilt < 2.0, 1])
-    error = np.abs(perturbed.five_axis.axis_error(*_solved(perturbed, tip, angles))).max()
+    error = np.abs(perturbed.five_axis.measure_axis_error(*_solved(perturbed, tip, angles))).max()
     assert np.abs(q[:, 4] - angles[:, 1]).max() < error / math.sin(AxisCorrection().begins)
     _tip, pair, _axis, _ok = corrected.measure(q, TOOL)
     assert np.abs(pair - angles).max() < 1e-11  # also between the two tilts
@@ -254,7 +254,7 @@ def test_determinants_are_those_of_the_six_rod_jacobian(perturbed, poses):
     tip, angles, _q = (part[::40] for part in poses)
     q, platform, _ok = perturbed.five_axis.solve(tip, angles, TOOL)
     geometry = perturbed.five_axis.geometry
-    margins = perturbed.five_axis.geometry_margins(q, angles, platform)
+    margins = perturbed.five_axis.find_geometry_margins(q, angles, platform)
     start, end = np.moveaxis(perturbed.five_axis.sketch(q, platform), 2, 0)
     rods = end - start
     assert np.linalg.norm(rods, axis=-1) == pytest.approx(np.tile(geometry.rods, (len(q), 1)), abs=1e-9)
@@ -265,7 +265,7 @@ def test_determinants_are_those_of_the_six_rod_jacobian(perturbed, poses):
     scale = length[0] * length[1] * length[2] * length[4] * np.abs(ends[:, 1]).max() * spacing * length[2] * length[4]
     assert margins[:, 4] * margins[:, 5] == pytest.approx(whole / scale, rel=1e-9)
     assert (margins[:, 4:6] > 0).all()
-    parallel, serial = perturbed.five_axis.conditioning(q, platform)
+    parallel, serial = perturbed.five_axis.measure_conditioning(q, platform)
     assert ((parallel > 0) & (parallel < 1) & (serial > 0) & (serial < 1)).all()
 
 

@@ -89,10 +89,10 @@ def test_jacobian_is_the_derivative():
     random = np.random.default_rng(3)
     tip = random.uniform([-300, -300, 0], [300, 300, 200], (50, 3))
     angles = np.column_stack([random.uniform(0.7, 1.2, 50) * random.choice([-1, 1], 50), random.uniform(-3, 3, 50)])
-    rates = machine.five_axis.jacobian(tip, angles, LENGTH)
+    rates = machine.five_axis.find_jacobian(tip, angles, LENGTH)
     for k, step in enumerate([1e-3, 1e-3, 1e-3, 1e-5, 1e-5]):
         move = step * np.eye(5)[k]
-        ends = [machine.five_axis.joints(tip + s * move[:3], angles + s * move[3:], LENGTH) for s in (1, -1)]
+        ends = [machine.five_axis.find_joints(tip + s * move[:3], angles + s * move[3:], LENGTH) for s in (1, -1)]
         assert np.allclose(rates[..., k], (ends[0] - ends[1]) / (2 * step), rtol=1e-6, atol=1e-6)
 
 
@@ -104,7 +104,7 @@ def test_numbers_that_are_none_and_poses_out_of_reach():
     assert ok.tolist() == [False, False, False, False, True]
     assert np.isnan(q[:4]).all()
     angles = np.full((5, 2), 0.6)
-    assert machine.five_axis.why_unreachable(tip[2:3], angles[2:3], LENGTH) == ["VP110"]
+    assert machine.five_axis.explain_unreachable(tip[2:3], angles[2:3], LENGTH) == ["VP110"]
     far = np.array([[100.0, 100, 100, 0, 0], [np.nan, 1e3, 1e3, 0, 0], [-1e3, 1e3, 1e3, 0, 0]])
     assert not machine.forward(far, LENGTH)[2].any()
 
@@ -117,7 +117,7 @@ def test_the_tilt_against_the_leg_is_a_margin():
     tip, angles = np.array([[0.0, 0.0, 0.0], [0.0, 100.0, 0.0]]), np.zeros((2, 2))
     q, platform, ok = machine.five_axis.solve(tip, angles, LENGTH)
     assert ok.all()
-    margins = machine.five_axis.geometry_margins(q, angles, platform)[:, column]
+    margins = machine.five_axis.find_geometry_margins(q, angles, platform)[:, column]
     # the wrist's centre is at the tip, the tool, and 100 mm from the gauge point, 1800 mm under the leg's joint
     assert margins == pytest.approx([0.0, np.degrees(np.arctan2(100.0, 1800.0 - LENGTH - 100.0))], abs=1e-9)
 

@@ -167,8 +167,8 @@ def test_round_trip_against_matrices(described: tuple[Any, ...]) -> None:
     assert (ok == ((tilt > low) & (tilt < high))).all()
     q, tip, axis = q[ok], tip[ok], axis[ok]
     polar = machine.coordinates.part_frame
-    _q, angles, _ok = machine.five_axis.nominal(q, length)
-    other = machine.five_axis.joints(tip @ polar.T, angles * [-1, 1] + [0, np.pi], length)
+    _q, angles, _ok = machine.five_axis.find_nominal_pose(q, length)
+    other = machine.five_axis.find_joints(tip @ polar.T, angles * [-1, 1] + [0, np.pi], length)
     # linear joints at random may nearly lie in a plane, which multiplies the last bits of their sum
     slack = 1e-12 * np.linalg.cond(machine.five_axis.linear)
     # near the fold of a nutating pair the joint follows from its last bits
@@ -212,10 +212,10 @@ def test_jacobian_is_the_derivative() -> None:
         pose = np.append(random.uniform(-100, 100, 3), random.uniform(-2, 2, 2))
         if (nutation := machine.coordinates.nutation) is not None:
             pose[3] = np.copysign(np.array([0.4, 0.6]) @ nutation.reach, pose[3])
-        exact = machine.five_axis.jacobian(pose[:3], pose[3:], 60.0)
+        exact = machine.five_axis.find_jacobian(pose[:3], pose[3:], 60.0)
         for k in range(5):
             ends = [
-                machine.five_axis.joints(one[:3], one[3:], 60.0)
+                machine.five_axis.find_joints(one[:3], one[3:], 60.0)
                 for one in (pose + step * np.eye(5)[k], pose - step * np.eye(5)[k])
             ]
             assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(exact[:, k], abs=1e-5)  # rounding over the step
@@ -230,9 +230,11 @@ def test_bodies_stand_where_the_tool_is() -> None:
         polar = machine.coordinates.part_frame
         q, ok = machine.inverse(tip, axis, 40.0)
         q, tip, axis = q[ok], tip[ok], axis[ok]
-        platform, _ok = machine.five_axis.platform(q)
-        gauge = machine.five_axis.on_table(platform.position, q) @ polar
-        below = machine.five_axis.on_table(platform.position + platform.turn(machine.five_axis.spindle), q) @ polar
+        platform, _ok = machine.five_axis.find_platform(q)
+        gauge = machine.five_axis.carry_to_table(platform.position, q) @ polar
+        below = (
+            machine.five_axis.carry_to_table(platform.position + platform.turn(machine.five_axis.spindle), q) @ polar
+        )
         assert np.abs(gauge - tip - 40.0 * axis).max() < 1e-9
         assert np.abs(gauge - below - axis).max() < 1e-9
 

@@ -120,7 +120,7 @@ def test_rods_have_their_lengths_and_parallelograms_stay_parallel(bodied):
     position = np.stack([rng.uniform(-200, 200, 50), rng.uniform(-200, 200, 50), rng.uniform(900, 1400, 50)], axis=-1)
     rho, alpha, ok = machine.module.inverse(position)
     assert ok.all()
-    start, end = machine.clearance.module.rods(rho, tilted(position, alpha))
+    start, end = machine.clearance.module.find_rod_ends(rho, tilted(position, alpha))
     lengths = np.linalg.norm(end - start, axis=-1)
     assert np.abs(lengths - [850, 850, 950, 950, 950, 950]).max() < 1e-9
     assert start[:, :2, 0] == pytest.approx(480.0, abs=1e-12)  # leg I hangs at d1
@@ -144,7 +144,7 @@ def test_clearances_of_many_poses_against_brute_force(bodied):
     assert ok.all()
     margins, _points = machine.clearance.evaluate(pose_of(position, alpha, q[:, :3], tip, angles, tool))
     names = [margin.name for margin in machine.clearance.names]
-    start, end = machine.clearance.module.rods(q[:, :3], platform)
+    start, end = machine.clearance.module.find_rod_ends(q[:, :3], platform)
     share = np.linspace(0.0, 1.0, 17)[:, None]
     tilt = np.stack([np.zeros(n), -np.sin(alpha), np.cos(alpha)], axis=-1)
     top = position - 200.0 * tilt
@@ -183,8 +183,10 @@ def test_cones_measure_the_angle_from_the_middle(bodied, tilt, y):
     moved = centre + [0.0, 50.0, 0.0]
     rho, alpha, _ok = machine.module.inverse(moved)
     margins, _p = machine.clearance.evaluate(pose_of(moved, alpha, rho, np.zeros((1, 3)), angles, tool))
-    start, end = machine.clearance.module.rods(rho, tilted(moved, alpha))
-    start0, end0 = machine.clearance.module.rods(machine.module.inverse(centre)[0], tilted(centre, alpha_centre))
+    start, end = machine.clearance.module.find_rod_ends(rho, tilted(moved, alpha))
+    start0, end0 = machine.clearance.module.find_rod_ends(
+        machine.module.inverse(centre)[0], tilted(centre, alpha_centre)
+    )
     turned = [
         np.degrees(np.arccos(((end - start)[0, k] @ (end0 - start0)[0, k]) / np.linalg.norm((end - start)[0, k]) ** 2))
         for k in range(6)

@@ -182,7 +182,7 @@ def test_solve_follows_the_programmed_angles(offset_machine):
     assert np.abs(rods(position, alpha, q[:, :3])).max() < 1e-8  # mm2; 1e-11 mm on a rod
     tip_base = position + turn(rx(alpha), np.stack([0 * length, 0 * length, NOSE + length], axis=-1))
     assert np.abs(on_table(tip_base, q[:, 3], q[:, 4], PIVOT, ROTARY_OFFSET) - tip).max() < ROUND_TRIP_MM
-    back, angles_back, ok_back = offset_machine.five_axis.nominal(q, length)
+    back, angles_back, ok_back = offset_machine.five_axis.find_nominal_pose(q, length)
     assert ok_back.all()
     assert np.abs(back - tip).max() < ROUND_TRIP_MM
     assert np.abs(angles_back - angles).max() < 1e-12
@@ -282,7 +282,7 @@ def test_unreachable_only_where_a_dense_scan_finds_no_solution(offset_machine):
 def test_why_not_names_poses_out_of_reach(machine):
     tip, angles = np.array([[900.0, 0.0, 0.0], [0.0, 900.0, 0.0]]), np.zeros((2, 2))
     assert not machine.five_axis.solve(tip, angles, 50.0)[2].any()
-    assert machine.five_axis.why_unreachable(tip, angles, np.array([50.0, 50.0])) == ["VP110", "VP110"]
+    assert machine.five_axis.explain_unreachable(tip, angles, np.array([50.0, 50.0])) == ["VP110", "VP110"]
 
 
 # --- shapes and odd input -------------------------------------------------------------------------
@@ -428,7 +428,7 @@ def table_of(program, frame, a_sign, c_sign):
 def test_to_table_is_the_written_formula(sensed, frame):
     machine, a_sign, c_sign = sensed
     program = random_program()
-    tip, angles = machine.coordinates.to_table(program, frame)
+    tip, angles = machine.coordinates.map_to_table(program, frame)
     tip_expected, angles_expected = table_of(program, frame, a_sign, c_sign)
     assert np.abs(tip - tip_expected).max() < ROUND_TRIP_MM
     assert np.abs(angles - angles_expected).max() < 1e-12
@@ -444,7 +444,7 @@ def test_to_machine_is_the_written_formula(sensed, frame):
     gauge_line = tip + frame.tool[2] * axis_of(a, c)
     offset = np.asarray(ROTARY_OFFSET)
     m = turn(rx(a), offset + turn(rz(c), gauge_line)) - offset - np.asarray(MACHINE_ZERO)
-    found = machine.coordinates.to_machine(program, frame)
+    found = machine.coordinates.map_to_machine(program, frame)
     assert np.abs(found[:, :3] - m).max() < ROUND_TRIP_MM
     assert np.abs(found[:, 3] - np.degrees(a_sign * a)).max() < ROUND_TRIP_MM
     assert np.abs(found[:, 5] - np.degrees(c_sign * c)).max() < ROUND_TRIP_MM
@@ -456,15 +456,18 @@ def test_table_and_machine_coordinates_can_be_undone(sensed, frame):
     machine, _a_sign, _c_sign = sensed
     coordinates = machine.coordinates
     program = random_program()
-    # axes that the table lacks are 0 in to_table's inverse, before G92 is taken out; the frames here have none there
-    by_table = coordinates.from_table(*coordinates.to_table(program, frame), frame)
+    # axes that the table lacks are 0 in the inverse of map_to_table, before G92 is taken out; the frames here have none there
+    by_table = coordinates.map_from_table(*coordinates.map_to_table(program, frame), frame)
     np.testing.assert_allclose(by_table, program, rtol=0, atol=ROUND_TRIP_MM)
-    by_machine = coordinates.to_program(coordinates.to_machine(program, frame), frame)
+    by_machine = coordinates.map_to_program(coordinates.map_to_machine(program, frame), frame)
     np.testing.assert_allclose(by_machine, program, rtol=0, atol=ROUND_TRIP_MM)
     # and the other way round, from positions of the machine
     position = random_program(300)[::-1]
     np.testing.assert_allclose(
-        coordinates.to_machine(coordinates.to_program(position, frame), frame), position, rtol=0, atol=ROUND_TRIP_MM
+        coordinates.map_to_machine(coordinates.map_to_program(position, frame), frame),
+        position,
+        rtol=0,
+        atol=ROUND_TRIP_MM,
     )
 
 
@@ -473,9 +476,9 @@ def test_single_points_are_as_good_as_batches(sensed, frame):
     machine, _a_sign, _c_sign = sensed
     coordinates = machine.coordinates
     program = random_program(5)
-    tip, angles = coordinates.to_table(program, frame)
+    tip, angles = coordinates.map_to_table(program, frame)
     for row in range(5):
-        tip_row, angles_row = coordinates.to_table(program[row], frame)
+        tip_row, angles_row = coordinates.map_to_table(program[row], frame)
         np.testing.assert_allclose(tip_row, tip[row], rtol=0, atol=ROUND_TRIP_MM)
         np.testing.assert_allclose(angles_row, angles[row], rtol=0, atol=1e-12)
 
@@ -487,8 +490,8 @@ def test_a_machine_move_in_z_runs_along_the_tool_axis(sensed, frame):
     low = np.array([20.0, -30.0, -300.0, 35.0, 0.0, 50.0, 0.0, 0.0, 0.0])
     high = low.copy()
     high[2] += 80.0
-    program = machine.coordinates.to_program(np.stack([low, high]), frame)
-    tip, angles = machine.coordinates.to_table(program, frame)
+    program = machine.coordinates.map_to_program(np.stack([low, high]), frame)
+    tip, angles = machine.coordinates.map_to_table(program, frame)
     q, platform, ok = machine.five_axis.solve(tip, angles, frame.tool_length)
     alpha = platform.alpha
     assert ok.all()
@@ -503,7 +506,7 @@ def test_machine_zero_is_over_the_rotary_centre(sensed):
     machine, _a_sign, _c_sign = sensed
     for tool in (0.0, 75.0):
         frame = Frame(tool=(0.0, 0.0, tool, *(0.0,) * 6))
-        tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(np.zeros(9), frame), frame)
+        tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(np.zeros(9), frame), frame)
         assert tip == pytest.approx(np.asarray(MACHINE_ZERO) - [0.0, 0.0, tool], abs=ROUND_TRIP_MM)
         assert angles == pytest.approx([0.0, 0.0], abs=1e-15)
 
@@ -514,7 +517,7 @@ def test_work_origin_of_a_work_offset(sensed):
     origin = machine.coordinates.work_origin((10.0, 20.0, 30.0))
     assert origin == pytest.approx((7.0, 22.0, -510.0), abs=1e-12)
     frame = Frame(origin=(*origin, *(0.0,) * 6))
-    tip, _angles = machine.coordinates.to_table(np.zeros(9), frame)
+    tip, _angles = machine.coordinates.map_to_table(np.zeros(9), frame)
     assert tip == pytest.approx([10.0, 20.0, 30.0], abs=1e-12)
 
 
@@ -526,11 +529,11 @@ def test_displacements_and_work_frame(sensed, frame):
     step = np.random.default_rng(12).normal(size=(50, 3))
     moved = program.copy()
     moved[:, :3] += step
-    tip = coordinates.to_table(program, frame)[0]
-    assert coordinates.to_table(moved, frame)[0] - tip == pytest.approx(
-        coordinates.displacement(step, frame), abs=ROUND_TRIP_MM
+    tip = coordinates.map_to_table(program, frame)[0]
+    assert coordinates.map_to_table(moved, frame)[0] - tip == pytest.approx(
+        coordinates.turn_displacement(step, frame), abs=ROUND_TRIP_MM
     )
-    point, direction = coordinates.to_work(tip, coordinates.displacement(step, frame), frame)
+    point, direction = coordinates.map_to_work(tip, coordinates.turn_displacement(step, frame), frame)
     assert point == pytest.approx(program[:, :3] + frame.g92[:3], abs=ROUND_TRIP_MM)
     assert direction == pytest.approx(step, abs=1e-12)
 
@@ -541,7 +544,7 @@ def test_a_part_turned_on_the_table_sees_the_programmed_tool_axis(sensed):
     frame = Frame(part_turn=40.0)
     program = np.zeros(9)
     program[[3, 5]] = 35.0, 70.0
-    _tip, angles = machine.coordinates.to_table(program, frame)
+    _tip, angles = machine.coordinates.map_to_table(program, frame)
     in_part = turn(rz(np.radians(-40.0)), axis_of(angles[0], angles[1]))
     assert in_part == pytest.approx(axis_of(np.radians(a_sign * 35.0), np.radians(c_sign * 70.0)), abs=1e-12)
 

@@ -116,8 +116,8 @@ def test_rods_keep_out_of_boxes_and_meshes(machine_with: Any) -> None:
     joints = assemble(program.encode(), machine, Options(tool_length=100.0, wcs={"G54": (0.0, 0.0, 0.0)})).joints()
     element, w = np.zeros(1, dtype=int), np.zeros(1)
     solved = joints.solve(element, w)
-    start, end = machine.clearance.module.rods(solved.q[:, :3], solved.platform)
-    rod = [machine.five_axis.on_table(one[:, 0], solved.q)[0] for one in (start, end)]
+    start, end = machine.clearance.module.find_rod_ends(solved.q[:, :3], solved.platform)
+    rod = [machine.five_axis.carry_to_table(one[:, 0], solved.q)[0] for one in (start, end)]
     middle = 0.5 * (rod[0] + rod[1])
     for aside, touches in ((0.0, True), (200.0, False)):
         low = middle + [aside - 3.0, -3.0, -3.0] if touches else middle + [-3.0, -3.0, 500.0]

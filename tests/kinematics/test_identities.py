@@ -47,7 +47,7 @@ def solvable(module, position):
     """Rho and alpha of a position that is in reach and no close call."""
     rho, alpha, ok = module.inverse(position)
     assume(ok)
-    assume(module.geometry_margins(position, alpha)[:3].min() > SMALLEST_DROP * module.L1)
+    assume(module.find_geometry_margins(position, alpha)[:3].min() > SMALLEST_DROP * module.L1)
     return rho, alpha
 
 
@@ -158,7 +158,7 @@ def test_a_batch_is_its_rows(module, seed, n):
             continue
         # towards the serial singularity a rounding of the tilt moves the slider by more
         position, tilt, _ok = module.forward(q_row[:3])
-        if not module.geometry_margins(position, tilt)[:3].min() > SMALLEST_DROP * module.L1:
+        if not module.find_geometry_margins(position, tilt)[:3].min() > SMALLEST_DROP * module.L1:
             continue
         assert np.abs(q_row - q[row]).max() < 1e-11
         together = [v[row] for v in machine.forward(q, tool)[:2]]

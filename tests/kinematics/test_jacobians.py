@@ -30,7 +30,7 @@ def poses(lengths, n=200):
 @pytest.mark.parametrize("lengths", [LENGTHS, SKEW], ids=["verne", "skew"])
 def test_both_parts_are_the_derivatives_of_the_rod_equations(lengths):
     module, position, alpha, rho = poses(lengths)
-    parallel, serial = module.jacobians(position, alpha, rho)
+    parallel, serial = module.find_jacobians(position, alpha, rho)
 
     def difference(dp=(0, 0, 0), da=0.0, dr=(0, 0, 0)):
         step = STEP * np.array(dp), STEP * da, STEP * np.array(dr)
@@ -52,7 +52,7 @@ def test_joint_rates_of_the_whole_machine_against_central_differences():
     tip = np.stack([rng.uniform(-150, 150, n), rng.uniform(-150, 150, n), rng.uniform(0, 150, n)], axis=-1)
     angles = np.stack([rng.uniform(-1.2, 1.2, n), rng.uniform(-3, 3, n)], axis=-1)
     tool = rng.uniform(50, 250, n)
-    total = machine.jacobian(tip, angles, tool)
+    total = machine.find_jacobian(tip, angles, tool)
     pose = np.concatenate([tip, angles], axis=1)
     for k in range(5):
         step = STEP * np.eye(5)[k]
@@ -65,7 +65,7 @@ def test_joint_rates_of_the_whole_machine_against_central_differences():
 def test_joint_rates_out_of_reach_are_nan_and_shapes_broadcast():
     machine = load_machine("verne").five_axis
     tip = np.array([[[0.0, 0.0, 50.0], [5000.0, 0.0, 0.0]]])
-    total = machine.jacobian(tip, np.zeros((1, 2, 2)), 50.0)
+    total = machine.find_jacobian(tip, np.zeros((1, 2, 2)), 50.0)
     assert total.shape == (1, 2, 5, 5)
     assert np.isfinite(total[0, 0]).all()
     assert np.isnan(total[0, 1]).any()
@@ -77,13 +77,13 @@ def test_joint_rates_out_of_reach_are_nan_and_shapes_broadcast():
 @pytest.mark.parametrize("lengths", [LENGTHS, SKEW], ids=["verne", "skew"])
 def test_the_margin_is_the_scaled_determinant(lengths):
     module, position, alpha, rho = poses(lengths)
-    parallel, _serial = module.jacobians(position, alpha, rho)
+    parallel, _serial = module.find_jacobians(position, alpha, rho)
     rod = np.array([lengths["L1"], lengths["L1"], lengths["L2"], lengths["L3"]])
     scaled = parallel / rod[:, None] / np.array([1.0, 1.0, 1.0, max(lengths["R1"], lengths["R2"])])
     determinant = np.linalg.det(scaled)
-    margin = module.geometry_margins(position, alpha)[:, 4]
+    margin = module.find_geometry_margins(position, alpha)[:, 4]
     assert np.abs(margin - np.sign(determinant[0]) * determinant).max() < 1e-12
-    reach, _serial_part = module.conditioning(position, alpha, rho)
+    reach, _serial_part = module.measure_conditioning(position, alpha, rho)
     singular = np.linalg.svd(scaled, compute_uv=False)
     assert np.abs(reach - singular[:, -1] / singular[:, 0]).max() < 1e-12
 
@@ -94,7 +94,7 @@ def test_the_present_geometry_keeps_clear_of_parallel_singularities():
     x, y = np.meshgrid(np.arange(-550.0, 651.0, 25.0), np.arange(-575.0, 576.0, 25.0))
     position = np.stack([x.ravel(), y.ravel(), np.full(x.size, 900.0)], axis=-1)
     _rho, alpha, ok = module.inverse(position)
-    margins = module.geometry_margins(position[ok], alpha[ok])
+    margins = module.find_geometry_margins(position[ok], alpha[ok])
     inside = margins[:, :3].min(axis=1) > 100.0
     assert inside.sum() > 900
     assert margins[inside, 4].min() > 0.2
@@ -107,18 +107,18 @@ def test_at_a_parallel_singularity_the_platform_moves_with_the_sliders_locked():
     x = np.linspace(-350.0, 350.0, 4001)
     position = np.stack([x, np.full_like(x, 60.0), np.full_like(x, 900.0)], axis=-1)
     rho, alpha, ok = module.inverse(position)
-    margin = np.where(ok, module.geometry_margins(position, alpha)[:, 4], np.nan)
+    margin = np.where(ok, module.find_geometry_margins(position, alpha)[:, 4], np.nan)
     crossing = np.flatnonzero(margin[1:] * margin[:-1] < 0)
     assert len(crossing) >= 1
     k = crossing[0]
-    parallel, _serial = module.jacobians(position[k], alpha[k], rho[k])
+    parallel, _serial = module.find_jacobians(position[k], alpha[k], rho[k])
     _u, _singular, rows = np.linalg.svd(parallel * [1, 1, 1, 1 / module.R2])
     free = rows[-1] * [1, 1, 1, 1 / module.R2]
     # 0.1 mm along the free direction leaves every rod's length as it is to second order
     moved = rods(position[k] + 0.1 * free[:3], alpha[k] + 0.1 * free[3], rho[k], SINGULAR)
     across = rods(position[k] + 0.1 * rows[0, :3], alpha[k] + 0.1 * rows[0, 3] / module.R2, rho[k], SINGULAR)
     assert np.abs(moved).max() < 0.01 * np.abs(across).max()
-    assert module.conditioning(position[k], alpha[k], rho[k])[0] < 1e-3
+    assert module.measure_conditioning(position[k], alpha[k], rho[k])[0] < 1e-3
 
 
 #: All legs on one side of the platform, and narrow: near x = 134.5 the three sliders hold it no longer.
@@ -144,7 +144,7 @@ def test_vp203_is_an_error_below_the_threshold_and_a_warning_up_to_twice_it(mach
     program = assemble(source, machine, Options(tool_length=50.0))
     joints = program.joints()
     solved = joints.solve(np.zeros(2001, dtype=int), np.linspace(0.0, 1.0, 2001))
-    dense = machine.module.geometry_margins(solved.platform.position, solved.platform.alpha)[:, 4]
+    dense = machine.module.find_geometry_margins(solved.platform.position, solved.platform.alpha)[:, 4]
     assert found.value == pytest.approx(dense.min(), abs=1e-6)
     threshold = float(dense[:1000].min())  # the same line cut short stays a warning
     short = b"G21 G90 G94\nG0 X0 Y20 Z60\nG1 X75 F3000\nM2\n"

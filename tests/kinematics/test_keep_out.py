@@ -149,7 +149,7 @@ def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., ver
     q, platform, ok = machine.five_axis.solve(tip, angles, length)
     position, alpha = platform.position, platform.alpha
     placed = Platform(position[ok], platform.angles[ok])
-    axis = machine.five_axis.tool_axis(q[ok], angles[ok], placed)
+    axis = machine.five_axis.find_tool_axis(q[ok], angles[ok], placed)
     pose = Pose(q[ok], placed, tip[ok], axis, length[ok], np.zeros(ok.sum(), dtype=int))
     box = Placed("post", np.array([30.0, -10.0, 160.0]), np.array([15.0, 25.0, 40.0]), math.radians(33.0), 0.0, False)
     moving = Moving([SHAPE], np.array([np.nan]), np.zeros(1, int), machine)

@@ -393,7 +393,7 @@ def test_the_first_pose_out_of_reach_says_why(machine_with):
     poses = motion.poses(np.linspace(0.0, 1.0, 2001))
     tip, angles = poses[:, :3], np.radians(poses[:, 3:])
     out = ~machine.five_axis.solve(tip, angles, TOOL)[2]
-    why = machine.five_axis.why_unreachable(tip[out], angles[out], TOOL)
+    why = machine.five_axis.explain_unreachable(tip[out], angles[out], TOOL)
     assert (why[0], why[-1]) == ("VP201", "VP110")
     codes = [item.code for item in check(program_of(motion), machine)[1]]
     assert ("VP201" in codes, "VP110" in codes) == (True, False)

@@ -60,7 +60,7 @@ def test_reference_table_both_ways(machine_with):
     assert ok.all()
     assert not alpha.any()
     np.testing.assert_allclose(q, expected, rtol=0, atol=ROUND_TRIP_MM)
-    back, _angles, ok = machine.five_axis.nominal(expected, table["tool_mm"])
+    back, _angles, ok = machine.five_axis.find_nominal_pose(expected, table["tool_mm"])
     assert ok.all()
     np.testing.assert_allclose(back, tip, rtol=0, atol=ROUND_TRIP_MM)
 
@@ -86,7 +86,7 @@ def test_coupled_is_the_upright_position():
     gauge = np.random.default_rng(2).uniform([-200, -200, 100], [200, 200, 500], (50, 3))
     pivot = np.array([15.0, -25.0, 1580.0])
     direct = MODULE.inverse(pivot + gauge * [1, -1, -1])
-    for one, other in zip(MODULE.inverse_coupled(pivot, gauge), direct, strict=True):
+    for one, other in zip(MODULE.solve_coupled(pivot, gauge), direct, strict=True):
         np.testing.assert_array_equal(one, other)
 
 
@@ -199,7 +199,7 @@ def test_beyond_a_parallel_singularity_nothing_is_solved():
     assert len(position) > 50
     _rho, _alpha, ok = CROWDED.inverse(position)
     assert not ok.any()
-    assert set(CROWDED.why_unreachable(np.zeros(3), position * [1, -1, -1])) == {"VP203"}
+    assert set(CROWDED.explain_unreachable(np.zeros(3), position * [1, -1, -1])) == {"VP203"}
     back, _alpha, ok = CROWDED.forward(rho)
     assert np.median(np.abs(back[ok] - position[ok]).max(axis=1)) > 1.0
     assert CROWDED.inverse(back[ok])[2].all()
@@ -235,7 +235,7 @@ def test_too_far_away_is_out_of_reach():
     rho, _alpha, ok = MODULE.inverse(position)
     assert ok.tolist() == [False, False, True]
     assert np.isnan(rho[:2]).all()
-    assert MODULE.why_unreachable(np.zeros(3), position[:2] * [1, -1, -1]) == ["VP110", "VP110"]
+    assert MODULE.explain_unreachable(np.zeros(3), position[:2] * [1, -1, -1]) == ["VP110", "VP110"]
     assert MODULE.inverse_all(position[0]) == []
 
 
@@ -243,7 +243,7 @@ def test_margins_are_the_drops_of_the_rods():
     position = points(200, size=300.0)
     rho, alpha, ok = SKEW.inverse(position)
     assert ok.all()
-    margins = SKEW.geometry_margins(position, alpha)
+    margins = SKEW.find_geometry_margins(position, alpha)
     np.testing.assert_allclose(margins[:, :3], rods(SKEW, position, rho)[..., 2], rtol=0, atol=1e-9)
     determinant = np.linalg.det(rods(SKEW, position, rho) / SKEW.rod_length)
     np.testing.assert_allclose(margins[:, 3], np.sign(determinant[0]) * determinant, rtol=0, atol=1e-12)
@@ -258,7 +258,7 @@ def test_jacobians_against_central_differences():
     position = points(50, size=250.0)
     rho, alpha, ok = SKEW.inverse(position)
     assert ok.all()
-    parallel, serial = SKEW.jacobians(position, alpha, rho)
+    parallel, serial = SKEW.find_jacobians(position, alpha, rho)
     step = 1e-4
 
     def half(p, q):
@@ -274,12 +274,12 @@ def test_jacobians_against_central_differences():
 
 def test_rows_that_are_no_numbers_are_not_ok():
     odd = np.array([[0.0, 0.0, 1200.0], [np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [0.0, 0.0, np.inf], [1e200, 0.0, 0.0]])
-    for solve in (MODULE.inverse, lambda p: MODULE.inverse_coupled(np.zeros(3), p * [1, -1, -1])):
+    for solve in (MODULE.inverse, lambda p: MODULE.solve_coupled(np.zeros(3), p * [1, -1, -1])):
         rho, alpha, ok = solve(odd)
         assert ok.tolist() == [True, False, False, False, False]
         assert np.isnan(rho[1:]).all()
         assert np.isnan(alpha[1:]).all()
-    assert len(MODULE.why_unreachable(np.zeros(3), odd)) == len(odd)
+    assert len(MODULE.explain_unreachable(np.zeros(3), odd)) == len(odd)
     for row in odd[1:]:
         assert MODULE.inverse_all(row) == []
         assert MODULE.forward_all(row) == []
@@ -296,4 +296,4 @@ def test_shapes(shape):
     assert (rho.shape, alpha.shape, ok.shape) == ((*shape, 3), shape, shape)
     back, alpha, ok = MODULE.forward(rho)
     assert (back.shape, alpha.shape, ok.shape) == ((*shape, 3), shape, shape)
-    assert MODULE.geometry_margins(position, alpha).shape == (*shape, 4)
+    assert MODULE.find_geometry_margins(position, alpha).shape == (*shape, 4)

@@ -46,7 +46,7 @@ def test_the_verne_by_its_rods_is_the_verne():
     mine, tilted, solved = rods.five_axis.solve(tip, angles, 80.0)
     assert not (solved & ~ok).any()
     # the limit of the file counts for the legs of the closed form, and for each single rod here
-    legal = ok & (rods.module.geometry_margins(platform.position, platform.alpha)[:, :4] >= 100.0).all(axis=1)
+    legal = ok & (rods.module.find_geometry_margins(platform.position, platform.alpha)[:, :4] >= 100.0).all(axis=1)
     assert solved[legal].all()
     assert 200 < legal.sum() < ok.sum() < 1800
     ok = solved
@@ -54,9 +54,9 @@ def test_the_verne_by_its_rods_is_the_verne():
     assert np.abs(tilted.alpha - platform.alpha)[ok].max() < 1e-12
     tip, angles = tip[ok], angles[ok]
     assert np.allclose(
-        rods.five_axis.jacobian(tip, angles, 80.0), closed.five_axis.jacobian(tip, angles, 80.0), rtol=1e-7
+        rods.five_axis.find_jacobian(tip, angles, 80.0), closed.five_axis.find_jacobian(tip, angles, 80.0), rtol=1e-7
     )
-    assert {"VP110"} >= set(rods.five_axis.why_unreachable(np.full((1, 3), 3e3), np.zeros((1, 2)), 0.0))
+    assert {"VP110"} >= set(rods.five_axis.explain_unreachable(np.full((1, 3), 3e3), np.zeros((1, 2)), 0.0))
 
 
 def test_a_delta_by_its_rods_is_the_delta():
@@ -83,7 +83,7 @@ def test_rods_close_and_forward_comes_back(name):
     q, platform, ok = machine.five_axis.solve(tip, angles, 80.0)
     assert ok.all()
     assert np.abs(measure_rods(TEXT[name], q[:, :3], platform.position, platform.alpha)).max() < 1e-9
-    found, back, ok = machine.five_axis.nominal(q, 80.0)
+    found, back, ok = machine.five_axis.find_nominal_pose(q, 80.0)
     assert ok.all()
     assert np.abs(found - tip).max() < 1e-8
     assert np.abs(back - angles).max() < 1e-11
@@ -103,7 +103,7 @@ def test_a_turned_base_has_the_same_sliders():
     turned = other.inverse(turn.apply(points))
     assert np.abs(turned[0] - rho).max() < 1e-9
     assert np.abs(turned[1] - alpha).max() < 1e-12
-    measure = module.geometry_margins(points, alpha)[:, -1]
+    measure = module.find_geometry_margins(points, alpha)[:, -1]
     smallest = np.linalg.svd(module._scale_jacobian(points, alpha, rho), compute_uv=False)[:, -1]
     assert (measure <= smallest * (1 + 1e-9)).all()
     assert (measure * np.sqrt(6) >= smallest * (1 - 1e-9)).all()

@@ -46,7 +46,7 @@ def test_beyond_reach_every_pose_is_refused_with_its_reason(machine):
     assert np.isnan(q[out]).all()
     assert np.isfinite(q[ok]).all()
 
-    codes = machine.five_axis.why_unreachable(tip[out[:500]], angles[out[:500]], tool[out[:500]])
+    codes = machine.five_axis.explain_unreachable(tip[out[:500]], angles[out[:500]], tool[out[:500]])
     assert len(codes) == 500
     assert set(codes) <= {"VP110", "VP201"}
 
@@ -58,7 +58,7 @@ def test_beyond_reach_every_pose_is_refused_with_its_reason(machine):
         assert not solved.ok.any()
 
     # Of what is solved, the poses that the machine file allows: towards the serial singularity digits are lost.
-    ok[ok] = machine.module.geometry_margins(*_platform(machine, q[ok]))[:, :3].min(axis=1) > SMALLEST_DROP_MM
+    ok[ok] = machine.module.find_geometry_margins(*_platform(machine, q[ok]))[:, :3].min(axis=1) > SMALLEST_DROP_MM
     solved, tip_back, axis_back = forward_machine(lengths, table, q[ok], tool[ok])
     assert solved.ok.all()
     assert np.abs(tip_back - tip[ok]).max() < ROUND_TRIP_MM

@@ -37,7 +37,7 @@ def test_reference_table_both_ways(offset_machine):
     assert ok.all()
     assert not alpha.any()
     np.testing.assert_allclose(q, expected, rtol=0, atol=EXACT)
-    back, angles_back, ok = offset_machine.five_axis.nominal(expected, table["tool_mm"])
+    back, angles_back, ok = offset_machine.five_axis.find_nominal_pose(expected, table["tool_mm"])
     assert ok.all()
     np.testing.assert_allclose(back, tip, rtol=0, atol=EXACT)
     np.testing.assert_allclose(angles_back, angles, rtol=0, atol=1e-15)
@@ -103,7 +103,7 @@ def test_columns_are_machine_coordinates_where_zero_is_machine_zero(machine_with
     wanted = np.zeros((50, 9))
     wanted[:, :3], wanted[:, 3], wanted[:, 5] = rng.uniform(-300, 100, (50, 3)), rng.uniform(-90, 90, 50), 77.0
     frame = Frame(tool=(0.0, 0.0, 130.0, *(0.0,) * 6))
-    tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(wanted, frame), frame)
+    tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(wanted, frame), frame)
     q, _platform, ok = machine.five_axis.solve(tip, angles, 130.0)
     assert ok.all()
     np.testing.assert_allclose(q * [c.factor for c in machine.columns], wanted[:, [0, 1, 2, 3, 5]], rtol=0, atol=EXACT)
@@ -115,14 +115,14 @@ def test_only_one_solution_and_no_margins():
     assert (only.rho, only.alpha, only.signs, only.refused) == ((10.0, -20.0, -30.0), 0.0, (), None)
     (mode,) = module.forward_all(np.array(only.rho))
     assert (mode.position, mode.alpha, mode.refused) == ((11.0, 22.0, 33.0), 0.0, None)
-    assert module.geometry_margins(np.zeros((4, 3)), np.zeros(4)).shape == (4, 0)
+    assert module.find_geometry_margins(np.zeros((4, 3)), np.zeros(4)).shape == (4, 0)
     assert load_machine("serial").margins == ()
 
 
 def test_rows_that_are_no_numbers_are_not_ok():
     module = SerialModule(zero=[0.0, 0.0, 1000.0])
     points = np.array([[1.0, 2.0, 3.0], [np.nan, 0.0, 0.0], [0.0, np.inf, 0.0]])
-    for solve in (module.inverse, module.forward, lambda p: module.inverse_coupled(np.zeros(3), p)):
+    for solve in (module.inverse, module.forward, lambda p: module.solve_coupled(np.zeros(3), p)):
         value, alpha, ok = solve(points)
         assert ok.tolist() == [True, False, False]
         assert np.isnan(value[1:]).all()
@@ -130,7 +130,7 @@ def test_rows_that_are_no_numbers_are_not_ok():
         assert alpha[0] == 0.0
         assert np.isnan(alpha[1:]).all()
     assert module.inverse_all(points[1]) == module.forward_all(points[2]) == []
-    assert module.why_unreachable(np.zeros(3), points[1:]) == ["VP110"] * 2
+    assert module.explain_unreachable(np.zeros(3), points[1:]) == ["VP110"] * 2
 
 
 @pytest.mark.parametrize("shape", [(), (0,), (7,), (2, 3)])

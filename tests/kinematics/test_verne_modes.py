@@ -102,7 +102,7 @@ def test_every_tilt_of_a_point_that_turns_with_the_platform_is_found():
         rho1 = position[:, 2] + position[:, 1] * (LENGTHS["R1"] * c - LENGTHS["r1"]) / (LENGTHS["R1"] * s)
         value = rods(position, alpha, np.stack([rho1] * 3, axis=-1))[:, 0]
         crossings = np.flatnonzero(np.sign(value[1:]) != np.sign(value[:-1]))
-        found = MODULE.inverse_coupled_all(pivot, gauge)
+        found = MODULE.solve_coupled_all(pivot, gauge)
         tilts = sorted({one.alpha for one in found})
         for one in found:
             at = place(np.cos(one.alpha), np.sin(one.alpha))
@@ -111,7 +111,7 @@ def test_every_tilt_of_a_point_that_turns_with_the_platform_is_found():
         assert tilts == pytest.approx([0.5 * (alpha[k] + alpha[k + 1]) for k in reached], abs=1e-4)
         assert len(found) == 4 * len(tilts)
         several += len(tilts) > 2
-        rho, tilt, ok = MODULE.inverse_coupled(pivot, gauge[None])
+        rho, tilt, ok = MODULE.solve_coupled(pivot, gauge[None])
         used = [(one.alpha, *one.rho) for one in found if one.refused is None]
         assert used == ([pytest.approx((tilt[0], *rho[0]), abs=1e-6)] if ok[0] else [])
     assert several > 10
@@ -125,7 +125,7 @@ def test_newtons_method_finds_a_tilt_in_few_steps(monkeypatch):
     for _ in range(30):
         pivot, gauge = rng.uniform(-150, 150, 3) + [0.0, 0.0, 900.0], rng.uniform(-300, 300, 3)
         point = place_coupled_point(pivot, gauge[None]).rows(0)
-        for one in MODULE.inverse_coupled_all(pivot, gauge)[::4]:
+        for one in MODULE.solve_coupled_all(pivot, gauge)[::4]:
             for beside in (-1e-3, 1e-3):
                 found = working_modes._polish_tilt(MODULE, point, one.alpha + beside, one.signs[0])
                 if found is not None and abs(found - one.alpha) < 1e-2:

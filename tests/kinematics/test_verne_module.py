@@ -219,7 +219,7 @@ def test_far_from_the_pivot_the_rods_close_near_the_serial_singularity_of_leg_on
     lengths = dict(zip(LENGTHS, (82.0, 486.0, 192.0, 451.0, -129.0, 373.0, 210.0, 720.0, 723.0), strict=True))
     pivot = np.array([160.0, 40.0, 690.0])
     gauge = np.random.default_rng(1).uniform(-541, 541, (40_000, 3))
-    rho, alpha, ok = VerneModule(**lengths).inverse_coupled(pivot, gauge)
+    rho, alpha, ok = VerneModule(**lengths).solve_coupled(pivot, gauge)
     rho, alpha, (x, y, z) = rho[ok], alpha[ok], gauge[ok].T
     c, s = np.cos(alpha), np.sin(alpha)
     position = pivot + np.stack([x, -(c * y - s * z), -(s * y + c * z)], axis=-1)  # P = pivot + F Rx(alpha) g
@@ -247,7 +247,7 @@ def test_forward_returns_the_working_mode_or_nothing(lengths):
 def test_margins_are_the_drops_and_the_distance_to_crossing(module):
     position = random_positions(5, 5000)
     rho, alpha, ok = module.inverse(position)
-    margins = module.geometry_margins(position, alpha)
+    margins = module.find_geometry_margins(position, alpha)
     assert margins[ok][:, :3] == pytest.approx(drops(position, alpha, rho)[ok], abs=ROUND_TRIP_MM)
     assert margins[ok][:, 3] == pytest.approx(130.0 * np.cos(alpha[ok]) - 80.0, abs=1e-12)
     assert np.isnan(margins[~ok]).all()
@@ -255,7 +255,7 @@ def test_margins_are_the_drops_and_the_distance_to_crossing(module):
 
 def test_margins_have_the_codes_and_thresholds_of_the_contract(module):
     """VP202 and VP203 are errors below the thresholds and warnings up to twice them, VP201 always an error."""
-    names = module.margin_names(70.0, 0.1)
+    names = module.name_margins(70.0, 0.1)
     shown = [(margin.code, margin.axis, margin.unit, margin.error_below, margin.warn_below) for margin in names]
     assert shown == [
         ("VP202", "rho1", "mm", 70.0, 140.0),
@@ -355,7 +355,7 @@ def test_why_not_says_crossing_only_where_crossed_solutions_exist():
     module = VerneModule(**g)
     position = random_positions(11, 3000)
     position = position[~module.inverse(position)[2]]
-    codes = np.array([code for p in position for code in module.why_unreachable(p, np.zeros((1, 3)))])
+    codes = np.array([code for p in position for code in module.explain_unreachable(p, np.zeros((1, 3)))])
     expected = []
     for x, y, _z in position:
         cosines = np.cos(orientations(x, y, g))
@@ -369,7 +369,7 @@ def test_why_not_says_crossing_only_where_crossed_solutions_exist():
 
 
 def test_why_not_takes_several_poses_at_once(module):
-    codes = module.why_unreachable(np.array([900.0, 0.0, 1000.0]), np.array([[0.0, 0.0, 0.0], [50.0, 10.0, 0.0]]))
+    codes = module.explain_unreachable(np.array([900.0, 0.0, 1000.0]), np.array([[0.0, 0.0, 0.0], [50.0, 10.0, 0.0]]))
     assert codes == ["VP110", "VP110"]
 
 

@@ -30,7 +30,7 @@ def test_classification_agrees_with_the_inverse_and_the_limits(a, c, length, see
     limits = MACHINE.limits
     with np.errstate(invalid="ignore"):
         travel = ((q >= limits.lower) & (q <= limits.upper)).all(axis=1)
-        drops = (MODULE.geometry_margins(position, alpha)[:, :3] >= limits.serial_singularity).all(axis=1)
+        drops = (MODULE.find_geometry_margins(position, alpha)[:, :3] >= limits.serial_singularity).all(axis=1)
     nose = tip + length * axis
     under = [(point[:, 2] < 0) & (np.hypot(point[:, 0], point[:, 1]) < MACHINE.table_radius) for point in (tip, nose)]
     assert reach.reached.tolist() == (ok & travel & drops & ~under[0] & ~under[1]).tolist()
@@ -41,7 +41,7 @@ def test_classification_agrees_with_the_inverse_and_the_limits(a, c, length, see
     assert (under[0] | under[1])[below].all()
     for row in np.flatnonzero(reach.reached):
         rooms = np.minimum(q[row] - limits.lower, limits.upper - q[row]) * [1, 1, 1, 573.0, 573.0]
-        drop = MODULE.geometry_margins(position, alpha)[row, :3].min() - limits.serial_singularity
+        drop = MODULE.find_geometry_margins(position, alpha)[row, :3].min() - limits.serial_singularity
         assert reach.margin[row] == pytest.approx(min(rooms.min(), drop), rel=1e-3)
 
 
@@ -64,7 +64,7 @@ def test_names_of_limits_follow_the_travel_of_the_axis():
 def test_every_point_of_an_ellipse_may_tilt_by_its_alpha(alpha, turn):
     """Against the roots of (9), which are found another way; both signs, as Table I has them."""
     for angle in (turn, -turn):
-        ((x, y),) = MODULE.iso_alpha_ellipse(alpha, np.array([angle]))
+        ((x, y),) = MODULE.trace_iso_alpha(alpha, np.array([angle]))
         tilts = np.array(orientations(x, y))
         for tilt in (alpha, -alpha):  # two of four roots may nearly be one, of which a root can tell 1e-7
             assert np.abs(tilts - tilt).min() < 1e-6
@@ -74,7 +74,7 @@ def test_every_point_of_an_ellipse_may_tilt_by_its_alpha(alpha, turn):
 def test_the_working_mode_tilts_towards_the_other_side(alpha, turn):
     """Every point that the machine solves tilts by +alpha for y < 0 and by -alpha for y > 0."""
     for angle, tilt in ((turn, -alpha), (-turn, alpha)):
-        ((x, y),) = MODULE.iso_alpha_ellipse(alpha, np.array([angle]))
+        ((x, y),) = MODULE.trace_iso_alpha(alpha, np.array([angle]))
         _rho, found, ok = MODULE.inverse(np.array([x, y, 1000.0]))
         if ok:
             assert found == pytest.approx(tilt, abs=1e-9)
@@ -82,7 +82,7 @@ def test_the_working_mode_tilts_towards_the_other_side(alpha, turn):
 
 def test_ellipse_of_the_middle_is_solved_by_the_machine():
     """So that the test above cannot pass by never solving."""
-    x, y = MODULE.iso_alpha_ellipse(0.3, np.linspace(2.0, 2.3, 5)).T
+    x, y = MODULE.trace_iso_alpha(0.3, np.linspace(2.0, 2.3, 5)).T
     _rho, alpha, ok = MODULE.inverse(np.stack([x, y, np.full(5, 1000.0)], axis=-1))
     assert ok.all()
     assert alpha == pytest.approx(-0.3, abs=1e-9)
@@ -91,7 +91,7 @@ def test_ellipse_of_the_middle_is_solved_by_the_machine():
 def test_shapes_of_the_ellipses():
     """Without tilt it is the line y = 0, and where R1 cos(alpha) = r1 it is a circle (the paper, section VI)."""
     turn = np.linspace(0, 2 * np.pi, 9)
-    assert MODULE.iso_alpha_ellipse(0.0, turn)[:, 1] == pytest.approx(0.0, abs=1e-12)
-    circle = MODULE.iso_alpha_ellipse(MODULE.crossing_angle, turn) - [-MODULE.leg1_x_offset, 0.0]
+    assert MODULE.trace_iso_alpha(0.0, turn)[:, 1] == pytest.approx(0.0, abs=1e-12)
+    circle = MODULE.trace_iso_alpha(MODULE.crossing_angle, turn) - [-MODULE.leg1_x_offset, 0.0]
     radius = np.sqrt(850.0**2 - (130.0**2 - 80.0**2))  # L1^2 - (R1^2 + r1^2 - 2 r1^2)
     assert np.hypot(*circle.T) == pytest.approx(radius, rel=1e-12)

@@ -118,7 +118,7 @@ def draw_poses(machine: Machine, n: int, half: float) -> Poses:
     tool = random.uniform(0.0, 250.0, n)
     q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     factors = np.array([column.factor for column in machine.columns])
-    margins = machine.five_axis.geometry_margins(q, angles, platform)
+    margins = machine.five_axis.find_geometry_margins(q, angles, platform)
     rods = [k for k, one in enumerate(machine.margins) if one.unit == "mm"]
     least = [one.error_below for one in machine.margins if one.unit == "mm"]
     with np.errstate(invalid="ignore"):
@@ -190,8 +190,8 @@ def test_forward_agrees_on_sliders_that_belong_to_no_pose(machine: Machine, comp
     random = np.random.default_rng(7)
     sliders = random.uniform(machine.limits.lower[:3], machine.limits.upper[:3], (50_000, 3))
     joints = np.column_stack([sliders, np.zeros((len(sliders), 2))])
-    _tip, angles, ok = machine.five_axis.nominal(joints, 0.0)
-    margins = machine.five_axis.geometry_margins(joints, angles, machine.five_axis.platform(joints)[0])
+    _tip, angles, ok = machine.five_axis.find_nominal_pose(joints, 0.0)
+    margins = machine.five_axis.find_geometry_margins(joints, angles, machine.five_axis.find_platform(joints)[0])
     ok &= (margins[:, [one.unit == "mm" for one in machine.margins]] > 0.0).all(axis=1)
     for solver in SOLVERS.values():
         found, solved = compiled.solve("forward_rows", joints, np.zeros(len(joints)), solver)
@@ -207,7 +207,7 @@ def test_jacobian_of_the_actuators_is_pythons(machine: Machine, compiled: Compil
     factors = np.array([column.factor for column in machine.columns])
     tip = world[:, :3] + machine.coordinates.machine_zero  # type: ignore[attr-defined]
     tip[:, 2] -= tool
-    expected = machine.five_axis.jacobian(tip, world[:, 3:] / factors[3:], tool)
+    expected = machine.five_axis.find_jacobian(tip, world[:, 3:] / factors[3:], tool)
     expected *= factors[:, None] / np.array([1.0, 1.0, 1.0, *factors[3:]])
     # both solve the same linear systems, whose conditions are some tens; as built both are differences, good to 1e-8 a unit
     slack = 2e-7 if isinstance(machine.five_axis, AsBuiltMachine) else 1e-10
@@ -346,7 +346,7 @@ def test_linuxcnc_runs_a_program_with_the_component(tmp_path: Path):
     factors = np.array([column.factor for column in machine.columns])
 
     def joints(tip: list[float], a: float, c: float) -> NDArray[np.float64]:
-        return machine.five_axis.joints(np.array(tip), np.radians([a, c]), 100.0) * factors
+        return machine.five_axis.find_joints(np.array(tip), np.radians([a, c]), 100.0) * factors
 
     first, beside, last = joints([20, 15, 50], 10, 20), joints([22, 16, 55], 11, 21), joints([0, 0, 50], 0, 0)
     run = run_program(machine, tmp_path, PROGRAM.format(*beside), 120)

@@ -60,14 +60,14 @@ def machine_z(machine, pose):
     """Machine coordinate Z of a pose of the path (tip and nominal angles)."""
     frame = Frame(tool=(0.0, 0.0, TOOL, *(0.0,) * 6))
     coordinates = machine.coordinates
-    return coordinates.to_machine(coordinates.from_table(pose[:3], pose[3:], frame), frame)[2]
+    return coordinates.map_to_machine(coordinates.map_from_table(pose[:3], pose[3:], frame), frame)[2]
 
 
 def joints_at(machine, x, y, z, a_deg, c_deg):
     """Joint values over the table: gauge line at x, y, z of machine coordinates (file sense)."""
     frame = Frame(tool=(0.0, 0.0, TOOL, *(0.0,) * 6))
     position = np.array([x, y, z, a_deg, 0.0, c_deg, 0.0, 0.0, 0.0])
-    tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(position, frame), frame)
+    tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(position, frame), frame)
     q, _platform, ok = machine.five_axis.solve(tip, angles, TOOL)
     assert ok
     return q
@@ -154,7 +154,7 @@ def test_poses_of_the_joint_steps_are_where_the_machine_is(any_machine, program)
     path, q = program.path, ends(program)
     for segment in (1, 2):
         for pose, joints in ((path.start[segment], q[segment, 0]), (path.end[segment], q[segment, 1])):
-            tip, angles, ok = any_machine.five_axis.nominal(joints, TOOL)
+            tip, angles, ok = any_machine.five_axis.find_nominal_pose(joints, TOOL)
             assert ok
             assert pose == pytest.approx(np.concatenate([tip, angles]), abs=EXACT)
     assert path.joints.shape == (2, 2, 5)

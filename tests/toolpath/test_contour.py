@@ -8,7 +8,7 @@ from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind
-from verne_post.toolpath.contour_pose import find_contour_pose, speed_cap
+from verne_post.toolpath.contour_pose import find_contour_pose, find_speed_cap
 from verne_post.toolpath.evaluate import pose
 
 from ..builders import MACHINE
@@ -176,7 +176,7 @@ def test_speed_cap_is_the_feed_over_the_motion_of_the_tip(mode: str) -> None:
     before, after = (np.hstack(find_contour_pose(contour, element, w + sign * h)) for sign in (-1, 1))
     rate = (after - before) / (2 * h * contour.length[element])[:, None]
     segment = contour.segment[element]
-    cap = speed_cap(contour, element, w)
+    cap = find_speed_cap(contour, element, w)
     rapid = path.feed_time[segment] == 0
     assert np.isinf(cap[rapid]).all()
     # programmed speed of the tip; where only the angles move, the time of the segment

@@ -45,7 +45,7 @@ def smallest_margin(machine, tips, c):
             low, high = machine.limits.lower[joint], machine.limits.upper[joint]
             if math.isfinite(low) and (machine.kind == "verne" or joint not in (2, 3)):
                 found = min(found, min(value - low, high - value) / ((high - low) / 2))
-        for margin, value in zip(machine.margins, machine.module.geometry_margins(position, alpha), strict=True):
+        for margin, value in zip(machine.margins, machine.module.find_geometry_margins(position, alpha), strict=True):
             if margin.warn_below > margin.error_below > -math.inf:
                 found = min(found, (value - margin.error_below) / (margin.warn_below - margin.error_below))
     return found

@@ -56,7 +56,7 @@ def machine_places(tip: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """X Y Z A C of the nominal machine (mm, degrees) where the tip and the table stand."""
     frame = Frame(tool=(0.0, 0.0, LENGTH, *(0.0,) * 6))
     coordinates = MACHINE.coordinates
-    return coordinates.to_machine(coordinates.from_table(tip, angles, frame), frame)[:, [0, 1, 2, 3, 5]]
+    return coordinates.map_to_machine(coordinates.map_from_table(tip, angles, frame), frame)[:, [0, 1, 2, 3, 5]]
 
 
 @pytest.mark.parametrize("feed", ["FMAX", "F3000"])
@@ -154,7 +154,7 @@ def test_a_file_along_the_chord_is_refused() -> None:
     options = replace(OPTIONS, smoothing="off")
     source = program(BLOCKS["turn"], "F3000")
     path = path_of(source)
-    x, y, z = MACHINE.coordinates.from_table(
+    x, y, z = MACHINE.coordinates.map_from_table(
         path.end[1:2, :3], path.end[1:2, 3:], assemble(source, MACHINE, options).moves.frames[0]
     )[0, :3]
     straight = HEAD + f"M128\nL X{x:+.6f} Y{y:+.6f} Z{z:+.6f} A+25 C+80 F3000\nM129\nL IZ+10 F1000\nEND PGM P MM\n"

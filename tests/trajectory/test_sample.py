@@ -68,7 +68,7 @@ def test_standstills_are_rows(cycle: float) -> None:
             found.append(row)
     assert len(found) == len(corners)
     for row, corner in zip(found, corners, strict=True):
-        tip, angles, ok = MACHINE.five_axis.nominal(row / factor, 80.0)
+        tip, angles, ok = MACHINE.five_axis.find_nominal_pose(row / factor, 80.0)
         assert ok
         # half a unit of the seventh decimal of a slider, at most 5e-8 mm each, or of the sixth at 4 ms
         assert tip - [0, 0, 50] == pytest.approx(corner[:3], abs=2e-5 if cycle > 0.001 else 1e-6)
@@ -126,7 +126,7 @@ def test_rows_inside_a_section_belong_to_the_segment_that_contains_them() -> Non
     values, line = rows(plan)
     assert plan.program.path.n_sections == 1
     factor = np.array([column.factor for column in MACHINE.columns])
-    tip, _angles, ok = MACHINE.five_axis.nominal(values / factor, 80.0)
+    tip, _angles, ok = MACHINE.five_axis.find_nominal_pose(values / factor, 80.0)
     assert ok.all()
     inside = np.abs(tip[:, 0, None] - [1.0, 1.5, 1.503]).min(axis=1) > 1e-6  # written decimals cannot tell closer
     wanted = 3 + np.searchsorted([1.0, 1.5, 1.503], tip[:, 0])
@@ -138,7 +138,7 @@ def test_last_row_is_the_end_of_the_last_segment() -> None:
     plan = planned("G0 X0 Y0 Z20 A0 C0\nG1 X1 F1000\nG3 X-1 I-1 A5 C9")
     values, line = rows(plan)
     factor = np.array([column.factor for column in MACHINE.columns])
-    tip, angles, _ok = MACHINE.five_axis.nominal(values[-1] / factor, 80.0)
+    tip, angles, _ok = MACHINE.five_axis.find_nominal_pose(values[-1] / factor, 80.0)
     assert line[-1] == 4
     assert tip == pytest.approx([-1.0, 0.0, 70.0], abs=1e-6)  # the written decimals
     assert np.degrees(angles) == pytest.approx([5.0, 9.0], abs=1e-7)

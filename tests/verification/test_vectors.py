@@ -233,7 +233,7 @@ def test_the_other_branch_and_another_turn_are_refused(name, body):
     machine = MACHINES[name]
     setpoints = made(body, machine)
     factor = np.array([column.factor for column in machine.columns])
-    tip, angles, ok = machine.five_axis.nominal(setpoints.values / factor, TOOL)
+    tip, angles, ok = machine.five_axis.find_nominal_pose(setpoints.values / factor, TOOL)
     assert ok.all()
     for other in (angles * [-1, 1] + [0, math.pi], angles + [0, 2 * math.pi]):
         q, _platform, _ok = machine.five_axis.solve(tip, other, TOOL)
@@ -249,7 +249,7 @@ def test_an_axis_two_thousandths_of_a_degree_off_is_refused(name):
     machine = MACHINES[name]
     setpoints = made(TILTED, machine, smoothing="off")
     factor = np.array([column.factor for column in machine.columns])
-    tip, angles, _ok = machine.five_axis.nominal(setpoints.values / factor, TOOL)
+    tip, angles, _ok = machine.five_axis.find_nominal_pose(setpoints.values / factor, TOOL)
     for off, fine in ((0.0005, True), (0.002, False)):
         bump = math.radians(off) * np.sin(np.pi * np.linspace(0, 1, len(angles))) ** 4
         q, _platform, _ok = machine.five_axis.solve(tip, angles + bump[:, None] * [1.0, 0.0], TOOL)

@@ -43,7 +43,7 @@ from verne_post.toolpath.approach import add_approach_and_departure, add_detours
 from verne_post.toolpath.branch_choice import find_idle_turns, report_branch_changes
 from verne_post.toolpath.branches import BranchPlan
 from verne_post.toolpath.contour import Smoothing, make_exact_contour, smooth_contour
-from verne_post.toolpath.contour_pose import find_contour_pose, speed_cap
+from verne_post.toolpath.contour_pose import find_contour_pose, find_speed_cap
 from verne_post.toolpath.corner_rules import find_segment_tolerances
 from verne_post.toolpath.free_turn import choose_free_turn
 from verne_post.toolpath.lift import lift_path
@@ -108,7 +108,7 @@ class Program(Struct, frozen=True, eq=False):
 
     def joints(self) -> JointPath:
         """The joints along the contour."""
-        return JointPath(self.contour, self.machine, find_contour_pose, speed_cap, self.options.lift)
+        return JointPath(self.contour, self.machine, find_contour_pose, find_speed_cap, self.options.lift)
 
 
 class Draft(Struct, frozen=True, eq=False):
@@ -253,7 +253,7 @@ def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> 
     on = options.correct_axis or bool(np.isfinite(moves.tool_axis).any())
     if on == five_axis.corrects_axis:
         return machine
-    return dataclasses.replace(machine, five_axis=five_axis.with_correction(on=on))
+    return dataclasses.replace(machine, five_axis=five_axis.switch_correction(on=on))
 
 
 def cut_at_stops(draft: Draft) -> Draft:

@@ -133,7 +133,7 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
     turn = frame.turn + frame.part_turn
     yield (f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {format_mm(origin)}, c = {format_number(turn)} deg; "
            "tip = o + Rz(c) p")  # fmt: skip
-    wanted = machine.coordinates.to_table(end, frame)[1]
+    wanted = machine.coordinates.map_to_table(end, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
         yield f"  table                {' and '.join(machine.rotary_letters)} stand on another branch than the words name"
 
@@ -144,7 +144,7 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
         yield from _describe_chain_steps(machine, tip, angles, tool)
         return
     axis = find_axis_of_angles(angles[0], angles[1])
-    gauge = machine.five_axis.platform_gauge(tip, angles, tool)
+    gauge = machine.five_axis.find_platform_gauge(tip, angles, tool)
     yield f"  tip on the table     {format_mm(tip)}"
     yield (f"  tool axis            k = (sin A sin C, sin A cos C, cos A) = "
            f"({', '.join(fixed(value, 6) for value in axis)})")  # fmt: skip
@@ -153,7 +153,7 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
     yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {format_mm(gauge)}"
     q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
-        (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
+        (code,) = machine.five_axis.explain_unreachable(tip[None], angles[None], tool)
         yield f"  platform             no platform tilt alpha closes the legs in the working mode: {code} {CODES[code].title}"
         return
     if isinstance(machine.five_axis, AxisCorrecting):
@@ -173,7 +173,7 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
 
 def _describe_chain_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> Iterator[str]:
     """Place on the part -> joints of a machine of one chain."""
-    q = machine.five_axis.joints(tip, angles, tool)
+    q = machine.five_axis.find_joints(tip, angles, tool)
     on_part, axis, _ok = machine.forward(q, tool)
     yield f"  tip on the part      {format_mm(on_part)}"
     yield f"  tool axis            k = ({', '.join(fixed(value, 6) for value in axis)})"
@@ -187,7 +187,7 @@ def _describe_as_built_steps(
     """The last steps on an as-built machine."""
     q, platform, _ok = machine.five_axis.solve(tip, angles, tool)
     turned = ", ".join(format_degrees(float(angle)) for angle in platform.angles)
-    error = float(as_built.axis_error(q, angles, platform))
+    error = float(as_built.measure_axis_error(q, angles, platform))
     share = "C takes its share" if as_built.corrects_axis else "C stays as programmed (--correct-axis)"
     yield f"  platform             P = {format_mm(platform.position)}, turned by alpha, beta, gamma = {turned} deg (six rods, as built)"
     yield f"  tool axis left over  {format_degrees(error)} deg along the tilt axis, which A cannot correct; {share}"
@@ -246,5 +246,5 @@ def _name_own_solution(line: Line, angles: Array) -> str:
     """The table solution in use: the programmed one, or what was chosen in its place."""
     if line.move < 0:
         return "as driven"
-    wanted = line.joints.machine.coordinates.to_table(line.moves.end[line.move], line.frame)[1]
+    wanted = line.joints.machine.coordinates.map_to_table(line.moves.end[line.move], line.frame)[1]
     return "as programmed" if np.abs(wanted - angles).max() <= SAME else "as driven"

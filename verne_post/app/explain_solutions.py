@@ -25,7 +25,7 @@ def explain_table_solution(
 ) -> Iterator[str]:
     q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
-        (code,) = machine.five_axis.why_unreachable(tip[None], angles[None], tool)
+        (code,) = machine.five_axis.explain_unreachable(tip[None], angles[None], tool)
         yield f"{name}: refused: {code}, no solution in the working mode"
         return
     measures = _measure_margins(machine, tip, angles, tool, lift)
@@ -44,7 +44,7 @@ def explain_table_solution(
         unit = f" {measure.unit}" if measure.unit else ""
         bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
         yield f"  {what:<36} {fixed(value, 6)}{unit}{bound} ({measure.code})"
-    parallel, serial = machine.five_axis.conditioning(q, platform)
+    parallel, serial = machine.five_axis.measure_conditioning(q, platform)
     yield f"  conditioning (1 even, 0 singular)    parallel {fixed(float(parallel), 4)}, serial {fixed(float(serial), 4)}"
 
 
@@ -56,8 +56,10 @@ def _measure_margins(
     In a dry run the real tool is ``lift`` (mm) shorter than the one that the pose is solved with.
     """
     q, platform, _ok = machine.five_axis.solve(tip, angles, tool)
-    found = list(zip(machine.margins, machine.five_axis.geometry_margins(q, angles, platform).tolist(), strict=True))
-    axis = machine.five_axis.tool_axis(q, angles, platform)
+    found = list(
+        zip(machine.margins, machine.five_axis.find_geometry_margins(q, angles, platform).tolist(), strict=True)
+    )
+    axis = machine.five_axis.find_tool_axis(q, angles, platform)
     tip, tool = tip + lift * axis, tool - lift
     if machine.clearance is not None:
         one = Platform(platform.position[None], platform.angles[None])

@@ -51,7 +51,7 @@ def measure_lines(plan: Plan) -> LineFacts:
     before: Array | None = None
     for rows in map(sampler.rows, sampler.blocks()):
         of = np.searchsorted(lines, rows.line)
-        poses = joints.joint_poses(rows.shown, rows.shown_w)
+        poses = joints.find_joint_poses(rows.shown, rows.shown_w)
         steps = of if rows.first else of[1:]  # the first row is the start, not a step
         count += np.bincount(steps, minlength=len(lines))
         last = poses.tip[:1] if before is None else before

@@ -95,7 +95,7 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
         tip, angles = joints.pose(joints.contour, np.array([0]), np.array([1.0]))
         letter, at = joints.machine.rotary_letters[0], joints.machine.coordinates.rotary[0]
         now, then = (
-            joints.machine.coordinates.from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[at]
+            joints.machine.coordinates.map_from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[at]
             for a in (angles[0, 0], tilt)
         )
         text = (f"the line ended at {letter} {format_number(then, 3)} in place of {letter} {format_number(now, 6)}, tip and "
@@ -109,7 +109,7 @@ def _propose_branches(line: Line, error: bool) -> Iterator[Remedy]:
     joints = line.joints
     for branch in remedies.find_legal_branches(joints):
         tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
-        words = joints.machine.coordinates.from_table(tip[0], branch.of(angles[0]), line.frame)
+        words = joints.machine.coordinates.map_from_table(tip[0], branch.of(angles[0]), line.frame)
         tilt, turn = joints.machine.rotary_letters
         a, c = (format_number(words[axis]) for axis in joints.machine.coordinates.rotary)
         name = "the other table solution" if branch.flip else f"another turn of {turn}"
@@ -125,7 +125,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     joints, frame = line.joints, line.frame
     coordinates = joints.machine.coordinates
     warnings = worst(asked) == "warning"
-    directions = coordinates.displacement(np.eye(3), frame)
+    directions = coordinates.turn_displacement(np.eye(3), frame)
 
     def shift_alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
         for letter, direction in zip("XYZ", directions, strict=True):
@@ -147,7 +147,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
         ends = []
         for letter, _way, one in shift_alone(line.exact, end_only=True):
-            words = coordinates.from_table(tip[0] + np.array(one.vector), angles[0], frame)
+            words = coordinates.map_from_table(tip[0] + np.array(one.vector), angles[0], frame)
             now = line.moves.end[line.move]
             at = AXES.index(letter)
             ends.append(

@@ -78,8 +78,8 @@ def make_stock(program: Program) -> Dexels:
         raise InputError(finding("VP018", "--stock-from program: the program defines no stock (BLK FORM, WORKPIECE)"))
     refuse_leaning_part(program.machine, "the stock of the program")
     coordinates = program.machine.coordinates
-    origin = coordinates.to_table(np.zeros(9), own.frame)[0]
-    along = coordinates.displacement(np.array([1.0, 0.0, 0.0]), own.frame)
+    origin = coordinates.map_to_table(np.zeros(9), own.frame)[0]
+    along = coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), own.frame)
     turn, low, high = float(np.arctan2(along[1], along[0])), np.array(own.low), np.array(own.high)
     return make_cylinder(low, high, own.bore, origin, turn) if own.round else make_box(low, high, origin, turn)
 

@@ -27,7 +27,7 @@ from verne_post.model.findings import Finding, InputError, SolverError, finding
 from verne_post.model.protocols import SpeedFunction
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import worst
-from verne_post.toolpath.contour_pose import find_contour_pose, speed_cap
+from verne_post.toolpath.contour_pose import find_contour_pose, find_speed_cap
 from verne_post.trajectory import tuning
 from verne_post.trajectory.override import build_feed_override
 from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, plan_contour
@@ -206,14 +206,14 @@ def _measure_excess(program: Program, sampled: Rows, laid_out: Timeline) -> Arra
     contour, weights = program.contour, laid_out.weights
     shaped = shape_rows(program.joints().q(sampled.element, sampled.w), weights)
     segment = contour.segment[sampled.shown]
-    tip, angles, _ok = program.machine.five_axis.nominal(shaped, contour.path.tool_length[segment])
+    tip, angles, _ok = program.machine.five_axis.find_nominal_pose(shaped, contour.path.tool_length[segment])
     meant_tip, meant_angles = find_contour_pose(contour, sampled.shown, sampled.shown_w)
     tip_bound = _compute_remaining_tolerances(contour.tip_tolerance[segment], PATH_TIP_MM)
     axis_bound = _compute_remaining_tolerances(contour.axis_tolerance[segment], PATH_AXIS_DEG * RAD_PER_DEG)
     off = np.maximum(measure_rows(tip - meant_tip) / tip_bound, np.abs(angles - meant_angles).max(axis=1) / axis_bound)
     off[contour.path.kind[segment] == SegmentKind.JOINT] = 0.0  # straight in the joints: means of rows stay on it
     factor = np.sqrt(off)  # displacement goes with the square of the speed
-    cap = laid_out.cycle * speed_cap(contour, sampled.shown, sampled.shown_w)
+    cap = laid_out.cycle * find_speed_cap(contour, sampled.shown, sampled.shown_w)
     by_feed = np.diff(sampled.at) / (np.minimum(cap[1:], cap[:-1]) * tuning.ACCEPTED_RATIOS[0])
     factor[1:] = np.maximum(factor[1:], by_feed)
     return np.asarray(factor)

@@ -84,7 +84,7 @@ def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[fl
     stands[list(machine.coordinates.rotary)] = place.machine
     if at < 0 or machine.coordinates.find_other_side(stands) is None:
         return place.machine
-    words = machine.coordinates.from_table(np.zeros(3), path.end[at, 3:], Frame())
+    words = machine.coordinates.map_from_table(np.zeros(3), path.end[at, 3:], Frame())
     a, c = (float(words[axis]) for axis in machine.coordinates.rotary)
     return a, c
 

@@ -77,7 +77,7 @@ def _fill_tilts(module: Identifiable, lengths: Array, data: Readings) -> Array:
         grid = 2 * np.pi * np.arange(TILT_GRID) / TILT_GRID - np.pi
         trial = np.repeat(pose[blank], TILT_GRID, axis=0)
         trial[:, 3] = np.tile(grid, len(blank))
-        value = module.loop_equations(lengths, np.repeat(data.rho[blank], TILT_GRID, axis=0), trial)[0]
+        value = module.evaluate_loops(lengths, np.repeat(data.rho[blank], TILT_GRID, axis=0), trial)[0]
         pose[blank, 3] = grid[np.argmin((value**2).sum(axis=1).reshape(-1, TILT_GRID), axis=1)]
     return pose
 
@@ -98,7 +98,7 @@ def _adjust_settings(
     now = np.array(read)
     for step in range(ADJUST_STEPS):
         rho = np.repeat(now[:, None, :sliders], k, axis=1).reshape(m * k, sliders)
-        parts = module.loop_equations(lengths, rho, now[:, sliders:].reshape(m * k, 4))
+        parts = module.evaluate_loops(lengths, rho, now[:, sliders:].reshape(m * k, 4))
         value, by_lengths, by_sliders, by_pose = (part.reshape(m, k, *part.shape[1:]) for part in parts)
         e = value.shape[2]
         turn, dropped = _reflect(by_pose[..., 3], free)

@@ -123,19 +123,21 @@ def _require_place(machine: Machine, q: Array, what: str) -> None:
             text = f"{what}: {column.header} would be {value * column.factor:.4f}, beyond its limit {limit * column.factor:g}"
             findings.append(finding(column.code, text, axis=column.joint, value=float(value * column.factor),
                                  limit=float(limit * column.factor), unit=column.unit))  # fmt: skip
-    platform, closed = machine.five_axis.platform(q)
+    platform, closed = machine.five_axis.find_platform(q)
     if not closed:
         findings.append(finding("VP110", f"{what}: these sliders close no position of the platform"))
         raise InputError(*findings)
-    tip, angles, _ok = machine.five_axis.nominal(q, 0.0)
-    for margin, value in zip(machine.margins, machine.five_axis.geometry_margins(q, angles, platform), strict=True):
+    tip, angles, _ok = machine.five_axis.find_nominal_pose(q, 0.0)
+    for margin, value in zip(
+        machine.margins, machine.five_axis.find_geometry_margins(q, angles, platform), strict=True
+    ):
         if value < margin.error_below:
             text = f"{what}: {margin.name} is {value:.3f}, below {margin.error_below:g}"
             findings.append(finding(margin.code, text, severity="error", axis=margin.axis))
     if tip[2] < 0 and np.hypot(tip[0], tip[1]) < machine.table_radius:
         findings.append(finding("VP210", f"{what}: the spindle nose would be {-tip[2]:.3f} mm below the table face"))
     if machine.clearance is not None:
-        axis = machine.five_axis.tool_axis(q, angles, platform)
+        axis = machine.five_axis.find_tool_axis(q, angles, platform)
         one = Platform(platform.position[None], platform.angles[None])
         pose = Pose(q[None], one, tip[None], axis[None], np.zeros(1))
         for margin, value in zip(machine.clearance.names, machine.clearance.evaluate(pose)[0][0], strict=True):
@@ -194,7 +196,7 @@ def _describe_motion(
 def _describe_nose(machine: Machine, here: Array, step: Array) -> str:
     q = np.stack([here, here + step])
     five_axis = machine.five_axis
-    platform, _ok = five_axis.platform(q)
+    platform, _ok = five_axis.find_platform(q)
     nose = (platform.position + five_axis.nose_offset * platform.turn(five_axis.spindle)) * [1.0, -1.0, -1.0]
     moved = (nose[1] - nose[0]) @ machine.coordinates.part_frame
     against = "" if machine.module is not None else " against the part"

@@ -45,6 +45,6 @@ def command(stage: str, input_name: str, **given: Any) -> int:
             program = assemble(source, machine, options)
     except InputError as error:
         return refuse(name, error, source)
-    lines = dump.poses(program.joints(), program.moves) if stage == "poses" else dump.joints(program.joints())
+    lines = dump.poses(program.joints(), program.moves) if stage == "poses" else dump.dump_joints(program.joints())
     sys.stdout.writelines(lines)
     return ExitStatus.CLEAN

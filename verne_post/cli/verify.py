@@ -164,4 +164,4 @@ def _follow_log(
     commanded, lines = read_rows(files, setpoints, program, drives)
     measured_joints, delayed = read_measured(files, measured, columns, delay, commanded, program, drives)
     lengths = program.path.find_tool_lengths(lines)
-    return compare_log(commanded, measured_joints, lengths, program.machine.five_axis.nominal, delayed), lines
+    return compare_log(commanded, measured_joints, lengths, program.machine.five_axis.find_nominal_pose, delayed), lines

@@ -336,7 +336,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
             continue
         point = machine.place_stored(home)
         frame = Frame()
-        tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, frame), frame)
+        tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(point, frame), frame)
         q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
         if not ok:
             findings.append(finding("VP501", f"home.{name} = {list(home)} is out of reach"))

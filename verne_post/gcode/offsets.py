@@ -20,22 +20,22 @@ def vector9(values: object) -> Vector9:
 class CartesianCoordinates(Struct, frozen=True):
     """LinuxCNC's view: ``machine = R (program + G92) + G5x + tool offset``, axis by axis."""
 
-    def displacement(self, vector: Array, frame: Frame) -> Array:
+    def turn_displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into machine directions."""
         inner = np.array(vector, dtype=float)
         if frame.feature is not None:
             inner = frame.feature.turn_outside(inner)
         return _rotate(inner, frame.turn)
 
-    def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+    def turn_to_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A plain interpreter does not know which angles hold a tool axis: the point as it is."""
         return program
 
-    def point_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
-        """As :meth:`point_axis`, for one tool axis (n, 3) after the other: the words of A and C as they are."""
+    def turn_to_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
+        """As :meth:`turn_to_axis`, for one tool axis (n, 3) after the other: the words of A and C as they are."""
         return [words] * len(vectors)
 
-    def tool_axis(self, program: list[float], frame: Frame) -> Array | None:
+    def find_tool_axis(self, program: list[float], frame: Frame) -> Array | None:
         """A plain interpreter does not know how rotary axes turn the tool."""
         return None
 
@@ -57,7 +57,7 @@ class CartesianCoordinates(Struct, frozen=True):
         """A plain interpreter has no head."""
         return ()
 
-    def to_machine(self, program: Array, frame: Frame) -> Array:
+    def map_to_machine(self, program: Array, frame: Frame) -> Array:
         """Program coordinates (..., 9) -> machine coordinates."""
         machine = np.array(program, dtype=float)
         if frame.feature is not None:
@@ -67,7 +67,7 @@ class CartesianCoordinates(Struct, frozen=True):
             machine[..., :3] = _rotate(machine[..., :3], frame.turn)
         return machine + np.asarray(frame.origin) + np.asarray(frame.tool)
 
-    def to_program(self, machine: Array, frame: Frame) -> Array:
+    def map_to_program(self, machine: Array, frame: Frame) -> Array:
         """Machine coordinates (..., 9) -> program coordinates."""
         program = machine - np.asarray(frame.origin) - np.asarray(frame.tool)
         if frame.turn:

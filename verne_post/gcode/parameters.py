@@ -146,7 +146,7 @@ class Parameters:
         self.find_position(axis)
         state = self.state
         return self._read_in_program(
-            axis, float(self.setup.coordinates.to_machine(np.array(state.position), state.frame)[axis])
+            axis, float(self.setup.coordinates.map_to_machine(np.array(state.position), state.frame)[axis])
         )
 
     def _read_in_program(self, axis: int, value: float) -> float:

@@ -227,7 +227,7 @@ def turn_to_axes(core: Machining, end: Array, axes: Array) -> None:
     """Turn the rotary axes of the ends (n, 9) of lines, in place, to their tool axes (n, 3), which are unit vectors."""
     state, (tilt, turn) = core.state, core.setup.rotary
     words = state.position[tilt], state.position[turn]
-    end[:, [tilt, turn]] = core.setup.coordinates.point_axes(words, axes, state.frame)
+    end[:, [tilt, turn]] = core.setup.coordinates.turn_to_axes(words, axes, state.frame)
     if core.setup.machine:
         state.placed = state.named[tilt] = state.named[turn] = True
 

@@ -30,11 +30,11 @@ def find_standing_plane(coordinates: Coordinates, frame: Frame, program: list[fl
     bare = Frame(frame.system, frame.origin, frame.turn, frame.part_turn, frame.g92, frame.tool)
     points = np.zeros((4, 9))
     points[1:, :3] = np.eye(3)
-    machine = coordinates.to_machine(points, bare)
+    machine = coordinates.map_to_machine(points, bare)
     turned = np.tile(np.array(ZERO9), (4, 1))
     turned[:, 3:6] = program[3:6]
-    machine[:, 3:6] = coordinates.to_machine(turned, bare)[:, 3:6]
-    place = coordinates.to_program(machine, bare)[:, :3]
+    machine[:, 3:6] = coordinates.map_to_machine(turned, bare)[:, 3:6]
+    place = coordinates.map_to_program(machine, bare)[:, :3]
     rotation = (place[1:] - place[0]).T
     if np.array_equal(place, points[:, :3]) or np.abs(place - points[:, :3]).max() < _NOTHING:
         return None

@@ -108,7 +108,7 @@ class _Opening:
 
         Their angles are those at which the table is taken to start: they change when that does.
         """
-        machine = self.setup.coordinates.to_machine(position, self.frame)
+        machine = self.setup.coordinates.map_to_machine(position, self.frame)
         turned = [
             axis
             for axis in self.setup.rotary
@@ -147,7 +147,7 @@ class _Opening:
         state = self.dialect.initial_state(self.setup)
         state.known = [letter not in self.setup.axes for letter in AXES]
         state.position = position.tolist()
-        machine = self.setup.coordinates.to_machine(position, self.frame)
+        machine = self.setup.coordinates.map_to_machine(position, self.frame)
         state.first_places = FirstPlaces(self.unnamed, machine, waits)
         start = list(state.position)
         done = self.dialect.execute(self.source, self.setup, state, StopConditions(all_known=True))

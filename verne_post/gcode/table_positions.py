@@ -52,21 +52,21 @@ def find_positions(
         The tip keeps its place on the part; else the linear axes of the machine stand.
     """
     coordinates, (tilt, turn) = setup.coordinates, setup.rotary
-    here = np.array(coordinates.to_machine(np.array(start), frame))
-    first = np.array(coordinates.to_machine(np.array(coordinates.point_axis(start, vector, frame)), frame))
+    here = np.array(coordinates.map_to_machine(np.array(start), frame))
+    first = np.array(coordinates.map_to_machine(np.array(coordinates.turn_to_axis(start, vector, frame)), frame))
     other = coordinates.find_other_side(first) if setup.machine else None
     sides = [first] if other is None else [first, other]
     found = []
     for side in sides:
-        words = coordinates.to_program(side, frame)
+        words = coordinates.map_to_program(side, frame)
         nearest = float(words[turn]) - _FULL_TURN * round((float(words[turn]) - start[turn]) / _FULL_TURN)
         for whole in (0.0, -_FULL_TURN, _FULL_TURN):
             program = np.array(start)
             program[[tilt, turn]] = words[tilt], nearest + whole
-            place = np.array(coordinates.to_machine(program, frame))
+            place = np.array(coordinates.map_to_machine(program, frame))
             if not tip_stays:
                 place[:3] = here[:3]
-                program = np.array(coordinates.to_program(place, frame))
+                program = np.array(coordinates.map_to_program(place, frame))
             beyond = setup.travel.beyond(place, frame.tool_length) if setup.travel is not None else ""
             if beyond and whole:
                 continue

@@ -3,7 +3,7 @@
 The platform only ever tilts about x, and so does the table's tilt. With the gauge-line point g of
 the nominal trunnion machine (:meth:`TiltingTable.find_gauge_point`) the platform point is
 ``P = pivot + F Rx(alpha) g``, ``F = diag(1, -1, -1)``, and the table stands at A + alpha. The module
-owns the solution for alpha (:meth:`ParallelModule.inverse_coupled`). C does not depend on alpha.
+owns the solution for alpha (:meth:`ParallelModule.solve_coupled`). C does not depend on alpha.
 """
 
 from typing import Final
@@ -41,7 +41,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
     table: TiltingTable
     nose_offset: float
 
-    def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Gauge point g of the nominal machine (..., 3): P is ``pivot + F Rx(alpha) g``; arguments as in :meth:`solve`."""
         return self.table.find_gauge_point(tip, angles, np.asarray(tool_length) + self.nose_offset)
 
@@ -65,23 +65,23 @@ class HybridMachine(Struct, frozen=True, eq=False):
         q, gauge, alpha, ok = self._solve_joints(tip, angles, tool_length)
         return q, _make_tilted_platform(rotate_x(gauge, alpha) * _MIRROR + self.table.pivot, alpha), ok
 
-    def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """The joint values of :meth:`solve` alone, (..., 5)."""
         return self._solve_joints(tip, angles, tool_length)[0]
 
     def _solve_joints(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
         """q, gauge point, alpha, ok."""
-        gauge = self.platform_gauge(tip, angles, tool_length)
-        rho, alpha, ok = self.module.inverse_coupled(self.table.pivot, gauge)
+        gauge = self.find_platform_gauge(tip, angles, tool_length)
+        rho, alpha, ok = self.module.solve_coupled(self.table.pivot, gauge)
         q = np.concatenate([rho, angles], axis=-1)
         q[..., -2] += alpha
         if not np.all(ok):
             q[~ok] = np.nan
         return q, gauge, alpha, ok
 
-    def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+    def explain_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""
-        return self.module.why_unreachable(self.table.pivot, self.platform_gauge(tip, angles, tool_length))
+        return self.module.explain_unreachable(self.table.pivot, self.find_platform_gauge(tip, angles, tool_length))
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """All real solutions of one pose (3,), (3,) in closed form: at most six tilts for each table solution.
@@ -92,13 +92,13 @@ class HybridMachine(Struct, frozen=True, eq=False):
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         solutions = []
         for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrap_angle(turn + np.pi))))):
-            gauge = self.platform_gauge(tip, np.array(angles), tool_length)
-            for one in self.module.inverse_coupled_all(self.table.pivot, gauge):
+            gauge = self.find_platform_gauge(tip, np.array(angles), tool_length)
+            for one in self.module.solve_coupled_all(self.table.pivot, gauge):
                 q = (*one.rho, angles[0] + one.alpha, angles[1])
                 solutions.append(WholeSolution(q, angles, one.alpha, one.signs, other, one.refused))
         return solutions
 
-    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates, from the derivatives of the module's closure equations.
 
         Parameters
@@ -117,7 +117,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
         tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
         q, gauge, alpha, ok = self._solve_joints(tip, angles, tool_length)
         position = rotate_x(gauge, alpha) * _MIRROR + self.table.pivot
-        parallel, serial = self.module.jacobians(position, alpha, q[..., :-2])
+        parallel, serial = self.module.find_jacobians(position, alpha, q[..., :-2])
         # P = pivot + F Rx(alpha) g: by g and by alpha
         by_gauge = np.stack([rotate_x(rate, alpha) * _MIRROR for rate in self._compute_gauge_rates(tip, angles)], -1)
         by_alpha = rotate_x_rate(gauge, alpha) * _MIRROR
@@ -143,7 +143,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
         rates.append(rotate_x(rotate_z_rate(tip, c), a))
         return rates
 
-    def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+    def find_nominal_pose(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Where the tool is: tip (..., 3) and nominal angles (..., 2) of joint values (..., 5)."""
         q = np.asarray(q, dtype=float)
         position, alpha, ok = self.module.forward(q[..., :-2])
@@ -154,11 +154,11 @@ class HybridMachine(Struct, frozen=True, eq=False):
         return tip, angles, ok
 
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
-        """As :meth:`nominal`, with the tool axis (..., 3) of these angles."""
-        tip, angles, ok = self.nominal(q, tool_length)
+        """As :meth:`find_nominal_pose`, with the tool axis (..., 3) of these angles."""
+        tip, angles, ok = self.find_nominal_pose(q, tool_length)
         return tip, angles, find_axis_of_angles(angles[..., 0], angles[..., 1]), ok
 
-    def platform(self, q: Array) -> tuple[Platform, Mask]:
+    def find_platform(self, q: Array) -> tuple[Platform, Mask]:
         """The platform for joint values (..., 5)."""
         position, alpha, ok = self.module.forward(np.asarray(q)[..., :-2])
         return _make_tilted_platform(position, alpha), ok
@@ -170,25 +170,25 @@ class HybridMachine(Struct, frozen=True, eq=False):
         """Unit vector from P towards the tip, platform frame."""
         return _DOWN
 
-    def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def find_tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Tool axis (..., 3) in the table frame: as programmed."""
         return find_axis_of_angles(angles[..., 0], angles[..., 1])
 
-    def on_table(self, point: Array, q: Array) -> Array:
+    def carry_to_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame in the table frame, for joint values (..., 5)."""
         return self.table.find_tip_of_gauge((point - self.table.pivot) * _MIRROR, q[..., -2:], 0.0)
 
-    def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def find_geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Margins (..., m) of solved poses: those of the module."""
-        return self.module.geometry_margins(platform.position, platform.alpha)
+        return self.module.find_geometry_margins(platform.position, platform.alpha)
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """What :meth:`geometry_margins` measures, with thresholds."""
-        return self.module.margin_names(serial_singularity, parallel_singularity)
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`find_geometry_margins` measures, with thresholds."""
+        return self.module.name_margins(serial_singularity, parallel_singularity)
 
-    def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
+    def measure_conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the module's Jacobians, each (...)."""
-        return self.module.conditioning(platform.position, platform.alpha, q[..., :-2])
+        return self.module.measure_conditioning(platform.position, platform.alpha, q[..., :-2])
 
     def sketch(self, q: Array, platform: Platform) -> Array:
         """Rods (n, k, 2, 3) of solved poses for a picture; none of a module that cannot be drawn."""
@@ -207,7 +207,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
         q = np.asarray(q, dtype=float)
         if q.ndim == 0 or q.shape[-1] != 5:
             raise ValueError(f"q must have shape (..., 5), got {q.shape}")
-        tip, angles, ok = self.nominal(q, tool_length)
+        tip, angles, ok = self.find_nominal_pose(q, tool_length)
         return tip, find_axis_of_angles(angles[..., 0], angles[..., 1]), ok
 
 

@@ -61,13 +61,13 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         self._follow_turns(element, w, q)
         return Solved(q, tip, angles, platform, ok)
 
-    def tool_axis(self, solved: Solved) -> Array:
+    def find_tool_axis(self, solved: Solved) -> Array:
         """Tool axis (n, 3) on the table."""
-        return self.machine.five_axis.tool_axis(solved.q, solved.angles, solved.platform)
+        return self.machine.five_axis.find_tool_axis(solved.q, solved.angles, solved.platform)
 
     def margins(self, solved: Solved) -> Array:
         """Margins of the geometry (n, m)."""
-        return self.machine.five_axis.geometry_margins(solved.q, solved.angles, solved.platform)
+        return self.machine.five_axis.find_geometry_margins(solved.q, solved.angles, solved.platform)
 
     def _evaluate_pose(self, element: Ints, w: Array) -> tuple[Array, Array, Array, Ints, Array]:
         """Tip, nominal angles, tool length; which of the poses (n,) are on motions in joint space, and their joints."""
@@ -80,7 +80,7 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         if len(joint):
             ends = path.joints[path.joint[segment[joint]]]
             q_joint = ends[:, 0] + w[joint, None] * (ends[:, 1] - ends[:, 0])
-            tip[joint], angles[joint], _ok = five_axis.nominal(q_joint, length[joint])
+            tip[joint], angles[joint], _ok = five_axis.find_nominal_pose(q_joint, length[joint])
         return tip, angles, length, joint, q_joint
 
     def _lay_joints(self, element: Ints, w: Array, tip: Array, length: Array, q: Array) -> None:
@@ -111,7 +111,7 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         turn = np.empty(len(w))
         for part in _split_rows(len(w)):
             tip, angles, length, joint, q_joint = self._evaluate_pose(element[part], w[part])
-            q = self.machine.five_axis.joints(tip, angles, length)
+            q = self.machine.five_axis.find_joints(tip, angles, length)
             q[joint] = q_joint
             turn[part] = q[:, -1]
         known = np.isfinite(turn)
@@ -123,7 +123,7 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
     def bodies(self, element: Ints, solved: Solved) -> Pose:
         """Where the real tool and the module are at solved poses of elements (n,)."""
         segment = self.contour.segment[element]
-        tip, axis = solved.tip, self.tool_axis(solved)
+        tip, axis = solved.tip, self.find_tool_axis(solved)
         if self.lift:
             tip = tip + self.lift * axis
         length = self.contour.path.tool_length[segment] - self.lift
@@ -131,22 +131,22 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
 
     def q(self, element: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""
-        return self.joint_poses(element, w).q
+        return self.find_joint_poses(element, w).q
 
-    def joint_poses(self, element: Ints, w: Array) -> JointPoses:
+    def find_joint_poses(self, element: Ints, w: Array) -> JointPoses:
         """As :meth:`q`, with the poses."""
         n = len(w)
         rows = JointPoses(np.empty((n, len(self.machine.columns))), np.empty((n, 3)), np.empty((n, 2)))
         for part in _split_rows(n):
             tip, angles, length, joint, q_joint = self._evaluate_pose(element[part], w[part])
             rows.tip[part], rows.angles[part] = tip, angles
-            rows.q[part] = self.machine.five_axis.joints(tip, angles, length)
+            rows.q[part] = self.machine.five_axis.find_joints(tip, angles, length)
             rows.q[part][joint] = q_joint
             self._lay_joints(element[part], w[part], tip, length, rows.q[part])
             self._follow_turns(element[part], w[part], rows.q[part])
         return rows
 
-    def speed_cap(self, element: Ints, w: Array) -> Array:
+    def find_speed_cap(self, element: Ints, w: Array) -> Array:
         """Largest ds/dt (n,) that the feed allows, mm/s; infinite for rapids."""
         speed = np.empty(len(w))
         for part in _split_rows(len(w)):

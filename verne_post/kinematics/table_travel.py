@@ -25,7 +25,7 @@ class MachineTravel(Struct, frozen=True, eq=False):
         Where no sliders reach the place, the nominal angles are compared.
         """
         machine, frame = self.machine, Frame(tool=(0.0, 0.0, tool_length, *ZERO9[3:]))
-        tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(place[None], frame), frame)
+        tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(place[None], frame), frame)
         q, _platform, ok = machine.five_axis.solve(tip, angles, tool_length)
         table = q[0, -2:] if ok[0] else angles[0]
         limits = machine.limits

@@ -61,7 +61,7 @@ def classify(machine: Machine, tip: Array, angles: Array, tool_length: float) ->
     q, platform, ok = machine.five_axis.solve(tip, pairs, tool_length)
     checks = list_machine_checks(machine)
     with np.errstate(invalid="ignore"):
-        quantities = np.concatenate([q, machine.five_axis.geometry_margins(q, pairs, platform)], axis=1)
+        quantities = np.concatenate([q, machine.five_axis.find_geometry_margins(q, pairs, platform)], axis=1)
     margins = [np.where(ok, np.inf, -np.inf)]
     for check in checks:
         margin = check.sign * (quantities[:, check.quantity] - check.limit)

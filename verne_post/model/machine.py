@@ -157,8 +157,8 @@ class Machine:
 
     @property
     def margins(self) -> tuple[Margin, ...]:
-        """What the module's ``geometry_margins`` measure, with the thresholds of this machine."""
-        return self.five_axis.margin_names(self.limits.serial_singularity, self.limits.parallel_singularity)
+        """What the module's ``find_geometry_margins`` measure, with the thresholds of this machine."""
+        return self.five_axis.name_margins(self.limits.serial_singularity, self.limits.parallel_singularity)
 
     @property
     def actuators(self) -> tuple[str, ...]:
@@ -179,7 +179,7 @@ class Machine:
 
     def name_angles(self, angles: Array | tuple[float, float], decimals: int = 3) -> str:
         """Nominal angles (2,), rad, as words of the rotary axes: ``A 30.000, C -90.000``."""
-        program = self.coordinates.from_table(np.zeros(3), np.asarray(angles, dtype=float), Frame())
+        program = self.coordinates.map_from_table(np.zeros(3), np.asarray(angles, dtype=float), Frame())
         words = zip(self.rotary_letters, program[list(self.coordinates.rotary)], strict=True)
         return ", ".join(f"{letter} {fixed(float(word), decimals)}" for letter, word in words)
 

@@ -61,10 +61,10 @@ class JointFunctions(Protocol):
     def q(self, element: Ints, w: Array) -> Array:
         """Joints (n, n_joints) at parameter w (n,) of elements (n,)."""
 
-    def joint_poses(self, element: Ints, w: Array) -> JointPoses:
+    def find_joint_poses(self, element: Ints, w: Array) -> JointPoses:
         """Joints, and what ``pose`` says, at parameter w (n,) of elements (n,)."""
 
-    def speed_cap(self, element: Ints, w: Array) -> Array:
+    def find_speed_cap(self, element: Ints, w: Array) -> Array:
         """Feed cap: largest ds/dt (n,) that the feed rate allows, mm/s; infinite for rapids."""
 
 
@@ -112,13 +112,13 @@ class ParallelModule(Protocol):
     def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
         """(..., 3) -> position (..., 3), mm, alpha (...), rad, and ok (...), in the working mode."""
 
-    def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
+    def solve_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
         """Solve for a platform point that turns with the platform's tilt: ``pivot + F Rx(alpha) gauge``, F = diag(1, -1, -1).
 
         Pivot (3,) in the base frame, gauge (..., 3) in the upright frame at alpha = 0, mm; returns what :meth:`inverse` does.
         """
 
-    def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
+    def explain_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Finding codes for poses (m, 3) without a solution in the working mode.
 
         "VP110" out of reach, "VP201" rods that cross, "VP203" beyond a parallel singularity.
@@ -130,22 +130,22 @@ class ParallelModule(Protocol):
     def forward_all(self, rho: Array) -> Sequence[ForwardSolution]:
         """All real assembly modes of one set of actuators (3,), each with the reason why it is refused."""
 
-    def geometry_margins(self, position: Array, alpha: Array) -> Array:
-        """Margins (..., m) of solved poses, in the order of :meth:`margin_names`."""
+    def find_geometry_margins(self, position: Array, alpha: Array) -> Array:
+        """Margins (..., m) of solved poses, in the order of :meth:`name_margins`."""
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """What :meth:`geometry_margins` returns, with thresholds."""
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`find_geometry_margins` returns, with thresholds."""
 
-    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> Sequence[InverseSolution]:
-        """All real solutions of :meth:`inverse_coupled` for one gauge point (3,)."""
+    def solve_coupled_all(self, pivot: Array, gauge: Array) -> Sequence[InverseSolution]:
+        """All real solutions of :meth:`solve_coupled` for one gauge point (3,)."""
 
-    def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+    def find_jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Parallel (..., 4, 4) and serial (..., 4, 3) part of the closure equations of solved poses.
 
         ``parallel @ d(x, y, z, alpha) + serial @ d(rho) = 0``.
         """
 
-    def conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+    def measure_conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the scaled parallel and serial part, each (...)."""
 
 
@@ -165,10 +165,10 @@ class RodModule(Protocol):
     def shortest_rod(self) -> float:
         """mm."""
 
-    def directions(self, position: Array) -> tuple[Array, Array]:
+    def find_rod_directions(self, position: Array) -> tuple[Array, Array]:
         """Directions of the rods (k, 3) at a position (3,) of P, of the machine as drawn: in the base frame, and in the platform's."""
 
-    def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
+    def find_rod_ends(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform of solved poses (n,): each (n, k, 3), base frame, mm."""
 
 
@@ -242,7 +242,7 @@ class Identifiable(Protocol):
     def signed_lengths(self) -> frozenset[str]:
         """Those that may be negative."""
 
-    def loop_equations(self, lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
+    def evaluate_loops(self, lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
         """Misfits of the loops (n, e), mm; their derivatives by lengths (n, e, p), actuators (n, e, m), pose (n, e, 4).
 
         Lengths (p,), actuators (n, m), pose (n, 4): x, y, z in the base frame (mm) and the tilt alpha (rad).
@@ -253,7 +253,7 @@ class Identifiable(Protocol):
 class IsoAlpha(Protocol):
     """A module whose positions of equal tilt are closed curves in x and y."""
 
-    def iso_alpha_ellipse(self, alpha: float, turn: Array) -> Array:
+    def trace_iso_alpha(self, alpha: float, turn: Array) -> Array:
         """Points (n, 2) of P whose platform tilt is alpha or -alpha, by the parameter turn (n,)."""
 
 
@@ -273,14 +273,14 @@ class AxisCorrecting(Protocol):
     def nominal_machine(self) -> "FiveAxis":
         """The machine as it was meant."""
 
-    def with_correction(self, *, on: bool) -> "FiveAxis":
+    def switch_correction(self, *, on: bool) -> "FiveAxis":
         """The machine whose C takes its share of the axis error, or does not."""
 
     @property
     def corrects_axis(self) -> bool:
         """Whether C takes its share of the axis error."""
 
-    def axis_error(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def measure_axis_error(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Axis error (...) of solved poses that is left along the tilt axis, rad."""
 
 
@@ -317,50 +317,50 @@ class FiveAxis(Protocol):
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
         """Tip (..., 3) and nominal angles (..., 2) -> (q, platform, ok); the table turned by the platform's tilt, C as given."""
 
-    def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """The q of :meth:`solve` alone."""
 
-    def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Gauge point g (..., 3) of the nominal machine, seen from the pivot in the upright frame."""
 
-    def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+    def find_nominal_pose(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Joints -> (tip (..., 3), nominal angles (..., 2), ok)."""
 
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
         """Joints -> (tip (..., 3), nominal angles (..., 2), true tool axis (..., 3), ok)."""
 
-    def platform(self, q: Array) -> tuple[Platform, Mask]:
+    def find_platform(self, q: Array) -> tuple[Platform, Mask]:
         """The platform for joint values (..., n_joints), and whether the rods close (...)."""
 
     @property
     def spindle(self) -> Array:
         """Unit vector (3,) from P towards the tip, platform frame."""
 
-    def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def find_tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Tool axis (..., 3), tip to spindle, in the table frame, of solved poses."""
 
-    def on_table(self, point: Array, q: Array) -> Array:
+    def carry_to_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame in the table frame, for joint values (..., n_joints)."""
 
-    def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
-        """Margins (..., m) of solved poses, in the order of :meth:`margin_names`."""
+    def find_geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
+        """Margins (..., m) of solved poses, in the order of :meth:`name_margins`."""
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """What :meth:`geometry_margins` returns, with thresholds."""
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`find_geometry_margins` returns, with thresholds."""
 
-    def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
+    def measure_conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the scaled parallel and serial Jacobians of solved poses, each (...)."""
 
     def sketch(self, q: Array, platform: Platform) -> Array:
         """Rods (n, k, 2, 3) from slider to platform of solved poses (n,) for a picture, base frame, mm; k = 0 without rods."""
 
-    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates of solved poses: (..., n_joints, 5) by tip and nominal A and C."""
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> Sequence[WholeSolution]:
         """All real solutions of one pose (3,), (3,): both table solutions, every tilt, every posture."""
 
-    def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+    def explain_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve."""
 
 
@@ -370,22 +370,22 @@ class Coordinates(Protocol):
     Points are nine-vectors X Y Z A B C U V W, shape (..., 9), mm and degrees, file sense.
     """
 
-    def to_machine(self, program: Array, frame: Frame) -> Array:
+    def map_to_machine(self, program: Array, frame: Frame) -> Array:
         """Program coordinates -> machine coordinates."""
 
-    def to_program(self, machine: Array, frame: Frame) -> Array:
+    def map_to_program(self, machine: Array, frame: Frame) -> Array:
         """Machine coordinates -> program coordinates."""
 
-    def displacement(self, vector: Array, frame: Frame) -> Array:
+    def turn_displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the directions of the work origin."""
 
-    def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+    def turn_to_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with rotary words that hold the tool axis ``vector`` (3,), program directions."""
 
-    def point_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
+    def turn_to_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
         """Words of A and C that hold one tool axis (n, 3) after the other, from a pair of words on."""
 
-    def tool_axis(self, program: list[float], frame: Frame) -> Array | None:
+    def find_tool_axis(self, program: list[float], frame: Frame) -> Array | None:
         """Tool axis (3,) at a program point, program directions, tip to spindle; None where angles have no meaning."""
 
     def find_other_side(self, machine: Array) -> Array | None:
@@ -440,13 +440,13 @@ class TableCoordinates(Coordinates, Protocol):
     def carry_tips(self, start: Array, end: Array, tool_length: Array) -> TurnSegments:
         """Moves from pose to pose (n, 5) along which the axes of the machine go linearly, with tool lengths (n,)."""
 
-    def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
+    def map_to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
         """Program (..., 9) -> tip in the table frame (..., 3), nominal angles (..., 2) rad, workpiece sense."""
 
-    def from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
-        """Inverse of :meth:`to_table`: program coordinates (..., 9)."""
+    def map_from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
+        """Inverse of :meth:`map_to_table`: program coordinates (..., 9)."""
 
-    def to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
+    def map_to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
         """A point and a direction (..., 3) of the table frame in the work frame."""
 
     def work_origin(self, offset_mm: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -67,10 +67,10 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
     contour, path = joints.contour, joints.contour.path
     for element, w, s in _sample_points(contour):
         solved = joints.solve(element, w)
-        axis = joints.tool_axis(solved)
+        axis = joints.find_tool_axis(solved)
         move = path.move[contour.segment[element[0]]]
         frame = table.frames[table.frame[move]] if move >= 0 else table.start_frame
-        tip, axis = joints.machine.coordinates.to_work(solved.tip, axis, frame)
+        tip, axis = joints.machine.coordinates.map_to_work(solved.tip, axis, frame)
         line = contour.line(element)
         for k in range(len(w)):
             yield _write_line(
@@ -78,7 +78,7 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
             )
 
 
-def joints(joint_path: JointPath) -> Iterator[str]:
+def dump_joints(joint_path: JointPath) -> Iterator[str]:
     """Joint values, platform tilt and margins along every element; units of the setpoint file."""
     machine, contour = joint_path.machine, joint_path.contour
     names = [f"{margin.name} ({margin.axis})" if margin.axis else margin.name for margin in machine.margins]

@@ -173,7 +173,7 @@ def draw_iso_alpha(machine: Machine, module: IsoAlpha) -> "Figure":
     from matplotlib.figure import Figure
 
     turn = np.linspace(0.0, 2 * np.pi, 181)
-    curves = [module.iso_alpha_ellipse(float(alpha), turn) for alpha in _ALPHAS]
+    curves = [module.trace_iso_alpha(float(alpha), turn) for alpha in _ALPHAS]
     highest = int(np.nanargmax([np.ptp(curve[:, 1]) for curve in curves]))
     figure = Figure(figsize=(9.6, 5.2), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)

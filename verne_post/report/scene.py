@@ -70,8 +70,8 @@ def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
         return []
     coordinates = program.machine.coordinates
     centre = 0.5 * (np.array(stock.low) + np.array(stock.high))
-    middle = coordinates.to_table(np.concatenate([centre, np.zeros(6)]), stock.frame)[0]
-    along = coordinates.displacement(np.array([1.0, 0.0, 0.0]), stock.frame)
+    middle = coordinates.map_to_table(np.concatenate([centre, np.zeros(6)]), stock.frame)[0]
+    along = coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), stock.frame)
     box = Box("the stock of the program", stock.low, stock.high)
     placed = _describe_box(place_box(box, middle, float(np.arctan2(along[1], along[0])), stock=True))
     return [{**placed, "round": stock.round, "bore": 0.5 * stock.bore}]
@@ -109,7 +109,7 @@ def _list_guides(machine: Machine, study: Study) -> list[dict[str, Any]]:
         return []
     factor = np.array([column.factor for column in machine.columns])
     here = study.q[reached[:1]] / factor
-    platform, _ok = machine.five_axis.platform(here)
+    platform, _ok = machine.five_axis.find_platform(here)
     guides: list[dict[str, Any]] = [{} for _rod in range(study.rods.shape[1])]
     for joint in range(len(machine.columns) - 2):
         seen = study.q[reached, joint] / factor[joint]

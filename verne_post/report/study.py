@@ -83,11 +83,13 @@ def _study_rows(program: Program, result: Result, values: Array, line: Ints, seg
         rates = {name: np.diff(recent, k, axis=0)[3 - k :] / cycle**k for k, name in enumerate(_RATES, start=1)}
         of, q = segment[first:last], recent / factor
         length = path.tool_length[of]
-        tip, angles, ok = machine.five_axis.nominal(q[3:], length)
+        tip, angles, ok = machine.five_axis.find_nominal_pose(q[3:], length)
         # a change of the tool's length is no motion: both ends of a step in time are solved with the later tool
         changed = np.flatnonzero(np.append(True, length[1:] != length[:-1]))
         before, angles_before = np.concatenate([tip[:1], tip[:-1]]), np.concatenate([angles[:1], angles[:-1]])
-        before[changed], angles_before[changed], _ok = machine.five_axis.nominal(q[2:-1][changed], length[changed])
+        before[changed], angles_before[changed], _ok = machine.five_axis.find_nominal_pose(
+            q[2:-1][changed], length[changed]
+        )
         speed = np.linalg.norm(tip - before, axis=1) / cycle
         turning = np.linalg.norm(np.remainder(angles - angles_before + np.pi, 2 * np.pi) - np.pi, axis=1) / cycle
         stretch = np.searchsorted(frames, row, side="right") - 1
@@ -199,7 +201,7 @@ class _Collector:
         machine, timed = self.machine, result.ok
         x, line, q, tool_length, tip, angles, speed, margin, nearest, move, alpha_deg = _join(self._frames)
         five_axis = machine.five_axis
-        platform, _ok = five_axis.platform(np.where(np.isfinite(q), q, 0.0))
+        platform, _ok = five_axis.find_platform(np.where(np.isfinite(q), q, 0.0))
         position, up = platform.position, np.array([1.0, -1.0, -1.0])
         nose = position + five_axis.nose_offset * platform.turn(five_axis.spindle)
         # a half turn about x leads from z down to z up, in the base frame as in the platform frame

@@ -56,7 +56,7 @@ def find_joints_of_place(machine: Machine, place: Place, option: str) -> Array:
         key = "[home]" if place == "home" else "home.park"
         raise InputError(finding("VP015", f"{option} {place} needs {key} in the machine file"))
     point = machine.place_stored(home)
-    tip, angles = machine.coordinates.to_table(machine.coordinates.to_program(point, Frame()), Frame())
+    tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(point, Frame()), Frame())
     q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
     if not ok:
         raise InputError(finding("VP018", f"{option} {place}: this position of the machine file is out of reach"))
@@ -177,7 +177,7 @@ def _connect(
 
 
 def _find_pose(machine: Machine, q: Array, tool: float, option: str) -> Array:
-    tip, angles, ok = machine.five_axis.nominal(q, tool)
+    tip, angles, ok = machine.five_axis.find_nominal_pose(q, tool)
     if not ok:
         raise InputError(finding("VP018", f"{option}: these joint values close no position of the platform"))
     return np.concatenate([tip, angles])
@@ -185,7 +185,7 @@ def _find_pose(machine: Machine, q: Array, tool: float, option: str) -> Array:
 
 def _make_joint_step(machine: Machine, q: Array, tool: float) -> Step:
     """A step that is linear in the joints, between joint values (2, n_joints)."""
-    tip, angles, _ok = machine.five_axis.nominal(q, tool)
+    tip, angles, _ok = machine.five_axis.find_nominal_pose(q, tool)
     start, end = np.concatenate([tip, angles], axis=1)
     return Step(start, end, q)
 

@@ -39,7 +39,7 @@ def choose_branches(
             q, platform, ok = machine.five_axis.solve(tip, angles, path.tool_length[segment])
             with np.errstate(invalid="ignore"):
                 inside = ((q >= limits.lower - slack) & (q <= limits.upper + slack))[:, :-1].all(axis=1)
-                clear = (machine.five_axis.geometry_margins(q, angles, platform) >= errors).all(axis=1)
+                clear = (machine.five_axis.find_geometry_margins(q, angles, platform) >= errors).all(axis=1)
             return ok & inside & clear
 
         c_range = float(limits.lower[-1]), float(limits.upper[-1])

@@ -192,7 +192,7 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
 
 def _place(coordinates: TableCoordinates, program: Array, frame: Frame) -> Array:
     """Tip and angles in the table frame, without the noise of how they were computed: planning would magnify it."""
-    tip, angles = coordinates.to_table(program, frame)
+    tip, angles = coordinates.map_to_table(program, frame)
     return np.concatenate([np.round(tip, POSE_DECIMALS_MM), np.round(angles, POSE_DECIMALS_RAD)], axis=-1)
 
 

@@ -21,8 +21,8 @@ from verne_post.toolpath.corners import (
     METRIC,
     SEGMENTS,
     USED_SHARE,
-    displacement,
     find_bends,
+    find_displacement,
     find_slopes,
     find_smaller_beside,
     find_widest,
@@ -139,7 +139,7 @@ def _compensate(
     alone = find_widest(shape, bend_share)
     while chain.any():
         corners = Corners(s, limit_chain_reach(chain, alone, s), common, shape)
-        inward = displacement(corners, every, s)
+        inward = find_displacement(corners, every, s)
         share = _find_needed(find_bend_shares(inward, slope, tip_tolerance, axis_tolerance))
         if not (share * chain).any():
             break

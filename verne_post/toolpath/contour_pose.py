@@ -8,7 +8,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import sum_rows
 from verne_post.model.contour import Contour
-from verne_post.toolpath.corners import differentiate_displacement, displacement, find_replaced
+from verne_post.toolpath.corners import differentiate_displacement, find_displacement, find_replaced
 from verne_post.toolpath.evaluate import (
     coordinates,
     differentiate_bernstein,
@@ -27,7 +27,7 @@ def find_contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array,
         on = segment[rows]
         corner = on + contour.corners.shift
         s = contour.corners.s.take(corner) + at[rows] * contour.shape.length.take(on)
-        pose[rows] += displacement(contour.corners, corner, s)
+        pose[rows] += find_displacement(contour.corners, corner, s)
         for points, controls, v, _reach in find_replaced(contour.corners, corner, s):
             pose[np.arange(len(pose))[rows][points]] = evaluate_bernstein(controls, v)
     return pose[:, :3], pose[:, 3:]
@@ -38,7 +38,7 @@ def _select(mask: Mask) -> slice | Ints:
     return slice(None) if mask.all() else np.flatnonzero(mask)
 
 
-def speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
+def find_speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
     """Feed cap: the largest ds/dt (n,) that the programmed feed rate allows, mm/s; infinite for rapids.
 
     On a segment the tip moves evenly with s. In a corner blend it moves slower than s; by how much follows from the

@@ -175,7 +175,7 @@ def measure_gaps(reach: Array, s: Array) -> Array:
     return gap
 
 
-def displacement(corners: Corners, segment: Ints, at: Array) -> Array:
+def find_displacement(corners: Corners, segment: Ints, at: Array) -> Array:
     """Displacement (m, 5) of the pose by all corner blends at path parameters ``at`` (m,) on segments (m,), mm and rad."""
     near, width, x = _find_near(corners, segment, at)
     total = _sum_bends(corners, near, width * shape_value(corners.shape.take(near, mode="clip"), x))

@@ -14,7 +14,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.rows import measure_rows, sum_rows
 from verne_post.model.contour import Corners
 from verne_post.toolpath.corner_shapes import OUTSIDE
-from verne_post.toolpath.corners import SEGMENTS, USED_SHARE, displacement
+from verne_post.toolpath.corners import SEGMENTS, USED_SHARE, find_displacement
 
 #: Overlapping corner blends that leave the tolerance together are narrowed by no more than this at a time, and so often.
 NARROWING: Final = 0.6
@@ -144,11 +144,11 @@ def find_deviations(
     inner_at = np.concatenate([s[between] + share * (s[between + 1] - s[between]), swings])
     every = np.arange(n + 1)
     largest = np.zeros(n + 1)
-    at_corners = displacement(corners, np.minimum(every, n - 1), s)
+    at_corners = find_displacement(corners, np.minimum(every, n - 1), s)
     for at, off, owner, low, high in (
         (s, at_corners, np.append(0, every[:-1]), every, every),
         (s, at_corners, np.append(every[:-1], n - 1), every, every),
-        (inner_at, displacement(corners, inner, inner_at), inner, inner, inner + 1),
+        (inner_at, find_displacement(corners, inner, inner_at), inner, inner, inner + 1),
     ):
         ends = s[owner] - at, s[owner + 1] - at
         part = (-ends[0] / (ends[1] - ends[0]))[:, None]

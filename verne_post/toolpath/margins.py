@@ -32,7 +32,7 @@ def list_margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
     def margins(tip: Array, angles: Array, tool_length: Array) -> Array:
         q, platform, ok = machine.five_axis.solve(tip, angles, tool_length)
         inside = np.minimum(q - limits.lower, limits.upper - q)[:, travel] / half
-        geometry = (machine.five_axis.geometry_margins(q, angles, platform)[:, kept] - error) / scale
+        geometry = (machine.five_axis.find_geometry_margins(q, angles, platform)[:, kept] - error) / scale
         table = np.concatenate([inside, geometry], axis=1)
         table[~ok] = -np.inf
         return table

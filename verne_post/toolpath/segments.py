@@ -283,7 +283,7 @@ def _place_arcs(placed: PlacedMoves, curved: Rows, coordinates: TableCoordinates
     for index in np.unique(moves.frame[row]):
         in_frame = np.flatnonzero(moves.frame[row] == index)
         arc = moves.arc[row[in_frame]]
-        normal[in_frame] = coordinates.displacement(_NORMALS[moves.arcs.plane[arc]], moves.frames[index])
+        normal[in_frame] = coordinates.turn_displacement(_NORMALS[moves.arcs.plane[arc]], moves.frames[index])
     to_start = start[:, :3] - center
     to_end = end[:, :3] - center
     height = np.sum(to_start * normal, axis=1, keepdims=True)
@@ -304,7 +304,7 @@ def _place_centers(moves: Moves, row: Rows, coordinates: TableCoordinates) -> Ar
         in_frame = np.flatnonzero(moves.frame[row] == index)
         program = moves.end[row[in_frame]].copy()
         program[:, :3] = moves.arcs.center[moves.arc[row[in_frame]]]
-        center[in_frame] = np.round(coordinates.to_table(program, moves.frames[index])[0], POSE_DECIMALS_MM)
+        center[in_frame] = np.round(coordinates.map_to_table(program, moves.frames[index])[0], POSE_DECIMALS_MM)
     return center
 
 

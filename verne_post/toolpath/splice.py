@@ -57,11 +57,11 @@ def retract_pose(pose: Array, machine: Machine, tool_length: float) -> Array:
     """The pose (5,) on the tool axis of another one with the gauge line at machine Z 0, or where it is if that is higher."""
     frame = Frame(tool=(0.0, 0.0, tool_length, *ZERO9[3:]))
     coordinates = machine.coordinates
-    point = coordinates.to_machine(coordinates.from_table(pose[:3], pose[3:], frame), frame)
+    point = coordinates.map_to_machine(coordinates.map_from_table(pose[:3], pose[3:], frame), frame)
     if coordinates.head:
         return _retract_along_tool(pose, machine, tool_length, float(point[2]))
     point[2] = max(point[2], 0.0)
-    return np.concatenate(coordinates.to_table(coordinates.to_program(point, frame), frame))
+    return np.concatenate(coordinates.map_to_table(coordinates.map_to_program(point, frame), frame))
 
 
 def _retract_along_tool(pose: Array, machine: Machine, tool_length: float, height: float) -> Array:
@@ -73,7 +73,7 @@ def _retract_along_tool(pose: Array, machine: Machine, tool_length: float, heigh
         VP018 where the tool lies too flat.
     """
     axis = find_axis_of_angles(pose[3], pose[4])
-    q = machine.five_axis.joints(np.stack([pose[:3], pose[:3] + axis]), pose[3:], tool_length)
+    q = machine.five_axis.find_joints(np.stack([pose[:3], pose[:3] + axis]), pose[3:], tool_length)
     rise = float(q[1, 2] - q[0, 2])
     if height < 0.0 and rise < _LEAST_RISE:
         raise InputError(

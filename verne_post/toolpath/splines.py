@@ -74,7 +74,7 @@ def place_pieces(moves: Moves, row: Ints, coordinates: TableCoordinates) -> Spli
     placed = np.empty((len(frame), 5))
     for index in np.unique(frame):
         in_frame = np.flatnonzero(frame == index)
-        tip, angles = coordinates.to_table(pieces.points[in_frame], moves.frames[index])
+        tip, angles = coordinates.map_to_table(pieces.points[in_frame], moves.frames[index])
         placed[in_frame, :3] = np.round(tip, POSE_DECIMALS_MM)
         placed[in_frame, 3:] = np.round(angles, POSE_DECIMALS_RAD)
     return pieces.replace_points(placed)

@@ -139,7 +139,7 @@ class ContourSection:
     def speed(self, s: Array) -> Array:
         """Largest ds/dt (n,) at s (n,), mm/s: by the feed, and so that the rows show how arcs turn."""
         element, w = self.locate(s)
-        cap = self.joints.speed_cap(element, w)
+        cap = self.joints.find_speed_cap(element, w)
         if self.turning is None:
             return cap
         return np.minimum(cap, limit_visible_speed(self.joints.contour, element, w, self.cycle))
@@ -156,7 +156,7 @@ class ContourSection:
     def q_and_hidden(self, s: Array) -> tuple[Array, Array]:
         """What :meth:`q` and :meth:`hidden` say of rows s (n,), of poses evaluated once."""
         element, w = self.locate(s)
-        rows = self.joints.joint_poses(element, w)
+        rows = self.joints.find_joint_poses(element, w)
         return rows.q, self._find_hidden(s, element, w, (rows.tip, rows.angles))
 
     def _find_hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
@@ -329,7 +329,7 @@ class _Planner:
             first, last = part
             rows = s[first : last + 1]
             element, w = path.locate(0.5 * (rows[1:] + rows[:-1]))
-            cap = tuning.FEED_REACHED * self.joints.speed_cap(element, w)
+            cap = tuning.FEED_REACHED * self.joints.find_speed_cap(element, w)
             fast = np.diff(rows) / self.planning.cycle >= cap
             return np.unique(self.joints.contour.segment[element[fast]])
 

@@ -12,7 +12,7 @@ from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.linear_joints import find_lines, find_rows
-from verne_post.verification.projection import RADIAN_MM, find_programmed_pose, measure_lengths_to, tool_axis
+from verne_post.verification.projection import RADIAN_MM, find_programmed_pose, find_tool_axis, measure_lengths_to
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 
@@ -165,8 +165,8 @@ class BetweenRowsCheck:
         # along a great circle the tool axis turns evenly; near the pole A and C do not
         on_circle = np.flatnonzero(path.circle[segment] >= 0)
         if len(on_circle):
-            ends = [RADIAN_MM * tool_axis(at[on_circle, 3:] / RADIAN_MM) for at in (start, start + step)]
-            here = RADIAN_MM * tool_axis(angles[on_circle])
+            ends = [RADIAN_MM * find_tool_axis(at[on_circle, 3:] / RADIAN_MM) for at in (start, start + step)]
+            here = RADIAN_MM * find_tool_axis(angles[on_circle])
             # two components tell the axis apart: those across the mean of both ends
             across = _find_perpendiculars(ends[0] + ends[1])
             begin, end, middle = (np.einsum("nij,nj->ni", across, vector) for vector in (*ends, here))

@@ -7,7 +7,7 @@ from verne_post.base.rows import measure_rows
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.deviation import measure_deviation
-from verne_post.verification.projection import tool_axis
+from verne_post.verification.projection import find_tool_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 
@@ -52,7 +52,7 @@ class PathCheck:
         tip_bound, angle_bound = (np.full(len(row), bound) for bound in self.reference.exact_bounds)
         where = "the place of the standstill"
         self._compare(rows, row, "tip", "mm", measure_rows(some.tip - pose[:, :3]), tip_bound, where)
-        axis, rotary = measure_rows(some.axis - tool_axis(pose[:, 3:])), np.abs(some.angles[:, 1] - pose[:, 4])
+        axis, rotary = measure_rows(some.axis - find_tool_axis(pose[:, 3:])), np.abs(some.angles[:, 1] - pose[:, 4])
         self._compare(rows, row, "tool axis", "deg", axis / RAD_PER_DEG, angle_bound / RAD_PER_DEG, where)
         self._compare(rows, row, "rotary angle", "deg", rotary / RAD_PER_DEG, angle_bound / RAD_PER_DEG, where)
 

@@ -41,7 +41,7 @@ class Measured(JointPoses, frozen=True, eq=False, dict=True):
     @cached_property
     def axis(self) -> Array:
         """Unit tool axes (n, 3) of the nominal angles, table frame."""
-        return tool_axis(self.angles)
+        return find_tool_axis(self.angles)
 
     def select(self, rows: Ints) -> "Measured":
         """The poses of some rows."""
@@ -106,7 +106,7 @@ def project_onto_straight(path: ToolPath, segment: Ints, tip: Array, angles: Arr
     if len(on_circle):
         each = np.broadcast_to(radian_mm, len(segment))[on_circle]
         u[on_circle] = _project_on_great_circles(
-            path, segment[on_circle], tip[on_circle], tool_axis(angles[on_circle]), each
+            path, segment[on_circle], tip[on_circle], find_tool_axis(angles[on_circle]), each
         )
     return np.asarray(u)
 
@@ -244,7 +244,7 @@ def _find_on_circles(path: ToolPath, segment: Ints) -> Ints:
 
 def _span_great_circle(path: ToolPath, segment: Ints) -> tuple[Array, Array, Array]:
     """Tool axes at both ends of segments, and the angle between them."""
-    k0, k1 = tool_axis(path.start[segment, 3:]), tool_axis(path.end[segment, 3:])
+    k0, k1 = find_tool_axis(path.start[segment, 3:]), find_tool_axis(path.end[segment, 3:])
     return k0, k1, np.arctan2(measure_rows(np.cross(k0, k1)), np.sum(k0 * k1, axis=1))
 
 
@@ -384,7 +384,7 @@ def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tu
     """
     tip, angles = find_programmed_pose(path, segment, u)
     tip_off = measure_rows(measured.tip - tip)
-    axis_off = measure_rows(measured.axis - tool_axis(angles))
+    axis_off = measure_rows(measured.axis - find_tool_axis(angles))
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
     on_circle = np.flatnonzero(path.circle[segment] >= 0)
     moved = rotary_off[on_circle] * np.abs(np.sin(angles[on_circle, 0]))
@@ -419,7 +419,7 @@ def measure_deviation_nearby(
     return tip[chosen], axis[chosen], rotary[chosen]
 
 
-def tool_axis(angles: Array) -> Array:
+def find_tool_axis(angles: Array) -> Array:
     """Unit tool axes (n, 3) of nominal angles (n, 2), table frame."""
     a, c = angles[:, 0], angles[:, 1]
     tilted = np.sin(a)

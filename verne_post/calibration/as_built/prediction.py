@@ -39,7 +39,7 @@ def _compute_angles(one: Array, other: Array) -> Array:
 
 def predict_errors_before(model: AsBuiltModel, found: Array, present: FiveAxis, poses: WorkspacePoses) -> ToolErrors:
     """Errors (n,) of the machine as found (58,) when the machine file in use makes its joints."""
-    return compute_tool_errors(model, found, present.joints(poses.tip, poses.angles, poses.length), poses)
+    return compute_tool_errors(model, found, present.find_joints(poses.tip, poses.angles, poses.length), poses)
 
 
 class ErrorsAfter(Struct, frozen=True, eq=False):
@@ -73,7 +73,7 @@ def predict_errors_after(machine: AsBuiltMachine, found: Array, factor: Array, p
         n poses.
     """
     calibrated = machine.replace_deviations(Deviations.build_from_vector(found))
-    joints = calibrated.joints(poses.tip, poses.angles, poses.length)
+    joints = calibrated.find_joints(poses.tip, poses.angles, poses.length)
     at, rates = AsBuiltModel(machine).rates(found, joints, poses.length)
     drawn = factor[:COUNT] @ np.random.default_rng(0).standard_normal((len(factor), DRAWS))
     tip = np.einsum("nkp,pd->nkd", rates.tip, drawn)
@@ -97,7 +97,7 @@ def _remove_rigid_motion(moved: Array, point: Array) -> Array:
 
 def expect_tip_error(machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses) -> Array:
     """Root mean square (n,) of the tip error that is left, mm."""
-    joints = machine.replace_deviations(Deviations.build_from_vector(found)).joints(
+    joints = machine.replace_deviations(Deviations.build_from_vector(found)).find_joints(
         poses.tip, poses.angles, poses.length
     )
     rates = AsBuiltModel(machine).rates(found, joints, poses.length)[1]

@@ -39,11 +39,11 @@ def solve_legal(machine: Machine, tip: Array, angles: Array, length: Array) -> t
     """Joints (n, 5) of poses, and which poses keep every limit and clearance of the machine file."""
     joints, platform, ok = machine.five_axis.solve(tip, angles, length)
     with np.errstate(invalid="ignore"):
-        margins = machine.five_axis.geometry_margins(joints, angles, platform)
+        margins = machine.five_axis.find_geometry_margins(joints, angles, platform)
         quantities = np.concatenate([joints, margins], axis=1)
         for check in list_machine_checks(machine):
             ok = ok & (check.sign * (quantities[:, check.quantity] - check.limit) >= -check.slack)
-        axis = machine.five_axis.tool_axis(joints, angles, platform)
+        axis = machine.five_axis.find_tool_axis(joints, angles, platform)
         for point in (tip, tip + length[:, None] * axis):
             height = np.maximum(point[:, 2], np.hypot(point[:, 0], point[:, 1]) - machine.table_radius)
             ok = ok & (height >= -LIMIT_SLACK_MM)

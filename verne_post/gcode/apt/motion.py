@@ -143,7 +143,7 @@ def _check_table(to: AptModes, s: Statement) -> None:
     """
     if to.state.modes.vectors:
         return
-    stands = to.setup.coordinates.tool_axis(to.state.position, to.state.frame)
+    stands = to.setup.coordinates.find_tool_axis(to.state.position, to.state.frame)
     held = None if stands is None else [float(value) for value in stands]
     near = VECTOR_LENGTH if any(to.axis[:2]) else find_half_step(to.axis)
     if to.turned and (held is None or differ(held, to.tool_axis, near)):

@@ -106,11 +106,11 @@ class KlartextFrames:
         upright, turned = np.zeros((4, 9)), np.zeros((1, 9))
         upright[1:, :3] = np.eye(3)
         turned[0, 3:6] = program[3:6]
-        machine = self.setup.coordinates.to_machine(upright, base)
-        machine[:, 3:] = self.setup.coordinates.to_machine(turned, base)[0, 3:]
-        if np.array_equal(machine[0, 3:], self.setup.coordinates.to_machine(upright, base)[0, 3:]):
+        machine = self.setup.coordinates.map_to_machine(upright, base)
+        machine[:, 3:] = self.setup.coordinates.map_to_machine(turned, base)[0, 3:]
+        if np.array_equal(machine[0, 3:], self.setup.coordinates.map_to_machine(upright, base)[0, 3:]):
             return Map()
-        on_part = self.setup.coordinates.to_program(machine, base)[:, :3]
+        on_part = self.setup.coordinates.map_to_program(machine, base)[:, :3]
         return Map((on_part[1:] - on_part[0]).T, on_part[0])
 
     def check_upright(self, what: str) -> None:
@@ -152,10 +152,10 @@ class KlartextFrames:
                 else self.map_with_table(ends).after(self.maps.map()).split()
             )  # fmt: skip
             program = np.array([*point, *ends[3:]])
-            end = np.array(coordinates.to_machine(program, replace(state.frame, feature=feature)))
+            end = np.array(coordinates.map_to_machine(program, replace(state.frame, feature=feature)))
         else:
             base = replace(state.frame, feature=None)
-            end[3:] = coordinates.to_machine(np.array(ends), base)[3:]
+            end[3:] = coordinates.map_to_machine(np.array(ends), base)[3:]
         if self.setup.rotary[1] in targets:
             self.recorder.fix_c(self.block.line)
         self.move_machine(kind, end, axes)

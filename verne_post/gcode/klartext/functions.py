@@ -295,7 +295,7 @@ class KlartextFunctions:
         if distance < 0:
             raise ProgramError("VP007", f"MB{distance:g} mm: a retract is not negative")
         self.core.require_known(self.frames.block, [2], "a retract by MB")
-        axis = self.setup.coordinates.tool_axis(state.position, state.frame)
+        axis = self.setup.coordinates.find_tool_axis(state.position, state.frame)
         end = list(state.position)
         end[:3] = [
             float(v) for v in np.array(end[:3]) + distance * (np.array([0.0, 0.0, 1.0]) if axis is None else axis)

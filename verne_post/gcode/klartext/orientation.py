@@ -74,14 +74,14 @@ class KlartextOrientation:
             if not self.setup.machine:
                 self.core.hold_tool_axis(self._map_vector(vector))
                 return
-            end = self.setup.coordinates.point_axis(target.end, np.array(self._map_vector(vector)), state.frame)
+            end = self.setup.coordinates.turn_to_axis(target.end, np.array(self._map_vector(vector)), state.frame)
             for number in self.setup.rotary:
                 target.end[number] = end[number]
             target.axes = sorted({*target.axes, *self.setup.rotary})
             self.core.hold_tool_axis(self._map_vector(vector) if self.modes.along_vectors else None)
         elif target.turns:
             if self.modes.along_vectors and self.modes.tcp and self.setup.machine:
-                axis = self.setup.coordinates.tool_axis(target.end, state.frame)
+                axis = self.setup.coordinates.find_tool_axis(target.end, state.frame)
                 assert axis is not None
                 self.core.hold_tool_axis(axis)
             else:

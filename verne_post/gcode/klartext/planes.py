@@ -237,10 +237,10 @@ class KlartextPlanes:
                 "VP017",
                 f"{sense}: the two positions of this nutating pair do not lie on both sides of {AXES[tilt]} 0; leave it out",
             )
-        here = [float(v) for v in coordinates.to_program(self.frames.machine_position(), base)]
+        here = [float(v) for v in coordinates.map_to_program(self.frames.machine_position(), base)]
         positions = find_positions(self.setup, here, normal, base, tip_stays=tip_stays)
         if len(positions) == 1:
-            return self._find_upright_angles(coordinates.point_axis(here, normal, base), base, table)
+            return self._find_upright_angles(coordinates.turn_to_axis(here, normal, base), base, table)
 
         def rank(one: TablePosition) -> tuple[float, ...]:
             motion = abs(one.program[tilt] - here[tilt]) + one.turned
@@ -337,7 +337,7 @@ class KlartextPlanes:
         angle = float(np.linalg.norm(turn))
         points = np.repeat(start[None], count_places(angle), axis=0)
         points[:, rotary] += np.linspace(0.0, 1.0, len(points))[:, None] * turn
-        axis = np.array([coordinates.tool_axis([float(v) for v in point], base) for point in points])
+        axis = np.array([coordinates.find_tool_axis([float(v) for v in point], base) for point in points])
         points[:, :3] += distance * (axis - axis[0])
         x, y, z = (float(v) for v in start[:3] - distance * axis[0])
         self.core.frames.name_axes([float(value) for value in points[-1]], rotary)

@@ -57,11 +57,11 @@ class Frames:
         refuse_compensation(state, "a change of offsets")
         if state.tool_axis is not None and _find_directions(frame) != _find_directions(old):
             # the tool stands still, so its axis has other words
-            rotation = coordinates.displacement(np.eye(3), frame)
-            held = rotation @ coordinates.displacement(np.array(state.tool_axis), old)
+            rotation = coordinates.turn_displacement(np.eye(3), frame)
+            held = rotation @ coordinates.turn_displacement(np.array(state.tool_axis), old)
             state.tool_axis = (float(held[0]), float(held[1]), float(held[2]))
-        machine = coordinates.to_machine(np.array(state.position), old)
-        position = [float(v) for v in coordinates.to_program(machine, frame)]
+        machine = coordinates.map_to_machine(np.array(state.position), old)
+        position = [float(v) for v in coordinates.map_to_program(machine, frame)]
         if self.setup.machine:
             if frame.tool != old.tool and state.held is None and state.placed:
                 state.held = [p if named else math.nan for p, named in zip(state.position, state.named, strict=True)]
@@ -69,10 +69,10 @@ class Frames:
                 # programmed values follow a change of work offset, but not one of tool length
                 before = np.where(np.isnan(state.held), state.position, state.held)
                 same_tool = replace(frame, tool=old.tool)
-                moved = coordinates.to_program(coordinates.to_machine(before, old), same_tool)
+                moved = coordinates.map_to_program(coordinates.map_to_machine(before, old), same_tool)
                 state.held = [float(v) if n else math.nan for v, n in zip(moved, state.named, strict=True)]
         if state.centre is not None:  # the tool still stands beside its last contour
-            centre = coordinates.to_program(coordinates.to_machine(np.array(state.centre), old), frame)
+            centre = coordinates.map_to_program(coordinates.map_to_machine(np.array(state.centre), old), frame)
             state.centre = [float(v) for v in centre]
         state.position = position
         state.frame = frame
@@ -125,7 +125,7 @@ class Frames:
             return
         frame, coordinates = state.frame, self.setup.coordinates
         state.first_places.note(
-            state.known, state.position, end, axes, lambda program: coordinates.to_machine(program, frame),
+            state.known, state.position, end, axes, lambda program: coordinates.map_to_machine(program, frame),
             machine=machine,
         )  # fmt: skip
 

@@ -90,7 +90,7 @@ class Machining:
 
     def find_tilted_tool(self, axis: int = 2) -> str | None:
         """The tool axis in words where it does not point along Z, or another axis of the program; else None."""
-        tool = self.setup.coordinates.tool_axis(self.state.position, self.state.frame)
+        tool = self.setup.coordinates.find_tool_axis(self.state.position, self.state.frame)
         if tool is None or tool[axis] >= 1.0 - DRILL_TILT:
             return None
         return f"the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f})"
@@ -191,7 +191,7 @@ class Machining:
         held, state.held = state.held, None
         if held is None:
             return state.position
-        machine_position = self.setup.coordinates.to_machine(np.array(state.position), state.frame)
+        machine_position = self.setup.coordinates.map_to_machine(np.array(state.position), state.frame)
         if self.setup.coordinates.is_upright(machine_position):
             if at is not None and axes is not None and not machine:
                 self.warn_of_depth(at, held, axes)
@@ -421,13 +421,13 @@ class Machining:
     def depends_on_side(self) -> bool:
         """Whether Z of the machine is another one on the other side of the table: where the axes of the table do not meet."""
         coordinates, frame = self.setup.coordinates, self.state.frame
-        here = coordinates.to_machine(np.array(self.state.position), frame)
+        here = coordinates.map_to_machine(np.array(self.state.position), frame)
         turned, rotary = coordinates.find_other_side(here), list(self.setup.rotary)
         if turned is None:
             return False
         other = np.array(self.state.position)
-        other[rotary] = coordinates.to_program(turned, frame)[rotary]
-        return bool(abs(coordinates.to_machine(other, frame)[_Z] - here[_Z]) > ZERO_LENGTH_MM)
+        other[rotary] = coordinates.map_to_program(turned, frame)[rotary]
+        return bool(abs(coordinates.map_to_machine(other, frame)[_Z] - here[_Z]) > ZERO_LENGTH_MM)
 
     def settle_table(self, at: At) -> None:
         """A tool axis gives way to the place of the table that it has.
@@ -437,14 +437,14 @@ class Machining:
         where the table stands.
         """
         state, coordinates, recorder = self.state, self.setup.coordinates, self.recorder
-        machine = coordinates.to_machine(np.array(state.position), state.frame)
+        machine = coordinates.map_to_machine(np.array(state.position), state.frame)
         tilt, turn = self.setup.rotary
         pair = self.note_table_place(machine, by_words=False)
         state.tool_axis = None
         if pair == (machine[tilt], machine[turn]):
             return
         machine[[tilt, turn]] = pair
-        place = coordinates.to_program(machine, state.frame)
+        place = coordinates.map_to_program(machine, state.frame)
         end = list(state.position)  # the tip stays at its place of the part
         end[tilt], end[turn] = float(place[tilt]), float(place[turn])
         recorder.add(state, at.line, MoveKind.RAPID, end, math.nan)
@@ -465,7 +465,7 @@ class Machining:
         """Without tool-centre-point control other controls mean other places, but for an upright, unturned table."""
         coordinates, frame = self.setup.coordinates, self.state.frame
         for point in (start, end):
-            machine = coordinates.to_machine(np.array(point), frame)
+            machine = coordinates.map_to_machine(np.array(point), frame)
             tilt, turn = (float(machine[axis]) for axis in self.setup.rotary)
             if self.setup.machine and (abs(tilt) > UPRIGHT_DEG or abs(turn) > UPRIGHT_DEG):
                 one, other = self.setup.rotary_letters

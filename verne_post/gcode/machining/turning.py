@@ -28,7 +28,7 @@ def count_places(angle: float) -> int:
 
 def find_machine_place(core: Machining) -> Array:
     """Machine coordinates (9,) of the present position."""
-    return np.array(core.setup.coordinates.to_machine(np.array(core.state.position), core.state.frame))
+    return np.array(core.setup.coordinates.map_to_machine(np.array(core.state.position), core.state.frame))
 
 
 def go_to_machine(core: Machining, at: At, kind: MoveKind, targets: dict[int, float]) -> None:
@@ -48,7 +48,7 @@ def go_to_machine(core: Machining, at: At, kind: MoveKind, targets: dict[int, fl
     if turns:
         move_machine_axes(core, at, kind, machine, list(targets), by_tip=any(axis in targets for axis in _LINEAR))
     else:
-        end = [float(value) for value in core.setup.coordinates.to_program(machine, state.frame)]
+        end = [float(value) for value in core.setup.coordinates.map_to_program(machine, state.frame)]
         for axis in core.setup.rotary:  # the words go on, also where the table stands on their other side
             end[axis] = state.position[axis]
         core.frames.name_axes(end, list(targets), machine=True)
@@ -65,8 +65,8 @@ def _find_place_on_side(core: Machining, machine: Array) -> Array:
     stands = machine.copy()
     stands[rotary] = pair
     position = np.array(state.position)
-    position[rotary] = coordinates.to_program(stands, state.frame)[rotary]
-    return np.array(coordinates.to_machine(position, state.frame))
+    position[rotary] = coordinates.map_to_program(stands, state.frame)[rotary]
+    return np.array(coordinates.map_to_machine(position, state.frame))
 
 
 def move_machine_axes(
@@ -78,10 +78,10 @@ def move_machine_axes(
     """
     coordinates, frame, rotary = core.setup.coordinates, core.state.frame, list(core.setup.rotary)
     start = find_machine_place(core)
-    core.frames.name_axes([float(value) for value in coordinates.to_program(target, frame)], axes, machine=True)
+    core.frames.name_axes([float(value) for value in coordinates.map_to_program(target, frame)], axes, machine=True)
     change = target - start
     shares = np.linspace(0.0, 1.0, count_places(float(np.linalg.norm(change[rotary]))))[:, None]
-    points = coordinates.to_program(start + shares * change, frame)
+    points = coordinates.map_to_program(start + shares * change, frame)
     counted = [*_LINEAR, *rotary] if np.linalg.norm(change[:3]) > ZERO_LENGTH_MM else rotary
     size = float(np.linalg.norm(change[counted]))
     record_carried(core, at, kind, MoveKind.TURN, points, axes, size, by_tip=by_tip)
@@ -139,11 +139,11 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
     here, end = find_machine_place(core), np.array(state.position)
     for axis, value in words.items():
         end[axis] = value
-    target = np.array(coordinates.to_machine(end, state.frame))
+    target = np.array(coordinates.map_to_machine(end, state.frame))
     if named:
         beside = np.repeat(end[None], len(stand), axis=0)
         beside[np.arange(len(stand)), stand] += 1.0
-        slopes = (coordinates.to_machine(beside, state.frame) - target)[:, stand].T
+        slopes = (coordinates.map_to_machine(beside, state.frame) - target)[:, stand].T
         if abs(np.linalg.det(slopes)) < _IN_PLANE:
             letters, others = (" and ".join(AXES[axis] for axis in axes) for axes in (named, stand))
             raise ProgramError(
@@ -151,7 +151,7 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
                 f"does not come there while {others} of the machine stand; name X, Y and Z, or turn the table in a block of its own",
             )  # fmt: skip
         end[stand] += np.linalg.solve(slopes, (here - target)[stand])
-        target = np.array(coordinates.to_machine(end, state.frame))
+        target = np.array(coordinates.map_to_machine(end, state.frame))
         core.frames.name_axes([float(value) for value in end], named)
     target[stand] = here[stand]
     if core.setup.rotary[1] in words:

@@ -180,7 +180,7 @@ class FanucPlanes:
         given = [letter for letter in "XYZ" if letter in block.words]
         if len(given) not in (0, 3):
             raise ProgramError("VP005", "G68.3 needs X, Y and Z, or none of them")
-        tool = self.setup.coordinates.tool_axis(self.state.position, self.state.frame)
+        tool = self.setup.coordinates.find_tool_axis(self.state.position, self.state.frame)
         z = np.array([0.0, 0.0, 1.0]) if tool is None else np.asarray(tool)
         if abs(float(z[2])) > math.cos(RAD_PER_DEG * UPRIGHT_DEG):
             raise ProgramError(

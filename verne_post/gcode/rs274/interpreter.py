@@ -367,7 +367,7 @@ class Rs274(Language):
         """G28.1, G30.1: the home position is where the machine stands."""
         state = self.state
         self.core.require_known(block, [AXES.index(letter) for letter in self.setup.axes], spell_g_code(code))
-        point = tuple(float(v) for v in self.setup.coordinates.to_machine(np.array(state.position), state.frame))
+        point = tuple(float(v) for v in self.setup.coordinates.map_to_machine(np.array(state.position), state.frame))
         self.core.frames.set_home(point, second=code != 281)
 
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:

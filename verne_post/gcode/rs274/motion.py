@@ -121,7 +121,7 @@ class MotionCodes:
             raise ProgramError("VP015", f"{name} needs the home position of X and of Y")
         here = np.array([state.position, state.position])
         here[1, axis] += 1.0
-        place, beside = coordinates.to_machine(here, state.frame)[:, :3]
+        place, beside = coordinates.map_to_machine(here, state.frame)[:, :3]
         angle = RAD_PER_DEG * state.frame.turn + (0.5 * math.pi if axis == _Y else 0.0)
         direction = np.array([math.cos(angle), math.sin(angle), 0.0])
         if np.abs(beside - place - direction).max() > RAD_PER_DEG * UPRIGHT_DEG:
@@ -233,7 +233,7 @@ class MotionCodes:
         if abs(size - 1.0) > VECTOR_LENGTH:
             raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
         self.core.hold_tool_axis(vector / size)
-        return self.setup.coordinates.point_axis(end, vector / size, self.state.frame)
+        return self.setup.coordinates.turn_to_axis(end, vector / size, self.state.frame)
 
     @staticmethod
     def _find_arc_axes(axes: list[int]) -> list[int]:

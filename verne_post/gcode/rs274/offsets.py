@@ -115,11 +115,13 @@ class OffsetCodes:
         axes, coordinates = self.values.list_named_axes(block), self.setup.coordinates
         self.core.require_known(block, axes, "G10 L20")
         frame = self.core.frames.build_stored_frame(system)
-        here = coordinates.to_program(coordinates.to_machine(np.array(self.state.position), self.state.frame), frame)
+        here = coordinates.map_to_program(
+            coordinates.map_to_machine(np.array(self.state.position), self.state.frame), frame
+        )
         shift = np.zeros(9)
         for axis in axes:
             shift[axis] = here[axis] - self.values.read_axis_value(block, axis)
-        shift[:3] = coordinates.displacement(shift[:3], frame)
+        shift[:3] = coordinates.turn_displacement(shift[:3], frame)
         self.core.frames.store_frame(replace(frame, origin=vector9(np.asarray(frame.origin) + shift)))
 
     def _set_tool_offset(self, block: Block, kind: int, number: int, axes: list[int]) -> None:
@@ -144,14 +146,14 @@ class OffsetCodes:
             if kind == 11:
                 bare = replace(bare, g92=ZERO9)
             coordinates = self.setup.coordinates
-            here = coordinates.to_program(coordinates.to_machine(np.array(state.position), state.frame), bare)
-            rotation = coordinates.displacement(
+            here = coordinates.map_to_program(coordinates.map_to_machine(np.array(state.position), state.frame), bare)
+            rotation = coordinates.turn_displacement(
                 np.eye(3), bare
             )  # offsets count along the machine, values along the system
             offset[:3] = rotation @ offset[:3]
             for axis, value in values.items():
                 offset[axis] = here[axis] - value
-            offset[:3] = coordinates.displacement(offset[:3], bare)
+            offset[:3] = coordinates.turn_displacement(offset[:3], bare)
         diameter = 2 * self.values.length(block.words["R"]) if "R" in block.words else old.diameter
         for letter in "IJQ":
             if letter in block.words:

@@ -187,7 +187,7 @@ class SiemensInterpreter:
 
     def settle_vector(self) -> None:
         """A tool axis that is upright holds with A at 0; any other leaves the side of the table open."""
-        vector = self.setup.coordinates.displacement(
+        vector = self.setup.coordinates.turn_displacement(
             np.array(self.state.tool_axis), replace(self.state.frame, tool=ZERO9)
         )
         if vector[2] >= 1.0 - _UPRIGHT:

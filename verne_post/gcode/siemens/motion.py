@@ -166,7 +166,7 @@ class SiemensMotion:
         beside = not self.follows_part and bool(set(rotary) & set(places))  # the axes of the machine go there
         if beside and self.setup.machine and any(end[axis] != state.position[axis] for axis in rotary):
             self.corners.pass_turn()
-            target = self.setup.coordinates.to_machine(np.array(end), state.frame)
+            target = self.setup.coordinates.map_to_machine(np.array(end), state.frame)
             move_machine_axes(self.core, block, kind, target, axes, by_tip=True)
         else:
             if beside:
@@ -234,7 +234,7 @@ class SiemensMotion:
         state = self.state
         turned = self.turn_vectors(vector)
         self.core.hold_tool_axis(turned)
-        end = self.setup.coordinates.point_axis(end, turned, state.frame)
+        end = self.setup.coordinates.turn_to_axis(end, turned, state.frame)
         if self.has_linear_axes("vector") and self.setup.machine:
             self.core.hold_tool_axis(None)
         return end
@@ -256,7 +256,7 @@ class SiemensMotion:
         self.core.hold_tool_axis(None)
         if not self.modes.tcp or self.has_linear_axes("words"):
             return
-        axis = self.setup.coordinates.tool_axis(end, state.frame)
+        axis = self.setup.coordinates.find_tool_axis(end, state.frame)
         if axis is not None:
             self.core.hold_tool_axis(axis)
 
@@ -337,7 +337,7 @@ class SiemensMotion:
             self.check_feed("G1")
         self.check_places(block, places)
         self.core.refuse_compensation("G53, G153 and SUPA")
-        machine = self.setup.coordinates.to_machine(np.array(state.position), state.frame)
+        machine = self.setup.coordinates.map_to_machine(np.array(state.position), state.frame)
         tilt, turn = (math.radians(machine[axis]) for axis in self.setup.rotary)
         turned = max(abs(math.sin(tilt)), abs(math.sin(0.5 * turn))) > _STANDS
         if self.modes.tcp and self.setup.machine and (turned or set(self.setup.rotary) & set(places)):

@@ -130,21 +130,21 @@ class SiemensSplines:
             draft.axes.append(self._find_first_axis())
         axis = draft.axes[-1] if vector is None else self.motion.turn_vectors(vector)
         draft.axes.append(axis)
-        return self.setup.coordinates.point_axis(point, axis, self.state.frame)
+        return self.setup.coordinates.turn_to_axis(point, axis, self.state.frame)
 
     def _find_first_axis(self) -> Array:
         """The tool axis (3,) where a spline begins."""
         state = self.state
         if state.tool_axis is not None:
             return np.array(state.tool_axis)
-        axis = self.setup.coordinates.tool_axis(state.position, state.frame)
+        axis = self.setup.coordinates.find_tool_axis(state.position, state.frame)
         return np.array([0.0, 0.0, 1.0]) if axis is None else axis
 
     def _check_axes(self, draft: _Draft, axes: Array) -> None:
         """Refuse a spline along which A and C would lead the tool axis far beside the great circles of its vectors."""
         points, state = np.array(draft.points), self.state
         for line, here, there, first, second in zip(draft.lines[1:], points, points[1:], axes, axes[1:], strict=False):
-            between = self.setup.coordinates.tool_axis((0.5 * (here + there)).tolist(), state.frame)
+            between = self.setup.coordinates.find_tool_axis((0.5 * (here + there)).tolist(), state.frame)
             if between is None:
                 return  # nobody knows how A and C turn the tool
             middle = first + second

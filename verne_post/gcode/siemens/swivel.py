@@ -91,7 +91,7 @@ class Swivel:
             if way < 0:
                 raise given.error("VP007", f"_FR_I {way:g}: the way back is not negative", "_FR_I")
             to.core.require_known(block, [0, 1, 2], "CYCLE800 with _FR 5")
-            axis = to.setup.coordinates.tool_axis(to.state.position, to.state.frame)
+            axis = to.setup.coordinates.find_tool_axis(to.state.position, to.state.frame)
             tool = np.array([0.0, 0.0, 1.0]) if axis is None else np.asarray(axis)
             to.motion.run_line(
                 block,
@@ -212,9 +212,9 @@ class Swivel:
             )
         points = np.zeros((4, 9))
         points[:, to.setup.rotary] = a, c
-        machine = to.setup.coordinates.to_machine(points, base)
+        machine = to.setup.coordinates.map_to_machine(points, base)
         machine[1:, :3] += np.eye(3)
-        place = to.setup.coordinates.to_program(machine, base)[:, :3]
+        place = to.setup.coordinates.map_to_program(machine, base)[:, :3]
         u, _s, v = np.linalg.svd((place[1:] - place[0]).T)
         return np.asarray(u @ v)
 
@@ -242,7 +242,7 @@ class Swivel:
         if tcp or not to.setup.machine:
             to.core.line(block, MoveKind.RAPID, end, list(to.setup.rotary) if to.setup.machine else [])
         else:
-            target = to.setup.coordinates.to_machine(np.array(end), state.frame)
+            target = to.setup.coordinates.map_to_machine(np.array(end), state.frame)
             move_machine_axes(to.core, block, MoveKind.RAPID, target, list(to.setup.rotary))
         to.motion.heading = None
 

@@ -102,7 +102,7 @@ class SystemVariables:
         if not self.to.state.is_known(axis):
             raise cursor.error("VP013", f"{name}[{letter}]: no word has named {letter} yet", at)
         if name == "$AA_IM":
-            machine = self.to.setup.coordinates.to_machine(np.array(self.to.state.position), self.to.state.frame)
+            machine = self.to.setup.coordinates.map_to_machine(np.array(self.to.state.position), self.to.state.frame)
             return float(machine[axis])
         value = self.to.motion.programmed(axis)
         return value if axis > 2 else value / self.to.modes.length

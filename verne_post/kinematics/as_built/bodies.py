@@ -32,7 +32,7 @@ class VerneRods(Struct, frozen=True, eq=False):
         """Length of the shortest rod, mm."""
         return float(self.geometry.rods.min())
 
-    def directions(self, position: Array) -> tuple[Array, Array]:
+    def find_rod_directions(self, position: Array) -> tuple[Array, Array]:
         """Directions of the rods (6, 3) at a position (3,) of P, as drawn: in the base frame, and in the platform's."""
         rho, alpha, _ok = solve_inverse(self.module, position[None])
         platform = Platform(position[None], np.array([[float(alpha[0]), 0.0, 0.0]]))
@@ -40,7 +40,7 @@ class VerneRods(Struct, frozen=True, eq=False):
         direction = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
         return direction[0], platform.of_vectors().turn_back(direction)[0]
 
-    def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
+    def find_rod_ends(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform, each (n, 6, 3), base frame, mm."""
         return place_rod_ends(self.geometry, rho, platform)
 

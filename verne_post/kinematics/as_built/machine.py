@@ -96,15 +96,15 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """The machine with other deviations."""
         return replace(self, deviations=deviations)
 
-    def with_correction(self, *, on: bool) -> "AsBuiltMachine":
+    def switch_correction(self, *, on: bool) -> "AsBuiltMachine":
         """The machine whose C takes its share of the axis error, or does not."""
         return replace(self, correction=AxisCorrection() if on else None)
 
     # --- inverse ---------------------------------------------------------------------------------
 
-    def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
-        """Gauge point of the nominal machine; see :meth:`HybridMachine.platform_gauge`."""
-        return self.nominal_machine.platform_gauge(tip, angles, tool_length)
+    def find_platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+        """Gauge point of the nominal machine; see :meth:`HybridMachine.find_platform_gauge`."""
+        return self.nominal_machine.find_platform_gauge(tip, angles, tool_length)
 
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
         """Joint values that follow the programmed branch; see :meth:`HybridMachine.solve`."""
@@ -121,7 +121,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         platform = Platform(position.reshape(*shape, 3), rotation.reshape(*shape, 3))
         return q.reshape(*shape, 5), platform, ok.reshape(shape)
 
-    def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """The joint values of :meth:`solve` alone, (..., 5)."""
         flat = self._flatten(tip, angles, tool_length)
         q = np.empty((len(flat.length), 5))
@@ -143,8 +143,8 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """Solutions of some poses, and joint C."""
         tip, angles, length = flat.tip[:, part], flat.angles[:, part], flat.length[part]
         nominal = self.nominal_machine
-        gauge = nominal.platform_gauge(tip.T, angles.T, length - nominal.nose_offset)
-        alpha = nominal.module.inverse_coupled(nominal.table.pivot, gauge)[1]
+        gauge = nominal.find_platform_gauge(tip.T, angles.T, length - nominal.nose_offset)
+        alpha = nominal.module.solve_coupled(nominal.table.pivot, gauge)[1]
         turn = angles[1]
         with np.errstate(invalid="ignore", divide="ignore"):  # what has no solution is NaN on the way
             pose = inverse.stand_on_table(self.geometry, tip, angles, turn, length)
@@ -194,7 +194,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose given by its tool axis; C takes its share of the axis error where the tilt allows."""
         tip, angles = convert_axis_to_angles(tip, axis, tool_length)
-        q, _platform, ok = self.with_correction(on=True).solve(tip, angles, tool_length)
+        q, _platform, ok = self.switch_correction(on=True).solve(tip, angles, tool_length)
         return q, ok
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
@@ -218,11 +218,11 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
                 solutions.append(replace(one, q=tuple(float(value) for value in q), alpha=tilt))
         return solutions
 
-    def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+    def explain_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) that :meth:`solve` cannot solve: those of the nominal machine."""
-        return self.nominal_machine.why_unreachable(tip, angles, tool_length)
+        return self.nominal_machine.explain_unreachable(tip, angles, tool_length)
 
-    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates (..., 5, 5) by central differences; see :meth:`HybridMachine.jacobian`."""
         tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
         columns = []
@@ -230,14 +230,14 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
             step_tip, step_angles = np.zeros(3), np.zeros(2)
             size = DIFFERENCE_STEP * (1.0 if k < 3 else 1e-3)
             (step_tip if k < 3 else step_angles)[k % 3] = size
-            after = self.joints(tip + step_tip, angles + step_angles, tool_length)
-            before = self.joints(tip - step_tip, angles - step_angles, tool_length)
+            after = self.find_joints(tip + step_tip, angles + step_angles, tool_length)
+            before = self.find_joints(tip - step_tip, angles - step_angles, tool_length)
             columns.append((after - before) / (2 * size))
         return np.stack(columns, axis=-1)
 
     # --- forward ---------------------------------------------------------------------------------
 
-    def platform(self, q: Array) -> tuple[Platform, Mask]:
+    def find_platform(self, q: Array) -> tuple[Platform, Mask]:
         """The platform for joint values (..., 5), by Newton's method on all six rods."""
         q = np.asarray(q, dtype=float)
         shape = q.shape[:-1]
@@ -266,7 +266,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         tip, _angles, axis, ok = self.measure(q, tool_length)
         return tip, axis, ok
 
-    def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+    def find_nominal_pose(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """The tip, the angles and ok of :meth:`measure`."""
         tip, angles, _axis, ok = self.measure(q, tool_length)
         return tip, angles, ok
@@ -319,7 +319,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         for _ in range(_CORRECTION_STEPS):
             if not len(rows):
                 break
-            miss = q[rows, 3:] - self.joints(tip[rows], angles[rows], length[rows])[:, 3:]
+            miss = q[rows, 3:] - self.find_joints(tip[rows], angles[rows], length[rows])[:, 3:]
             angles[rows] += miss
             rows = rows[~(np.abs(miss).max(axis=1) < CORRECTION_STEP)]
         angles[rows] = np.nan
@@ -327,15 +327,15 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
 
     # --- what is measured at solved poses ---------------------------------------------------------------
 
-    def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def find_tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
         """True tool axis (..., 3) in the table frame."""
         upright = -MIRROR * platform.turn(self.spindle)
         flat = np.asarray(q, dtype=float).reshape(-1, 5)[:, -2:].T
         return map_direction_to_table(self.geometry, upright.reshape(-1, 3).T, flat).T.reshape(upright.shape)
 
-    def axis_error(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def measure_axis_error(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Angle (...) by which the tool axis is off, positive along the tilt axis, rad: what A cannot correct."""
-        true = self.tool_axis(q, angles, platform).reshape(-1, 3)
+        true = self.find_tool_axis(q, angles, platform).reshape(-1, 3)
         a, c = np.asarray(angles, dtype=float).reshape(-1, 2).T
         wanted = np.stack([np.sin(c) * np.sin(a), np.cos(c) * np.sin(a), np.cos(a)])
         turn = np.asarray(q, dtype=float).reshape(-1, 5)[:, 4]
@@ -346,7 +346,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         off, meant = (np.arcsin(part) for part in along)
         return np.asarray((off - meant).reshape(np.shape(q)[:-1]))
 
-    def on_table(self, point: Array, q: Array) -> Array:
+    def carry_to_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame in the table frame, for joint values (..., 5)."""
         upright = (point - self.geometry.pivot) * MIRROR
         flat = np.asarray(q, dtype=float).reshape(-1, 5)[:, -2:].T
@@ -356,18 +356,18 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """Rods (n, 6, 2, 3) from slider to platform of solved poses, base frame, mm."""
         return np.stack(place_rod_ends(self.geometry, q[:, :3], platform), axis=2)
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """What :meth:`geometry_margins` measures, with thresholds."""
-        return margins.margin_names(
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`find_geometry_margins` measures, with thresholds."""
+        return margins.name_margins(
             self.nominal_machine.module.actuators, serial_singularity, parallel_singularity, self.axis_error_limit
         )
 
-    def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def find_geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Margins (..., m) of solved poses; see :func:`verne_post.kinematics.as_built.margins.measure_margins`."""
         shape = np.shape(q)[:-1]
         flat = np.asarray(q, dtype=float).reshape(-1, 5)
         rotation = np.moveaxis(platform.matrix().reshape(-1, 3, 3), 0, -1)
-        across = self.axis_error(q, angles, platform).reshape(-1)
+        across = self.measure_axis_error(q, angles, platform).reshape(-1)
         with np.errstate(invalid="ignore"):
             table = margins.measure_margins(
                 self.geometry, flat[:, :3].T, platform.position.reshape(-1, 3).T, rotation, across, self._sides
@@ -386,7 +386,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         whole, hold = margins.compute_scaled_determinants(self.geometry, vectors, arms)
         return float(np.sign(whole[0])), float(np.sign(hold[0]))
 
-    def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
+    def measure_conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the six-rod Jacobians, dimensionless: by the platform's pose, and by sliders and turn."""
         rotation = platform.matrix()
         vectors, arms = rod_vectors(

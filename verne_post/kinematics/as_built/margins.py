@@ -16,7 +16,7 @@ from verne_post.model.protocols import Margin
 _AXIS_ERROR: Final = ("tool axis error left over (+)", "tool axis error left over (-)")
 
 
-def margin_names(
+def name_margins(
     actuators: tuple[str, ...], serial_singularity: float, parallel_singularity: float, axis_error_deg: float
 ) -> tuple[Margin, ...]:
     """What :func:`measure_margins` measures; an axis error beyond ``axis_error_deg`` is VP217, infinite: never."""
@@ -31,7 +31,7 @@ def margin_names(
 def measure_margins(
     geometry: AsBuiltGeometry, rho: Array, position: Array, rotation: Array, across: Array, side: tuple[float, float]
 ) -> Array:
-    """Margins of solved poses, shape (n, 8), in the order of :func:`margin_names`.
+    """Margins of solved poses, shape (n, 8), in the order of :func:`name_margins`.
 
     The drop of each leg along its guide, the mean of both rods (mm); half of how much farther apart the rods of leg I are across at
     the platform than at the sliders (mm), which is R1 cos(alpha) - r1 of the nominal machine; the scaled determinant of

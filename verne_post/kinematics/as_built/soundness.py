@@ -58,15 +58,15 @@ def _sample_joints(machine: AsBuiltMachine, travel: Array, smallest_drop: float)
     least = max(2.0 * smallest_drop, WORKING_SHARE * float(machine.geometry.rods.min()))
     position, alpha, ok = module.forward(rho)
     with np.errstate(invalid="ignore"):
-        ok &= (module.geometry_margins(position, alpha)[:, :3] > least).all(axis=1)
+        ok &= (module.find_geometry_margins(position, alpha)[:, :3] > least).all(axis=1)
     return np.concatenate([np.column_stack([rho[ok], np.tile(pair, (int(ok.sum()), 1))]) for pair in _ANGLES])
 
 
 def _can_close(machine: AsBuiltMachine, q: Array) -> bool:
     """Whether the rods close at joint values (n, 5), and the inverse leads back to them."""
-    tip, angles, ok = machine.nominal(q, 0.0)
+    tip, angles, ok = machine.find_nominal_pose(q, 0.0)
     if not ok.all():
         return False
-    back = machine.joints(tip, angles, 0.0)
+    back = machine.find_joints(tip, angles, 0.0)
     with np.errstate(invalid="ignore"):
         return bool((np.abs(back - q).max(axis=1) < SAME_JOINTS).all())

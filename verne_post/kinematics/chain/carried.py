@@ -73,9 +73,9 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         """Unit vector from the gauge point towards the tip with all joints at 0, z down."""
         return self.nominal_chain.spindle
 
-    def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Gauge point (..., 3) of the nominal machine, from its place at home."""
-        return self.nominal_chain.platform_gauge(tip, angles, tool_length)
+        return self.nominal_chain.find_platform_gauge(tip, angles, tool_length)
 
     @property
     def home(self) -> Array:
@@ -115,7 +115,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         q[~ok] = np.nan
         return q, position, ok
 
-    def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint values (..., 5) of tips (..., 3) and nominal angles (..., 2); NaN out of reach."""
         return self._solve(tip, angles, tool_length)[0]
 
@@ -124,7 +124,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         q, position, ok = self._solve(tip, angles, tool_length)
         return q, self._find_platform(position, q), ok
 
-    def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+    def explain_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) without a solution: beyond a singularity within the leg's bound, or out of reach."""
         axis = find_axis_of_angles(angles[..., 0], angles[..., 1])
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -168,7 +168,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         ok = ok & np.isfinite(tip).all(axis=-1) & np.isfinite(axis).all(axis=-1)
         return tip, np.stack([tilt, turn], axis=-1), axis, np.asarray(ok)
 
-    def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+    def find_nominal_pose(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """As :meth:`measure`, without the tool axis."""
         tip, angles, _axis, ok = self.measure(q, tool_length)
         return tip, angles, ok
@@ -191,7 +191,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         directions = self.nominal_chain.pair.directions
         return tip @ directions, axis @ directions, ok
 
-    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates, (..., 5, 5): rows the joints, columns tip x, y, z (mm), nominal A and C (rad)."""
         q, position, _ok = self._solve(tip, angles, tool_length)
         angles = np.broadcast_to(np.asarray(angles, dtype=float), (*q.shape[:-1], 2))
@@ -223,7 +223,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
 
     # --- bodies and pictures: z down, the part stands still ---------------------------------------------------------------
 
-    def platform(self, q: Array) -> tuple[Platform, Mask]:
+    def find_platform(self, q: Array) -> tuple[Platform, Mask]:
         """The spindle's end as a platform, for joint values (..., 5)."""
         q = np.asarray(q, dtype=float)
         position, ok = self.leg.find_position(q[..., :3])
@@ -245,16 +245,16 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         axis = (turn @ (chain.turn_tool(chain.axis, q[..., 3:]) - middle)[..., None])[..., 0]
         return Platform((wrist - self.nose * axis) * MIRROR, find_platform_angles(*units))
 
-    def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def find_tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Tool axis (..., 3) in the polar frame: as programmed."""
         return find_axis_of_angles(angles[..., 0], angles[..., 1])
 
-    def on_table(self, point: Array, q: Array) -> Array:
+    def carry_to_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame with z down in the polar frame of the part, which stands still."""
         return np.asarray(point * MIRROR)
 
     @np.errstate(all="ignore")
-    def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def find_geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
         """The Jacobian's measure, the wrist's way to its pole, and what is left of cones, degrees."""
         axis = find_axis_of_angles(angles[..., 0], angles[..., 1])
         position = self._find_carrier(platform.position * MIRROR + self.nose * axis)
@@ -267,8 +267,8 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         ]
         return np.concatenate([np.stack(first, axis=-1), *cones], axis=-1)
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """What :meth:`geometry_margins` measures, with thresholds."""
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`find_geometry_margins` measures, with thresholds."""
         cones = ((self.base_cone, "base"), (self.platform_cone, "platform"))
         return (
             Margin(
@@ -283,7 +283,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
             ),
         )
 
-    def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
+    def measure_conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
         """Reciprocal condition number of the struts' rates, and 1: struts have no serial singularity."""
         conditions = self.leg.measure_conditioning(self.leg.find_position(q[..., :3])[0])
         return conditions, np.ones_like(conditions)

@@ -94,7 +94,7 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         machine, home, nutation = self.machine, self.machine.pair.home_tilt, self.nutation
         tilt, turn = machine.tilt.through, machine.turn.through
         at_home = machine.place_tip(tool_length)
-        first, last = (machine.platform_gauge(pose[:, :3], pose[:, 3:], tool_length) for pose in (start, end))
+        first, last = (machine.find_platform_gauge(pose[:, :3], pose[:, 3:], tool_length) for pose in (start, end))
         still = np.zeros_like(first)
         # the tip is the sum of what tilts and turns, of what only turns, and of what goes straight
         tilts, turns, straight = [at_home - tilt] * 2, [still + tilt - turn] * 2, [still + turn] * 2
@@ -115,59 +115,59 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         """Origin of a work offset in the part frame, counted from machine zero."""
         return find_work_origin(offset_mm, self.machine_zero)
 
-    def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
+    def map_to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
         """Program coordinates (..., 9) -> tip in the polar frame (..., 3), nominal angles (..., 2)."""
         tip, shifted, origin = place_on_part(program, frame, self.machine_zero)
         return tip @ self.part_frame.T, self.words.find_angles(shifted + origin, frame.part_turn)
 
-    def from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
-        """Inverse of :meth:`to_table`; the axes that the machine lacks are 0."""
+    def map_from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
+        """Inverse of :meth:`map_to_table`; the axes that the machine lacks are 0."""
         words = self.words.find_words(angles, frame.part_turn)
         return place_in_program(np.asarray(tip) @ self.part_frame, words, self.rotary, frame, self.machine_zero)
 
-    def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+    def turn_to_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with rotary words that hold a tool axis (3,) given in program directions."""
         tilt, turn = self.rotary
         end = list(program)
-        [(end[tilt], end[turn])] = self.point_axes((end[tilt], end[turn]), np.asarray(vector)[None], frame)
+        [(end[tilt], end[turn])] = self.turn_to_axes((end[tilt], end[turn]), np.asarray(vector)[None], frame)
         return end
 
-    def point_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
+    def turn_to_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
         """Rotary words that hold one tool axis (n, 3) after the other, from a pair of words on."""
-        return self.words.follow(words, self.displacement(vectors, frame), frame)
+        return self.words.follow(words, self.turn_displacement(vectors, frame), frame)
 
-    def tool_axis(self, program: list[float], frame: Frame) -> Array:
+    def find_tool_axis(self, program: list[float], frame: Frame) -> Array:
         """Tool axis (3,) at a program point, program directions."""
-        _tip, angles = self.to_table(np.array(program), frame)
+        _tip, angles = self.map_to_table(np.array(program), frame)
         axis = rotate_z(find_axis_of_angles(angles[0], angles[1]) @ self.part_frame, -turn_of(frame))
         return axis if frame.feature is None else frame.feature.turn_inside(axis)
 
-    def displacement(self, vector: Array, frame: Frame) -> Array:
+    def turn_displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the polar frame."""
         return np.asarray(turn_to_part(vector, frame) @ self.part_frame.T)
 
-    def to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
+    def map_to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
         """A point and a direction (..., 3) of the polar frame in the work frame of ``frame``."""
         turn, origin = -turn_of(frame), self.machine_zero + np.asarray(frame.origin)[:3]
         return rotate_z(point @ self.part_frame - origin, turn), rotate_z(axis @ self.part_frame, turn)
 
     # --- program and machine ------------------------------------------------------------------------------------
 
-    def to_machine(self, program: Array, frame: Frame) -> Array:
+    def map_to_machine(self, program: Array, frame: Frame) -> Array:
         """Machine coordinates (..., 9): the joints, for the gauge line."""
-        tip, angles = self.to_table(program, frame)
+        tip, angles = self.map_to_table(program, frame)
         machine = np.zeros(np.shape(program))
-        machine[..., :3] = self.machine.joints(tip, angles, frame.tool_length)[..., :3]
+        machine[..., :3] = self.machine.find_joints(tip, angles, frame.tool_length)[..., :3]
         for axis, word in zip(self.rotary, self.words.find_words(angles, 0.0), strict=True):
             machine[..., axis] = word
         return machine
 
-    def to_program(self, machine: Array, frame: Frame) -> Array:
+    def map_to_program(self, machine: Array, frame: Frame) -> Array:
         """Program coordinates in ``frame`` of a machine position."""
         machine = np.asarray(machine, dtype=float)
         angles = self.words.find_angles(machine, 0.0)
         q = np.concatenate([machine[..., :3], self.machine.pair.find_joints(angles)], axis=-1)
-        return self.from_table(self.machine.nominal(q, frame.tool_length)[0], angles, frame)
+        return self.map_from_table(self.machine.find_nominal_pose(q, frame.tool_length)[0], angles, frame)
 
     def find_other_side(self, machine: Array) -> Array | None:
         """Machine coordinates (9,) with the same tool axis and the tilt on the other side of the pole; None at the pole."""

@@ -109,7 +109,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     # --- poses and joints ---------------------------------------------------------------------------------------
 
-    def platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """What the linear joints have to reach, (..., 3): ``M x``."""
         return self._find_reach(tip, self.pair.find_joints(np.asarray(angles, dtype=float)), tool_length)
 
@@ -119,7 +119,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
         )
         return reach
 
-    def joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint values (..., 5) of tips (..., 3) and nominal angles (..., 2)."""
         return self._place_joints(tip, self.pair.find_joints(np.asarray(angles, dtype=float)), tool_length)
 
@@ -138,13 +138,13 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
         """Joint values, platform, and ok: False only where a number is not finite."""
-        q = self.joints(tip, angles, tool_length)
+        q = self.find_joints(tip, angles, tool_length)
         ok = np.asarray(np.isfinite(q).all(axis=-1))
         if not np.all(ok):
             q[~ok] = np.nan
         return q, self._find_platform(q), ok
 
-    def nominal(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
+    def find_nominal_pose(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Where the tool is: tip (..., 3) and nominal angles (..., 2) of joint values (..., 5)."""
         q = np.asarray(q, dtype=float)
         reach = self.turn_tool(self.place_tip(tool_length), q[..., 3:]) + q[..., :3] @ self.linear.T
@@ -153,15 +153,15 @@ class ChainMachine(Struct, frozen=True, eq=False):
         return tip, angles, np.asarray(np.isfinite(tip).all(axis=-1))
 
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
-        """As :meth:`nominal`, with the tool axis (..., 3) of these angles."""
-        tip, angles, ok = self.nominal(q, tool_length)
+        """As :meth:`find_nominal_pose`, with the tool axis (..., 3) of these angles."""
+        tip, angles, ok = self.find_nominal_pose(q, tool_length)
         return tip, angles, find_axis_of_angles(angles[..., 0], angles[..., 1]), ok
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
         tip, axis = (check_pose_vectors(*one) @ self.pair.directions.T for one in ((tip, "tip"), (axis, "axis")))
         tip, angles = convert_axis_to_angles(tip, axis, tool_length)
-        q = self.joints(tip, angles, tool_length)
+        q = self.find_joints(tip, angles, tool_length)
         ok = np.asarray(np.isfinite(q).all(axis=-1))
         if self.pair.nutation is not None:
             ok &= self.pair.nutation.measure_miss(angles[..., 0]) == 0.0
@@ -184,15 +184,15 @@ class ChainMachine(Struct, frozen=True, eq=False):
         if self.pair.nutation is not None and self.pair.nutation.measure_miss(np.array(tilt)):
             return solutions
         for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrap_angle(turn + np.pi))))):
-            q = self.joints(tip, np.array(angles), tool_length)
+            q = self.find_joints(tip, np.array(angles), tool_length)
             solutions.append(WholeSolution(tuple(q.tolist()), angles, 0.0, (), other, None))
         return solutions
 
-    def why_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
+    def explain_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
         """Finding codes of poses (m, 3), (m, 2) without a solution: only those that are no numbers."""
         return ["VP110"] * len(tip)
 
-    def jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
+    def find_jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates, (..., 5, 5): rows the joints, columns tip x, y, z (mm), nominal A and C (rad)."""
         tip, angles = np.asarray(tip, dtype=float), np.asarray(angles, dtype=float)
         q = self.pair.find_joints(angles)
@@ -233,7 +233,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     # --- bodies and pictures: z down, and the base is what carries the rotary joints on the part's side --------------------------------------------------------------
 
-    def platform(self, q: Array) -> tuple[Platform, Mask]:
+    def find_platform(self, q: Array) -> tuple[Platform, Mask]:
         """The spindle's end as a platform, for joint values (..., 5)."""
         q = np.asarray(q, dtype=float)
         return self._find_platform(q), np.asarray(np.isfinite(q).all(axis=-1))
@@ -259,27 +259,27 @@ class ChainMachine(Struct, frozen=True, eq=False):
         """Unit vector from the gauge point towards the tip with all joints at 0, z down."""
         return np.asarray(-self.axis * MIRROR)
 
-    def tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def find_tool_axis(self, q: Array, angles: Array, platform: Platform) -> Array:
         """Tool axis (..., 3) in the polar frame: as programmed."""
         return find_axis_of_angles(angles[..., 0], angles[..., 1])
 
-    def on_table(self, point: Array, q: Array) -> Array:
+    def carry_to_table(self, point: Array, q: Array) -> Array:
         """Points (..., 3) of the base frame in the polar frame of the part, for joint values (..., 5)."""
         return self.turn_part_back(point * MIRROR, q[..., 3:])
 
     # --- what parallel machines have and a chain has not ----------------------------------------------------------
 
-    def geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
+    def find_geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
         """How far the tilting joint of a nutating pair is from its fold, degrees, shape (..., 1); else none."""
         if self.pair.nutation is None:
             return np.empty((*np.shape(q)[:-1], 0))
         return DEG_PER_RAD * self.pair.nutation.measure_fold(np.asarray(q)[..., 3, None])
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """The fold, which has no threshold of its own: there the joints have to keep their limits; there are no rods."""
         return () if self.pair.nutation is None else (Margin("distance from the fold", "VP202", None, "deg", 0.0, 0.0),)
 
-    def conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
+    def measure_conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
         """1, and the reciprocal condition number of the linear joints, each (...)."""
         ones = np.ones(np.shape(q)[:-1])
         return ones, ones / np.linalg.cond(self.linear)

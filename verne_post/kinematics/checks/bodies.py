@@ -105,7 +105,7 @@ class Clearance:
         points, on_table = [nose, top], [pose.tip, nose_on_table, top_on_table]
         columns: list[Array] = []
         if module is not None and (bodies.rod_radius is not None or bodies.cone_centre is not None):
-            start, end = module.rods(pose.q[:, :-2], platform)
+            start, end = module.find_rod_ends(pose.q[:, :-2], platform)
             points += [*np.moveaxis(start, 1, 0), *np.moveaxis(end, 1, 0)]
             if bodies.rod_radius is not None:
                 columns += self._measure_between_rods(module, start, end, bodies.rod_radius)
@@ -149,7 +149,7 @@ class Clearance:
     def _measure_cones(self, module: RodModule, start: Array, end: Array, platform: Platform) -> list[Array]:
         """What is left of the cones, degrees: for each leg its worst rod."""
         assert self.bodies.cone_centre is not None
-        rest_of_slider, rest_of_platform = module.directions(self.bodies.cone_centre)
+        rest_of_slider, rest_of_platform = module.find_rod_directions(self.bodies.cone_centre)
         direction = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
         legs = np.array(module.rod_legs)
         columns = []

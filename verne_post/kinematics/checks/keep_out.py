@@ -244,8 +244,8 @@ def place_body(
     if any(one.system == system and (one.origin, one.turn, one.part_turn) != place for one in moves.frames):
         text = f"{name} is given in {SYSTEM_NAMES[system]}, which the program moves (G10); give {name} on the table"
         raise InputError(finding("VP018", text))
-    direction = machine.coordinates.displacement(np.array([1.0, 0.0, 0.0]), given)
-    on_table = machine.coordinates.to_table(np.concatenate([point, np.zeros(6)]), given)[0]
+    direction = machine.coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), given)
+    on_table = machine.coordinates.map_to_table(np.concatenate([point, np.zeros(6)]), given)[0]
     return on_table, float(np.arctan2(direction[1], direction[0]))
 
 

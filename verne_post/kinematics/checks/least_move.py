@@ -122,7 +122,7 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
         for check, k in zip(checks, row, strict=True)
     ])  # fmt: skip
     tip, angles = problem.moved(at).pose(line.contour, element[row], w[row])
-    rates = line.machine.five_axis.jacobian(tip, angles, line.contour.tool_length(element[row]))[..., :3]
+    rates = line.machine.five_axis.find_jacobian(tip, angles, line.contour.tool_length(element[row]))[..., :3]
     slope = np.empty((len(checks), 3))
     column = np.array([check.quantity for check in checks])
     each = np.arange(len(checks))

@@ -209,7 +209,7 @@ class _LimitCheck:
             lower[:, one.quantity] >= one.warn if one.sign > 0 else upper[:, one.quantity] <= one.warn
             for one in self.checks
         ]
-        axis, tool_length = self.joints.tool_axis(solved)[:, 2], contour.tool_length(element.ravel())
+        axis, tool_length = self.joints.find_tool_axis(solved)[:, 2], contour.tool_length(element.ravel())
         heights = (solved.tip[:, 2] + along * axis for along in (self.joints.lift, tool_length))
         enough += [_bound(height.reshape(*w.shape, 1))[0][:, 0] >= 0.0 for height in heights]
         legal[some] = np.all(enough, axis=0)
@@ -258,7 +258,7 @@ class _LimitCheck:
         halve = np.zeros(len(part), dtype=bool)
         shape = (len(spans.WITH_ENDS), len(part), 1)
         tool_length = self.joints.contour.tool_length(np.tile(part.element, shape[0]))
-        axis = self.joints.tool_axis(solved)
+        axis = self.joints.find_tool_axis(solved)
         for along in (np.full(len(axis), self.joints.lift), tool_length):
             height = (solved.tip[:, 2] + along * axis[:, 2]).reshape(shape)
             if height.min() > SPAN_MM:
@@ -290,7 +290,7 @@ class _LimitCheck:
         if not fresh:
             return
         rows = bad[first[fresh]]
-        codes = self.joints.machine.five_axis.why_unreachable(
+        codes = self.joints.machine.five_axis.explain_unreachable(
             solved.tip[rows], solved.angles[rows], self.joints.contour.tool_length(elements[fresh])
         )
         self.unreachable.update(zip(elements[fresh].tolist(), codes, strict=True))

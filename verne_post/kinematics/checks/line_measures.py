@@ -71,7 +71,7 @@ def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
     parts = [solved.q, line.margins(solved)]
     tool = line.contour.tool_length(element)
     parts += [model.evaluate(line.bodies(element, solved))[0] for model in clearances(line, meshes=True)]
-    axis = line.tool_axis(solved)
+    axis = line.find_tool_axis(solved)
     nose, tip = solved.tip + tool[:, None] * axis, solved.tip + line.lift * axis
     heights = [
         np.where(np.hypot(point[:, 0], point[:, 1]) < machine.table_radius, point[:, 2], np.inf)

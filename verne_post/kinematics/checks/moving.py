@@ -172,7 +172,7 @@ class Moving:
         assert self.bodies is not None
         assert self.bodies.platform is not None
         first, last = (
-            self.machine.five_axis.on_table(pose.platform.position + pose.platform.turn(end), pose.q)
+            self.machine.five_axis.carry_to_table(pose.platform.position + pose.platform.turn(end), pose.q)
             for end in self.bodies.platform
         )
         return first, last
@@ -181,8 +181,8 @@ class Moving:
         """Both ends (n, k, 3) of the rods."""
         assert self.module is not None
         start, end = (
-            np.stack([self.machine.five_axis.on_table(one, pose.q) for one in np.moveaxis(ends, 1, 0)], axis=1)
-            for ends in self.module.rods(pose.q[:, :-2], pose.platform)
+            np.stack([self.machine.five_axis.carry_to_table(one, pose.q) for one in np.moveaxis(ends, 1, 0)], axis=1)
+            for ends in self.module.find_rod_ends(pose.q[:, :-2], pose.platform)
         )
         return start, end
 

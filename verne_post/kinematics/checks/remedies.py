@@ -170,7 +170,7 @@ def find_legal_tilt(line: JointPath, place: Place) -> float | None:
     goal = min(max(float(solved.q[0, -2]), low + TILT_RESERVE), high - TILT_RESERVE)
     for _ in range(NEWTON_STEPS):
         q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
-        rate = machine.five_axis.jacobian(tip, angles, tool)[-2, -2]
+        rate = machine.five_axis.find_jacobian(tip, angles, tool)[-2, -2]
         if not ok or not np.isfinite(rate) or rate == 0.0:
             return None
         step = (goal - float(q[-2])) / float(rate)

@@ -91,11 +91,11 @@ class LinearDeltaModule(Struct, frozen=True):
             )
         return np.where(ok[..., None], rho, np.nan), np.where(ok, 0.0, np.nan), ok
 
-    def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
+    def solve_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
         """Sliders for ``pivot + F gauge`` (3,), (..., 3); as :meth:`inverse`, because nothing tilts."""
         return self.inverse(place_upright(pivot, gauge))
 
-    def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
+    def explain_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Why poses (m, 3) have no solution: "VP110" where a rod is too short, "VP203" beyond a parallel singularity."""
         with np.errstate(invalid="ignore", over="ignore"):
             radicands = self._compute_radicands(place_upright(pivot, gauge))
@@ -175,13 +175,13 @@ class LinearDeltaModule(Struct, frozen=True):
             reasons.append(_BEYOND)
         return "; ".join(reasons) or None
 
-    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
+    def solve_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
         """As :meth:`inverse_all` for ``pivot + F gauge``, because nothing tilts."""
         return self.inverse_all(place_upright(pivot, gauge))
 
     # --- velocities --------------------------------------------------------------------------------
 
-    def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+    def find_jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Half the derivatives of the three rod equations and of ``alpha = 0``: (..., 4, 4) by pose, (..., 4, 3) by rho."""
         rods = self._compute_rods(position, rho)
         parallel = np.zeros((*np.shape(rho)[:-1], 4, 4))
@@ -191,7 +191,7 @@ class LinearDeltaModule(Struct, frozen=True):
         serial[..., np.arange(3), np.arange(3)] = -rods[..., 2]
         return parallel, serial
 
-    def conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+    def measure_conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the rods' directions and of their drops, each (...)."""
         singular = np.linalg.svd(self._compute_rods(position, rho), compute_uv=False)
         drops = np.abs(self._compute_rods(position, rho)[..., 2])
@@ -199,12 +199,12 @@ class LinearDeltaModule(Struct, frozen=True):
 
     # --- margins ---------------------------------------------------------------------------------
 
-    def geometry_margins(self, position: Array, alpha: Array) -> Array:
+    def find_geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Vertical drops of the three rods (mm), then the determinant of the rods' directions; shape (..., 4)."""
         drops = np.sqrt(np.maximum(self._compute_radicands(position), 0.0))
         determinant = self._measure_below_plane(position, position[..., 2, None] - drops) / self.rod_length**3
         return np.concatenate([drops, determinant[..., None]], axis=-1)
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """What :meth:`geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`find_geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
         return (*drop_margins(self.actuators, serial_singularity), build_determinant_margin(parallel_singularity))

@@ -149,7 +149,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         """Sliders (..., 3), tilt and ok for positions (..., 3) of P, in the working mode of home."""
         return _mark(*self._solve(np.asarray(position, dtype=float), self.ends))
 
-    def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
+    def solve_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
         """Sliders, tilt and ok for ``P = pivot + F Rx(alpha) gauge``; see ``ParallelModule``."""
         return _mark(*self._solve(np.asarray(pivot, dtype=float), self._carry_arms(gauge)))
 
@@ -157,7 +157,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         """Joints of the platform (..., 6, 3) seen from the pivot, at tilt 0; F commutes with turns about x."""
         return place_upright(_IN_PLACE, gauge)[..., None, :] + self.ends
 
-    def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
+    def explain_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Why poses (m, 3) have no solution: "VP110" where the rods do not close, "VP203" beyond a parallel singularity."""
         closed = self._solve(np.asarray(pivot, dtype=float), self._carry_arms(gauge))[2]
         return ["VP203" if one else "VP110" for one in closed]
@@ -226,9 +226,9 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         """The solution in use of one position (3,); others have no closed form."""
         return self._list_solution(*self.inverse(position))
 
-    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
+    def solve_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
         """The solution in use of one gauge point (3,)."""
-        return self._list_solution(*self.inverse_coupled(pivot, gauge))
+        return self._list_solution(*self.solve_coupled(pivot, gauge))
 
     def _list_solution(self, rho: Array, alpha: Array, ok: Mask) -> list[InverseSolution]:
         signs = tuple(int(-side) for side in self.sides[self.first_rods])
@@ -262,7 +262,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         size = np.sqrt((inverse**2).sum(axis=(-2, -1)))
         return np.where(sound, np.sign(determinant) / size, np.where(determinant == 0.0, 0.0, np.nan))
 
-    def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+    def find_jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Closure equations of the six rods' lengths, projected on the four motions: (..., 4, 4) by pose, (..., 4, 3) by rho."""
         rods, rows = self._differentiate_rods(position, alpha, rho)
         by_slider = -(rods * self.rails).sum(axis=-1, keepdims=True) / self.rod_lengths[:, None]
@@ -270,21 +270,21 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         across = rows.swapaxes(-1, -2)
         return across @ (rows * [1.0, 1.0, 1.0, self.arm]), across @ by_rho
 
-    def conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+    def measure_conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the scaled Jacobian and of the rods' shares along the rails, each (...)."""
         singular = np.linalg.svd(self._scale_jacobian(position, alpha, rho), compute_uv=False)
         shares = np.abs((self.find_vectors(position, alpha, rho) * self.rails).sum(axis=-1)) / self.rod_lengths
         return singular[..., -1] / singular[..., 0], shares.min(axis=-1) / shares.max(axis=-1)
 
-    def geometry_margins(self, position: Array, alpha: Array) -> Array:
+    def find_geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Drops of rods along their rails (mm), one for each that no other stays parallel to, then the Jacobian's measure."""
         with np.errstate(all="ignore"):
             sliders, drops2 = self.find_sliders(position, np.asarray(alpha), self.ends)
             measure = self._home_sign * self._measure(position, np.asarray(alpha), sliders[..., self.first_rods])
         return np.concatenate([np.sqrt(np.maximum(drops2, 0.0))[..., self.distinct], measure[..., None]], axis=-1)
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """What :meth:`geometry_margins` measures, with thresholds (mm; the Jacobian's measure has no unit)."""
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`find_geometry_margins` measures, with thresholds (mm; the Jacobian's measure has no unit)."""
         drops = [
             Margin(
                 f"drop of rod {k + 1} along its rail",
@@ -312,13 +312,13 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         alone = [self.rod_legs[k] for k in self.distinct]
         return tuple(leg for leg in dict.fromkeys(alone) if alone.count(leg) == 1)
 
-    def directions(self, position: Array) -> tuple[Array, Array]:
+    def find_rod_directions(self, position: Array) -> tuple[Array, Array]:
         """Directions of the rods (6, 3) at a position (3,) of P: in the base frame, and in the platform's."""
         rho, alpha, _ok = self.inverse(position)
         unit = self.find_vectors(position, alpha, rho) / self.rod_lengths[:, None]
         return unit, rotate_x(unit, -alpha)
 
-    def rods(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
+    def find_rod_ends(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform, each (n, 6, 3), base frame, mm."""
         return self._find_ends(platform.position, platform.alpha, rho)
 

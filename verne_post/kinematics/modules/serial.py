@@ -32,7 +32,7 @@ class SerialModule(Struct, frozen=True):
         rho = (np.asarray(position, dtype=float) - self.zero) * _UPRIGHT
         return _mark_finite(rho)
 
-    def inverse_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
+    def solve_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
         """Axis positions for ``pivot + F gauge`` (3,), (..., 3); as :meth:`inverse`, because nothing tilts."""
         return self.inverse(place_upright(pivot, gauge))
 
@@ -40,7 +40,7 @@ class SerialModule(Struct, frozen=True):
         """P (..., 3) in the base frame, alpha and ok for axis positions (..., 3): ``zero + F (x, y, z)``, mm."""
         return _mark_finite(np.asarray(rho, dtype=float) * _UPRIGHT + self.zero)
 
-    def why_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
+    def explain_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
         """Finding codes of poses (m, 3) without a solution: only those that are no numbers."""
         return ["VP110"] * len(gauge)
 
@@ -56,31 +56,31 @@ class SerialModule(Struct, frozen=True):
         position, _alpha, ok = self.forward(rho)
         return [ForwardSolution(triple(position), 0.0, None)] if ok else []
 
-    def inverse_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
+    def solve_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
         """As :meth:`inverse_all` for ``pivot + F gauge``, because nothing tilts."""
         return self.inverse_all(place_upright(pivot, gauge))
 
     # --- velocities ----------------------------------------------------------------------------
 
-    def jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+    def find_jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Derivatives of ``F (P - zero) - (x, y, z) = 0`` and ``alpha = 0``: (..., 4, 4) by pose, (..., 4, 3) by axes."""
         shape = np.shape(rho)[:-1]
         parallel = np.broadcast_to(np.diag([*_UPRIGHT, 1.0]), (*shape, 4, 4))
         serial = np.broadcast_to(-np.eye(4, 3), (*shape, 4, 3))
         return parallel, serial
 
-    def conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+    def measure_conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """1 and 1, each (...): the axes are at right angles everywhere."""
         ones = np.ones(np.shape(rho)[:-1])
         return ones, ones
 
     # --- margins -----------------------------------------------------------------------------
 
-    def geometry_margins(self, position: Array, alpha: Array) -> Array:
+    def find_geometry_margins(self, position: Array, alpha: Array) -> Array:
         """No margins, shape (..., 0): a serial spindle has no singularity of its own."""
         return np.empty((*np.shape(position)[:-1], 0))
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """None, whatever the thresholds: there are no rods."""
         return ()
 

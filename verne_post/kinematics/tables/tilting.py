@@ -129,49 +129,49 @@ class TiltingTable(Struct, frozen=True, eq=False):
         """Origin in machine coordinates of a work offset given in the table frame: o - machine_zero."""
         return find_work_origin(offset_mm, self.machine_zero)
 
-    def to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
+    def map_to_table(self, program: Array, frame: Frame) -> tuple[Array, Array]:
         """Program coordinates (..., 9) -> tip in the table frame (..., 3), nominal angles (..., 2)."""
         tip, shifted, origin = place_on_part(program, frame, self.machine_zero)
         a = self.a_sign * RAD_PER_DEG * (shifted[..., 3] + origin[3])
         c = self.c_sign * RAD_PER_DEG * (shifted[..., 5] + origin[5]) - RAD_PER_DEG * frame.part_turn
         return tip, np.stack([a, c], axis=-1)
 
-    def from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
-        """Inverse of :meth:`to_table`; the axes that the table lacks are 0."""
+    def map_from_table(self, tip: Array, angles: Array, frame: Frame) -> Array:
+        """Inverse of :meth:`map_to_table`; the axes that the table lacks are 0."""
         words = self._words.find_words(angles, frame.part_turn)
         return place_in_program(tip, words, _AXES, frame, self.machine_zero)
 
-    def point_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
+    def turn_to_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
         """A program point (9) with A and C words that hold a tool axis (3,) given in program directions: :meth:`RotaryWords.follow`."""
-        [[a, c]] = self.point_axes((program[3], program[5]), np.asarray(vector)[None], frame)
+        [[a, c]] = self.turn_to_axes((program[3], program[5]), np.asarray(vector)[None], frame)
         return [*program[:3], a, program[4], c, *program[6:]]
 
-    def point_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
-        """A and C words that hold one tool axis (n, 3) after the other, from a pair of words on: see :meth:`point_axis`."""
+    def turn_to_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
+        """A and C words that hold one tool axis (n, 3) after the other, from a pair of words on: see :meth:`turn_to_axis`."""
         if frame.feature is None:
-            axes = self.displacement(vectors, frame)
+            axes = self.turn_displacement(vectors, frame)
         else:  # a product of matrices may round in another way for many rows than for one
-            axes = np.array([self.displacement(vector, frame) for vector in vectors])
+            axes = np.array([self.turn_displacement(vector, frame) for vector in vectors])
         return self._words.follow(words, axes, frame)
 
-    def tool_axis(self, program: list[float], frame: Frame) -> Array:
+    def find_tool_axis(self, program: list[float], frame: Frame) -> Array:
         """Tool axis (3,) of the nominal machine at a program point, program directions."""
-        _tip, angles = self.to_table(np.array(program), frame)
+        _tip, angles = self.map_to_table(np.array(program), frame)
         axis = rotate_z(find_axis_of_angles(angles[0], angles[1]), -turn_of(frame))
         return axis if frame.feature is None else frame.feature.turn_inside(axis)
 
-    def displacement(self, vector: Array, frame: Frame) -> Array:
+    def turn_displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the table frame."""
         return turn_to_part(vector, frame)
 
-    def to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
+    def map_to_work(self, point: Array, axis: Array, frame: Frame) -> tuple[Array, Array]:
         """A point and a direction (..., 3) of the table frame in the work frame of ``frame``."""
         turn = -turn_of(frame)
         return rotate_z(point - self.machine_zero - np.asarray(frame.origin)[:3], turn), rotate_z(axis, turn)
 
-    def to_machine(self, program: Array, frame: Frame) -> Array:
+    def map_to_machine(self, program: Array, frame: Frame) -> Array:
         """Machine coordinates: gauge line over machine zero, nominal angles in the file's sense."""
-        tip, angles = self.to_table(program, frame)
+        tip, angles = self.map_to_table(program, frame)
         machine = np.zeros(np.shape(program))
         machine[..., :3] = (
             self.find_gauge_point(tip, angles, frame.tool_length) - self.rotary_offset - self.machine_zero
@@ -180,12 +180,12 @@ class TiltingTable(Struct, frozen=True, eq=False):
         machine[..., 5] = self.c_sign * DEG_PER_RAD * angles[..., 1]
         return machine
 
-    def to_program(self, machine: Array, frame: Frame) -> Array:
+    def map_to_program(self, machine: Array, frame: Frame) -> Array:
         """Program coordinates in ``frame`` of a machine position."""
         machine = np.asarray(machine, dtype=float)
         angles = RAD_PER_DEG * np.stack([self.a_sign * machine[..., 3], self.c_sign * machine[..., 5]], axis=-1)
         gauge = machine[..., :3] + self.rotary_offset + self.machine_zero
-        return self.from_table(self.find_tip_of_gauge(gauge, angles, frame.tool_length), angles, frame)
+        return self.map_from_table(self.find_tip_of_gauge(gauge, angles, frame.tool_length), angles, frame)
 
     def find_other_side(self, machine: Array) -> Array | None:
         """Machine coordinates (9,) with the same tool axis and A on the other side of upright; None where the tool is vertical."""

@@ -182,13 +182,13 @@ def _find_home(machine: Machine, ideal: HybridMachine) -> Array:
     if machine.home is None:
         travel = _find_travel(machine)
         joints = np.where(np.isfinite(travel).all(axis=0), travel.mean(axis=0), 0.0)
-        if not machine.five_axis.nominal(joints / factors, 0.0)[2]:
+        if not machine.five_axis.find_nominal_pose(joints / factors, 0.0)[2]:
             raise CannotExport("[home] is missing, and the platform cannot stand in the middle of travel; give [home]")
         return joints
     table, place = ideal.table, np.array(machine.home.g28)
     angles = RAD_PER_DEG * place[3:] * [table.a_sign, table.c_sign]
     tip = table.find_tip_of_gauge(place[:3] + table.rotary_offset + table.machine_zero, angles, 0.0)
-    joints = machine.five_axis.joints(tip, angles, 0.0)
+    joints = machine.five_axis.find_joints(tip, angles, 0.0)
     if not np.isfinite(joints).all():
         raise CannotExport("[home] g28 is out of reach; verne-post machine validate says more")
     return np.asarray(joints * factors)

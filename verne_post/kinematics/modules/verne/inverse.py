@@ -67,7 +67,7 @@ def solve_inverse(geometry: VerneGeometry, position: Array) -> tuple[Array, Arra
 
 
 def solve_inverse_coupled(geometry: VerneGeometry, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
-    """Sliders for a platform point that turns with the platform's tilt; see ``ParallelModule.inverse_coupled``."""
+    """Sliders for a platform point that turns with the platform's tilt; see ``ParallelModule.solve_coupled``."""
     rho, alpha, ok = _solve(geometry, place_coupled_point(pivot, np.asarray(gauge, dtype=float).reshape(-1, 3)))
     shape = np.shape(gauge)[:-1]
     return rho.reshape(*shape, 3), alpha.reshape(shape), ok.reshape(shape)

@@ -21,7 +21,7 @@ _BASE: Final = np.array([2, 2, 6, 6])
 _ROD: Final = np.array([3, 3, 7, 8])
 
 
-def loop_equations(lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
+def evaluate_loops(lengths: Array, rho: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
     """How much too long each rod would have to be, by (3), (4), (5), (6), and the derivatives of that.
 
     The paper's equation ``d^2 - L^2 = 0`` is taken as ``d - L = 0``, d the distance that the rod must span: the same

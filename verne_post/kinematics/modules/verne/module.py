@@ -26,28 +26,28 @@ class VerneModule(VerneGeometry, frozen=True, dict=True):
     # --- one solution, in the working mode -----------------------------------------------------
 
     inverse = solve_inverse
-    inverse_coupled = solve_inverse_coupled
-    why_unreachable = explain_unreachable
+    solve_coupled = solve_inverse_coupled
+    explain_unreachable = explain_unreachable
     forward = solve_forward
 
     # --- every solution --------------------------------------------------------------------------
 
     inverse_all = working_modes.inverse_all
-    inverse_coupled_all = working_modes.inverse_coupled_all
-    iso_alpha_ellipse = working_modes.iso_alpha_ellipse
+    solve_coupled_all = working_modes.solve_coupled_all
+    trace_iso_alpha = working_modes.trace_iso_alpha
     forward_all = assembly_modes.forward_all
     forward_modes = assembly_modes.forward_modes
 
     # --- rods: velocities, pictures, identification ------------------------------------------------
 
-    jacobians = rods.compute_rod_jacobians
-    conditioning = rods.conditioning
+    find_jacobians = rods.compute_rod_jacobians
+    measure_conditioning = rods.measure_conditioning
     sketch = rods.sketch
-    loop_equations = staticmethod(loops.loop_equations)
+    evaluate_loops = staticmethod(loops.evaluate_loops)
 
     # --- margins -----------------------------------------------------------------------------------
 
-    def geometry_margins(self, position: Array, alpha: Array) -> Array:
+    def find_geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Vertical drops of the three legs (mm), R1 cos(alpha) - r1 (mm), scaled parallel determinant; shape (..., 5).
 
         The determinant counts positive on the side of the middle of the workspace.
@@ -65,8 +65,8 @@ class VerneModule(VerneGeometry, frozen=True, dict=True):
         drops = np.sqrt(np.maximum(self.radicands(middle[0], middle[1], upright[0]), 0.0))
         return 1.0 if rods.compute_parallel_determinant(self, middle, upright, drops) >= 0 else -1.0
 
-    def margin_names(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """What :meth:`geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
+    def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
+        """What :meth:`find_geometry_margins` measures, with thresholds (mm; the determinant has no unit)."""
         crossing = Margin("R1 cos(alpha) - r1", "VP201", None, "mm", 0.0, 0.0)
         return (
             *drop_margins(self.actuators, serial_singularity),

@@ -106,7 +106,7 @@ def scales(geometry: VerneGeometry) -> tuple[Array, float]:
     return geometry.group_lengths_by_equation()[3], max(geometry.R1, geometry.R2)
 
 
-def conditioning(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
+def measure_conditioning(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
     """Reciprocal condition numbers of both parts, dimensionless: 1 is even in all directions, 0 is singular.
 
     The parallel part is the matrix that a forward step inverts; the serial one, by the sliders and alpha, is the one

@@ -35,7 +35,7 @@ def inverse_all(geometry: VerneGeometry, position: Array) -> list[InverseSolutio
     return _solve_all(geometry, place_fixed_point(np.asarray(position, dtype=float)[None]).rows(0))
 
 
-def inverse_coupled_all(geometry: VerneGeometry, pivot: Array, gauge: Array) -> list[InverseSolution]:
+def solve_coupled_all(geometry: VerneGeometry, pivot: Array, gauge: Array) -> list[InverseSolution]:
     """All real solutions for a platform point that turns with the tilt: six tilts at most, each with its postures.
 
     Parameters
@@ -66,7 +66,7 @@ def _solve_all(geometry: VerneGeometry, point: PointOfTilt) -> list[InverseSolut
     return sorted(solutions, key=lambda one: (one.refused is not None, one.alpha, one.signs))
 
 
-def iso_alpha_ellipse(geometry: VerneGeometry, alpha: float, turn: Array) -> Array:
+def trace_iso_alpha(geometry: VerneGeometry, alpha: float, turn: Array) -> Array:
     """Where P may stand so that the platform tilts by alpha: the ellipse of equation (8), Fig. 5.
 
     With ``arm2 = R1^2 + r1^2 - 2 R1 r1 cos(alpha)`` (7) reads
