@@ -107,9 +107,9 @@ def test_refused(outcome, example):
 
 def test_the_tables_name_every_function_and_cycle():
     """No number of an M function or cycle that the code knows is missing in the page."""
-    from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS, REFUSED_CYCLES
-    from verne_post.gcode.klartext.cycle_words import WITHOUT_EFFECT as CYCLES_WITHOUT_EFFECT
-    from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
+    from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
+    from verne_post.gcode.klartext.vocabulary import AT_BEGIN, AT_END, CYCLES_WITHOUT_EFFECT, FUNCTIONS_WITHOUT_EFFECT
+    from verne_post.gcode.klartext.vocabulary import OWN, REFUSED_CYCLES, REFUSED_FUNCTIONS
     from verne_post.gcode.klartext.settings import SETTINGS
 
     def numbers(title, pattern):
@@ -122,8 +122,8 @@ def test_the_tables_name_every_function_and_cycle():
 
     functions = r"M(\d+)(?: to M(\d+))?"
     assert numbers("Executed", functions) == {*AT_BEGIN, *AT_END, *OWN}
-    assert numbers("Without effect", functions) == set(WITHOUT_EFFECT)
-    assert numbers("Refused", functions) == set(REFUSED)
+    assert numbers("Without effect", functions) == set(FUNCTIONS_WITHOUT_EFFECT)
+    assert numbers("Refused", functions) == set(REFUSED_FUNCTIONS)
     cycles = r"(?<![\w.=])(\d+)(?: to (\d+))?(?!\.?\d)"
 
     def cycle_numbers(title):
