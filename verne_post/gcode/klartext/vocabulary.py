@@ -53,8 +53,11 @@ REFUSED_FUNCTIONS: Final = {
     144: "positions of the table in the tool position", 148: "retract at a stop", 150: "suppresses limit switch messages",
     197: "rounding of outside corners", **dict.fromkeys(range(200, 205), "laser cutting"),
 }  # fmt: skip
-#: Cycles that tune the drives for a tolerance or the weight of the part, which setpoints here do not know.
-CYCLES_WITHOUT_EFFECT: Final = (332, 392)
+#: Cycles that setpoints do not know.
+CYCLES_WITHOUT_EFFECT: Final = {
+    332: "tunes the drives for a tolerance",
+    392: "tunes the drives for the weight of the part",
+}
 #: Cycles that are known and not executed.
 REFUSED_CYCLES: Final = {
     1: "pecking of older controls; write cycle 200", 2: "tapping of older controls; write cycle 206",
