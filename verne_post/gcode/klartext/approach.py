@@ -9,7 +9,8 @@ from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.waiting import Approach
 from verne_post.gcode.klartext.words import Words
-from verne_post.gcode.machining.elements import Element, Point, make_arc, turn_left
+from verne_post.gcode.machining.elements import Element, make_arc
+from verne_post.gcode.machining.plane_geometry import Point, measure_sweep, step_left, turn_point
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import MoveKind
 
@@ -83,8 +84,8 @@ class KlartextApproach:
             raise ProgramError("VP008", "APPR needs a contour that begins in X and Y")
         kind, point = approach.kind, approach.point
         rapid = MoveKind.RAPID if approach.rapid and kind != "LCT" else MoveKind.FEED
-        beside, side, n = self._beside(point, t), self._side_sign, turn_left(t)
-        center = (beside[0] + side * approach.length * n[0], beside[1] + side * approach.length * n[1])
+        beside, side = step_left((point[0], point[1]), t, self.contour.offset), self._side_sign
+        center = step_left(beside, t, side * approach.length)
         sense = side * math.copysign(1.0, approach.length)
         compensation = self.core.suspend_compensation()
         if kind == "LT":
@@ -92,22 +93,17 @@ class KlartextApproach:
         elif kind == "LN":
             self._go_to(approach, center, rapid)
         elif kind == "CT":
-            self._go_to(approach, _turned(beside, center, -sense * approach.turn), rapid)
+            self._go_to(approach, turn_point(beside, center, -sense * approach.turn), rapid)
         else:
             self._go_to(approach, _touch(self.state.position, center, approach.length, sense, leaving=False), rapid)
         if kind in ("LT", "LN"):
             self._add_line(approach.line, beside, approach.feed)
         else:
             here = (self.state.position[0], self.state.position[1])
-            sweep = sense * approach.turn if kind == "CT" else _sweep_to(here, beside, center, sense)
+            sweep = sense * approach.turn if kind == "CT" else _measure_sweep(here, beside, center, sense)
             self._arc_to(approach.line, beside, center, sweep, approach.feed)
         if compensation is not None:
             self.core.enter_beside(At(approach.line), compensation, point)
-
-    def _beside(self, point: list[float], t: Point) -> Point:
-        """Where the tool's centre is at a point of a contour that goes on in a direction."""
-        n = turn_left(t)
-        return point[0] + self.contour.offset * n[0], point[1] + self.contour.offset * n[1]
 
     def _go_to(self, approach: Approach, place: Point, kind: MoveKind) -> None:
         """To the auxiliary point: first in X and Y, then in Z."""
@@ -145,9 +141,9 @@ class KlartextApproach:
         self.contour.set_feed(statement, words)
         feed = self.state.feed
         words.check_used(statement, "side M")
-        side, n = self._side_sign, turn_left(t)
-        here = self._beside(self.state.position, t)
-        center = (here[0] + side * length * n[0], here[1] + side * length * n[1])
+        side = self._side_sign
+        here = step_left((self.state.position[0], self.state.position[1]), t, self.contour.offset)
+        center = step_left(here, t, side * length)
         sense = side * math.copysign(1.0, length)
         self._end_side()
         if kind == "LT":
@@ -155,11 +151,11 @@ class KlartextApproach:
         elif kind == "LN":
             self._add_line(line, center, feed)
         elif kind == "CT":
-            self._arc_to(line, _turned(here, center, sense * turn), center, sense * turn, feed)
+            self._arc_to(line, turn_point(here, center, sense * turn), center, sense * turn, feed)
         else:
             assert point is not None
             place = _touch(point, center, length, sense, leaving=True)
-            self._arc_to(line, place, center, _sweep_to(here, place, center, sense), feed)
+            self._arc_to(line, place, center, _measure_sweep(here, place, center, sense), feed)
             self._add_line(line, (point[0], point[1]), feed)
         if height is not None:
             end = [*self.state.position[:2], height, *self.state.position[3:]]
@@ -192,17 +188,6 @@ def _touch(position: list[float], center: Point, radius: float, sense: float, *,
     return center[0] + radius * math.cos(angle), center[1] + radius * math.sin(angle)
 
 
-def _turned(point: Point, center: Point, angle: float) -> Point:
-    """A point turned about a centre by degrees."""
-    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-    dx, dy = point[0] - center[0], point[1] - center[1]
-    return center[0] + c * dx - s * dy, center[1] + s * dx + c * dy
-
-
-def _sweep_to(start: Point, end: Point, center: Point, sense: float) -> float:
+def _measure_sweep(start: Point, end: Point, center: Point, sense: float) -> float:
     """Signed sweep in degrees between two points of a circle; 0 where they are one."""
-    if math.dist(start, end) < ZERO_LENGTH_MM:
-        return 0.0
-    first = math.atan2(start[1] - center[1], start[0] - center[0])
-    last = math.atan2(end[1] - center[1], end[0] - center[0])
-    return sense * math.degrees((sense * (last - first)) % (2 * math.pi))
+    return 0.0 if math.dist(start, end) < ZERO_LENGTH_MM else measure_sweep(start, end, center, sense)

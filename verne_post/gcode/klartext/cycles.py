@@ -12,9 +12,10 @@ from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.milling import KlartextMilling
 from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.lengths import measure_helix
-from verne_post.gcode.machining.elements import Point, make_arc
+from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import MAX_DWELL_S
+from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.program_error import ProgramError
 
 _Q = dict[int, float]

@@ -12,7 +12,7 @@ from verne_post.gcode.execution import Execution, StopConditions, run_program
 from verne_post.gcode.klartext.program import Jump, Klartext
 from verne_post.gcode.klartext.recovery import KlartextRecovery
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
-from verne_post.gcode.machining.elements import Point
+from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError

@@ -9,8 +9,9 @@ from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.vocabulary import Q
-from verne_post.gcode.machining.elements import Point, make_arc
+from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Rectangle, measure_reach
+from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.pockets import (
     MAX_STROKES,
     Entry,

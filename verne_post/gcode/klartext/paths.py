@@ -11,7 +11,8 @@ from verne_post.gcode.arcs import PLANES, Arc, build_arc_from_center, build_arc_
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
-from verne_post.gcode.machining.elements import Element, find_center_of_sweep, find_tangent_sweep, make_arc
+from verne_post.gcode.machining.elements import Element, make_arc
+from verne_post.gcode.machining.plane_geometry import find_center_of_sweep, find_tangent_sweep
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.rs274.values import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.model.moves import AXES, MoveKind

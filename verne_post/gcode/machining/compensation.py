@@ -13,10 +13,18 @@ from msgspec import Struct, field
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM
 from verne_post.gcode.arcs import PLANES, Arc
 from verne_post.gcode.lengths import measure_helix
+from verne_post.gcode.machining.plane_geometry import (
+    Point,
+    find_tangent,
+    measure_turn,
+    meet_line_and_circle,
+    meet_two_circles,
+    step_left,
+    turn_left,
+)
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 
-Point = tuple[float, float]
 _FULL: Final = 2 * math.pi
 #: An entry arc that bends towards its centre by less than this share of its chord is none: LinuxCNC has the same bound.
 _LEAST_BEND: Final = 1e-4
@@ -83,7 +91,7 @@ class Compensation(Struct):
                 self._begin(Offset(p, p, (1.0, 0.0), entry=True))
             return self._find_point(end, self.segment.end if self.segment else p)
         t = ((q[0] - p[0]) / length, (q[1] - p[1]) / length)
-        target = self._beside(q, t)
+        target = step_left(q, t, self.radius)
         if self.segment is None:
             self._check_entry(length)
             self._begin(Offset(p, target, t, entry=True))
@@ -117,10 +125,10 @@ class Compensation(Struct):
             self._begin(entry)
             swept = math.degrees(sense * entry.sweep)
             return self._find_point(end, entry.end), Arc(arc.plane, (center[0], center[1], center[2]), arc.turns, swept)
-        first, last = _tangent(p, c, sense), _tangent(q, c, sense)
+        first, last = find_tangent(p, c, sense), find_tangent(q, c, sense)
         start_uv = self._join(recorder, feed, p, first, c, sense, radius)
-        target = self._beside(q, last)
-        programmed, swept = abs(math.radians(arc.sweep)), _angle(start_uv, target, c, sense)
+        target = step_left(q, last, self.radius)
+        programmed, swept = abs(math.radians(arc.sweep)), measure_turn(start_uv, target, c, sense)
         swept += _FULL * round((programmed - swept) / _FULL)
         if abs(programmed - swept) > math.pi / 2 or swept * radius < -CORNER_REACH_MM:
             raise self._report_gouge()
@@ -137,8 +145,8 @@ class Compensation(Struct):
     def _enter_on_arc(self, p: Point, q: Point, c: Point, sense: int, turns: int) -> Offset:
         """An arc as entry move: from where the tool stands to beside the end of the programmed arc, in the direction that this has there."""
         self._check_entry(math.dist(p, q))
-        last = _tangent(q, c, sense)
-        target, normal = self._beside(q, last), self._normal(last)
+        last = find_tangent(q, c, sense)
+        target, normal = step_left(q, last, self.radius), turn_left(last)
         inwards = sense * normal[0], sense * normal[1]  # from the end of the arc towards its centre
         du, dv = p[0] - target[0], p[1] - target[1]
         length, depth = math.hypot(du, dv), du * inwards[0] + dv * inwards[1]
@@ -147,7 +155,7 @@ class Compensation(Struct):
                              f"{abs(self.radius):.4f} mm: no arc leads to its end in its direction")  # fmt: skip
         radius = length * length / (2.0 * depth)
         center = target[0] + radius * inwards[0], target[1] + radius * inwards[1]
-        swept = _angle(p, target, center, sense) + _FULL * (turns - 1)
+        swept = measure_turn(p, target, center, sense) + _FULL * (turns - 1)
         return Offset(p, target, last, entry=True, center=center, sense=sense, sweep=swept)
 
     def _check_entry(self, length: float) -> None:
@@ -182,13 +190,13 @@ class Compensation(Struct):
         segment = self.segment
         assert segment is not None
         if segment.entry and self.perpendicular:
-            target = self._beside(corner, t2)
+            target = step_left(corner, t2, self.radius)
             self._end_at(recorder, target)
             return target
         t1 = segment.direction
         cross, dot = t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1]
         turn = math.atan2(cross, dot)
-        target = self._beside(corner, t2)
+        target = step_left(corner, t2, self.radius)
         if abs(turn) <= CORNER_ANGLE or self.radius == 0.0:
             return target
         if turn * self.radius < 0 or abs(turn) >= math.pi - CORNER_ANGLE:
@@ -214,9 +222,9 @@ class Compensation(Struct):
     ) -> Point:
         """Where two offset segments meet in an inside corner."""
         line1 = (segment.end, segment.direction)
-        line2 = (self._beside(corner, t2), t2)
+        line2 = (step_left(corner, t2, self.radius), t2)
         if segment.center is None and center is None:
-            n1, n2 = self._normal(segment.direction), self._normal(t2)
+            n1, n2 = turn_left(segment.direction), turn_left(t2)
             share = self.radius / (1 + n1[0] * n2[0] + n1[1] * n2[1])
             return corner[0] + share * (n1[0] + n2[0]), corner[1] + share * (n1[1] + n2[1])
         if segment.center is None:
@@ -240,7 +248,7 @@ class Compensation(Struct):
                 raise self._report_gouge()
             sweep = None
         else:
-            taken = _angle(end, segment.end, segment.center, segment.sense)
+            taken = measure_turn(end, segment.end, segment.center, segment.sense)
             taken -= _FULL if _FULL - taken < CORNER_ANGLE else 0.0
             if (taken - segment.sweep) * math.dist(segment.end, segment.center) > CORNER_REACH_MM:
                 raise self._report_gouge()
@@ -265,54 +273,8 @@ class Compensation(Struct):
         self.segment = segment
         self.rows = []
 
-    def _normal(self, t: Point) -> Point:
-        return -t[1], t[0]
-
-    def _beside(self, point: Point, t: Point) -> Point:
-        n = self._normal(t)
-        return point[0] + self.radius * n[0], point[1] + self.radius * n[1]
-
     def _find_point(self, point: list[float], uv: Point) -> list[float]:
         u, v, *_ = PLANES[self.plane]
         moved = list(point)
         moved[u], moved[v] = uv
         return moved
-
-
-def _tangent(point: Point, center: Point, sense: int) -> Point:
-    """Direction of travel at a point of a circle."""
-    du, dv = point[0] - center[0], point[1] - center[1]
-    size = math.hypot(du, dv)
-    return -sense * dv / size, sense * du / size
-
-
-def _angle(start: Point, end: Point, center: Point, sense: int) -> float:
-    """Angle from start to end about a centre, in [0, 2 pi)."""
-    first = math.atan2(start[1] - center[1], start[0] - center[0])
-    last = math.atan2(end[1] - center[1], end[0] - center[0])
-    return (sense * (last - first)) % _FULL
-
-
-def meet_line_and_circle(line: tuple[Point, Point], center: Point, radius: float) -> list[Point]:
-    """Points that a line (a point and a unit direction) and a circle share."""
-    (u, v), (du, dv) = line
-    wu, wv = u - center[0], v - center[1]
-    half = wu * du + wv * dv
-    root = half * half - (wu * wu + wv * wv - radius * radius)
-    if root < -2.0 * radius * CORNER_REACH_MM:  # farther apart than rounding moves a line that touches the circle
-        return []
-    root = math.sqrt(max(root, 0.0))
-    return [(u + s * du, v + s * dv) for s in (-half - root, -half + root)]
-
-
-def meet_two_circles(c1: Point, r1: float, c2: Point, r2: float) -> list[Point]:
-    """Points that two circles share."""
-    distance = math.dist(c1, c2)
-    if not abs(r1 - r2) - CORNER_REACH_MM <= distance <= r1 + r2 + CORNER_REACH_MM or distance == 0.0:
-        return []
-    along = (distance**2 + r1**2 - r2**2) / (2 * distance)
-    height = math.sqrt(max(r1**2 - along**2, 0.0))
-    du, dv = (c2[0] - c1[0]) / distance, (c2[1] - c1[1]) / distance
-    return [
-        (c1[0] + along * du - s * height * dv, c1[1] + along * dv + s * height * du) for s in (-1, 1)
-    ]  # fmt: skip

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from msgspec import Struct
 from msgspec.structs import replace
 
-from verne_post.gcode.machining.elements import Element, chamfer_corner, cross, round_corner
+from verne_post.gcode.machining.elements import Element, chamfer_corner, round_corner
 from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.plane_geometry import cross
 from verne_post.gcode.program_error import At
 from verne_post.model.moves import MoveKind
 

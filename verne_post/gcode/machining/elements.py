@@ -8,11 +8,18 @@ from msgspec.structs import replace
 
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES, Arc
-from verne_post.gcode.machining.compensation import meet_line_and_circle, meet_two_circles
+from verne_post.gcode.machining.plane_geometry import (
+    Point,
+    cross,
+    find_tangent,
+    measure_sweep,
+    meet_line_and_circle,
+    meet_two_circles,
+    step_left,
+)
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.moves import ArcFeed, MoveKind
 
-Point = tuple[float, float]
 _FULL_TURN: Final = 360.0
 
 
@@ -52,10 +59,8 @@ class Element(Struct, frozen=True):
         """Direction of travel in the plane at one end; None for a line without length there."""
         u, v, *_ = PLANES[self.arc.plane if self.arc is not None else 0]
         if self.arc is not None:
-            point, sense = (self.end if at_end else self.start), math.copysign(1.0, self.arc.sweep)
-            du, dv = point[u] - self.arc.center[u], point[v] - self.arc.center[v]
-            size = math.hypot(du, dv)
-            return -sense * dv / size, sense * du / size
+            point, center = self.end if at_end else self.start, self.arc.center
+            return find_tangent((point[u], point[v]), (center[u], center[v]), math.copysign(1.0, self.arc.sweep))
         du, dv = self.end[u] - self.start[u], self.end[v] - self.start[v]
         size = math.hypot(du, dv)
         return None if size < ZERO_LENGTH_MM else (du / size, dv / size)
@@ -66,16 +71,6 @@ class Element(Struct, frozen=True):
         return 0 if self.arc is None else self.arc.plane
 
 
-def turn_left(t: Point) -> Point:
-    """The direction to the left of another one."""
-    return -t[1], t[0]
-
-
-def cross(a: Point, b: Point) -> float:
-    """Sine of the angle from one direction to another, times their lengths."""
-    return a[0] * b[1] - a[1] * b[0]
-
-
 def make_arc(start: list[float], plane: int, center: Point, sweep: float) -> Arc:
     """An arc by its centre in the plane, mm, and its sweep in degrees."""
     u, v, w, *_ = PLANES[plane]
@@ -83,19 +78,6 @@ def make_arc(start: list[float], plane: int, center: Point, sweep: float) -> Arc
     place[u], place[v], place[w] = center[0], center[1], start[w]
     turns = max(math.ceil(abs(sweep) / _FULL_TURN - 1e-9), 1)
     return Arc(plane, (place[0], place[1], place[2]), turns if sweep > 0 else -turns, sweep)
-
-
-def find_tangent_sweep(t: Point, chord: Point) -> float:
-    """Sweep in degrees of the arc that leaves in direction t and ends at the end of a chord; 0 for a straight line."""
-    angle = math.atan2(cross(t, chord), t[0] * chord[0] + t[1] * chord[1])
-    return 0.0 if abs(angle) < CORNER_ANGLE else math.degrees(2 * angle)
-
-
-def find_center_of_sweep(start: Point, end: Point, sweep: float) -> Point:
-    """Centre of the arc between two points with a sweep in degrees."""
-    half = 0.5 / math.tan(math.radians(sweep) / 2)
-    du, dv = end[0] - start[0], end[1] - start[1]
-    return 0.5 * (start[0] + end[0]) - half * dv, 0.5 * (start[1] + end[1]) + half * du
 
 
 def round_corner(first: Element, second: Element, radius: float, name: str) -> tuple[Element, Element, Element] | None:
@@ -117,7 +99,7 @@ def round_corner(first: Element, second: Element, radius: float, name: str) -> t
         before, after = _cut_end(first, touch1), _cut_start(second, touch2)
         if before is None or after is None:
             continue
-        sweep = _sweep(touch1, touch2, center, side)
+        sweep = measure_sweep(touch1, touch2, center, side)
         arc = make_arc(before.end, 0, center, sweep)
         return (
             before,
@@ -164,8 +146,7 @@ def _meet_elements(first: Element, t1: Point, second: Element, t2: Point, corner
     lines, circles = [], []
     for element, t in ((first, t1), (second, t2)):
         if element.arc is None:
-            n = turn_left(t)
-            lines.append(((corner[0] + offset * n[0], corner[1] + offset * n[1]), t))
+            lines.append((step_left(corner, t, offset), t))
         else:
             center = (element.arc.center[0], element.arc.center[1])
             radius = math.dist(center, corner) - math.copysign(offset, offset * element.arc.sweep)
@@ -194,13 +175,6 @@ def _find_foot(element: Element, t: Point, center: Point) -> Point:
     return c[0] + radius * (center[0] - c[0]) / away, c[1] + radius * (center[1] - c[1]) / away
 
 
-def _sweep(start: Point, end: Point, center: Point, sense: float) -> float:
-    """Signed sweep in degrees from point to point about a centre."""
-    first = math.atan2(start[1] - center[1], start[0] - center[0])
-    last = math.atan2(end[1] - center[1], end[0] - center[0])
-    return sense * math.degrees((sense * (last - first)) % (2 * math.pi))
-
-
 def _cut_end(element: Element, point: Point) -> Element | None:
     """The element up to a point of it; None where it does not hold the point."""
     end = [point[0], point[1], *element.end[2:]]
@@ -224,7 +198,7 @@ def _cut_start(element: Element, point: Point) -> Element | None:
 def _cut_arc(element: Element, start: list[float], end: list[float]) -> Element | None:
     assert element.arc is not None
     center, sweep = (element.arc.center[0], element.arc.center[1]), element.arc.sweep
-    kept = _sweep((start[0], start[1]), (end[0], end[1]), center, math.copysign(1.0, sweep))
+    kept = measure_sweep((start[0], start[1]), (end[0], end[1]), center, math.copysign(1.0, sweep))
     if abs(kept) > abs(sweep) + math.degrees(CORNER_ANGLE):
         return None
     return replace(element, start=start, end=end, arc=make_arc(start, 0, center, kept))

@@ -11,8 +11,8 @@ from typing import Final, Protocol
 from msgspec import Struct
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.gcode.machining.plane_geometry import Point
 
-Point = tuple[float, float]
 #: A share of a step that is rounding: quotients of programmed lengths that are whole differ from it by less.
 ROUNDING_SHARE: Final = 1e-9
 _QUARTER: Final = 90.0

@@ -12,7 +12,8 @@ from typing import Final, Literal
 from msgspec import Struct
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.machining.outlines import ROUNDING_SHARE, Leg, Outline, Path, Point, spread_offsets
+from verne_post.gcode.machining.outlines import ROUNDING_SHARE, Leg, Outline, Path, spread_offsets
+from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.strokes import Pace, Stroke
 
 #: Strokes that the cycles of one block may have: more is a wrong infeed.

@@ -7,7 +7,7 @@ from typing import Literal
 from msgspec import Struct
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.machining.outlines import Point
+from verne_post.gcode.machining.plane_geometry import Point
 
 Pace = Literal["rapid", "plunge", "mill", "finish"]
 

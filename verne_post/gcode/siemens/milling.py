@@ -6,7 +6,8 @@ from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.machining.holes import MAX_HOLES
-from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Outline, Point, Rectangle, measure_reach
+from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Outline, Rectangle, measure_reach
+from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.pockets import (
     MAX_STROKES,
     Face,

@@ -9,6 +9,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.lengths import measure_length
+from verne_post.gcode.machining.plane_geometry import find_center_of_sweep
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.siemens.motion import SiemensMotion
@@ -238,9 +239,7 @@ class SiemensPlaces:
         chord = math.hypot(u, v)
         if chord < ZERO_LENGTH_MM:
             raise word.error("VP008", "AR= needs a centre, or an end point other than the start")
-        # the centre lies beside the middle of the chord, at the distance that opens the angle
-        away = 0.5 / math.tan(0.5 * turn)
-        return 0.5 * u - away * v, 0.5 * v + away * u
+        return find_center_of_sweep((0.0, 0.0), (u, v), sign * angle)
 
     def read_tangent_arc(self, places: dict[int, float]) -> tuple[tuple[float, float], bool]:
         """CT: from the start to the centre (programmed, in the plane) of the arc that leaves in the direction of the last motion; whether it is clockwise."""
