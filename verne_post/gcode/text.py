@@ -233,6 +233,19 @@ class ProgramText(ChunkedText):
         return structure
 
 
+def take_code(line: str) -> str:
+    """A line without its comment; a semicolon inside a text begins none."""
+    if ";" not in line:
+        return line
+    quoted = False
+    for at, character in enumerate(line):
+        if character == '"':
+            quoted = not quoted
+        elif character == ";" and not quoted:
+            return line[:at]
+    return line
+
+
 def decode_line(raw: bytes) -> str:
     """A line of bytes as text."""
     try:

@@ -1,6 +1,7 @@
 """Statements that move: points, arcs, holes, the table; and the modes of their motion."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from decimal import Decimal
 from typing import Final
 
 import numpy as np
@@ -14,11 +15,12 @@ from verne_post.gcode.apt.holes import drill
 from verne_post.gcode.apt.interpreter import make_arc_block
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Statement, read_numbers, read_word
-from verne_post.gcode.apt.tool_axes import differ, find_half_step
 from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
 
 _PLANES: Final = {0: 19, 1: 18, 2: 17}
+#: Sines and cosines of angles in degrees, and their products, are off by less than this.
+_NOISE: Final = 1e-12
 
 
 # --- motion -------------------------------------------------------------------------------------
@@ -30,7 +32,7 @@ def go_to(to: AptModes, s: Statement) -> Iterator[Block]:
     held = to.axis
     _take_axis(to, s, axis)
     _check_table(to, s)
-    if to.circle is not None and differ(to.axis, held, find_half_step(to.axis) + find_half_step(held)):
+    if to.circle is not None and _differ(to.axis, held, _find_half_step(to.axis) + _find_half_step(held)):
         raise ProgramError(
             "VP002",
             f"{s.major} after CIRCLE with another tool axis: arcs keep the axis; write points in their place",
@@ -100,14 +102,14 @@ def _require_place(to: AptModes, what: str) -> None:
 
 def _take_axis(to: AptModes, s: Statement, axis: list[float]) -> None:
     if not axis:
-        if to.axis_is_old and differ(to.axis, (0.0, 0.0, 1.0), VECTOR_LENGTH):
+        if to.axis_is_old and _differ(to.axis, (0.0, 0.0, 1.0), VECTOR_LENGTH):
             raise ProgramError(
                 "VP005",
                 f"{s.major} without a tool axis after TOOL PATH or MSYS, and the axis before was not 0, 0, 1: which "
                 "one holds is not known; write x, y, z, i, j, k",
             )
         return
-    if not to.multax and differ(axis, to.axis, VECTOR_LENGTH):
+    if not to.multax and _differ(axis, to.axis, VECTOR_LENGTH):
         raise ProgramError("VP017", f"{s.major} with a tool axis, and MULTAX is off; write MULTAX/ON before")
     to.axis, to.axis_is_old = tuple(axis), False
 
@@ -145,12 +147,12 @@ def _check_table(to: AptModes, s: Statement) -> None:
         return
     stands = to.setup.coordinates.find_tool_axis(to.state.position, to.state.frame)
     held = None if stands is None else [float(value) for value in stands]
-    near = VECTOR_LENGTH if any(to.axis[:2]) else find_half_step(to.axis)
-    if to.turned and (held is None or differ(held, to.tool_axis, near)):
+    near = VECTOR_LENGTH if any(to.axis[:2]) else _find_half_step(to.axis)
+    if to.turned and (held is None or _differ(held, to.tool_axis, near)):
         shown = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
         raise ProgramError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown}): "
             "give the axis in the coordinates of the part")  # fmt: skip
-    same = held is not None and not differ(held, to.tool_axis, find_half_step(to.axis))
+    same = held is not None and not _differ(held, to.tool_axis, _find_half_step(to.axis))
     to.turned, to.state.modes.vectors = False, not same
 
 
@@ -313,3 +315,17 @@ def turn_table(to: AptModes, s: Statement) -> Iterator[Block]:
     angles = dict(zip((name[0] for name in names), read_numbers(s, s.words[::2]), strict=True))
     to.state.modes.vectors, to.turned = False, angles["A"] != 0
     yield make_block(s, g=0.0, **angles)
+
+
+# --- tool axes that are printed with few decimals -------------------------------------------------------
+
+
+def _find_half_step(axis: Sequence[float]) -> float:
+    """Half of the last decimal with which an axis is printed: of the component that has most; 0 where all are whole."""
+    decimals = max(-int(Decimal(repr(value)).normalize().as_tuple().exponent) for value in axis)
+    return 0.5 * 10.0**-decimals if decimals > 0 else 0.0
+
+
+def _differ(axis: Sequence[float], other: Sequence[float], tolerance: float) -> bool:
+    """True where a component of two tool axes differs by more than this."""
+    return any(abs(a - b) > tolerance + _NOISE for a, b in zip(axis, other, strict=True))

@@ -1,5 +1,6 @@
-"""A whole text of CLDATA: its statements one after the other, stretches of GOTO at once."""
+"""A whole text of CLDATA: its statements one after the other, stretches of GOTO at once, subprograms where they are called."""
 
+from collections.abc import Iterator
 from typing import Final
 
 from verne_post.base.long_text import Text
@@ -7,7 +8,6 @@ from verne_post.gcode.apt.interpreter import AptInterpreter
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Points, Statement, read_statements
 from verne_post.gcode.apt.stretch import execute_points
-from verne_post.gcode.apt.subprograms import expand_calls
 from verne_post.gcode.apt.translator import make_blocks
 from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
 from verne_post.gcode.machining.state import State
@@ -20,6 +20,8 @@ from verne_post.model.control_keys import AptKeys, read_keys
 #: Remarks that only Creo writes, and bytes of a text among which they begin.
 _SYSTEM_REMARK: Final = b"$$->"
 _HEAD: Final = 1 << 16
+_Item = Statement | Points | ProgramError
+_OF_SUBPROGRAMS: Final = ("DEFSUB", "ENDSUB", "CALSUB")
 
 
 def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
@@ -27,7 +29,7 @@ def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions)
     execution = Execution(state, Recorder())
     lists_arcs = _SYSTEM_REMARK in source[:_HEAD]
     run = _Run(execution, AptInterpreter(setup, state, execution.recorder), stop, lists_arcs=lists_arcs)
-    for item, called in expand_calls(read_statements(source)):
+    for item, called in _expand_calls(read_statements(source)):
         if isinstance(item, Points):
             ended = run.execute_points(item, called=called)
         else:
@@ -97,3 +99,47 @@ class _Run:
         if self.stop.trace is not None and not called:
             restart = may_restart(self.interpreter.state) and self.modes.cycle is None
             self.stop.trace.add(first, last, may_restart=restart)
+
+
+def _expand_calls(items: Iterator[_Item]) -> Iterator[tuple[_Item, bool]]:
+    """Statements in the order in which they are executed, and whether each stands in a subprogram.
+
+    A subprogram is defined before it is called, calls none itself, and does nothing where it is defined.
+    """
+    known: dict[str, list[_Item]] = {}
+    open_name, open_line = "", 0
+    for item in items:
+        if not isinstance(item, Statement) or item.major not in _OF_SUBPROGRAMS:
+            if open_name:
+                known[open_name].append(item)
+            else:
+                yield item, False
+            continue
+        name = item.text.upper()
+        problem = _find_problem(item, name, known, open_name)
+        if problem is not None:
+            yield problem, False
+        elif item.major == "DEFSUB":
+            known[name], open_name, open_line = [], name, item.line
+        elif item.major == "ENDSUB":
+            open_name = ""
+        else:
+            yield from ((inner, True) for inner in known[name])
+    if open_name:
+        yield ProgramError("VP010", f"DEFSUB/{open_name} without ENDSUB", line=open_line), False
+
+
+def _find_problem(item: Statement, name: str, known: dict[str, list[_Item]], open_name: str) -> ProgramError | None:
+    """What is wrong with one of the three statements."""
+    code, message = "VP017", ""
+    if item.major == "ENDSUB":
+        message = "" if open_name else "ENDSUB, and no DEFSUB before it"
+    elif open_name:
+        message = f"{item.major} inside DEFSUB/{open_name}; write ENDSUB before"
+    elif len(item.words) != 1:
+        code, message = "VP005", f"{item.major} takes the name of one subprogram"
+    elif item.major == "DEFSUB" and name in known:
+        message = f"DEFSUB/{name} for the second time"
+    elif item.major == "CALSUB" and name not in known:
+        message = f"CALSUB/{name}: no DEFSUB/{name} stands before it"
+    return ProgramError(code, message, line=item.line) if message else None

@@ -40,7 +40,6 @@ from verne_post.gcode.rs274.fanuc_codes import (
     WORDS_OF_FRAMES,
     make_table,
 )
-from verne_post.gcode.rs274.fanuc_header import is_fanuc
 from verne_post.gcode.rs274.fanuc_maps import FanucMaps
 from verne_post.gcode.rs274.fanuc_offsets import FanucOffsets
 from verne_post.gcode.rs274.fanuc_planes import FanucPlanes
@@ -53,7 +52,7 @@ from verne_post.gcode.rs274.fanuc_points import (
     find_unrounded,
     scale_words,
 )
-from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, prepare_line, read_corner
+from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, is_fanuc, prepare_line, read_corner
 from verne_post.gcode.rs274.fanuc_words import FanucWords
 from verne_post.gcode.rs274.haas import HaasCodes
 from verne_post.gcode.rs274.interpreter import Rs274

@@ -11,7 +11,7 @@ from verne_post.base.numbers import is_count
 from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.text import Chunk, ChunkedText, decode_line
+from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
 from verne_post.gcode.words import split_words
 
 #: Keywords that begin a statement, the longer before those that they begin with.
@@ -167,18 +167,7 @@ def label_name(text: bytes | str) -> str:
 def _strip_comment(text: str) -> tuple[str, bool]:
     """A line without its comment, and whether it goes on (~)."""
     text = text.rstrip(" \t\r")
-    goes_on = text.endswith("~")
-    if goes_on:
-        text = text[:-1]
-    if ";" in text:
-        quoted = False
-        for at, character in enumerate(text):
-            if character == '"':
-                quoted = not quoted
-            elif character == ";" and not quoted:
-                text = text[:at]
-                break
-    return text.rstrip(" \t"), goes_on
+    return take_code(text.removesuffix("~")).rstrip(" \t"), text.endswith("~")
 
 
 def _upper(text: str) -> str:

@@ -98,15 +98,20 @@ class MotionCodes:
         start = self.core.start_of_motion(
             MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving, axes=moving, at=block
         )
-        via = list(start)
-        if self.setup.rotary[1] in moving:
-            self.recorder.fix_c(block.line)
-        for axis in moving:
-            value = self.values.read_axis_value(block, axis)
-            via[axis] = value if self.modes.absolute else via[axis] + value
+        via = self._find_end(block, start, moving)
         if state.tcp_off and moving:
             self.core.check_tcp_off(state.position, via)
         self._move_straight(block, MoveKind.RAPID, via, moving)
+
+    def _find_end(self, block: Block, start: list[float], axes: list[int]) -> list[float]:
+        """Where a move from ``start`` (9) ends by the words of a block."""
+        end = list(start)
+        if self.setup.rotary[1] in axes:
+            self.recorder.fix_c(block.line)
+        for axis in axes:
+            value = self.values.read_axis_value(block, axis)
+            end[axis] = value if self.modes.absolute else end[axis] + value
+        return end
 
     def _find_home_targets(self, block: Block, code: int, home: tuple[float, ...], axes: list[int]) -> dict[int, float]:
         """Machine coordinates of axes that go home; X or Y alone goes along its direction in a turned work system."""
@@ -154,12 +159,7 @@ class MotionCodes:
             if not self.modes.absolute:
                 self.core.require_known(block, axes, "an incremental move")
         start = self.core.start_of_motion(kind, absolute=self.modes.absolute, machine=False, axes=axes, at=block)
-        end = list(start)
-        if self.setup.rotary[1] in axes:
-            self.recorder.fix_c(block.line)
-        for axis in axes:
-            value = self.values.read_axis_value(block, axis)
-            end[axis] = value if self.modes.absolute else end[axis] + value
+        end = self._find_end(block, start, axes)
         if state.tcp_off:
             self.core.check_tcp_off(start, end)
         if motion in (0, 10) and self.modes.vectors and any(letter in block.words for letter in "IJK"):

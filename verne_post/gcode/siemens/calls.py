@@ -7,13 +7,13 @@ from msgspec import Struct, field
 
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.siemens.cursor import Cursor, take_code
+from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.program import Section, SiemensText
 from verne_post.gcode.siemens.values import Index, Value, read_indices
 from verne_post.gcode.siemens.variables import Variable, Variables, read_type
 from verne_post.gcode.siemens.words import Argument, Call, read_argument_values
-from verne_post.gcode.text import decode_line
+from verne_post.gcode.text import decode_line, take_code
 
 _PROC: Final = re.compile(r"[ \t]*(?:N[0-9]+)?[ \t]*PROC[ \t]+", re.IGNORECASE)
 #: What may follow the arguments of PROC.

@@ -111,16 +111,3 @@ class Cursor(Struct):
     def ended(self) -> bool:
         """True where nothing but blanks is left."""
         return self.skip() == ""
-
-
-def take_code(line: str) -> str:
-    """A line without its comment; a semicolon inside a text begins none."""
-    if ";" not in line:
-        return line
-    quoted = False
-    for at, character in enumerate(line):
-        if character == '"':
-            quoted = not quoted
-        elif character == ";" and not quoted:
-            return line[:at]
-    return line

@@ -18,7 +18,7 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.blank import set_blank
-from verne_post.gcode.siemens.cursor import Cursor, take_code
+from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.drilling import Drilling
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -31,7 +31,7 @@ from verne_post.gcode.siemens.swivel import Swivel
 from verne_post.gcode.siemens.system_variables import SystemVariables
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call, WordReader, Words
-from verne_post.gcode.text import decode_line
+from verne_post.gcode.text import decode_line, take_code
 from verne_post.model.moves import AXES, MoveKind
 
 #: Errors of blocks that lack a tool or its length, or a feed rate.

@@ -13,8 +13,8 @@ from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.siemens.cursor import strip_zeros, take_code
-from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line
+from verne_post.gcode.siemens.cursor import strip_zeros
+from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line, take_code
 from verne_post.gcode.words import read_whole_lines, split_words
 
 #: The line that begins a program in a file that holds several.
