@@ -3,6 +3,7 @@
 import io
 import json
 import re
+import runpy
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -15,7 +16,7 @@ import pytest
 
 import verne_post
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Box, WorkOffset
+from verne_post.model.part_setup import Box, FixtureMesh, WorkOffset
 
 from ..builders import SAMPLES
 from .test_report import NASTY_PROGRAM, ONE_IN_3000, embedded
@@ -45,8 +46,12 @@ def sample(name: str, tool: float, place: tuple[float, float, float], **more: An
     return (SAMPLES / name).read_bytes(), "verne", Options(tool_length=tool, wcs={1: WorkOffset(place)}, **more)
 
 
+VISE = runpy.run_path(str(SAMPLES / "make_vise_sample.py"))
+VISE_STL = VISE["pack_stl"](VISE["unite_boxes"]([VISE["BASE"], *VISE["JAWS"], VISE["STOP"]]))
+
 PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "pocket": sample("pocket_3axis.nc", 80.0, (-10.0, 15.0, 60.0), stock=Box("the stock", (-40.0, -20.0, 40.0), (30.0, 50.0, 60.0))),
+    "vise": (VISE["PROGRAM"].partition("T2")[0] + "M2\n", "verne", Options(tool_length=100.0, wcs={1: WorkOffset((0.0, 0.0, 70.0))}, keep_out=(FixtureMesh("vise", VISE_STL),))),
     "blade": sample("blade_5axis.nc", 120.0, (0.0, 0.0, 10.0)),
     "travel": sample("violates_slider_travel.nc", 50.0, (0.0, 0.0, 420.0)),
     "tilt": sample("violates_tilt.nc", 120.0, (0.0, 0.0, 60.0)),
@@ -240,6 +245,24 @@ for (const element of document.querySelectorAll('body *')) {
 }
 return [seen, low];
 """
+
+
+def count_in_colour(picture: np.ndarray, rgb: tuple[float, float, float]) -> int:
+    """Pixels whose hue is near to that of a colour, whatever the light on it."""
+    picture = picture[picture[..., 3] > 0.5][:, :3]
+    unit = picture / np.maximum(np.linalg.norm(picture, axis=-1, keepdims=True), 1e-9)
+    return int((unit @ (np.array(rgb) / np.linalg.norm(rgb)) > 0.995).sum())
+
+
+def test_fixtures_that_are_meshes_are_drawn(browser: Any, show: Callable[..., Any]) -> None:
+    teal = (0.247, 0.612, 0.561)
+    show("pocket")
+    js(browser, "report.view('part')")
+    without = count_in_colour(canvas_pixels(browser), teal)
+    show("vise")
+    js(browser, "report.view('part')")
+    assert without == 0
+    assert count_in_colour(canvas_pixels(browser), teal) > 20_000  # of half a million
 
 
 def test_paper_is_white(browser: Any, show: Callable[..., Any]) -> None:

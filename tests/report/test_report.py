@@ -30,6 +30,7 @@ TYPES = {
     "Float32Array": "<f4",
     "Int32Array": "<i4",
     "Uint32Array": "<u4",
+    "Uint16Array": "<u2",
     "Int8Array": "|i1",
     "Uint8Array": "|u1",
 }

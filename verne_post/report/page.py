@@ -20,7 +20,7 @@ from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
 from verne_post.report.modal import collect_modal_states
 from verne_post.report.pack import Pack
-from verne_post.report.scene import describe_scene
+from verne_post.report.scene import describe_scene, list_fixture_meshes
 from verne_post.report.sheet import (
     escaped,
     write_findings_html,
@@ -30,6 +30,7 @@ from verne_post.report.sheet import (
     write_title_html,
     write_verdict_html,
 )
+from verne_post.report.surfaces import pack_surfaces
 from verne_post.report.table import Study
 
 #: Points along each side of the slice of the workspace.
@@ -149,7 +150,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         "modal": modal,
         "toolNumbers": tools,
         "bands": study.spectrum.edges.tolist() if study.spectrum is not None else [],
-        "scene": describe_scene(machine, study),
+        "scene": describe_scene(machine, study) | {"meshes": pack_surfaces(pack, list_fixture_meshes(study))},
         "slice": _pack_slice(pack, machine, study),
     }  # fmt: skip
 

@@ -1,6 +1,6 @@
 // The machine and the tool path on its table: one scene at the cursor, drawn when something has changed.
 const Scene = (() => {
-  const { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeRods, makeBoxes, makeTriad } = Solids;
+  const { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeRods, makeBoxes, makeMeshes, makeTriad } = Solids;
 
   function make(canvas, close, data, arrays) {
     const model = data.scene, rodCount = data.shapes.rods[1];
@@ -25,6 +25,7 @@ const Scene = (() => {
     const rods = makeRods(solids, model, rodCount), tool = new THREE.Group(), triad = makeTriad();
     solids.add(tool);
     const stock = makeBoxes(table.turning, model);
+    makeMeshes(table.turning, model, arrays);
     // the path turns with the table, and stays when the machine is hidden
     const onTable = new THREE.Group(), carrier = new THREE.Group();
     carrier.matrixAutoUpdate = false;

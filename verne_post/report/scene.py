@@ -12,6 +12,7 @@ from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Box
+from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, thin_surface
 from verne_post.report.table import Study
 
 #: Sizes for a picture, mm, where the machine file and the options name none.
@@ -31,6 +32,7 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
     spindle = bodies.spindle_radius if bodies else None
     rods = bodies.rod_radius if bodies else None
     tools, thin = _describe_tools(study)
+    boxes = [one for one in _list_obstacles(study.program) if one.mesh is None]
     assumed = ["table body and frame"] + (["platform plate"] if study.rods.shape[1] else [])
     assumed += [] if spindle else ["spindle"]
     assumed += [] if rods is not None or not study.rods.shape[1] else ["thickness of the rods"]
@@ -46,13 +48,13 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
         "guides": _list_guides(machine, study),
         "joints": _place_joints_on_platform(study),
         "tools": tools,
-        "boxes": [*map(_describe_box, _list_boxes(study.program)), *_list_program_stock(study.program)],
+        "boxes": [*map(_describe_box, boxes), *_list_program_stock(study.program)],
         "assumed": assumed,
     }  # fmt: skip
 
 
-def _list_boxes(program: Program | None) -> tuple[Placed, ...]:
-    """Fixtures and stock on the table."""
+def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
+    """Fixtures and stock on the table, boxes and meshes."""
     if program is None:
         return ()
     try:
@@ -60,7 +62,16 @@ def _list_boxes(program: Program | None) -> tuple[Placed, ...]:
         keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
     except InputError:  # among the findings already
         return ()
-    return () if keep_out is None else keep_out.boxes
+    return () if keep_out is None else keep_out.obstacles
+
+
+def list_fixture_meshes(study: Study) -> list[Surface]:
+    """Fixtures that are meshes, where they stand."""
+    meshes = [(one, one.mesh) for one in _list_obstacles(study.program) if one.mesh is not None]
+    most = FIXTURE_VERTICES // max(len(meshes), 1)
+    return [
+        Surface(one.name, *thin_surface(mesh.vertices, mesh.facets, most), one.middle, one.turn) for one, mesh in meshes
+    ]
 
 
 def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:

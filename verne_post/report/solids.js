@@ -168,6 +168,26 @@ const Solids = (() => {
     return stock;
   }
 
+  // triangles with sharp edges, from packed vertices and facets
+  function makeMesh(one, vertex, facet, what) {
+    const place = new Float32Array(3 * facet.length);
+    facet.forEach((v, k) => { for (let c = 0; c < 3; c++) place[3 * k + c] = one.low[c] + one.step * vertex[3 * v + c]; });
+    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(place, 3));
+    geometry.computeVertexNormals();
+    const mesh = solid(geometry, what);
+    mesh.position.copy(vector(one.middle));
+    mesh.rotation.z = one.turn;
+    return mesh;
+  }
+
+  function makeMeshes(turning, model, arrays) {
+    model.meshes.forEach((one, k) => {
+      const mesh = makeMesh(one, arrays[`surface.${k}.vertex`], arrays[`surface.${k}.facet`], material("fixture", { transparent: true, opacity: 0.85 }));
+      mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 20), new THREE.LineBasicMaterial({ color: 0x1f5f56 })));
+      turning.add(mesh);
+    });
+  }
+
   function label(text, colour) {
     const canvas = document.createElement("canvas");
     canvas.width = canvas.height = 64;
@@ -194,5 +214,5 @@ const Solids = (() => {
     return { scene, camera: new THREE.OrthographicCamera(-1.7, 1.7, 1.7, -1.7, 0.1, 10) };
   }
 
-  return { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeRods, makeBoxes, makeTriad };
+  return { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeRods, makeBoxes, makeMeshes, makeTriad };
 })();
