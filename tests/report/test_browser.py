@@ -59,6 +59,8 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "out of reach": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X3000 F9000\nM2\n", "verne", Options(tool_length=60.0)),
     "serial": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "serial", Options(tool_length=60.0)),
     "delta": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "linear_delta", Options(tool_length=60.0)),
+    "fork": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "ca_fork_head", Options(tool_length=100.0, wcs={1: WorkOffset((1000.0, 1000.0, -200.0))})),
+    "tricept": ("G21 G90\nG0 X0 Y0 Z50 A20 C0\nG1 X30 A30 C40 F900\nM2\n", "tricept", Options(tool_length=100.0, wcs={1: WorkOffset((300.0, 100.0, 50.0))})),
     "nasty": (NASTY_PROGRAM, "verne", Options(tool_length=60.0)),
     "many": (ONE_IN_3000, "verne", Options(tool_length=60.0)),
     "many findings": ("G21 G90\n" + "".join(f"G1 X{k} Q{k}\nG99{k}\n" for k in range(1, 8)) + "M2\n", "verne", Options()),
@@ -472,7 +474,7 @@ def test_play_and_keys(browser: Any, show: Callable[..., Any]) -> None:
 # --- the scene, at last of the blade -----------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("name", "size"), [("pocket", "phone"), ("tilt", "tablet"), ("serial", "phone"), ("delta", "desktop"), ("blade", "desktop")])  # fmt: skip
+@pytest.mark.parametrize(("name", "size"), [("pocket", "phone"), ("tilt", "tablet"), ("serial", "phone"), ("delta", "desktop"), ("fork", "desktop"), ("tricept", "desktop"), ("blade", "desktop")])  # fmt: skip
 def test_the_whole_machine_is_in_every_view(browser: Any, show: Callable[..., Any], name: str, size: str) -> None:
     data = show(name, size)
     for frame in (0, data["frames"] // 2, data["frames"] - 1):
@@ -488,7 +490,7 @@ def test_the_whole_machine_is_in_every_view(browser: Any, show: Callable[..., An
         js(browser, "report.view(arguments[0])", view)
         alpha = canvas_pixels(browser)[..., 3]
         assert max(alpha[0].max(), alpha[-1].max(), alpha[:, 0].max(), alpha[:, -1].max()) == 0.0, view
-        assert (alpha > 0).mean() > 0.04, view
+        assert (alpha > 0).mean() > 0.03, view  # long struts, seen along the tool, are thin
     js(browser, "report.view('part')")
     path = np.array(js(browser, "report.scene.pathOnScreen()"))
     assert np.abs(path[:, :2]).max() < 1.0

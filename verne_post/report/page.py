@@ -150,7 +150,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         "modal": modal,
         "toolNumbers": tools,
         "bands": study.spectrum.edges.tolist() if study.spectrum is not None else [],
-        "scene": describe_scene(machine, study) | {"meshes": pack_surfaces(pack, list_fixture_meshes(study))},
+        "scene": describe_scene(machine, study) | {"meshes": pack_surfaces(pack, list_fixture_meshes(study, machine.coordinates.part_frame))},
         "slice": _pack_slice(pack, machine, study),
     }  # fmt: skip
 
@@ -187,8 +187,8 @@ def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | 
         return None
     reached = np.flatnonzero(np.isfinite(study.margin))
     at = int(reached[len(reached) // 2]) if len(reached) else len(study.x) // 2
-    alpha = 0.0 if np.isnan(study.alpha_deg[at]) else np.radians(study.alpha_deg[at])
-    angles = np.array([study.tilt[at] - alpha, study.turn[at]])
+    q = study.q[at] / [column.factor for column in machine.columns]
+    _tip, angles, _ok = machine.five_axis.find_nominal_pose(q, float(study.tool_length[at]))
     angles = np.where(np.isfinite(angles), angles, 0.0)
     height = float(study.tip[at, 2])
     path = study.trail.tip[:, :2]
@@ -197,10 +197,9 @@ def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | 
     x, y = (np.linspace(middle - side, middle + side, _SLICE_POINTS) for middle in (0.5 * (low + high)).tolist())
     across, up = np.meshgrid(x, y)
     tips = np.stack([across.ravel(), up.ravel(), np.full(across.size, height)], axis=1)
-    reach = classify(machine, tips, angles, float(study.tool_length[at]))
+    reach = classify(machine, tips @ machine.coordinates.part_frame.T, angles, float(study.tool_length[at]))
     pack.add("reach", np.where(reach.reached, reach.margin, np.nan).reshape(across.shape))
-    a, c = np.degrees(angles)
     return {
         "x": [float(x[0]), float(x[-1])], "y": [float(y[0]), float(y[-1])],
-        "title": f"z {fixed(height, 1)} mm, A {fixed(a, 1)}, C {fixed(c, 1)} deg (workpiece sense)",
+        "title": f"z {fixed(height, 1)} mm, {machine.name_angles(angles, 1)} deg",
     }  # fmt: skip

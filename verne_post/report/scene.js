@@ -1,6 +1,6 @@
 // The machine and the tool path on its table: one scene at the cursor, drawn when something has changed.
 const Scene = (() => {
-  const { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeRods, makeBoxes, makeMeshes, makeTriad } = Solids;
+  const { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeOwnPlate, makeRods, makeBoxes, makeMeshes, makeTriad } = Solids;
 
   function make(canvas, close, data, arrays) {
     const model = data.scene, rodCount = data.shapes.rods[1];
@@ -22,10 +22,10 @@ const Scene = (() => {
     for (const [light] of lights) scene.add(light);
     scene.add(solids);
     const table = makeTable(solids, model), guides = makeGuides(solids, model), platform = makePlatform(solids, model);
-    const rods = makeRods(solids, model, rodCount), tool = new THREE.Group(), triad = makeTriad();
+    const rods = makeRods(solids, model, rodCount), tool = new THREE.Group(), plate = makeOwnPlate(solids, model), triad = makeTriad();
     solids.add(tool);
-    const stock = makeBoxes(table.turning, model);
-    makeMeshes(table.turning, model, arrays);
+    const stock = makeBoxes(table.part, model);
+    makeMeshes(table.part, model, arrays);
     // the path turns with the table, and stays when the machine is hidden
     const onTable = new THREE.Group(), carrier = new THREE.Group();
     carrier.matrixAutoUpdate = false;
@@ -131,12 +131,12 @@ const Scene = (() => {
       if (!reached || !Number.isFinite(arrays.tilt[j])) { j = i; share = 0; }
       const beyond = k => joints[k].low !== null && (q(k) < joints[k].low - 1e-6) || joints[k].high !== null && (q(k) > joints[k].high + 1e-6);
       if (Number.isFinite(arrays.tilt[i])) {
-        table.tilting.quaternion.setFromAxisAngle(table.axis, number("tilt", i, j, share));
-        table.turning.rotation.z = number("turn", i, j, share);
+        table.tilting.quaternion.setFromAxisAngle(table.tiltAxis, number("tilt", i, j, share));
+        table.turning.quaternion.setFromAxisAngle(table.turnAxis, number("turn", i, j, share));
       }
       const n = joints.length;
       table.face.color.setHex(beyond(n - 2) || beyond(n - 1) ? COLOURS.bad : COLOURS.table);
-      const moving = [platform, tool, ...rods.flatMap(rod => [rod.bar, ...rod.ends]), ...guides.map(guide => guide.slider)];
+      const moving = [platform, tool, plate, ...rods.flatMap(rod => [rod.bar, ...rod.ends]), ...guides.map(guide => guide.slider)];
       for (const part of moving) part.visible = reached;
       if (reached) {
         const x = blend("basis", i, j, share, 0, 6).normalize(), z = blend("basis", i, j, share, 3, 6).normalize();
@@ -146,22 +146,28 @@ const Scene = (() => {
         tool.position.copy(blend("nose", i, j, share, 0));
         tool.quaternion.copy(platform.quaternion);
         placeTool(i);
-        const starts = [];
+        const starts = [], ends = [];
         rods.forEach((rod, k) => {
           const a = blend("rods", i, j, share, 6 * k, 6 * rodCount), b = blend("rods", i, j, share, 6 * k + 3, 6 * rodCount);
           starts.push(a);
+          ends.push(b);
           orient(rod.bar, a, b, spare);
           rod.ends[0].position.copy(a);
           rod.ends[1].position.copy(b);
         });
+        if (model.plate.length) {
+          const along = ends[1].clone().sub(ends[0]).normalize(), normal = along.clone().cross(ends[2].clone().sub(ends[0])).normalize();
+          plate.position.copy(ends[0]);
+          plate.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(along, normal.clone().cross(along), normal));
+        }
         for (const guide of guides) {
           guide.slider.position.set(0, 0, 0);
           for (const rod of guide.rods) guide.slider.position.addScaledVector(starts[rod], 1 / guide.rods.length);
           guide.what.color.setHex(beyond(guide.joint) ? COLOURS.bad : COLOURS.slider);
         }
       }
-      table.turning.updateWorldMatrix(true, false);
-      carrier.matrix.copy(table.turning.matrixWorld);
+      table.part.updateWorldMatrix(true, false);
+      carrier.matrix.copy(table.part.matrixWorld);
       carrier.updateMatrixWorld(true);
       tip.position.copy(blend("tip", i, j, share, 0));
     }
@@ -205,7 +211,7 @@ const Scene = (() => {
     }
     const pathPoints = () => corners(pathBox.clone().expandByScalar(Math.max(0.08 * size, 12))).map(p => p.applyMatrix4(carrier.matrix));
     // near the path, what carries the tool is glass: it hangs over the part
-    const carriers = [platform, ...rods.flatMap(rod => [rod.bar, ...rod.ends])];
+    const carriers = [platform, plate, ...rods.flatMap(rod => [rod.bar, ...rod.ends])];
     function glass(on) {
       for (const part of carriers) part.traverse(one => {
         if (!one.material) return;

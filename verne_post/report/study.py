@@ -35,6 +35,8 @@ FRAMES: Final = 2000
 #: Points of each element of a program that is refused, ends included.
 _ELEMENT_POINTS: Final = 9
 _RATES: Final = ("velocity", "acceleration", "jerk")
+#: Cosine of the angle below which a spindle is taken to lie along a direction: two directions at right angles are never both.
+ALONG: Final = 0.9
 
 
 def study(source: Text, machine: Machine, options: Options, progress: Progress | None = None) -> Study:
@@ -202,20 +204,24 @@ class _Collector:
         x, line, q, tool_length, tip, angles, speed, margin, nearest, move, alpha_deg = _join(self._frames)
         five_axis = machine.five_axis
         platform, _ok = five_axis.find_platform(np.where(np.isfinite(q), q, 0.0))
-        position, up = platform.position, np.array([1.0, -1.0, -1.0])
-        nose = position + five_axis.nose_offset * platform.turn(five_axis.spindle)
-        # a half turn about x leads from z down to z up, in the base frame as in the platform frame
-        basis = np.stack([platform.turn(np.array(axis)) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0))], axis=1) * up
-        rods = sketch_rods(machine, q, platform) * up
+        part, position = machine.coordinates.part_frame, platform.position
+        up = np.diag([1.0, -1.0, -1.0]) @ part  # from the base frame, z down, to directions of the part
+        along = np.asarray(five_axis.spindle)
+        nose = position + five_axis.nose_offset * platform.turn(along)
+        # across it, what the platform calls x, or y where the spindle lies along x
+        aside = next(unit for unit in np.eye(3) if abs(unit @ along) < ALONG)
+        aside = aside - (aside @ along) * along
+        basis = np.stack([platform.turn(axis) for axis in (aside / np.linalg.norm(aside), -along)], axis=1) @ up
+        rods = sketch_rods(machine, q, platform) @ up
         curves = {name: tuple(Curve(*_join(part)) for part in parts) for name, parts in self._curves.items()}
         place, place_tip = self._find_places(x, line)
         stretch, on_line, at, how_fast, how_far = _join(self._trail)
-        trail = Trail(stretch, on_line, at, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
+        trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
         return Study(
             self.findings, result.summary if timed else None, self.program, governing, bands, timed, x, line.astype(np.int64),
             q * [column.factor for column in machine.columns], curves, trail,
-            tip, find_axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, nearest, self._margin_names, move, alpha_deg,
-            nose * up, position * up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip,
+            tip @ part, find_axis_of_angles(angles[:, 0], angles[:, 1]) @ part, speed, margin, nearest, self._margin_names, move,
+            alpha_deg, nose @ up, position @ up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip @ part,
         )  # fmt: skip
 
     def _find_places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:

@@ -108,7 +108,7 @@ class Study(Struct, frozen=True, eq=False):
         "margin"; of rows, "speed" of the tip and "feed", the programmed one (NaN for rapids and where the tip stands still).
         Velocities and so on are differences of a row to those before it.
     tip, axis : ndarray, shape (n, 3)
-        Table frame.
+        Part frame: the table frame of a tilting rotary table.
     speed : ndarray, shape (n,)
         Tip, mm/s; NaN where the program is refused.
     margin : ndarray, shape (n,)
@@ -120,11 +120,11 @@ class Study(Struct, frozen=True, eq=False):
     alpha_deg : ndarray, shape (n,)
         Platform tilt.
     nose, platform : ndarray, shape (n, 3)
-        Spindle nose and P with z up, mm.
+        Spindle nose and P in directions of the part with the table at 0, z up, mm.
     basis : ndarray, shape (n, 2, 3)
-        How x and z of the platform frame point, z up.
+        A direction across the spindle, and from the tip to the spindle, likewise.
     rods : ndarray, shape (n, k, 2, 3)
-        From slider to platform, z up; none where the module cannot be drawn.
+        From slider to platform, likewise; none where the module cannot be drawn.
     tilt, turn : ndarray, shape (n,)
         Where the table stands, rad, workpiece sense.
     tool_length : ndarray, shape (n,)
