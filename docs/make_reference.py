@@ -16,7 +16,7 @@ from msgspec import NODEFAULT, Struct
 from msgspec.structs import FieldInfo, fields
 
 from verne_post import __version__
-from verne_post.base.type_words import bare, list_alternatives
+from verne_post.base.type_words import list_alternatives, strip_bounds
 from verne_post.cli.main import cli
 from verne_post.cli.options import GroupedCommand, GroupedOption
 from verne_post.model.codes import CODES
@@ -112,7 +112,7 @@ def _default(field: FieldInfo) -> str:
 
 def _type(kind: Any) -> str:
     """A type as people say it."""
-    kinds = [bare(one)[0] for one in list_alternatives(kind) if one is not type(None)]
+    kinds = [strip_bounds(one)[0] for one in list_alternatives(kind) if one is not type(None)]
     return " or ".join(dict.fromkeys(_name_of(one) for one in kinds))
 
 
@@ -128,7 +128,7 @@ def _name_of(kind: Any) -> str:
 def _bounds(kind: Any) -> str:
     """Bounds of a number, or of the length of a list."""
     signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<=", "min_length": "length >=", "max_length": "length <="}
-    meta = bare(next(one for one in list_alternatives(kind) if one is not type(None)))[1]
+    meta = strip_bounds(next(one for one in list_alternatives(kind) if one is not type(None)))[1]
     return ", ".join(f"{sign} {getattr(meta, key):g}" for key, sign in signs.items() if getattr(meta, key) is not None)
 
 

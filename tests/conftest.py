@@ -13,7 +13,9 @@ from typing import Any
 
 from verne_post.cli import arithmetic
 
-os.environ.update(arithmetic.settings())  # before numpy is imported: rows of this process are those of a command's own
+os.environ.update(
+    arithmetic.choose_settings()
+)  # before numpy is imported: rows of this process are those of a command's own
 
 import pytest
 from hypothesis import settings

@@ -255,7 +255,7 @@ def test_options_are_written_once() -> None:
     """Each option has help, and its record a key; the settings file takes what it may."""
     record = vp.Options().record()
     for name in options.OPTIONS:
-        assert options.about(name).help.endswith("."), name
+        assert options.find_about(name).help.endswith("."), name
         assert name in ("source_name", "setup_source", "jobs") or options.find_key(name) in record
 
 

@@ -161,7 +161,7 @@ def test_an_as_built_machine_without_deviations_is_the_nominal_one() -> None:
 
     raw = list_machine_files()["verne"].read_bytes()
     built = build_machine(
-        write_machine_text(raw, Deviations.none(), "specified: none", "verne.toml").encode(), "built.toml"
+        write_machine_text(raw, Deviations.build_nominal(), "specified: none", "verne.toml").encode(), "built.toml"
     )
     text = program("G61.1")
     nominal, _ = rows(text)

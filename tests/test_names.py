@@ -37,6 +37,19 @@ VERBS = frozenset(WORDS.split())
 NAMED_OTHERWISE = {"property", "cached_property", "setter", "command", "group"}
 #: Hooks that a library calls by these names, and a function that bears the name of its command.
 HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "main", "machined"}
+#: Names that programs outside rely on, and what builds an exception as a class would: ``raise at.error(...)``.
+FIXED = {
+    "inverse",
+    "inverse_all",
+    "forward",
+    "forward_all",
+    "changed",
+    "to_csv",
+    "to_dict",
+    "to_pandas",
+    "to_polars",
+    "error",
+}
 
 
 def decorator_name(decorator: ast.expr) -> str:
@@ -51,7 +64,7 @@ def names_without_verb(source: str) -> list[str]:
     for node in ast.walk(ast.parse(source)):
         if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) or node.name.startswith("__"):
             continue
-        if node.name in HOOKS or NAMED_OTHERWISE & {decorator_name(one) for one in node.decorator_list}:
+        if node.name in HOOKS | FIXED or NAMED_OTHERWISE & {decorator_name(one) for one in node.decorator_list}:
             continue
         if node.name.strip("_").split("_")[0] not in VERBS:
             found.append(node.name)

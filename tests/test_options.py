@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import verne_post as vp
-from verne_post.model.options import OPTIONS, Options, about, find_key
+from verne_post.model.options import OPTIONS, Options, find_about, find_key
 from verne_post.model.part_setup import Cylinder, NominalPart, Wanted
 
 CASES = 10_000
@@ -436,7 +436,7 @@ class Cases:
             case "source_name":
                 return pick.choice(["a.nc", self.one()])
             case _:
-                choices = about(name).choices
+                choices = find_about(name).choices
                 named = list(choices()) if choices else [
                     "auto", "rs274", "spline", "blend", "off", "line", "joint", "vector", "angles", "home", "park", "drive", "inch"]  # fmt: skip
                 return pick.choice(

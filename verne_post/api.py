@@ -19,7 +19,7 @@ from verne_post.app.convert import check_source, convert_source
 from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
-from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
+from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
@@ -27,7 +27,7 @@ from verne_post.base.text_marks import strip_mark
 from verne_post.config import load_machine
 from verne_post.config.setup_values import Setup, lay_over_setup
 from verne_post.config.subprograms import collect_subprograms
-from verne_post.model.findings import InputError, UsageError, finding
+from verne_post.model.findings import InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.option_checks import check_ranges
 from verne_post.model.options import Options
@@ -36,7 +36,7 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.model.verification import Verification
 from verne_post.output.findings import format_finding
-from verne_post.output.fit import text as fit_text
+from verne_post.output.fit import make_text as fit_text
 from verne_post.output.machined import describe_comparisons
 from verne_post.output.setpoints import read_csv
 from verne_post.output.summary import format_verdict
@@ -96,7 +96,7 @@ def convert(
     try:
         text, chosen = _read_program(source, options, setup)
     except InputError as error:
-        return refused(error)
+        return refuse_program(error)
     return convert_source(text, _load_machine(machine), chosen, sink, progress)
 
 
@@ -118,7 +118,7 @@ def check(
     try:
         text, chosen = _read_program(source, options, setup)
     except InputError as error:
-        return refused(error)
+        return refuse_program(error)
     return check_source(text, _load_machine(machine), chosen, progress)
 
 
@@ -226,7 +226,7 @@ def machined(
     shown_rows, blocks = _read_setpoints(setpoints, _decode_setpoints(setpoints), program)
     rows = list(blocks)
     if not rows:
-        raise InputError(finding("VP020", "the setpoint file has no rows"))
+        raise InputError(make_finding("VP020", "the setpoint file has no rows"))
     factor = np.array([column.factor for column in program.machine.columns])
     q, line = np.concatenate([one.values for one in rows]) / factor, np.concatenate([one.line for one in rows])
     bodies: list[Body] = []

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from verne_post.base import columns
-from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory, sum_running
+from verne_post.base.columns import Growing, GrowingTable, iterate_blocks, release_memory, sum_running
 
 
 @pytest.fixture(params=[0, 1 << 10, 1 << 30], ids=["file", "both", "memory"])
@@ -21,7 +21,7 @@ def test_what_was_added_is_there(dtype: type, width: tuple[int, ...], held: int)
     column = Growing(dtype, *width)
     for part in parts:
         column.extend(part)
-    whole = column.column()
+    whole = column.freeze()
     assert column.count == len(whole) == 706
     assert whole.dtype == dtype
     assert np.array_equal(whole, np.concatenate(parts))
@@ -29,11 +29,11 @@ def test_what_was_added_is_there(dtype: type, width: tuple[int, ...], held: int)
     assert np.array_equal(whole, np.concatenate(parts))
     copied = Growing(dtype, *width)
     copied.copy(whole[3:])
-    assert np.array_equal(copied.column(), whole[3:])
+    assert np.array_equal(copied.freeze(), whole[3:])
 
 
 def test_an_empty_column_has_its_shape(held: int) -> None:
-    assert Growing(float, 5).column().shape == (0, 5)
+    assert Growing(float, 5).freeze().shape == (0, 5)
 
 
 def test_what_lies_in_a_file_cannot_be_changed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -41,7 +41,7 @@ def test_what_lies_in_a_file_cannot_be_changed(monkeypatch: pytest.MonkeyPatch) 
     column = Growing(float)
     column.extend(np.zeros(3))
     with pytest.raises(ValueError, match="read-only"):
-        column.column()[0] = 1.0
+        column.freeze()[0] = 1.0
 
 
 def test_a_table_needs_every_column(held: int) -> None:
@@ -49,7 +49,7 @@ def test_a_table_needs_every_column(held: int) -> None:
     table.extend(a=np.zeros(3), b=np.ones((3, 2)))
     with pytest.raises(KeyError):
         table.extend(a=np.zeros(3))
-    assert {name: column.shape for name, column in table.columns().items()} == {"a": (3,), "b": (3, 2)}
+    assert {name: column.shape for name, column in table.freeze().items()} == {"a": (3,), "b": (3, 2)}
 
 
 def test_sums_are_those_of_all_at_once(held: int) -> None:
@@ -62,6 +62,6 @@ def test_sums_are_those_of_all_at_once(held: int) -> None:
 
 
 def test_blocks_follow_each_other(held: int) -> None:
-    assert list(blocks(25)) == [(0, 10), (10, 20), (20, 25)]
-    assert list(blocks(25, 13)) == [(13, 23), (23, 25)]
-    assert list(blocks(0)) == []
+    assert list(iterate_blocks(25)) == [(0, 10), (10, 20), (20, 25)]
+    assert list(iterate_blocks(25, 13)) == [(13, 23), (23, 25)]
+    assert list(iterate_blocks(0)) == []

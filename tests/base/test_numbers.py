@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 
 
 @pytest.mark.parametrize(
@@ -22,4 +22,4 @@ from verne_post.base.numbers import fixed
     ],
 )
 def test_a_number_is_never_minus_zero(value: float, decimals: int, shown: str) -> None:
-    assert fixed(value, decimals) == shown
+    assert format_fixed(value, decimals) == shown

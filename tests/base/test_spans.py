@@ -68,9 +68,9 @@ def test_a_straight_line_is_enclosed_exactly(slope):
 
 def test_the_tail_is_nothing_for_low_degrees_and_grows_with_what_is_missed():
     low = np.random.default_rng(2).normal(size=(6, 20))
-    assert spans.tail(sampled(low)).max() < ROUNDING[0]
+    assert spans.bound_tail(sampled(low)).max() < ROUNDING[0]
     short, long = np.cos(0.5 * spans.SAMPLES), np.cos(8.0 * spans.SAMPLES)
-    tails = spans.tail(np.stack([short, long], axis=1)[:, :, None])[:, 0]
+    tails = spans.bound_tail(np.stack([short, long], axis=1)[:, :, None])[:, 0]
     assert tails[0] < 1e-7 < 1e-3 < tails[1]
 
 
@@ -90,7 +90,7 @@ def test_few_samples_enclose_what_their_last_coefficients_say():
     falling = np.random.default_rng(5).normal(size=(spans.NODES, 400)) * 0.2 ** np.arange(spans.NODES)[:, None]
     dense = np.polynomial.chebyshev.chebval(2 * U - 1, falling)
     few = np.polynomial.chebyshev.chebval(2 * spans.FEW_SAMPLES - 1, falling).T[:, :, None]
-    (lower, upper), tail = spans.enclose_derivative(few), spans.tail(few)
+    (lower, upper), tail = spans.enclose_derivative(few), spans.bound_tail(few)
     assert few.shape == (spans.FEW_NODES, 400, 1)
     assert (lower - tail <= dense.min(axis=1)[:, None]).all()
     assert (upper + tail >= dense.max(axis=1)[:, None]).all()

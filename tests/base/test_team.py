@@ -12,7 +12,7 @@ import pytest
 
 from verne_post.base import team as teams
 from verne_post.base.team import ALONE, split_evenly, work_together
-from verne_post.model.findings import SolverError, finding
+from verne_post.model.findings import SolverError, make_finding
 
 needs_fork = pytest.mark.skipif(not teams.can_fork(), reason="a process of this system cannot be forked")
 
@@ -116,7 +116,7 @@ def test_an_error_comes_when_its_item_is_reached(capfd: pytest.CaptureFixture[st
         if os.getpid() != here:
             print("said")  # noqa: T201 - another process has nowhere to say it
         if item == 5:
-            raise SolverError(finding("VP420", "too fast", line=7))
+            raise SolverError(make_finding("VP420", "too fast", line=7))
         return item
 
     done = []

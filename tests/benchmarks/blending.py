@@ -24,7 +24,7 @@ import verne_post
 from verne_post import Options, convert
 from verne_post.app.assemble import assemble
 from verne_post.app.plan import plan_program
-from verne_post.cli.arithmetic import settings
+from verne_post.cli.arithmetic import choose_settings
 from verne_post.model.machine import Machine
 
 Array = NDArray[np.float64]
@@ -212,6 +212,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     # as the command does; libraries read this when they are loaded
-    if not settings().items() <= os.environ.items():
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **settings()})
+    if not choose_settings().items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **choose_settings()})
     main()

@@ -18,7 +18,7 @@ from verne_post.calibration.as_built.machine_text import take_as_built_route
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.perturb import draw_deviations
 from verne_post.calibration.as_built.plan import plan_poses
-from verne_post.calibration.as_built.prediction import compute_tool_errors, quantiles
+from verne_post.calibration.as_built.prediction import compute_tool_errors, find_quantiles
 from verne_post.calibration.as_built.workspace import WorkspacePoses, sample_workspace
 from verne_post.config import list_machine_files
 from verne_post.model.deviations import Deviations
@@ -48,7 +48,7 @@ def read(poses: WorkspacePoses, true: np.ndarray, rng: np.random.Generator, axes
 
 def row(name: str, tips: list[np.ndarray], axes: list[np.ndarray], determined: str = "") -> None:
     """One line of a table: quantiles of all poses of all machines, and the worst machine's median."""
-    tip, axis = (quantiles(np.concatenate(values)) for values in (tips, axes))
+    tip, axis = (find_quantiles(np.concatenate(values)) for values in (tips, axes))
     worst = max(np.median(values) for values in tips)
     print(
         f"| {name} | {determined} | {1e3 * tip[0]:.1f}, {1e3 * tip[1]:.1f}, {1e3 * tip[2]:.1f} | {1e3 * worst:.1f} "

@@ -31,7 +31,7 @@ from verne_post import Options, convert
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
 from verne_post.app.plan import Plan, plan_program
-from verne_post.cli.arithmetic import settings
+from verne_post.cli.arithmetic import choose_settings
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.setpoints import SetpointBlock
@@ -240,7 +240,7 @@ def second_order(plan: Plan) -> float:
     total = 0.0
     for section in sections(plan):
         grid = build_grid_along(section)
-        total += reachability.duration(grid.s, reachability.solve(grid, plan.program.machine.limits))
+        total += reachability.find_duration(grid.s, reachability.solve(grid, plan.program.machine.limits))
     return total
 
 
@@ -346,7 +346,7 @@ def toppra_table(machine: Machine) -> str:
         except RuntimeError as error:
             rows.append([part.name, f"{len(grid.s)}", f"{1e3 * ours:.1f}", "-", "-", str(error)])
             continue
-        ours_s, theirs_s = reachability.duration(grid.s, x), reachability.duration(grid.s, other)
+        ours_s, theirs_s = reachability.find_duration(grid.s, x), reachability.find_duration(grid.s, other)
         rows.append([part.name, f"{len(grid.s)}", f"{1e3 * ours:.1f}", f"{1e3 * theirs:.0f}",
                      f"{theirs / ours:.0f}", f"{theirs_s / ours_s - 1:.1e}"])  # fmt: skip
     header = [
@@ -398,6 +398,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     # as the command does; libraries read this when they are loaded
-    if not settings().items() <= os.environ.items():
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **settings()})
+    if not choose_settings().items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **choose_settings()})
     main()

@@ -130,7 +130,7 @@ class Bodies:
 
     def at(self, element: np.ndarray, w: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Ends (n, 3) of the axes of bodies."""
-        machine, pose = self.machine, self.joints.bodies(element, self.joints.solve(element, w))
+        machine, pose = self.machine, self.joints.place_bodies(element, self.joints.solve(element, w))
         tip, k = pose.tip, pose.axis
         found, low = {}, 0.0
         for one in self.shape:

@@ -70,7 +70,7 @@ def least_time(section: ContourSection, limits: Limits, rows: Array, cycle: floa
     """Time of the optimum of one section, s, from the rows (n,) of a profile."""
     n, length = len(rows), section.length
     grid = np.linspace(0.0, length, int(np.ceil(length * POINTS_PER_MM)) + 1)
-    joints = section.q(grid)
+    joints = section.find_joints(grid)
     moving = np.ptp(joints, axis=0) > 1e-9
     place = [
         casadi.interpolant(f"q{column}", "bspline", [grid], joints[:, column], {"degree": [DEGREE]})
@@ -80,7 +80,7 @@ def least_time(section: ContourSection, limits: Limits, rows: Array, cycle: floa
     inner, stretch = problem.variable(n - 2), problem.variable()
     s = casadi.vertcat(np.zeros(1 + REST_ROWS), inner, np.full(1 + REST_ROWS, length))
     h = cycle * stretch
-    cap = section.speed(0.5 * (rows[1:] + rows[:-1]))
+    cap = section.find_speed(0.5 * (rows[1:] + rows[:-1]))
     steps = s[REST_ROWS + 1 : -REST_ROWS] - s[REST_ROWS : -REST_ROWS - 1]
     problem.subject_to(problem.bounded(0, steps / (cycle * cap), stretch))
     for q, column in zip(place, np.flatnonzero(moving), strict=True):

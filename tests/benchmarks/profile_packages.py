@@ -23,7 +23,7 @@ from page import write_section
 
 import verne_post as vp
 from verne_post.app.convert import convert_source
-from verne_post.cli.arithmetic import settings
+from verne_post.cli.arithmetic import choose_settings
 from verne_post.output.fixed_point import format_rows
 from verne_post.output.setpoints import write_csv_rows
 
@@ -101,6 +101,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     # as the command does; libraries read this when they are loaded
-    if not settings().items() <= os.environ.items():
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **settings()})
+    if not choose_settings().items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **choose_settings()})
     main()

@@ -22,7 +22,7 @@ import numpy as np
 from contouring import blade, processor, table
 from page import write_section
 
-from verne_post.cli.arithmetic import settings
+from verne_post.cli.arithmetic import choose_settings
 
 ROOT = Path(__file__).resolve().parents[2]
 SIZES = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
@@ -114,6 +114,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     # as the command does; libraries read this when they are loaded
-    if not settings().items() <= os.environ.items():
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **settings()})
+    if not choose_settings().items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **choose_settings()})
     main()

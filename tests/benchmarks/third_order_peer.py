@@ -39,10 +39,10 @@ class PeerProfile(Struct, frozen=True):
 def find_profile(section: ContourSection, limits: Limits, cycle: float) -> PeerProfile | None:
     """Profile of a section from stop to stop, that of the last linear program that is solved; None where none is."""
     s = np.linspace(0.0, section.length, int(np.ceil(section.length * STATIONS_PER_MM)) + 1)
-    joints = section.q(s)
+    joints = section.find_joints(s)
     moving = np.flatnonzero(np.ptp(joints, axis=0) > LEAST_MOVE)
     path = make_interp_spline(s, joints[:, moving], k=5)
-    speed = section.speed(s)
+    speed = section.find_speed(s)
     begun = time.process_time()
     robot = copp_py.Robot(len(moving), capacity=len(s))
     robot.append_s(s)

@@ -26,7 +26,7 @@ import verne_post
 from verne_post import Options
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
-from verne_post.cli.arithmetic import settings
+from verne_post.cli.arithmetic import choose_settings
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import WorkOffset
 from verne_post.trajectory import tuning
@@ -371,6 +371,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     # as the command does; libraries read this when they are loaded
-    if not settings().items() <= os.environ.items():
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **settings()})
+    if not choose_settings().items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **choose_settings()})
     main()

@@ -86,8 +86,8 @@ def compare() -> str:
         for section in sections(blended):
             grid = build_grid_along(section)
             x = toppra_backend.solve(grid, machine.limits)
-            total += reachability.duration(grid.s, x)
-            parts_.append(section.q(sample_profile(grid, x, machine.cycle)))
+            total += reachability.find_duration(grid.s, x)
+            parts_.append(section.find_joints(sample_profile(grid, x, machine.cycle)))
         stops = len(parts_) - 1
         rows.append([part.name, "toppra", f"{total:.3f}", *find_ratios(np.concatenate(parts_), machine), f"{stops}"])
         factors = np.array([column.factor for column in machine.columns])

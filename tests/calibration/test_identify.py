@@ -251,7 +251,7 @@ def test_too_few_rows_leave_lengths_open():
 def test_one_direction_is_said_in_words():
     """Leg I alone stands on one pose: with only L3 and r4 free and one row, one combination of both stays open."""
     found = identify(NOMINAL, poses(1), SIGMA, held=[name for name in LENGTHS if name not in ("L3", "L1", "r1")])
-    words = [direction.words() for direction in found.undetermined]
+    words = [direction.describe() for direction in found.undetermined]
     assert all(" with " in text or text.endswith(" alone") for text in words)
 
 

@@ -28,7 +28,7 @@ def test_tools_are_where_the_equations_say(model, draw_poses, true_machine, seed
 def test_derivatives_by_every_part_are_differences_of_the_equations(model, draw_poses, true_machine):
     """Central differences: the third derivative leaves 1e-8 of a step of 0.01 mm or 0.01 mrad, rounding about as much."""
     poses, true = draw_poses(3, 5), true_machine(1)
-    rates = model.rates(true, poses.joints, poses.length)[1]
+    rates = model.differentiate(true, poses.joints, poses.length)[1]
     for k in range(58):
         step = np.zeros(58)
         step[k] = 0.01 if SIGMA[k] > 1e-3 else 1e-5
@@ -41,7 +41,7 @@ def test_derivatives_by_every_part_are_differences_of_the_equations(model, draw_
 
 def test_derivatives_by_every_joint_are_differences_of_the_equations(model, draw_poses, true_machine):
     poses, true = draw_poses(3, 6), true_machine(2)
-    rates = model.rates(true, poses.joints, poses.length)[1]
+    rates = model.differentiate(true, poses.joints, poses.length)[1]
     for row in range(3):
         for k in range(5):
             step = np.zeros(5)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from verne_post.calibration.as_built.calibrate import calibrate
 from verne_post.calibration.as_built.data import build_prior_of_manufacture, build_tolerance_vector
 from verne_post.calibration.as_built.equations import Measurement
-from verne_post.calibration.as_built.prediction import compute_tool_errors, predict_errors_before, quantiles
+from verne_post.calibration.as_built.prediction import compute_tool_errors, find_quantiles, predict_errors_before
 from verne_post.calibration.as_built.stations import align_stations
 from verne_post.model.deviations import Deviations
 
@@ -27,10 +27,10 @@ def test_the_ideal_model_is_tenths_off_on_real_parts(machine, model, draw_poses,
     """Places of 0.05 mm and directions of 0.1 mrad: some tenths of a millimetre, some hundredths of a degree."""
     poses = draw_poses(300, 9)
     found = [predict_errors_before(model, true_machine(seed), machine.five_axis, poses) for seed in range(20)]
-    medians = [quantiles(errors.tip)[0] for errors in found]
+    medians = [find_quantiles(errors.tip)[0] for errors in found]
     assert 0.2 < np.mean(medians) < 0.5
-    assert 0.4 < np.mean([quantiles(errors.tip)[2] for errors in found]) < 0.9
-    axis = np.degrees([quantiles(errors.axis) for errors in found])
+    assert 0.4 < np.mean([find_quantiles(errors.tip)[2] for errors in found]) < 0.9
+    axis = np.degrees([find_quantiles(errors.axis) for errors in found])
     assert 0.03 < axis[:, 0].mean() < 0.1
     assert axis[:, 2].max() < 0.3
 
@@ -58,12 +58,12 @@ def test_what_is_predicted_after_is_what_is_left(calibrated, model, draw_poses):
     poses = draw_poses(400, 77)
     machine = model.machine.replace_deviations(Deviations.build_from_vector(result.fit.deviations))
     left = compute_tool_errors(model, true, machine.find_joints(poses.tip, poses.angles, poses.length), poses)
-    promised, found = quantiles(result.after.errors.tip), quantiles(left.tip)
+    promised, found = find_quantiles(result.after.errors.tip), find_quantiles(left.tip)
     assert 0.4 * promised[0] < found[0] < 2.0 * promised[0]
     assert found[2] < 1.5 * promised[2]
-    before = quantiles(result.before.tip)
+    before = find_quantiles(result.before.tip)
     assert before[0] > 20 * found[0]
-    axis, promised_axis = quantiles(left.axis), quantiles(result.after.errors.axis)
+    axis, promised_axis = find_quantiles(left.axis), find_quantiles(result.after.errors.axis)
     assert axis[0] == pytest.approx(promised_axis[0], rel=0.1)
 
 
@@ -85,10 +85,10 @@ def test_a_shift_and_turn_of_the_part_is_taken_off(calibrated, machine, model, d
     readings = align_stations(model, np.zeros(58), replace(readings, station=np.zeros(40, dtype=int)))
     prior = build_prior_of_manufacture(build_tolerance_vector())
     result = calibrate(Measurement(model, readings), prior, machine.five_axis, model.machine, draw_poses(400, 9))
-    whole, shape = quantiles(result.after.errors.tip), quantiles(result.after.shape)
+    whole, shape = find_quantiles(result.after.errors.tip), find_quantiles(result.after.shape)
     assert whole[0] > 3 * shape[0]
-    assert shape[1] < 2 * quantiles(with_place.after.errors.tip)[1]
-    assert (quantiles(with_place.after.shape)[0]) < quantiles(with_place.after.errors.tip)[0]
+    assert shape[1] < 2 * find_quantiles(with_place.after.errors.tip)[1]
+    assert (find_quantiles(with_place.after.shape)[0]) < find_quantiles(with_place.after.errors.tip)[0]
     # the best rigid motion of one drawn machine, by another route
     poses = draw_poses(400, 9)
     held = model.machine.replace_deviations(Deviations.build_from_vector(result.fit.deviations))

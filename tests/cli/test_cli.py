@@ -26,7 +26,7 @@ from verne_post.cli.main import COMMANDS
 from verne_post.model.codes import CODES
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.model.verdict import gravest
+from verne_post.model.verdict import find_gravest
 from verne_post.output.formats import FORMATS
 
 from ..builders import HEADER
@@ -251,9 +251,9 @@ def test_reader_that_goes_away_is_141(command: list[str], environment: dict[str,
 def test_gravest_status_wins() -> None:
     order = [130, 141, 70, 2, 3, 1, 0]
     for first, second in itertools.combinations(order, 2):
-        assert gravest([first, second]) == gravest([second, first]) == first
-    assert gravest([]) == 0
-    assert gravest([0, 1, 3, 2, 0]) == 2
+        assert find_gravest([first, second]) == find_gravest([second, first]) == first
+    assert find_gravest([]) == 0
+    assert find_gravest([0, 1, 3, 2, 0]) == 2
 
 
 # --- streams -------------------------------------------------------------------------------------

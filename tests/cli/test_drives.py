@@ -214,4 +214,4 @@ def test_every_group_says_where_it_is_from(tmp_path: Path) -> None:
 def test_numbers_and_places_are_inverse(sign: float) -> None:
     drive = Drive("counts", sign, 17.0, 123.0, error=lambda x: 0.09 * np.sin(x))
     places = np.linspace(-500.0, 900.0, 1001)
-    assert np.abs(drive.places(drive.numbers(places)) - places).max() < 1e-10
+    assert np.abs(drive.find_places(drive.find_numbers(places)) - places).max() < 1e-10

@@ -146,9 +146,9 @@ def test_progress_stands_on_standard_error(
 def test_progress_says_what_is_done_and_how_long_it_will_take() -> None:
     line = ProgressLine("reading")
     try:
-        assert line.text(line.stage_began + 4.0) == "reading, 4 s"
+        assert line.make_text(line.stage_began + 4.0) == "reading, 4 s"
         line("planning", 25, 100)
-        text = line.text(line.stage_began + 3.0)
+        text = line.make_text(line.stage_began + 3.0)
         assert text == "planning [######------------------]  25 %, 9 s left"
     finally:
         line.end()

@@ -243,19 +243,19 @@ def test_an_inode_that_was_given_up_is_nobodys(tmp_path: Path) -> None:
     old.write_text("old")
     os.link(old, other)
     files = RunFiles()
-    files.claims(old, "-o")
+    files.claim(old, "-o")
     with pytest.raises(FileError, match=r"--meta .*: this is the file of -o"):
-        files.claims(other, "--meta")
+        files.claim(other, "--meta")
     files.write(old, "-o", ["new"])
-    files.claims(other, "--meta")
+    files.claim(other, "--meta")
     with pytest.raises(FileError, match=r"--events .*: this is the file of -o"):
-        files.claims(tmp_path / "sub" / ".." / "old", "--events")
+        files.claim(tmp_path / "sub" / ".." / "old", "--events")
 
 
 @pytest.mark.parametrize("first", ["reads", "claims"])
 def test_the_order_in_which_files_are_named_does_not_matter(tmp_path: Path, first: str) -> None:
     files, path = RunFiles(), tmp_path / "a"
-    calls = [lambda: files.reads(path, "INPUT"), lambda: files.claims(path, "-o")]
+    calls = [lambda: files.note_read(path, "INPUT"), lambda: files.claim(path, "-o")]
     one, two = calls if first == "reads" else calls[::-1]
     one()
     one()

@@ -485,7 +485,7 @@ def test_set_up_and_settings_are_those_of_the_folder_and_of_other_open_texts(cli
 def test_texts_stand_in_place_of_files(tmp_path: Path) -> None:
     path = tmp_path / "not there.nc"
     files = RunFiles({str(path.resolve()): b"G0"})
-    files.expects(path, "INPUT")
+    files.expect(path, "INPUT")
     assert files.has(path) and files.read(path, "INPUT") == b"G0"
     assert not RunFiles().has(path)
 

@@ -41,7 +41,7 @@ def test_the_rest_of_the_path_is_that_of_the_whole_program(
         except InputError as refused:  # inside a cycle or a subprogram: the next one
             assert refused.findings[0].code == "VP029"
             continue
-        own = np.flatnonzero(rest.contour.line() > 0)
+        own = np.flatnonzero(rest.contour.find_lines() > 0)
         begin = len(whole.contour) - len(own)
         for w in (0.0, 0.37, 1.0):
             at = np.full(len(own), w)
@@ -50,10 +50,10 @@ def test_the_rest_of_the_path_is_that_of_the_whole_program(
             # the same formulas on the same numbers, added up from another beginning
             assert np.abs(tip - tip_whole).max() < 1e-9
             assert np.abs(angles - angles_whole).max() < 1e-11
-        assert rest.contour.line()[own[0]] == line
-        assert whole.contour.line()[begin] == line
-        assert begin == 0 or whole.contour.line()[begin - 1] != line or whole.contour.line()[begin] == line
-        assert np.array_equal(rest.contour.line()[own], whole.contour.line()[begin:])
+        assert rest.contour.find_lines()[own[0]] == line
+        assert whole.contour.find_lines()[begin] == line
+        assert begin == 0 or whole.contour.find_lines()[begin - 1] != line or whole.contour.find_lines()[begin] == line
+        assert np.array_equal(rest.contour.find_lines()[own], whole.contour.find_lines()[begin:])
         compared += 1
         if compared == LINES.get(name, COMPARED):
             break
@@ -159,7 +159,7 @@ def test_what_the_skipped_lines_switched_on_is_listed(machine: verne_post.Machin
     assert told[:2] == on[:2]
     # M9 of line 24 comes before the first motion behind it: what it switches off need not be on
     assert (("coolant", "flood") in told) == (line < 24)
-    begins = rest.contour.line()[np.flatnonzero(rest.contour.line() > 0)[0]]
+    begins = rest.contour.find_lines()[np.flatnonzero(rest.contour.find_lines() > 0)[0]]
     assert begins == 21 if line == 23 else begins >= line  # the call's own moves
     assert len(rest.path.dwell_seconds) == (line <= 11)
 

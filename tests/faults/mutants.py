@@ -33,7 +33,7 @@ from xml.etree import ElementTree
 
 from verne_post.cli import arithmetic
 
-os.environ.update(arithmetic.settings())  # before numpy is imported: once in the parent of all forks
+os.environ.update(arithmetic.choose_settings())  # before numpy is imported: once in the parent of all forks
 
 import pytest
 from hypothesis import Phase, settings

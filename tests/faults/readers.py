@@ -17,7 +17,7 @@ from msgspec import to_builtins
 
 import verne_post
 from verne_post.app.assemble import view_moves_plainly
-from verne_post.base.long_text import sha256
+from verne_post.base.long_text import compute_sha256
 from verne_post.calibration.as_built.covariance_file import format_covariance, read_covariance
 from verne_post.calibration.as_built.readings import read_length_readings, read_tool_readings
 from verne_post.calibration.readings import read_readings
@@ -36,7 +36,7 @@ from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 from verne_post.output.logs import read_log
-from verne_post.output.parts import parts_of
+from verne_post.output.parts import list_parts
 from verne_post.output.policy import read_baseline
 from verne_post.output.setpoints import read_csv, write_csv_header
 from verne_post.output.side_car import read_side_car
@@ -85,7 +85,7 @@ def readers() -> dict[str, Reader]:
         "side-car": lambda raw: read_side_car(_text(raw), "a.meta.json"),
         "setpoints": lambda raw: list(read_csv(io.StringIO(_text(raw)), "a.csv", machine().columns, 0.001, ())),
         "log": lambda raw: read_log(_text(raw), "a.log", machine().columns, _names(), {}),
-        "index": lambda raw: parts_of(_file("a.index.json", raw)),
+        "index": lambda raw: list_parts(_file("a.index.json", raw)),
         "record of a batch": _read_record,
         "readings of poses": lambda raw: read_readings(raw, tuple(machine().module.actuators)),
         "readings of the tool": lambda raw: read_tool_readings(raw, machine(), 0.01, 0.1),
@@ -116,7 +116,7 @@ def _names() -> tuple[str, ...]:
 def _deviations() -> Any:
     from verne_post.model.deviations import Deviations
 
-    return Deviations.none().pack_vector()
+    return Deviations.build_nominal().pack_vector()
 
 
 def _job() -> Job:
@@ -156,7 +156,9 @@ def corpus() -> dict[str, list[bytes]]:
     programs = _programs()
     header = write_csv_header(machine().columns, ())
     row = ",".join(["654.1", "600.7", "600.7", "0.1", "0.2"])
-    record = json.dumps(to_builtins(Record(2, sha256(b""), {"a.csv": "0" * 64}, Outcome("a.nc", 0, (), 1.5, 20))))
+    record = json.dumps(
+        to_builtins(Record(2, compute_sha256(b""), {"a.csv": "0" * 64}, Outcome("a.nc", 0, (), 1.5, 20)))
+    )
     tables = {path.stem: path.read_bytes() for path in list_machine_files().values()}
     names = ",".join(_names())
     return {

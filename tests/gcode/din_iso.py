@@ -9,7 +9,7 @@ from verne_post.gcode.arcs import build_arc_from_center
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, run_program
-from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
@@ -133,13 +133,13 @@ class Run:
 
     def find_chunk(self):
         """The chunk of the next line."""
-        return self.calls.text.chunk(self.calls.line)
+        return self.calls.text.find_chunk(self.calls.line)
 
     def execute(self, chunk, stop):
         """One line."""
         line = self.calls.line
         self.calls.line += 1
-        self.interpreter.execute(decode_line(chunk.raw(line - chunk.first_line)), line)
+        self.interpreter.execute(decode_line(chunk.read_raw(line - chunk.first_line)), line)
         return line + 1, []
 
     def end_text(self, execution):
@@ -161,5 +161,5 @@ def names_axis(source, letter, setup):
 
 
 DIALECT = Dialect(
-    lambda source: _HEADER.match(decode_line(source)) is not None, initial_state, execute, names_axis, (".i",)
+    lambda source: _HEADER.match(decode_line(source)) is not None, make_initial_state, execute, names_axis, (".i",)
 )

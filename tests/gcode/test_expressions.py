@@ -79,7 +79,7 @@ def test_brackets_have_a_depth():
 
     def read(depth):
         text = "[" * depth + "1" + "]" * depth
-        return ValueReader(text, range(len(text) + 1), None).value("X")
+        return ValueReader(text, range(len(text) + 1), None).read_value("X")
 
     assert read(MAX_NESTING) == 1.0
     with pytest.raises(ProgramError, match="inside each other"):

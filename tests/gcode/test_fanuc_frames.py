@@ -37,7 +37,7 @@ def places(moves, first=1):
     for i in range(first, len(moves)):
         feature = moves.frames[moves.frame[i]].feature
         point = np.array(moves.end[i][:3])
-        found.append(point if feature is None else feature.outside(point))
+        found.append(point if feature is None else feature.map_outside(point))
     return np.array(found)
 
 

@@ -255,7 +255,7 @@ def test_scaling_scales_lengths_but_not_the_tool(run):
 def place(moves):
     """Where the last move ends, outside all maps."""
     frame = moves.frames[moves.frame[-1]]
-    return frame.feature.outside(moves.end[-1, :3]) if frame.feature is not None else moves.end[-1, :3]
+    return frame.feature.map_outside(moves.end[-1, :3]) if frame.feature is not None else moves.end[-1, :3]
 
 
 def test_maps_act_in_the_order_of_the_program(run):

@@ -16,7 +16,7 @@ from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
-from verne_post.output.summary import facts
+from verne_post.output.summary import list_facts
 
 SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 LENGTH, ORIGIN = 80.0, (7.0, -9.0, 42.0)
@@ -434,7 +434,7 @@ def test_tools_by_name_are_shown_by_name(machine, name, shown):
 
     summary = convert(program(name), machine, options).summary
     assert [event.data["name"] for event in summary.events if event.kind == "tool"] == [name, name]
-    said = facts(summary)
+    said = list_facts(summary)
     assert [text for key, text in said if key == "tool length"] == [f"{shown} 80 mm (one length for the program)"]
     assert any(f"line 5 {shown}" in text for _key, text in said)
     assert "100001" not in str(said)

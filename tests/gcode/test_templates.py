@@ -23,7 +23,7 @@ class Values:
     def steps_of_word(self, letter):
         return 1000
 
-    def value(self, key):
+    def read_value(self, key):
         if key not in range(1, 10):
             raise ProgramError("VP025", f"#{key}")
         return (0.0, 2.0, 3.0, -1.5, 1e-200, 1e200, 0.25, -7.0, 30.0, 1e29)[key]

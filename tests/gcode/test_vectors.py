@@ -180,7 +180,7 @@ def test_dump_moves_shows_the_axis(view):
     )
     moves, errors = view(source)
     assert not errors
-    shown = [json.loads(line) for line in dump.moves(moves)]
+    shown = [json.loads(line) for line in dump.dump_moves(moves)]
     motion = [one for one in shown if "end" in one]
     assert [one.get("axis") for one in motion] == [None, *[pytest.approx([0.6, 0.0, 0.8])] * 4, None, None]
     assert [one["end"][0] for one in motion] == [1, 2, 3, 5, 1, 1, 2]

@@ -167,7 +167,7 @@ def test_chunks_are_whole_lines_and_lose_nothing(monkeypatch, size, source):
     raw = source.encode()
     text = ProgramText(raw, build_plain_setup(), Rs274)
     segments, line = [], 1
-    while (chunk := text.chunk(line)) is not None:
+    while (chunk := text.find_chunk(line)) is not None:
         segments.append((chunk.first_line, chunk.text))
         line += len(chunk.lines.plain)
     assert b"".join(segment for _line, segment in segments) == raw

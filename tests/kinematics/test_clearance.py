@@ -46,7 +46,7 @@ def dense_margins(program, n=20001):
     last = len(program.contour) - 1
     element = np.full(n, last)
     solved = joints.solve(element, np.linspace(0.0, 1.0, n))
-    return program.machine.clearance.evaluate(joints.bodies(element, solved))[0]
+    return program.machine.clearance.evaluate(joints.place_bodies(element, solved))[0]
 
 
 def tilted(position, alpha):
@@ -283,8 +283,8 @@ def test_only_what_goes_straight_without_turning_is_bound_as_convex(machine):
     joints = assemble(source, machine, options).joints()
     straight = find_straight(joints)
     contour, path = joints.contour, joints.contour.path
-    assert set(contour.line()[straight].tolist()) <= {3, 4, 7, 9}
-    assert straight[contour.line() == 4].any()
+    assert set(contour.find_lines()[straight].tolist()) <= {3, 4, 7, 9}
+    assert straight[contour.find_lines() == 4].any()
     # by the poses themselves: the middle of a straight element is the mean of its ends, and so is its tool
     every = np.arange(len(contour))
     at = [find_contour_pose(contour, every, np.full(len(every), w)) for w in (0.0, 0.5, 1.0)]

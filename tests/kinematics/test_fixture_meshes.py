@@ -100,7 +100,7 @@ def test_distances_in_poses_are_those_from_the_same_box() -> None:
         joints = guard_joints(assemble(source.encode(), MACHINE, Options(**given, keep_out=(body,))))
         element, w = np.full(201, len(joints.contour) - 1), np.linspace(0, 1, 201)
         assert isinstance(joints.keep_out, KeepOut)
-        found.append(joints.keep_out.evaluate(joints.bodies(element, joints.solve(element, w)))[0])
+        found.append(joints.keep_out.evaluate(joints.place_bodies(element, joints.solve(element, w)))[0])
     box, mesh = found
     outside = (box > 0.5) & (box < 20)
     assert outside.sum() > 50

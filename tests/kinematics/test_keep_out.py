@@ -230,7 +230,7 @@ def least(source: str, box: Box, body: str, **options: Any) -> float:
     for element in range(len(program.contour)):
         own = np.full(n, element)
         solved = joints.solve(own, np.linspace(0, 1, n))
-        found.append(model.evaluate(joints.bodies(own, solved))[0][:, column].min())
+        found.append(model.evaluate(joints.place_bodies(own, solved))[0][:, column].min())
     return float(min(found))
 
 
@@ -439,7 +439,7 @@ def test_boxes_in_a_work_system_move_with_the_part() -> None:
     placed = model.boxes[0]
     corners = np.array([[x, y, z] for x in (10, 14) for y in (-2, 6) for z in (0, 20)], dtype=float)
     on_table = np.stack([5.0 - corners[:, 1], -7.0 + corners[:, 0], 12.0 + corners[:, 2]], axis=1)
-    assert np.abs(np.abs(placed.inside(on_table)) - placed.half).max() < 1e-9
+    assert np.abs(np.abs(placed.map_inside(on_table)) - placed.half).max() < 1e-9
 
 
 def test_a_tool_longer_than_it_is(machine: verne_post.Machine) -> None:

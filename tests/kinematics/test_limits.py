@@ -343,7 +343,7 @@ def test_verdicts_on_short_blended_moves(machine_with, seed):
 
     def highest(machine, joint, side):
         joints, places = everywhere(text, machine)
-        dense = joints.q(*places)[:, NAMES.index(joint)]
+        dense = joints.find_joints(*places)[:, NAMES.index(joint)]
         return float((side * (np.degrees(dense) if joint in "ac" else dense)).max()) * side
 
     for joint, side in [("rho1", 1), ("rho1", -1), ("rho2", -1), ("rho3", 1), ("a", 1), ("a", -1), ("c", 1)]:

@@ -124,7 +124,7 @@ def test_newtons_method_finds_a_tilt_in_few_steps(monkeypatch):
     tried = 0
     for _ in range(30):
         pivot, gauge = rng.uniform(-150, 150, 3) + [0.0, 0.0, 900.0], rng.uniform(-300, 300, 3)
-        point = place_coupled_point(pivot, gauge[None]).rows(0)
+        point = place_coupled_point(pivot, gauge[None]).select(0)
         for one in MODULE.solve_coupled_all(pivot, gauge)[::4]:
             for beside in (-1e-3, 1e-3):
                 found = working_modes._polish_tilt(MODULE, point, one.alpha + beside, one.signs[0])

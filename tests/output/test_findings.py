@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from verne_post.model.codes import CODES
-from verne_post.model.findings import finding
+from verne_post.model.findings import make_finding
 from verne_post.model.verdict import is_about_text
 from verne_post.output.findings import Report, format_finding
 from verne_post.output.reports import json as json_report
@@ -132,19 +132,22 @@ def test_output_file_gets_what_standard_output_would(
 
 @pytest.mark.parametrize("code", sorted(CODES))
 def test_every_code_has_a_line(code: str) -> None:
-    item = finding(code, "one sentence", line=7, last_line=9, worst_line=8, count=3)
+    item = make_finding(code, "one sentence", line=7, last_line=9, worst_line=8, count=3)
     shown = LINE.match(format_finding("a b.nc", item))
     assert shown
     assert (shown["file"], shown["line"], shown["code"]) == ("a b.nc", "7", code)
     assert shown["severity"] == CODES[code].severity
     for number in ("7", "9", "3", *(() if is_about_text(code) else ("8",))):  # errors in the text have no worst line
         assert number in shown["message"]
-    assert format_finding("a.nc", finding(code, "one sentence")) == f"a.nc: {code} {CODES[code].severity}: one sentence"
+    assert (
+        format_finding("a.nc", make_finding(code, "one sentence"))
+        == f"a.nc: {code} {CODES[code].severity}: one sentence"
+    )
 
 
 def test_json_never_contains_nan() -> None:
     """A value that is not a number is a bug to be seen here, not by a reader of the file."""
-    report = Report("a.nc", (finding("VP101", "x", value=math.nan),))
+    report = Report("a.nc", (make_finding("VP101", "x", value=math.nan),))
     with pytest.raises(ValueError, match="JSON"):
         json_report.write([report], MACHINE)
     assert strict(json_report.write([Report("a.nc", ())], MACHINE))["programs"][0]["summary"]["cycle_time_s"] is None
@@ -152,7 +155,7 @@ def test_json_never_contains_nan() -> None:
 
 def test_text_counts() -> None:
     shown = text_report.write(
-        [Report("a.nc", (finding("VP101", "x"), finding("VP202", "y")), None), Report("b.nc", (), 1.5)]
+        [Report("a.nc", (make_finding("VP101", "x"), make_finding("VP202", "y")), None), Report("b.nc", (), 1.5)]
     )
     assert shown.splitlines()[2] == "a.nc: refused: 1 error, 1 warning"
     assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, 1.500 s"

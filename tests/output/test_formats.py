@@ -139,7 +139,7 @@ def test_ros2_numbers_of_any_size_are_floats_to_yaml_1_1(table: list[tuple[float
     message = yaml.safe_load(text)
     assert message["joint_names"] == ["x", "y"]
     assert not re.search(r"[\[ ]y[,\]]", text)  # by 1.1 itself, though not by pyyaml, a truth value
-    assert message == json.loads(b"".join(FORMATS["ros2"].writer(".json")(rows)))
+    assert message == json.loads(b"".join(FORMATS["ros2"].choose_writer(".json")(rows)))
     for point in message["points"]:
         for value in (*point["positions"], *point["velocities"]):
             assert type(value) is float

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from verne_post.model.codes import CODES
-from verne_post.model.findings import finding
+from verne_post.model.findings import make_finding
 from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report
 from verne_post.output.reports import github, junit, markdown, sarif
@@ -112,8 +112,8 @@ def test_fingerprints_stay_when_other_lines_come_and_go(run: Callable[..., Any],
 
 
 def test_sarif_is_cut_where_hosts_stop_reading() -> None:
-    many = tuple(finding("VP202", f"m{i}", line=i + 1) for i in range(sarif.MAX_RESULTS)) + (
-        finding("VP101", "gravest", line=1),
+    many = tuple(make_finding("VP202", f"m{i}", line=i + 1) for i in range(sarif.MAX_RESULTS)) + (
+        make_finding("VP101", "gravest", line=1),
     )
     (one,) = json.loads(sarif.write([Report("a.nc", many)]))["runs"]
     assert len(one["results"]) == sarif.MAX_RESULTS
@@ -135,13 +135,13 @@ def test_junit_counts_failures_and_errors(run: Callable[..., Any], files: list[s
 
 
 def test_warnings_do_not_fail_a_test_case() -> None:
-    xml = junit.write([Report("a.nc", (finding("VP202", "near", line=3),))])
+    xml = junit.write([Report("a.nc", (make_finding("VP202", "near", line=3),))])
     (case,) = ElementTree.fromstring(xml.encode()).iter("testcase")
     assert [node.tag for node in case] == ["system-out"]
 
 
 def test_odd_characters_survive_every_format() -> None:
-    odd = finding("VP001", "a\x00b & <c> \u00e4\n50%, x: y", line=1, column=2)
+    odd = make_finding("VP001", "a\x00b & <c> \u00e4\n50%, x: y", line=1, column=2)
     reports = [Report("d,i:r/\u00e4 %.nc", (odd,), None, b"\x00\xff<&\n")]
     assert ElementTree.fromstring(junit.write(reports).encode()) is not None
     assert json.loads(sarif.write(reports))["runs"][0]["results"][0]["message"]["text"] == odd.message
@@ -151,7 +151,7 @@ def test_odd_characters_survive_every_format() -> None:
 
 
 def test_github_shows_ten_of_each_level_and_says_how_many_more() -> None:
-    many = tuple(finding("VP202", f"w{i}", line=i + 1) for i in range(13)) + (finding("VP101", "e", line=1),)
+    many = tuple(make_finding("VP202", f"w{i}", line=i + 1) for i in range(13)) + (make_finding("VP101", "e", line=1),)
     lines = github.write([Report("a.nc", many)]).splitlines()
     assert lines[0].startswith("::error ")
     assert len(lines) == 1 + github.MAX_ANNOTATIONS + 1
@@ -168,14 +168,14 @@ def test_markdown_is_a_table_in_which_no_program_writes_markup(run: Callable[...
     assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {3, 4}
     for _file, code, line, _message in wanted:
         assert re.search(rf"^\| {line} \| {code} error: ", text, re.MULTILINE)
-    nasty = finding("VP006", "@someone #12 | <b>*x*</b> `y`\nz", line=1)
+    nasty = make_finding("VP006", "@someone #12 | <b>*x*</b> `y`\nz", line=1)
     shown = markdown.write([Report("a|b.nc", (nasty,))])
     assert "| a\\|b.nc | refused: 1 error, 0 warnings |  |" in shown
     assert "@\u2060someone #\u206012 \\| \\<b\\>\\*x\\*\\</b\\> \\`y\\`" in shown
 
 
 def test_markdown_fits_into_a_comment() -> None:
-    many = tuple(finding("VP006", "x" * 1000, line=k + 1) for k in range(100))
+    many = tuple(make_finding("VP006", "x" * 1000, line=k + 1) for k in range(100))
     shown = markdown.write([Report("a.nc", many), Report("b.nc", many[:1])])
     assert 50_000 < len(shown) < 65_536
     assert int(re.search(r"^(\d+) further findings", shown, re.MULTILINE)[1]) + shown.count("VP006") == 101  # type: ignore[index]

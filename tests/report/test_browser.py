@@ -33,13 +33,13 @@ SIZES = {"desktop": (1400, 900), "tablet": (1024, 768), "phone": (390, 844)}
 @cache
 def page_of(name: str) -> str:
     """The page of one of the programs below."""
-    from verne_post.report.page import page
+    from verne_post.report.page import make_page
     from verne_post.report.study import study
 
     text, machine, options = PROGRAMS[name]
     source = text if isinstance(text, bytes) else text.encode()
     place = verne_post.load_machine(machine)
-    return page(name, source, place, study(source, place, options))
+    return make_page(name, source, place, study(source, place, options))
 
 
 def sample(name: str, tool: float, place: tuple[float, float, float], **more: Any) -> tuple[bytes, str, Options]:

@@ -13,7 +13,7 @@ from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.output.summary import format_summary
 from verne_post.report.governing import OTHERS
 from verne_post.report.modal import collect_modal_states
-from verne_post.report.sheet import worst_places, write_sheet_html, write_verdict_html
+from verne_post.report.sheet import find_worst_places, write_sheet_html, write_verdict_html
 from verne_post.report.spectrum import spectrum
 from verne_post.report.study import study
 from verne_post.report.table import Study
@@ -180,7 +180,7 @@ def test_stops_inside_lines_are_named() -> None:
     within = drilled.summary.stops_within
     assert within.line == 3
     assert within.count == within.most > 5
-    place = next(place for place in worst_places(MACHINE, drilled) if place.what == "line 3 stops inside")
+    place = next(place for place in find_worst_places(MACHINE, drilled) if place.what == "line 3 stops inside")
     assert place.value == f"{within.most} times"
     assert drilled.line[place.frame] == 3
     text = " ".join(format_summary(drilled.summary).split())
@@ -191,7 +191,7 @@ def test_stops_inside_lines_are_named() -> None:
         assert plain.summary.n_stops > 0
         assert plain.summary.stops_within.count == 0
         assert "within lines" not in format_summary(plain.summary)
-        assert not any("stops inside" in place.what for place in worst_places(MACHINE, plain))
+        assert not any("stops inside" in place.what for place in find_worst_places(MACHINE, plain))
 
 
 def test_worst_places_are_where_the_rows_are_worst() -> None:
@@ -200,7 +200,7 @@ def test_worst_places_are_where_the_rows_are_worst() -> None:
     seen = study(source, MACHINE, options)
     rows = verne_post.convert(source, MACHINE, options).setpoints
     assert rows is not None
-    places = {place.what.split(":")[0]: place for place in worst_places(MACHINE, seen)}
+    places = {place.what.split(":")[0]: place for place in find_worst_places(MACHINE, seen)}
     values = np.pad(rows.values, ((3, 0), (0, 0)), mode="edge")
     for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
         limit = getattr(MACHINE.limits, name) * np.abs([column.factor for column in MACHINE.columns])

@@ -18,7 +18,7 @@ from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.toolpath.branches import plan_branches
 from verne_post.toolpath.build import build_path
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import evaluate_pose
 
 from ..builders import MACHINE, axis_of, axis_words, with_ranges
 
@@ -146,7 +146,7 @@ def cost_of(path, a_range, c_range, branches):
     before, last = None, -1
     for segment, (flip, turns) in zip(tilted, branches, strict=True):
         u = np.linspace(0, 1, 5)
-        _tip, angles = pose(path, np.full(5, segment), u)
+        _tip, angles = evaluate_pose(path, np.full(5, segment), u)
         on = np.array([pair_on(flip, turns, pair) for pair in angles])
         inside = (on[:, 0] > a0 - 1e-9) & (on[:, 0] < a1 + 1e-9) & (on[:, 1] > c0 - 1e-8) & (on[:, 1] < c1 + 1e-8)
         total[0] += not inside.all()
@@ -212,7 +212,7 @@ def test_straight_through_the_pole_c_stands_still(word, off):
     assert a[0, 0] * a[0, 1] < 0
     assert np.ptp(c) <= np.degrees(2 * off / 0.5) + 1e-9  # what the two azimuths differ by
     u = np.linspace(0, 1, 101)
-    _tip, angles = pose(prog.path, np.zeros(101, dtype=int), u)
+    _tip, angles = evaluate_pose(prog.path, np.zeros(101, dtype=int), u)
     turned = math.pi / 3 * u - math.pi / 6  # from -30 to 30 degrees about y
     on_circle = np.stack([np.sin(turned), 0 * u, np.cos(turned)], axis=1)
     assert np.linalg.norm(axis_of(angles[:, 0], angles[:, 1]) - on_circle, axis=1).max() <= 1e-5 + off
@@ -225,7 +225,7 @@ def test_past_the_pole_the_axis_is_on_the_great_circle_and_c_turns():
     path = program(body).path
     assert path.circle[0] == 0
     u = np.linspace(0, 1, 501)
-    _tip, angles = pose(path, np.zeros(501, dtype=int), u)
+    _tip, angles = evaluate_pose(path, np.zeros(501, dtype=int), u)
     k1 = k0 * [-1, 1, 1]
     omega = math.acos(k0 @ k1)
     slerp = (np.sin((1 - u) * omega)[:, None] * k0 + np.sin(u * omega)[:, None] * k1) / math.sin(omega)

@@ -9,7 +9,7 @@ from verne_post.app.assemble import assemble
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import evaluate_pose
 
 from ..builders import axis_of
 
@@ -35,7 +35,7 @@ def path_of(machine):
 def at(path, segment, u):
     """Tip and angles of one segment at parameters u, (n, 5)."""
     u = np.asarray(u, dtype=float)
-    return np.concatenate(pose(path, np.full(len(u), segment), u), axis=-1)
+    return np.concatenate(evaluate_pose(path, np.full(len(u), segment), u), axis=-1)
 
 
 # --- straight segments ------------------------------------------------------------------------------

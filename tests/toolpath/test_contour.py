@@ -9,7 +9,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind
 from verne_post.toolpath.contour_pose import find_contour_pose, find_speed_cap
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import evaluate_pose
 
 from ..builders import MACHINE
 from .polylines import contour_of
@@ -21,7 +21,7 @@ START = "G0 X0 Y0 Z40 A0 C0"
 def stops(contour: Contour) -> set[tuple[int, int]]:
     """Pairs of source lines between which the contour stops."""
     ends = np.flatnonzero(np.diff(contour.section))
-    return {(int(contour.line()[k]), int(contour.line()[k + 1])) for k in ends}
+    return {(int(contour.find_lines()[k]), int(contour.find_lines()[k + 1])) for k in ends}
 
 
 # Line 1 is the head, line 2 the start; the body begins on line 3.
@@ -181,8 +181,8 @@ def test_speed_cap_is_the_feed_over_the_motion_of_the_tip(mode: str) -> None:
     assert np.isinf(cap[rapid]).all()
     # programmed speed of the tip; where only the angles move, the time of the segment
     ends = (
-        np.hstack(pose(path, segment, np.full(len(segment), 0.5 + 1e-4))),
-        np.hstack(pose(path, segment, np.full(len(segment), 0.5 - 1e-4))),
+        np.hstack(evaluate_pose(path, segment, np.full(len(segment), 0.5 + 1e-4))),
+        np.hstack(evaluate_pose(path, segment, np.full(len(segment), 0.5 - 1e-4))),
     )
     along = (ends[0] - ends[1]) / 2e-4
     by_tip = np.linalg.norm(along[:, :3], axis=1) > 1e-6

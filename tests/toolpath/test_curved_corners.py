@@ -8,7 +8,7 @@ from verne_post.model.contour import Contour
 from verne_post.toolpath import curved_corners
 from verne_post.toolpath.contour_pose import find_contour_pose
 from verne_post.toolpath.corner_shapes import BRAKING, PEAK, SHAPES
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import evaluate_pose
 
 from .polylines import contour_of, ends_of_blends, jumps, poses_at
 from .test_contour import BODIES, MIXED, lines_named
@@ -94,7 +94,7 @@ def find_nearest(contour: Contour, element: int, here: np.ndarray) -> list[float
     step = contour.path.length[segment] / 20000
     tip, axis = contour.tip_tolerance[segment] + step, contour.axis_tolerance[segment] + step / ROTARY_METRIC_MM
     scale = 1.0 / np.array([tip, tip, tip, axis, axis])
-    there = np.ascontiguousarray((np.hstack(pose(contour.path, np.full(len(u), segment), u)) * scale).T)
+    there = np.ascontiguousarray((np.hstack(evaluate_pose(contour.path, np.full(len(u), segment), u)) * scale).T)
     squares = ((there - one[:, None]) ** 2 for one in here * scale)
     return [float(np.sqrt(np.maximum(away[:3].sum(axis=0), away[3:].sum(axis=0)).min())) for away in squares]
 
@@ -112,7 +112,7 @@ def test_blends_stay_within_tolerance_of_their_segments(what: str, mode: str) ->
         assert max(find_nearest(contour, element, here)) <= 1.0
         segment = contour.segment[on]
         u = contour.low[on] + w * (contour.high - contour.low)[on]
-        off = here - np.hstack(pose(path, segment, u))
+        off = here - np.hstack(evaluate_pose(path, segment, u))
         share = np.hypot(
             np.linalg.norm(off[:, :3], axis=1) / contour.tip_tolerance[segment],
             np.linalg.norm(off[:, 3:], axis=1) / contour.axis_tolerance[segment],

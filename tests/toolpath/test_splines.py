@@ -11,7 +11,7 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.splines import GrowingSplines, Splines
 from verne_post.model.toolpath import SegmentKind
 from verne_post.toolpath.contour_pose import find_contour_pose
-from verne_post.toolpath.evaluate import differentiate_pose, pose
+from verne_post.toolpath.evaluate import differentiate_pose, evaluate_pose
 from verne_post.toolpath.splines import turn_pieces
 
 from .polylines import MACHINE, contour_of, poses_at
@@ -90,8 +90,8 @@ def test_a_circle_of_weights_is_the_circle() -> None:
     u = np.linspace(0.0, 1.0, 41)
     for quarter in range(4):
         mine = np.full(len(u), quarter)
-        tip, _angles = pose(spline, mine, u)
-        wanted, _same = pose(arc, np.zeros(len(u), int), (quarter + u) / 4)
+        tip, _angles = evaluate_pose(spline, mine, u)
+        wanted, _same = evaluate_pose(arc, np.zeros(len(u), int), (quarter + u) / 4)
         np.testing.assert_allclose(tip, wanted, atol=1e-9)
         for order, (here, there) in enumerate(
             zip(
@@ -116,9 +116,9 @@ def test_table_angles_are_coordinates_of_the_same_spline() -> None:
     exact = plane(t)[:, :5] / plane(t)[:, 5:]
     exact[:, 2] += 50.0  # G54 on the table
     exact[:, 3:] = np.radians(exact[:, 3:])
-    signs = np.sign(pose(path, np.array([2]), np.array([1.0]))[1] / exact[-1, 3:])  # of the machine file
+    signs = np.sign(evaluate_pose(path, np.array([2]), np.array([1.0]))[1] / exact[-1, 3:])  # of the machine file
     for segment in range(3):
-        tip, angles = pose(path, np.full(7, segment), np.linspace(0.0, 1.0, 7))
+        tip, angles = evaluate_pose(path, np.full(7, segment), np.linspace(0.0, 1.0, 7))
         for here, turned in zip(tip, angles * signs, strict=True):
             nearest = np.argmin(np.linalg.norm(exact[:, :3] - here, axis=1))
             assert np.linalg.norm(exact[nearest, :3] - here) < 0.05
@@ -130,7 +130,7 @@ def test_derivatives_are_those_of_the_poses() -> None:
     u, step = np.linspace(0.05, 0.95, 13), 2e-3
     for segment in range(3):
         mine = np.full(len(u), segment)
-        values = [np.hstack(pose(path, mine, u + k * step)) for k in range(-3, 4)]
+        values = [np.hstack(evaluate_pose(path, mine, u + k * step)) for k in range(-3, 4)]
         first, second, third = differentiate_pose(path, mine, u)
         stencils = {
             1: np.array([-1, 9, -45, 0, 45, -9, 1]) / 60 / step,
@@ -198,7 +198,7 @@ def test_tables_of_pieces_of_several_degrees() -> None:
     both = GrowingSplines(5)
     for degree in (3, 1, 5):
         both.extend(drawn_pieces(degree, 2))
-    every = both.splines()
+    every = both.freeze()
     picked = every.select(np.array([4, 0, 2]))
     np.testing.assert_array_equal(angles_along(picked), angles_along(every)[[4, 0, 2]])
     assert picked.degree.tolist() == [5, 3, 1]
@@ -213,10 +213,10 @@ def test_work_offsets_planes_and_lifts_move_control_points() -> None:
     )
     c, s = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
     u = np.linspace(0.0, 1.0, 5)
-    base = pose(plain, np.zeros(5, int), np.zeros(5))[0][0] - [0.0, 0.0, 40.0]
+    base = evaluate_pose(plain, np.zeros(5, int), np.zeros(5))[0][0] - [0.0, 0.0, 40.0]
     for segment in range(4):
-        here = pose(plain, np.full(5, segment), u)[0] - base
-        there = pose(moved.contour.path, np.full(5, segment), u)[0] - [7.0, -3.0, 64.0]
+        here = evaluate_pose(plain, np.full(5, segment), u)[0] - base
+        there = evaluate_pose(moved.contour.path, np.full(5, segment), u)[0] - [7.0, -3.0, 64.0]
         turned = np.column_stack([c * here[:, 0] - s * here[:, 1], s * here[:, 0] + c * here[:, 1], here[:, 2]])
         np.testing.assert_allclose(there, turned, atol=1e-8)
 
@@ -229,7 +229,7 @@ def test_a_loop_in_one_block_and_blocks_of_the_path(monkeypatch: pytest.MonkeyPa
     apart = contour_of(source).path
     rows = np.repeat(np.arange(len(whole)), 5)
     u = np.tile(np.linspace(0.0, 1.0, 5), len(whole))
-    np.testing.assert_array_equal(np.hstack(pose(whole, rows, u)), np.hstack(pose(apart, rows, u)))
+    np.testing.assert_array_equal(np.hstack(evaluate_pose(whole, rows, u)), np.hstack(evaluate_pose(apart, rows, u)))
     np.testing.assert_array_equal(whole.section, apart.section)
 
 

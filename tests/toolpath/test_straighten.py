@@ -12,7 +12,7 @@ from verne_post.app.assemble import assemble
 from verne_post.model.contour import Contour
 from verne_post.model.options import Options
 from verne_post.toolpath.contour_pose import find_contour_pose
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import evaluate_pose
 from verne_post.toolpath.straighten import find_cheapest_sequence
 
 from ..builders import MACHINE
@@ -53,7 +53,7 @@ def measure_from_path(contour: Contour) -> np.ndarray:
     path = contour.path
     per_segment = 1 + int(path.length.max() / 4e-4)
     segment = np.repeat(np.arange(len(path)), per_segment)
-    tip = pose(path, segment, np.tile(np.linspace(0.0, 1.0, per_segment), len(path)))[0]
+    tip = evaluate_pose(path, segment, np.tile(np.linspace(0.0, 1.0, per_segment), len(path)))[0]
     element = np.repeat(np.arange(len(contour)), 25)
     here = find_contour_pose(contour, element, np.tile(np.linspace(0.0, 1.0, 25), len(contour)))[0]
     return np.asarray(cKDTree(tip).query(here)[0])
@@ -161,8 +161,8 @@ def test_the_smaller_tolerance_beside_an_arc_holds() -> None:
 def test_chords_are_followed_behind_an_approach_too(added: dict[str, Any]) -> None:
     source = program(chain(40, 0.2, 0.05, 1)).encode()
     alone, joined = (assemble(source, MACHINE, Options(tool_length=50.0, **more)).contour for more in ({}, added))
-    own = np.flatnonzero(joined.line() > 0)
-    begin = int(np.searchsorted(alone.line(), joined.line()[own[0]]))
+    own = np.flatnonzero(joined.find_lines() > 0)
+    begin = int(np.searchsorted(alone.find_lines(), joined.find_lines()[own[0]]))
     theirs = begin + np.arange(len(own))
     assert chords(alone)[alone.segment[theirs]].sum() > 30
     for w in (0.0, 0.3, 1.0):

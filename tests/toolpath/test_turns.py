@@ -18,7 +18,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.output.rounding import choose_setpoint_format
-from verne_post.toolpath.evaluate import differentiate_pose, pose
+from verne_post.toolpath.evaluate import differentiate_pose, evaluate_pose
 from verne_post.verification.projection import find_programmed_pose, measure_lengths_to, measure_metric_lengths
 
 from ..builders import MACHINE, two_machines, with_ranges
@@ -66,7 +66,7 @@ def test_a_block_is_one_segment_that_nothing_stops(block: str, feed: str) -> Non
     contour = assemble(program(BLOCKS[block], feed), MACHINE, OPTIONS).contour
     assert np.count_nonzero(contour.path.line == 5) == 1
     assert contour.path.kind[contour.path.line == 5] == SegmentKind.TURN
-    assert len(np.unique(contour.section[contour.line() == 5])) == 1
+    assert len(np.unique(contour.section[contour.find_lines() == 5])) == 1
 
 
 @pytest.mark.parametrize("block", TURNS)
@@ -74,19 +74,21 @@ def test_the_axes_of_the_machine_go_straight(block: str) -> None:
     path = path_of(program(BLOCKS[block]))
     segment = int(np.flatnonzero(path.line == 5)[0])
     u = np.linspace(0.0, 1.0, 41)
-    place = machine_places(*pose(path, np.full(len(u), segment), u))
+    place = machine_places(*evaluate_pose(path, np.full(len(u), segment), u))
     np.testing.assert_allclose(
         place, place[0] + u[:, None] * (place[-1] - place[0]), atol=1e-7
     )  # ends are rounded to 1e-9 mm
     for end, u_end in ((path.start, 0), (path.end, -1)):
-        np.testing.assert_allclose(end[segment, :3], pose(path, np.full(len(u), segment), u)[0][u_end], atol=1e-9)
+        np.testing.assert_allclose(
+            end[segment, :3], evaluate_pose(path, np.full(len(u), segment), u)[0][u_end], atol=1e-9
+        )
 
 
 @pytest.mark.parametrize("block", [name for name in BLOCKS if name not in TURNS])
 def test_a_point_before_the_tip_keeps_its_place(block: str) -> None:
     path = path_of(program(BLOCKS[block]))
     segment = int(np.flatnonzero(path.line == 5)[0])
-    tip, angles = pose(path, np.full(41, segment), np.linspace(0.0, 1.0, 41))
+    tip, angles = evaluate_pose(path, np.full(41, segment), np.linspace(0.0, 1.0, 41))
     held = tip - 50.0 * find_axis_of_angles(angles[:, 0], angles[:, 1])
     np.testing.assert_allclose(held, np.tile(held[0], (41, 1)), atol=1e-8)
     assert np.ptp(angles[:, 1]) > 0.5
@@ -98,7 +100,7 @@ def test_planning_and_verification_have_the_same_curve(block: str) -> None:
     path = path_of(program(BLOCKS[block]))
     segment = np.full(2001, int(np.flatnonzero(path.line == 5)[0]))
     u = np.linspace(0.0, 1.0, len(segment))
-    tip, angles = pose(path, segment, u)
+    tip, angles = evaluate_pose(path, segment, u)
     for one, other in zip((tip, angles), find_programmed_pose(path, segment, u), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-9)
     step = u[1]
@@ -182,7 +184,7 @@ def test_another_branch_holds_the_same_tip() -> None:
     u = np.linspace(0.0, 1.0, 9)
     here = np.flatnonzero(plain.line == 5)
     np.testing.assert_allclose(
-        pose(flipped, np.repeat(there, 9), u)[0], pose(plain, np.repeat(here, 9), u)[0], atol=1e-9
+        evaluate_pose(flipped, np.repeat(there, 9), u)[0], evaluate_pose(plain, np.repeat(here, 9), u)[0], atol=1e-9
     )
 
 
@@ -191,5 +193,5 @@ def test_in_the_air_every_tip_is_higher() -> None:
     low, high = path_of(source), path_of(source, replace(OPTIONS, air=30.0, air_along="table"))
     for segment in range(len(low)):
         u = np.linspace(0.0, 1.0, 5)
-        lifted = pose(high, np.full(5, segment), u)[0] - pose(low, np.full(5, segment), u)[0]
+        lifted = evaluate_pose(high, np.full(5, segment), u)[0] - evaluate_pose(low, np.full(5, segment), u)[0]
         np.testing.assert_allclose(lifted, np.tile([0.0, 0.0, 30.0], (5, 1)), atol=1e-9)

@@ -25,17 +25,17 @@ class Curve:
     def breaks(self) -> Array:
         return np.linspace(0.0, self.length, self.elements + 1)
 
-    def q(self, s: Array) -> Array:
+    def find_joints(self, s: Array) -> Array:
         return np.stack(np.broadcast_arrays(*self.joints(s)), axis=1).astype(float)
 
-    def speed(self, s: Array) -> Array:
+    def find_speed(self, s: Array) -> Array:
         return self.feed(s) if callable(self.feed) else np.full(len(s), self.feed)
 
-    def hidden(self, s: Array) -> Array:
+    def measure_hidden(self, s: Array) -> Array:
         return np.zeros(len(s) - 1)
 
-    def q_and_hidden(self, s: Array) -> tuple[Array, Array]:
-        return self.q(s), self.hidden(s)
+    def find_joints_and_hidden(self, s: Array) -> tuple[Array, Array]:
+        return self.find_joints(s), self.measure_hidden(s)
 
 
 def limits(n: int, velocity: float = 833.0, acceleration: float = 5000.0, jerk: float = 1e5) -> Limits:
@@ -87,14 +87,14 @@ def cornered(pitch: float, corners: int, blend: float, feed: float) -> Curve:
 def worst(section: Curve, s: Array, limits: Limits, cycle: float) -> Array:
     """Largest ratios of velocity, acceleration, jerk and feed over the rows, with rest before and after."""
     rows = np.concatenate([[s[0]] * 3, s, [s[-1]] * 3])
-    q = section.q(rows)
+    q = section.find_joints(rows)
     found = []
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), start=1):
         difference = q
         for _ in range(order):
             difference = difference[1:] - difference[:-1]
         found.append(float((np.abs(difference) / cycle**order / limit).max()))
-    caps = np.minimum(section.speed(rows[1:]), section.speed(rows[:-1]))
+    caps = np.minimum(section.find_speed(rows[1:]), section.find_speed(rows[:-1]))
     found.append(float(((rows[1:] - rows[:-1]) / cycle / caps).max()))
     return np.array(found)
 

@@ -8,10 +8,10 @@ from msgspec.structs import replace
 
 from verne_post.trajectory import continuous, repair, tuning
 from verne_post.trajectory.continuous import plan_continuous
-from verne_post.trajectory.reachability import duration as profile_duration
+from verne_post.trajectory.reachability import find_duration as profile_duration
 from verne_post.trajectory.reachability import solve as second_order
 from verne_post.trajectory.section_path import SectionTask, build_grid_along
-from verne_post.trajectory.stop_to_stop import duration
+from verne_post.trajectory.stop_to_stop import find_duration
 from verne_post.trajectory.tuning import QUALITY, Effort
 
 from .curves import Curve, assert_legal, cornered, limits, straight, wavy
@@ -22,7 +22,7 @@ def test_straight_lines_take_the_time_of_the_seven_phases(length: float, feed: f
     section, top = straight(length, feed), limits(3)
     s = plan_continuous(section, top, 1e-3).s
     assert_legal(section, s, top, 1e-3)
-    best = duration(*(np.array([v]) for v in (length, min(feed, 833.0), 5000.0, 1e5)))[0]
+    best = find_duration(*(np.array([v]) for v in (length, min(feed, 833.0), 5000.0, 1e5)))[0]
     # 1 % of loss, and two cycles for the ends and the whole number of cycles
     assert (len(s) - 1) * 1e-3 <= best * 1.01 + 2e-3
 

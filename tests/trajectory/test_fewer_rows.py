@@ -9,7 +9,7 @@ from verne_post.base.team import ALONE
 from verne_post.trajectory import tuning
 from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.fewer_rows import try_fewer_rows
-from verne_post.trajectory.row_limits import at_rest
+from verne_post.trajectory.row_limits import add_rest
 from verne_post.trajectory.row_shifts import shift_rows
 from verne_post.trajectory.section_path import SectionTask
 
@@ -72,7 +72,7 @@ def test_no_step_over_many_elements_is_faster_than_the_feed() -> None:
     section = replace(section, feed=lambda s: np.where((s / 0.00125).astype(int) % 3, 50.0, 5.0))
     s = plan_continuous(section, TOP, 1e-2).s
     places = (s[:-1] + (np.arange(1000)[:, None] + 0.5) / 1000 * np.diff(s)).ravel()
-    spent = np.diff(s) * np.mean(1.0 / section.speed(places).reshape(1000, -1), axis=0)
+    spent = np.diff(s) * np.mean(1.0 / section.find_speed(places).reshape(1000, -1), axis=0)
     assert spent.max() <= 1.02 * 1e-2  # the integral over so many jumps is known so well
 
 
@@ -80,7 +80,7 @@ def test_rows_that_are_shifted_together_are_shifted_as_each_alone() -> None:
     section, cycle = wavy(1.5, 4.0), 4e-3
     task = task_of(section, cycle)
     x = np.linspace(0.0, 1.0, 12)
-    starts = [at_rest(section.length * x**power * (1.0 + power - power * x)) for power in (1.0, 1.5, 2.0)]
+    starts = [add_rest(section.length * x**power * (1.0 + power - power * x)) for power in (1.0, 1.5, 2.0)]
     n = len(starts[0])
     together = shift_rows(np.concatenate(starts), np.full(3, n), n, task).s.reshape(3, n)
     for rows, start in zip(together, starts, strict=True):

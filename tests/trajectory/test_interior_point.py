@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from verne_post.trajectory.interior_point import Problem, basis, solve
+from verne_post.trajectory.interior_point import Problem, build_basis, solve
 
 
 def line(n: int = 200, cap: float = 1.0, *, held: slice = slice(0)) -> Problem:
@@ -25,15 +25,15 @@ def line(n: int = 200, cap: float = 1.0, *, held: slice = slice(0)) -> Problem:
 def values(problem: Problem, c: np.ndarray) -> np.ndarray:
     """X, X' and X'' at the points, from the definition of the splines."""
     n = len(c) - 3
-    table = basis(problem.knot, problem.phases)
+    table = build_basis(problem.knot, problem.phases)
     return np.stack([sum(row[:, k, None] * c[k : k + n] for k in range(4)).ravel() for row in table])
 
 
 def test_basis_is_a_partition_of_one_and_its_derivatives_match_differences() -> None:
     f, h = np.linspace(0.1, 0.9, 5), 1e-5
-    table = basis(0.5, f)
+    table = build_basis(0.5, f)
     assert table[0].sum(axis=1) == pytest.approx(np.ones(5))
-    up, down = basis(0.5, f + h), basis(0.5, f - h)
+    up, down = build_basis(0.5, f + h), build_basis(0.5, f - h)
     for order in (1, 2):
         # central differences over the knot spacing of 0.5
         assert table[order] == pytest.approx((up - down)[order - 1] / (2 * h * 0.5), abs=1e-8)

@@ -22,14 +22,14 @@ from ..builders import LEGAL_SAMPLES, MACHINE, SAMPLES
 def test_planned_time_passes_at_the_override(override: float, ramp: float) -> None:
     played = FeedOverride(override, ramp)
     t = np.linspace(0.0, 2.0 * ramp + 5.0, 4001)
-    rate = np.diff(played.planned(t)) / np.diff(t)
-    assert played.planned(np.zeros(1))[0] == 0.0
+    rate = np.diff(played.find_planned_time(t)) / np.diff(t)
+    assert played.find_planned_time(np.zeros(1))[0] == 0.0
     assert (rate <= override * (1 + 1e-9)).all()
     assert (np.diff(rate) >= -1e-9).all()
     assert rate[-1] == pytest.approx(override, rel=1e-9 if ramp == 0 else 1e-3)
-    assert played.planned(np.array([played.steady + 9.0]))[0] - played.planned(np.array([played.steady]))[
-        0
-    ] == pytest.approx(9.0 * override, rel=1e-12)
+    assert played.find_planned_time(np.array([played.steady + 9.0]))[0] - played.find_planned_time(
+        np.array([played.steady])
+    )[0] == pytest.approx(9.0 * override, rel=1e-12)
     if ramp:
         assert rate[0] == pytest.approx(START_RATE * override, rel=0.05)
 
@@ -37,15 +37,15 @@ def test_planned_time_passes_at_the_override(override: float, ramp: float) -> No
 @given(st.floats(0.05, 1.0), st.sampled_from([0.0, 4.5, 30.0]), st.floats(0.0, 40.0), st.floats(1e-4, 20.0))
 def test_the_fewest_whole_cycles(override: float, ramp: float, begin: float, planned: float) -> None:
     played, cycle = FeedOverride(override, ramp), 0.001
-    n = played.cycles(planned, begin, cycle)
+    n = played.count_cycles(planned, begin, cycle)
 
     def passed(cycles: int) -> float:
-        start, end = played.planned(np.array([begin, begin + cycles * cycle]))
+        start, end = played.find_planned_time(np.array([begin, begin + cycles * cycle]))
         return float(end - start)
 
     assert passed(n) >= planned * (1 - 1e-9)
     assert n == 1 or passed(n - 1) < planned * (1 + 1e-9)
-    shares = played.shares(np.arange(n + 1.0), np.full(n + 1, float(n)), np.full(n + 1, begin), cycle)
+    shares = played.find_shares(np.arange(n + 1.0), np.full(n + 1, float(n)), np.full(n + 1, begin), cycle)
     assert shares[0] == 0.0
     assert shares[-1] == 1.0
     assert (np.diff(shares) > 0).all()
@@ -58,7 +58,7 @@ def test_the_ramp_leaves_room_for_what_it_adds() -> None:
         build_feed_override(1.0, 4.31, limits)
     played = build_feed_override(1.0, 4.33, limits)
     t = np.linspace(0.0, 8.0, 200_001)
-    r = np.gradient(played.planned(t), t)
+    r = np.gradient(played.find_planned_time(t), t)
     r1 = np.gradient(r, t)
     r2 = np.gradient(r1, t)
     some = slice(5, -5)  # one-sided differences at the ends; second ones of t have noise of 1e-4 of the jerk
@@ -73,14 +73,16 @@ def off_the_path(plain: Program, table: np.ndarray) -> float:
     q, line = table[:, 1:6] / [column.factor for column in MACHINE.columns], table[:, -1]
     every, share = np.arange(n), np.linspace(0.0, 1.0, 41)
     travel = (
-        np.abs(np.diff(joints.q(np.repeat(every, 41), np.tile(share, n)).reshape(n, 41, -1), axis=1))
+        np.abs(np.diff(joints.find_joints(np.repeat(every, 41), np.tile(share, n)).reshape(n, 41, -1), axis=1))
         .sum(axis=1)
         .max(axis=1)
     )
     samples = np.ceil(travel / 0.05).astype(int) + 3
     of = np.repeat(every, samples)
     at = np.concatenate([np.linspace(0.0, 1.0, count) for count in samples])
-    on = np.column_stack([joints.q(of, at), 1e3 * plain.contour.line()[of]])  # by line: passes may run along each other
+    on = np.column_stack(
+        [joints.find_joints(of, at), 1e3 * plain.contour.find_lines()[of]]
+    )  # by line: passes may run along each other
     tree, wanted = cKDTree(on), np.column_stack([q, 1e3 * line])
     gap = np.full(len(q), np.inf)
     for which in ([1], range(2, 41)):  # the nearest sample is mostly of the right element
@@ -89,12 +91,12 @@ def off_the_path(plain: Program, table: np.ndarray) -> float:
             left = gap[rest] >= 1e-9
             row, element, w = rest[left], of[near[left]], at[near[left]]
             for _ in range(9):  # Gauss-Newton for the nearest place of the element, until it is near enough
-                here = joints.q(element, w)
+                here = joints.find_joints(element, w)
                 gap[row] = np.minimum(gap[row], np.abs(q[row] - here).max(axis=1))
                 left = gap[row] >= 1e-9
                 row, element, w, here = row[left], element[left], w[left], here[left]
                 step = np.where(w < 0.5, 1e-6, -1e-6)
-                slope = (joints.q(element, w + step) - here) / step[:, None]
+                slope = (joints.find_joints(element, w + step) - here) / step[:, None]
                 off = ((q[row] - here) * slope).sum(1)
                 w = np.clip(w + off / np.maximum((slope**2).sum(1), 1e-30), 0.0, 1.0)
     return float(gap.max())

@@ -24,7 +24,9 @@ def test_straight_line_takes_the_time_of_the_trapezoid() -> None:
     section, top = straight(40.0, feed=50.0), limits(3)
     grid = build_grid_along(replace(section, elements=2000))
     # v / a + s / v; a grid of 5 um shortens the ramps by less than a step each
-    assert reachability.duration(grid.s, reachability.solve(grid, top)) == pytest.approx(50 / 5000 + 40 / 50, rel=2e-4)
+    assert reachability.find_duration(grid.s, reachability.solve(grid, top)) == pytest.approx(
+        50 / 5000 + 40 / 50, rel=2e-4
+    )
 
 
 def test_the_bound_of_a_straight_line_is_that_of_the_trapezoid_on_any_grid() -> None:
@@ -36,7 +38,7 @@ def test_the_bound_of_a_straight_line_is_that_of_the_trapezoid_on_any_grid() -> 
         least = reachability.bound_duration(grid.s, x, reachability.accelerations(grid, top, x))
         exact = feed / 5000 + 20 / feed
         assert least == pytest.approx(exact, rel=1e-12)
-        assert reachability.duration(grid.s, x) > (1 + 5e-4) * exact
+        assert reachability.find_duration(grid.s, x) > (1 + 5e-4) * exact
 
 
 @pytest.mark.parametrize("waves", [0.5, 3.0, 20.0])
@@ -45,7 +47,7 @@ def test_the_bound_is_no_more_than_the_profile_takes_on_the_grid(waves: float, f
     grid, top = build_grid_along(wavy(50.0, waves, feed)), limits(3)
     x = reachability.solve(grid, top)
     least = reachability.bound_duration(grid.s, x, reachability.accelerations(grid, top, x))
-    assert 0.95 < least / reachability.duration(grid.s, x) <= 1.0
+    assert 0.95 < least / reachability.find_duration(grid.s, x) <= 1.0
 
 
 @pytest.mark.parametrize("waves", [0.5, 3.0, 20.0])
@@ -106,7 +108,8 @@ def test_tiny_elements_do_not_look_curved() -> None:
     near = np.sort(np.concatenate([section.breaks, section.breaks[1:-1] + 1e-7]))
 
     class Broken:
-        length, breaks, q, speed = section.length, near, staticmethod(section.q), staticmethod(section.speed)
+        length, breaks = section.length, near
+        find_joints, find_speed = staticmethod(section.find_joints), staticmethod(section.find_speed)
 
     grid = build_grid_along(Broken())
     assert np.abs(grid.d2).max() == 0.0
@@ -159,10 +162,10 @@ def test_no_span_reaches_over_the_end_of_a_rapid_or_a_slow_element() -> None:
     shape = wavy(50.0, 3.0)
 
     class Mixed:
-        length, breaks, q = 50.0, near, staticmethod(shape.q)
+        length, breaks, find_joints = 50.0, near, staticmethod(shape.find_joints)
 
         @staticmethod
-        def speed(s: np.ndarray) -> np.ndarray:
+        def find_speed(s: np.ndarray) -> np.ndarray:
             return np.select([s < 15.0, s < 35.0], [60.0, 2.0], np.inf)
 
     grid, alone = build_grid_along(Mixed()), build_grid_along(Mixed(), 0, 300)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from verne_post.trajectory import tuning
-from verne_post.trajectory.row_limits import at_rest, exceeding, excess
+from verne_post.trajectory.row_limits import add_rest, find_exceeding, measure_excess
 from verne_post.trajectory.section_path import SectionTask
 
 from .curves import ACCEPTED, Curve, limits
@@ -19,7 +19,7 @@ CYCLE = 2e-3
 class Hiding(Curve):
     """Steps hide more the farther they are along, from a quarter of the path on too much."""
 
-    def hidden(self, s: np.ndarray) -> np.ndarray:
+    def measure_hidden(self, s: np.ndarray) -> np.ndarray:
         return 4.0 * s[1:] / self.length * (np.diff(s) > 0)
 
 
@@ -29,12 +29,12 @@ def section(feed: float | Callable[[np.ndarray], np.ndarray]) -> Hiding:
 
 def written_out(section: Hiding, rows: np.ndarray, dynamics: tuple[float, float, float]) -> list[float]:
     """Of each row the largest share of what is accepted, over the differences that begin there."""
-    q, hidden = section.q(rows), section.hidden(rows)
+    q, hidden = section.find_joints(rows), section.measure_hidden(rows)
     found = []
     for k in range(len(rows) - 3):
         places = np.array([rows[k], 0.5 * (rows[k] + rows[k + 1]), rows[k + 1]])
         step = rows[k + 1] - rows[k]
-        shares = [step / (CYCLE * section.speed(places).min() * ACCEPTED[3])]
+        shares = [step / (CYCLE * section.find_speed(places).min() * ACCEPTED[3])]
         if hidden[k] > 1.0:
             shares.append(hidden[k] / ACCEPTED[3])
         for order, weights in enumerate(([-1, 1], [1, -2, 1], [-1, 3, -3, 1])):
@@ -55,12 +55,12 @@ def test_each_difference_counts_in_blocks_of_any_size(
     monkeypatch.setattr(tuning, "AT_A_TIME", at_a_time)
     random = np.random.default_rng(n)
     curve = section(lambda s: 600.0 + 500.0 * np.sin(9.0 * s))
-    rows = at_rest(np.sort(np.append(random.uniform(0.0, 20.0, n), [0.0, 20.0])))
+    rows = add_rest(np.sort(np.append(random.uniform(0.0, 20.0, n), [0.0, 20.0])))
     assert rows[:4].tolist() == [0.0] * 4
     assert rows[-4:].tolist() == [20.0] * 4
-    worst = excess(SectionTask(curve, limits(3, *dynamics), CYCLE, CYCLE), rows)
+    worst = measure_excess(SectionTask(curve, limits(3, *dynamics), CYCLE, CYCLE), rows)
     expected = written_out(curve, rows, dynamics)
     np.testing.assert_allclose(worst, expected, rtol=1e-8, atol=1e-12)
-    at, value = exceeding(worst)
+    at, value = find_exceeding(worst)
     assert at.tolist() == [k for k, share in enumerate(expected) if share > 1.0]
     assert value.tolist() == worst[at].tolist()

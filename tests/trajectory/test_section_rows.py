@@ -35,7 +35,7 @@ def test_rows_are_the_profile_at_whole_cycles(
     times = Times.build_from_coefficients(np.full(knots + 3, rate**2), profile.duration / knots)
     rows = sample_rows(SectionTask(section, top, CYCLE, CYCLE), profile, times, slower)
     cycles = int(np.ceil(times.total * slower / CYCLE - 1e-9))
-    expected = profile.s(np.linspace(0.0, profile.duration, cycles + 1))
+    expected = profile.find_s(np.linspace(0.0, profile.duration, cycles + 1))
     assert (rows[0], rows[-1]) == (0.0, length)
     # each row in between is one of the profile's, in their order, none left out
     first = int(np.argmin(np.abs(expected - rows[1])))
@@ -54,7 +54,7 @@ class Hiding(Curve):
 
     times_too_long: float = 0.0
 
-    def hidden(self, s: np.ndarray) -> np.ndarray:
+    def measure_hidden(self, s: np.ndarray) -> np.ndarray:
         return np.append(np.zeros(len(s) - 2), self.times_too_long)
 
 
@@ -82,7 +82,7 @@ def test_all_rows_that_creep_are_left_out_where_the_next_ones_may_follow_the_end
     """The first row of the profile creeps, the second may follow the start, the third is too far; the same backwards."""
     profile = Profile.build_from_samples(20.0 * smooth(samples), CYCLE)
     cycles = int(np.ceil(profile.duration / CYCLE - 1e-9))
-    expected = profile.s(CYCLE * np.arange(cycles + 1.0))
+    expected = profile.find_s(CYCLE * np.arange(cycles + 1.0))
     moving = int(np.argmax(expected > 1e-9))
     first = next(k for k in range(moving, cycles) if expected[k + 1] > 9 * expected[k] > 0)
     feed = expected[first + 1] / (0.9 * CYCLE)  # a step from the start to the row after it takes 0.9 of it

@@ -15,7 +15,7 @@ from verne_post.app.assemble import assemble
 from verne_post.app.plan import plan_program
 from verne_post.model.findings import SolverError
 from verne_post.trajectory.ruckig_backend import plan_rest_to_rest
-from verne_post.trajectory.stop_to_stop import StopToStopProfiles, duration, split_limits
+from verne_post.trajectory.stop_to_stop import StopToStopProfiles, find_duration, split_limits
 
 from ..builders import MACHINE, OPTIONS, source
 
@@ -53,7 +53,7 @@ def test_profile_takes_the_time_of_the_closed_form() -> None:
     distance, v, a, j = scattered()
     durations, _jerks = plan_rest_to_rest(distance, v, a, j)
     assert np.isfinite(durations).all()
-    expected = duration(distance, v, a, j)
+    expected = find_duration(distance, v, a, j)
     ratio = durations.sum(axis=1) / expected
     # ruckig solves to 1e-9 or so; where the speed limit is less than a thousandth of what distance and jerk
     # allow, the profile accelerates more gently, which is documented to cost 6e-5 of the time
@@ -83,7 +83,7 @@ def test_profile_ends_at_rest_at_the_distance_inside_its_limits() -> None:
 def test_limits_may_be_infinite(v: float, a: float) -> None:
     durations, _jerks = plan_rest_to_rest(np.array([3.0]), np.array([v]), np.array([a]), np.array([50.0]))
     # one so large that it is never reached is as good as none
-    finite = duration(np.array([3.0]), np.array([min(v, 1e4)]), np.array([min(a, 1e6)]), np.array([50.0]))
+    finite = find_duration(np.array([3.0]), np.array([min(v, 1e4)]), np.array([min(a, 1e6)]), np.array([50.0]))
     assert durations.sum(axis=1) == pytest.approx(finite, rel=1e-7)
 
 
@@ -96,7 +96,7 @@ def test_limits_may_be_infinite(v: float, a: float) -> None:
     ],
 )
 def test_closed_form_in_its_plain_cases(distance: float, v: float, a: float, j: float, seconds: float) -> None:
-    found = duration(*(np.array([value]) for value in (distance, v, a, j)))
+    found = find_duration(*(np.array([value]) for value in (distance, v, a, j)))
     assert found == pytest.approx(seconds, rel=2e-6)
 
 
@@ -104,7 +104,7 @@ def test_closed_form_does_not_jump_between_its_cases() -> None:
     """Time falls as the distance shrinks, through all of cruise, trapezoid and triangle."""
     distance = np.geomspace(1e3, 1e-6, 4000)
     for v, a, j in ((1.0, 10.0, 50.0), (5.0, 1.0, 50.0), (1.0, 1.0, 1.0)):
-        time = duration(distance, *(np.full(len(distance), value) for value in (v, a, j)))
+        time = find_duration(distance, *(np.full(len(distance), value) for value in (v, a, j)))
         assert (np.diff(time) < 0).all()
         assert (-np.diff(time) / time[:-1] < 0.01).all()  # steps of the distance are 0.5 %
 

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from verne_post import Options, convert
 from verne_post.config.load import build_machine
-from verne_post.output.summary import facts
+from verne_post.output.summary import list_facts
 from verne_post.trajectory import reachability, toppra_backend
 from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.section_path import build_grid_along
@@ -44,8 +44,8 @@ TURNING = Curve(40.0, lambda s: [np.sin(s), np.cos(1.3 * s), np.sin(0.7 * s + 1)
 )
 def test_reachability_and_toppra_agree(section) -> None:  # type: ignore[no-untyped-def]
     grid, top = build_grid_along(section), limits(3)
-    ours = reachability.duration(grid.s, reachability.solve(grid, top))
-    theirs = reachability.duration(grid.s, toppra_backend.solve(grid, top))
+    ours = reachability.find_duration(grid.s, reachability.solve(grid, top))
+    theirs = reachability.find_duration(grid.s, toppra_backend.solve(grid, top))
     # toppra's programs are solved to 1e-6 or so of their scale, which shows where joints turn back on a coarse grid
     assert theirs == pytest.approx(ours, rel=5e-6)
 
@@ -76,8 +76,8 @@ def test_without_jerk_limits_samples_take_the_time_that_toppra_finds(sample: str
     # the bound is that of a grid: on the blade, whose acceleration switches in every second row, a fine one says 0.18 % more
     share = 0.002 if sample == "blade_5axis.nc" else 0.001
     assert bound < summary.continuous_time <= theirs + max(share * theirs, 0.004)
-    assert ("not limited", machine.unlimited) in facts(summary)
-    assert not any("jerk " in text for key, text in facts(summary) if key == "limits")
+    assert ("not limited", machine.unlimited) in list_facts(summary)
+    assert not any("jerk " in text for key, text in list_facts(summary) if key == "limits")
 
 
 @pytest.mark.filterwarnings("ignore")  # of toppra itself
@@ -85,7 +85,7 @@ def test_without_jerk_limits_samples_take_the_time_that_toppra_finds(sample: str
 def test_both_solvers_plan_rows_without_jerk_limits(section) -> None:  # type: ignore[no-untyped-def]
     top = limits(3, jerk=np.inf)
     grid = build_grid_along(section)
-    theirs = reachability.duration(grid.s, toppra_backend.solve(grid, top))
+    theirs = reachability.find_duration(grid.s, toppra_backend.solve(grid, top))
     for solver in (reachability.solve, toppra_backend.solve):
         rows = plan_continuous(section, top, 0.001, solver=solver).s
         # 0.1 per cent, and two cycles for the whole number of them

@@ -47,7 +47,7 @@ def test_equal_scores_give_different_rows() -> None:
 def test_differences_are_those_around_each_point(knot: float, cycle: float, k: int) -> None:
     """However points share samples: of q = s = t^3 the third difference is 6, the second one 6 t."""
     knots = np.arange(3.0, 10.0)
-    samples = _Samples.of(knots, knot, k, cycle)
+    samples = _Samples.build(knots, knot, k, cycle)
     assert (np.diff(samples.phases) > 0).all()
     assert samples.phases[0] >= 0
     assert samples.phases[-1] < 1
@@ -83,7 +83,7 @@ SETTINGS = PassSettings(
 class Even(Profile, frozen=True, eq=False):
     """s grows evenly."""
 
-    def s(self, sigma: np.ndarray) -> np.ndarray:
+    def find_s(self, sigma: np.ndarray) -> np.ndarray:
         return SPEED * sigma
 
 
@@ -101,7 +101,7 @@ def _problem(task: SectionTask, settings: PassSettings):  # type: ignore[no-unty
         Window(10, 19, np.ones(12), begin_tied=True, end_tied=True),
         Window(30, 36, np.ones(9), begin_tied=True, end_tied=False),
     ]
-    layout = Layout.of(windows, task, settings)
+    layout = Layout.build(windows, task, settings)
     problem = build_window_problem(task, Even(np.zeros(6), 1.0), settings, layout)
     n, gap = 15 + layout.gap, layout.gap
     in_gap = np.zeros(n, dtype=bool)

@@ -81,9 +81,11 @@ def test_lengths_of_a_circle_and_a_parabola():
     quarter = one([[3, 0, 0, 0, 0], [3, 3, 0, 0, 0], [0, 3, 0, 0, 0]], [1, half, 1], [0, 0, 2, 2], 2)
     parabola = one([[0, 0, 0, 0, 0], [1, 0, 0, 0, 0], [2, 4, 0, 0, 0]], [1, 1, 1], [0, 0, 1, 1], 2)
     first = np.zeros(1, int)
-    assert splines.measure_splines(quarter, RADIAN_MM).total(first)[0] == pytest.approx(1.5 * np.pi, rel=1e-11)
+    assert splines.measure_splines(quarter, RADIAN_MM).measure_lengths(first)[0] == pytest.approx(
+        1.5 * np.pi, rel=1e-11
+    )
     exact = np.sqrt(17.0) + np.arcsinh(4.0) / 4.0
-    assert splines.measure_splines(parabola, RADIAN_MM).total(first)[0] == pytest.approx(exact, rel=1e-11)
+    assert splines.measure_splines(parabola, RADIAN_MM).measure_lengths(first)[0] == pytest.approx(exact, rel=1e-11)
 
 
 def test_shares_of_length_and_back():

@@ -29,7 +29,7 @@ from verne_post.kinematics.jerk_limit import find_jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.table_travel import MachineTravel, check_travel_of
 from verne_post.model.contour import Contour
-from verne_post.model.findings import Finding, InputError, Remedy, UsageError, finding, merge_same
+from verne_post.model.findings import Finding, InputError, Remedy, UsageError, make_finding, merge_same
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
@@ -37,7 +37,7 @@ from verne_post.model.part_setup import SYSTEM_NAMES, WORK_SYSTEMS
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import ToolPath
-from verne_post.model.verdict import worst
+from verne_post.model.verdict import find_worst
 from verne_post.model.vibration import Shaper
 from verne_post.toolpath.approach import add_approach_and_departure, add_detours, find_joints_of_place
 from verne_post.toolpath.branch_choice import find_idle_turns, report_branch_changes
@@ -155,7 +155,7 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
         offset = options.wcs.get(system)
         if offset is not None and offset.turn_deg and not machine.coordinates.turns_with_part:
             text = f"a part turned by {offset.turn_deg:g} degrees on the table is not executed on this machine: no joint that carries the part turns about its z"
-            raise InputError(finding("VP018", f"--wcs {SYSTEM_NAMES[system]}: {text}"))
+            raise InputError(make_finding("VP018", f"--wcs {SYSTEM_NAMES[system]}: {text}"))
         origin = machine.coordinates.work_origin(offset.origin_mm if offset else (0.0, 0.0, 0.0))
         frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
     home = machine.home or Home((0.0,) * 5, (0.0,) * 5)
@@ -212,10 +212,10 @@ def find_shaper_weights(machine: Machine, options: Options, cycle: float) -> Arr
     if shaper is None:
         return UNSHAPED
     if vibration is None:
-        raise InputError(finding("VP018", f"--shaper {shaper} needs the modes of [vibration] in the machine file"))
+        raise InputError(make_finding("VP018", f"--shaper {shaper} needs the modes of [vibration] in the machine file"))
     for mode in vibration.modes:
         if mode.frequency * LEAST_CYCLES_OF_MODE * cycle > 1.0:
-            raise InputError(finding("VP018", f"--shaper {shaper}: a mode of {mode.frequency:g} Hz is too fast for rows of "
+            raise InputError(make_finding("VP018", f"--shaper {shaper}: a mode of {mode.frequency:g} Hz is too fast for rows of "
                                      f"{cycle:g} s; up to {1.0 / (LEAST_CYCLES_OF_MODE * cycle):g} Hz can be shaped"))  # fmt: skip
     return build_shaper_weights(shaper, vibration.modes, cycle)
 
@@ -234,9 +234,9 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         None if options.from_line is None else restart_at(source, with_table(setup, moves), moves, options.from_line)
     )
     if not len(path):
-        raise InputError(finding("VP021", "the program contains no motion"))
+        raise InputError(make_finding("VP021", "the program contains no motion"))
     if restart is not None and path.moves_with_length[-1] < restart.move:
-        raise InputError(finding("VP021", f"the program contains no motion from line {options.from_line} on"))
+        raise InputError(make_finding("VP021", f"the program contains no motion from line {options.from_line} on"))
     turns = report_table_turns(path, moves, machine)
     findings = (*check_setup(moves, path, machine, options), *turns, *moves.findings)
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
@@ -247,7 +247,7 @@ def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> 
     five_axis = machine.five_axis
     if not isinstance(five_axis, AxisCorrecting):
         if options.correct_axis:
-            raise InputError(finding("VP018", "--correct-axis needs [as_built] in the machine file; on a nominal machine the "
+            raise InputError(make_finding("VP018", "--correct-axis needs [as_built] in the machine file; on a nominal machine the "
                                      "tool axis is exact"))  # fmt: skip
         return machine
     on = options.correct_axis or bool(np.isfinite(moves.tool_axis).any())
@@ -304,7 +304,7 @@ def add_rewinds(draft: Draft) -> Draft:
         return draft
     found = report_branch_changes(draft.path, draft.branches, draft.machine, allow_rewind=draft.options.allow_rewind)
     path = draft.path
-    if draft.branches.changes and worst(found) != "error":
+    if draft.branches.changes and find_worst(found) != "error":
         path = add_detours(path, draft.branches.changes, draft.machine)
     return replace(draft, path=path, findings=(*draft.findings, *found))
 
@@ -383,7 +383,7 @@ def _approach_place(machine: Machine, options: Options) -> str | tuple[float, ..
     assert place is not None
     if isinstance(place, str) or len(place) != len(drives):
         return place
-    return tuple(float(drive.places(np.array(number))) for drive, number in zip(drives, place, strict=True))
+    return tuple(float(drive.find_places(np.array(number))) for drive, number in zip(drives, place, strict=True))
 
 
 def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[int, Finding]]:
@@ -395,5 +395,5 @@ def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[
             what = "a tool change" if event.kind == "tool" else code
             text = f"{what} after the motion has begun: setpoints cannot wait; use --split-at-stops"
             where = {"line": event.line, "last_line": event.line, "worst_line": event.line}
-            found.append((event.before, finding("VP014", text, **where, edits=(_SPLIT,), settled_by=(SPLIT_KEY,))))
+            found.append((event.before, make_finding("VP014", text, **where, edits=(_SPLIT,), settled_by=(SPLIT_KEY,))))
     return found

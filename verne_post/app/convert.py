@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.machined import judge_blocks, load_part
 from verne_post.app.plan import Plan, plan_or_refuse
-from verne_post.app.result import Progress, Result, Setpoints, Sink, refused
+from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
 from verne_post.app.verify import make_verifier
 from verne_post.base.long_text import Text
 from verne_post.base.team import work_together
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event
 from verne_post.model.options import Options
@@ -74,7 +74,7 @@ def _assemble_then(
         try:
             program = assemble(source, machine, options, team)
         except InputError as error:
-            return refused(error)
+            return refuse_program(error)
         return go_on(program)
 
 
@@ -92,14 +92,14 @@ def convert_program(
         body = load_part(program)
         plan = plan_or_refuse(source, program, progress)
     except InputError as error:
-        return refused(error)
+        return refuse_program(error)
     if body is not None and sink is not None:
         take = _keep_too(collected, take)
     verification, timed = _write(plan, fmt, take, progress)
     try:
         part = judge_blocks(program, body, collected, progress)
     except InputError as error:
-        return refused(error)
+        return refuse_program(error)
     summary = replace(summarise(source, plan, fmt, verification, part), timed=timed)
     findings = (*plan.findings, *_find_own_faults(verification, options), *(() if part is None else part.findings))
     result = Result(findings, summary, None, part)
@@ -157,14 +157,14 @@ def make_setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[Setp
     sampler = RowSampler(contour, plan.profiles, plan.timeline)
 
     def make_block(first: int) -> tuple[SetpointBlock, NDArray[np.integer]]:
-        sampled = sampler.rows(first)
-        q = shape_rows(joints.q(sampled.element, sampled.w), plan.timeline.weights)
+        sampled = sampler.make_rows(first)
+        q = shape_rows(joints.find_joints(sampled.element, sampled.w), plan.timeline.weights)
         values, numbers = round_setpoints(q, machine, fmt)
         segment = contour.segment[sampled.shown]
         move = np.where(sampled.dwell >= 0, dwells[sampled.dwell], move_of_segment[segment])
         return SetpointBlock(sampled.first, values, sampled.line.astype(np.int32), fmt, numbers, segment), move
 
-    return program.team.map(make_block, sampler.blocks())
+    return program.team.map(make_block, sampler.list_blocks())
 
 
 def _ignore(_block: SetpointBlock) -> None:
@@ -189,7 +189,7 @@ def _find_own_faults(verification: Verification, options: Options) -> list[Findi
     if options.accept_rounding:
         reasons = "; ".join(f"{item.code}: {item.message}" for item in verification.findings)
         text = f"the rounding that --accept-rounding allows is so coarse that the rows cannot be verified: {reasons}"
-        return [finding("VP018", text)]
+        return [make_finding("VP018", text)]
     return [
         replace(item, code="VP901", message=f"the converted file failed its verification: {item.code}: {item.message}")
         for item in verification.findings
@@ -250,6 +250,6 @@ def _check(source: Text, program: Program, progress: Progress | None, made: Insp
         blocks = [] if body is None else [block for block, _move in make_setpoint_blocks(plan, fmt)]
         part = judge_blocks(program, body, blocks, report)
     except InputError as error:
-        return refused(error)
+        return refuse_program(error)
     findings = (*plan.findings, *(() if part is None else part.findings))
     return Result(findings, summarise(source, plan, fmt, None, part), part=part)

@@ -9,7 +9,7 @@ from verne_post.app.constraints import check_line, guard_joints
 from verne_post.app.explain_line import explain_line, find_lines_near
 from verne_post.app.line_remedies import Line
 from verne_post.base.long_text import Text, take_line
-from verne_post.kinematics.checks.remedies import of_line
+from verne_post.kinematics.checks.remedies import select_line
 from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
@@ -58,13 +58,13 @@ def look_at_line(source: Text, program: Program, line: int) -> Line:
         For a line without motion.
     """
     whole = guard_joints(program)
-    joints = of_line(whole, line)
+    joints = select_line(whole, line)
     if not len(joints.contour):
         near = " and ".join(str(one) for one in find_lines_near(whole, line))
         raise UsageError("line", f"line {line} has no motion; the nearest lines that have: {near}")
     text = b"" if line == 0 else take_line(source, line) or b""
     state = None if line == 0 else find_modal_state(source, program, line)
-    exact = of_line(replace(whole, contour=make_exact_contour(program.path)), line)
+    exact = select_line(replace(whole, contour=make_exact_contour(program.path)), line)
     findings = tuple(check_line(program, joints, line))
     words = text.decode("utf-8", errors="replace")
     return Line(line, words, joints, program.moves, state, program.options, findings, exact)

@@ -8,7 +8,7 @@ from verne_post.app.explain_numbers import format_degrees, format_joint, format_
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution
 from verne_post.app.line_remedies import Line, proposals
 from verne_post.base.arrays import Array
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
@@ -22,12 +22,12 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
-from verne_post.model.verdict import is_about_pose, worst
+from verne_post.model.verdict import find_worst, is_about_pose
 
 
 def find_lines_near(joints: JointPath, line: int) -> list[int]:
     """The nearest source lines before and after ``line`` that have motion."""
-    lines = np.unique(joints.contour.line())
+    lines = np.unique(joints.contour.find_lines())
     lines = lines[lines > 0]
     return [int(near[at]) for near, at in ((lines[lines < line], -1), (lines[lines > line], 0)) if len(near)]
 
@@ -37,7 +37,7 @@ def explain_line(line: Line) -> Iterator[str]:
     joints, machine = line.exact, line.exact.machine
     solved = joints.solve(np.array([line.last]), np.array([1.0]))
     tip, angles = solved.tip[0], solved.angles[0]
-    tool = float(joints.contour.tool_length(np.array([line.last]))[0])
+    tool = float(joints.contour.find_tool_lengths(np.array([line.last]))[0])
     yield from _describe_words(line, tool - joints.lift)
     yield ""
     yield "from words to joints, at the end of the motion"
@@ -57,7 +57,7 @@ def describe_pose(line: Line) -> Iterator[str]:
     """The words of a line, and the pose at the end of its motion: joints with their margins, and the margins of the machine."""
     joints, machine = line.exact, line.exact.machine
     solved = joints.solve(np.array([line.last]), np.array([1.0]))
-    tool = float(joints.contour.tool_length(np.array([line.last]))[0])
+    tool = float(joints.contour.find_tool_lengths(np.array([line.last]))[0])
     yield from _describe_words(line, tool - joints.lift)
     yield f"  tip on the table     {format_mm(solved.tip[0])}"
     yield f"  words                {machine.name_angles(solved.angles[0], 6)} deg"
@@ -147,7 +147,7 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
     gauge = machine.five_axis.find_platform_gauge(tip, angles, tool)
     yield f"  tip on the table     {format_mm(tip)}"
     yield (f"  tool axis            k = (sin A sin C, sin A cos C, cos A) = "
-           f"({', '.join(fixed(value, 6) for value in axis)})")  # fmt: skip
+           f"({', '.join(format_fixed(value, 6) for value in axis)})")  # fmt: skip
     yield (f"  nominal angles       A {format_degrees(angles[0])} deg, C {format_degrees(angles[1])} deg "
            "(workpiece sense)")  # fmt: skip
     yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {format_mm(gauge)}"
@@ -176,7 +176,7 @@ def _describe_chain_steps(machine: Machine, tip: Array, angles: Array, tool: flo
     q = machine.five_axis.find_joints(tip, angles, tool)
     on_part, axis, _ok = machine.forward(q, tool)
     yield f"  tip on the part      {format_mm(on_part)}"
-    yield f"  tool axis            k = ({', '.join(fixed(value, 6) for value in axis)})"
+    yield f"  tool axis            k = ({', '.join(format_fixed(value, 6) for value in axis)})"
     yield f"  words                {machine.name_angles(angles, 6)} deg"
     yield f"  joints               {', '.join(format_joint(machine, k, value) for k, value in enumerate(q))}"
 
@@ -229,7 +229,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
     if not findings:
         return
-    gravest = worst(findings)
+    gravest = find_worst(findings)
     if not remedies.is_movable(line.joints):
         yield "the line is no motion of the part alone: nothing is proposed"
         return

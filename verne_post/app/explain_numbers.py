@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from verne_post.base.arrays import Array
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 
@@ -11,20 +11,20 @@ from verne_post.model.machine import Machine
 def format_joint(machine: Machine, k: int, value: float, decimals: int = 6) -> str:
     column = machine.columns[k]
     unit = " deg" if column.unit == "deg" else ""
-    return f"{column.joint} {fixed(value * column.factor, decimals)}{unit}"
+    return f"{column.joint} {format_fixed(value * column.factor, decimals)}{unit}"
 
 
 def format_mm(point: Array) -> str:
-    return f"({', '.join(f'{fixed(value, 6)}' for value in point)}) mm"
+    return f"({', '.join(f'{format_fixed(value, 6)}' for value in point)}) mm"
 
 
 def format_degrees(angle: float | Array) -> str:
-    return fixed(DEG_PER_RAD * float(angle), 6)
+    return format_fixed(DEG_PER_RAD * float(angle), 6)
 
 
 def format_number(value: float, decimals: int = 6) -> str:
     """A number as a person would write it, without the last digits of the arithmetic."""
-    return fixed(value, decimals).rstrip("0").rstrip(".")
+    return format_fixed(value, decimals).rstrip("0").rstrip(".")
 
 
 def format_list(values: Iterable[float], decimals: int = 6) -> str:

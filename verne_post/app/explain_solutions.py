@@ -7,7 +7,7 @@ import numpy as np
 
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm
 from verne_post.base.arrays import Array
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -37,15 +37,17 @@ def explain_table_solution(
         yield f"  platform             P {format_mm(platform.position)}, platform tilt alpha {format_degrees(float(platform.alpha))} deg"
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         margin = abs(column.factor) * float(min(value - low, high - value))
-        margin_text = f"margin to its travel {fixed(margin, 6)} {column.unit}" if np.isfinite(margin) else "unlimited"
-        yield f"  {column.header:<20} {fixed(value * column.factor, 6)}   {margin_text}"
+        margin_text = (
+            f"margin to its travel {format_fixed(margin, 6)} {column.unit}" if np.isfinite(margin) else "unlimited"
+        )
+        yield f"  {column.header:<20} {format_fixed(value * column.factor, 6)}   {margin_text}"
     for measure, value in measures:
         what = f"{measure.name} ({measure.axis})" if measure.axis else measure.name
         unit = f" {measure.unit}" if measure.unit else ""
         bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
-        yield f"  {what:<36} {fixed(value, 6)}{unit}{bound} ({measure.code})"
+        yield f"  {what:<36} {format_fixed(value, 6)}{unit}{bound} ({measure.code})"
     parallel, serial = machine.five_axis.measure_conditioning(q, platform)
-    yield f"  conditioning (1 even, 0 singular)    parallel {fixed(float(parallel), 4)}, serial {fixed(float(serial), 4)}"
+    yield f"  conditioning (1 even, 0 singular)    parallel {format_fixed(float(parallel), 4)}, serial {format_fixed(float(serial), 4)}"
 
 
 def _measure_margins(

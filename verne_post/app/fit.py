@@ -13,7 +13,7 @@ from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.options import Options
@@ -67,15 +67,15 @@ def propose(
     check_source_text(source, options.source_name)
     moves, path = _read(source, machine, options)
     if not len(path):
-        raise InputError(finding("VP021", "the program contains no motion"))
+        raise InputError(make_finding("VP021", "the program contains no motion"))
     systems = sorted({moves.frames[index].system for index in np.unique(moves.frame[path.move])})
     if len(systems) != 1:
         names = ", ".join(SYSTEM_NAMES[system] for system in systems)
-        raise InputError(finding("VP018", f"fit moves one work system, and this program uses {names}"))
+        raise InputError(make_finding("VP018", f"fit moves one work system, and this program uses {names}"))
     system = systems[0]
     if not machine.coordinates.turns_with_part:
         raise InputError(
-            finding(
+            make_finding(
                 "VP018", "fit is not executed on a machine of which no joint that carries the part turns about its z"
             )
         )
@@ -90,7 +90,7 @@ def propose(
     )
     if not len(points.tip):
         raise InputError(
-            finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset, or only "
+            make_finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset, or only "
                     "names machine coordinates")
         )  # fmt: skip
     raised = options.air if options.air_along == "table" else 0.0

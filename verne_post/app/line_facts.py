@@ -45,11 +45,11 @@ def measure_lines(plan: Plan) -> LineFacts:
     joints, path = program.joints(), program.path
     margins, names = list_margin_functions(program.machine)
     sampler = RowSampler(program.contour, plan.profiles, plan.timeline)
-    lines = np.unique(np.append(program.contour.line(), plan.timeline.line))
+    lines = np.unique(np.append(program.contour.find_lines(), plan.timeline.line))
     count, speed = np.zeros(len(lines)), np.zeros(len(lines))
     margin, nearest = np.full(len(lines), np.inf), np.zeros(len(lines), dtype=np.int64)
     before: Array | None = None
-    for rows in map(sampler.rows, sampler.blocks()):
+    for rows in map(sampler.make_rows, sampler.list_blocks()):
         of = np.searchsorted(lines, rows.line)
         poses = joints.find_joint_poses(rows.shown, rows.shown_w)
         steps = of if rows.first else of[1:]  # the first row is the start, not a step

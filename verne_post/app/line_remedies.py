@@ -18,7 +18,7 @@ from verne_post.model.findings import Finding, Remedy
 from verne_post.model.moves import AXES, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES
-from verne_post.model.verdict import worst
+from verne_post.model.verdict import find_worst
 
 
 class Line(Struct, frozen=True, eq=False):
@@ -71,13 +71,13 @@ class Line(Struct, frozen=True, eq=False):
 def proposals(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """What would make the line legal, or would remove its warnings where it has no errors, in numbers."""
     yield from (remedy.text for remedy in turns(line, findings))
-    gravest = worst(findings)
+    gravest = find_worst(findings)
     yield from _propose_shifts(line, [item for item in findings if item.severity == gravest])
 
 
 def turns(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
     """Other angles of the table that make the line legal, the part where it is: less tilt, another branch."""
-    gravest = worst(findings)
+    gravest = find_worst(findings)
     yield from _propose_tilts(line, [item for item in findings if item.severity == gravest])
     yield from _propose_branches(line, gravest == "error")
 
@@ -85,7 +85,7 @@ def turns(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
 def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
     """Less tilt at the end of a straight line, where the table leaves its travel."""
     joints = line.exact
-    if not remedies.straight(joints):
+    if not remedies.is_straight(joints):
         return
     for item in findings:
         place = remedies.place_of(joints, item) if item.code == "VP102" else None
@@ -109,7 +109,7 @@ def _propose_branches(line: Line, error: bool) -> Iterator[Remedy]:
     joints = line.joints
     for branch in remedies.find_legal_branches(joints):
         tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
-        words = joints.machine.coordinates.map_from_table(tip[0], branch.of(angles[0]), line.frame)
+        words = joints.machine.coordinates.map_from_table(tip[0], branch.apply_to(angles[0]), line.frame)
         tilt, turn = joints.machine.rotary_letters
         a, c = (format_number(words[axis]) for axis in joints.machine.coordinates.rotary)
         name = "the other table solution" if branch.flip else f"another turn of {turn}"
@@ -124,7 +124,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         return
     joints, frame = line.joints, line.frame
     coordinates = joints.machine.coordinates
-    warnings = worst(asked) == "warning"
+    warnings = find_worst(asked) == "warning"
     directions = coordinates.turn_displacement(np.eye(3), frame)
 
     def shift_alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
@@ -143,7 +143,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         ]
         if single:
             yield f"the part moved along one axis of the program: {', '.join(single)}"
-    if remedies.straight(line.exact):
+    if remedies.is_straight(line.exact):
         tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
         ends = []
         for letter, _way, one in shift_alone(line.exact, end_only=True):

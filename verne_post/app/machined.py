@@ -16,8 +16,8 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.keep_out import find_length_by_itself, find_tool_of_moves, place_body
 from verne_post.kinematics.checks.moving import build_spindle
-from verne_post.model.findings import Finding, InputError, finding
-from verne_post.model.moves import tool_names
+from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.moves import name_tools
 from verne_post.model.part_setup import Wanted, describe_tool_number
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.model.setpoints import SetpointBlock
@@ -139,7 +139,7 @@ def _check_surface(mesh: Mesh) -> list[str]:
     faults = describe_faults(mesh)
     wrong = [text for text in faults if not mesh.open_edges or "open" not in text]
     if wrong:
-        raise InputError(*(finding("VP506", f"{mesh.name}: {text}") for text in wrong))
+        raise InputError(*(make_finding("VP506", f"{mesh.name}: {text}") for text in wrong))
     return [f"{mesh.name}: {text}; outside is where its facets run counter-clockwise" for text in faults]
 
 
@@ -171,7 +171,7 @@ def find_tools(program: Program, line: Ints) -> tuple[Ints, Array]:
             at = own[later]
         elif (own[-1] != at) if own else (int(line[row]) not in standing):
             text = f"row {row} belongs to line {line[row]}, which the program does not execute there; verify says more"
-            raise InputError(finding("VP413", text))
+            raise InputError(make_finding("VP413", text))
         segment[k] = at
     of_row = segment[np.cumsum(begins) - 1]
     return number[of_row], path.tool_length[of_row] - program.options.lift
@@ -209,7 +209,7 @@ def place_tips(
         tip[rows], axis[rows], ok = kinematics.forward(q[rows], length[rows])
         if not ok.all():
             text = f"row {begin + int(np.argmin(ok))}: the joint values close no position of the platform"
-            raise InputError(finding("VP411", text))
+            raise InputError(make_finding("VP411", text))
     return tip, axis, length
 
 
@@ -223,7 +223,7 @@ def _build_motions(
     tip, axis, length = place_tips(program, kinematics, q, number, in_force)
     origin, turn = place_on_table(program, body.mesh.name, body.system)
     tip, axis = rotate_z(tip - origin, -turn), rotate_z(axis, -turn)
-    motions, names = [], tool_names(program.moves.events)
+    motions, names = [], name_tools(program.moves.events)
     for one in numbers:
         own_rows = np.flatnonzero(number == one)
         linked = np.append(np.diff(own_rows) == 1, False)
@@ -257,7 +257,7 @@ def _build_tool(program: Program, number: int, shortest: float, longest: float) 
     shape = options.tool_shapes.get(number, ())
     if not shape:
         text = f"tool {number}: its shape is not known; give it with --tool-shapes: [tool.{number}] cutter = {{ diameter, length, corner_radius }}"
-        raise InputError(finding("VP018", text))
+        raise InputError(make_finding("VP018", text))
     check_tool(f"tool {number}", shape, shortest, 0.0 if table is None else table.diameter)
     return build_pieces(shape, longest)
 
@@ -272,5 +272,5 @@ def _find_starts_inside(mesh: Mesh, motions: tuple[Motion, ...], code: str) -> l
             text = (
                 f"{motion.name} stands inside {mesh.name} at {describe_place(motion.tip[row])} where its motion begins"
             )
-            found.append(finding(code, text, line=int(motion.line[row]), count=len(inside)))
+            found.append(make_finding(code, text, line=int(motion.line[row]), count=len(inside)))
     return found

@@ -10,7 +10,7 @@ from verne_post.app.machined import find_tools, place_on_table, place_tips
 from verne_post.app.stock_check import build_tool, report_touches
 from verne_post.base.arrays import Array, Ints
 from verne_post.kinematics.checks.keep_out import refuse_leaning_part
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.part_setup import Box
 from verne_post.part.cutting import Spans, cut_stock
 from verne_post.part.dexels import Dexels
@@ -75,7 +75,9 @@ def make_stock(program: Program) -> Dexels:
     if box is not None:
         return make_box(np.array(box.low), np.array(box.high), *place_on_table(program, box.name, box.system))
     if own is None:
-        raise InputError(finding("VP018", "--stock-from program: the program defines no stock (BLK FORM, WORKPIECE)"))
+        raise InputError(
+            make_finding("VP018", "--stock-from program: the program defines no stock (BLK FORM, WORKPIECE)")
+        )
     refuse_leaning_part(program.machine, "the stock of the program")
     coordinates = program.machine.coordinates
     origin = coordinates.map_to_table(np.zeros(9), own.frame)[0]
@@ -109,7 +111,9 @@ def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
     for one, long in used.tolist():
         shape = program.options.tool_shapes.get(int(one), ())
         if not shape:
-            raise InputError(finding("VP018", f"tool {int(one)}: its shape is not known; give it with --tool-shapes"))
+            raise InputError(
+                make_finding("VP018", f"tool {int(one)}: its shape is not known; give it with --tool-shapes")
+            )
         tools.append(build_tool(shape, long, program.machine))
     spans = Spans(
         np.stack([tip[first], tip[last]], axis=1),

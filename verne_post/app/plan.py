@@ -16,17 +16,17 @@ from verne_post.app.assemble import Program
 from verne_post.app.constraints import check_program
 from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.columns import blocks, sum_running
+from verne_post.base.columns import iterate_blocks, sum_running
 from verne_post.base.long_text import Text
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.model.contour import Contour
-from verne_post.model.findings import Finding, InputError, SolverError, finding
+from verne_post.model.findings import Finding, InputError, SolverError, make_finding
 from verne_post.model.protocols import SpeedFunction
 from verne_post.model.toolpath import SegmentKind
-from verne_post.model.verdict import worst
+from verne_post.model.verdict import find_worst
 from verne_post.toolpath.contour_pose import find_contour_pose, find_speed_cap
 from verne_post.trajectory import tuning
 from verne_post.trajectory.override import build_feed_override
@@ -76,7 +76,7 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     options = program.options
     played = build_feed_override(options.override, options.slow_start, program.machine.limits)
     bounds, findings = check_program(program, progress)
-    if worst(findings) == "error":
+    if find_worst(findings) == "error":
         raise InputError(*findings)
     _require_rows(program, _compute_least_seconds(program) / program.cycle)
     total = len(program.contour)
@@ -112,15 +112,17 @@ def _plan(
         if (too_fast <= 1.0).all():
             return profiles, laid_out
         limits, stretch = limits.lower(lower), stretch * np.where(too_fast > 1.0, tuning.SHAPER_MARGIN * too_fast, 1.0)
-    line = int(contour.line(contour.section_begins[[int(np.argmax(too_fast))]])[0])
+    line = int(contour.find_lines(contour.section_begins[[int(np.argmax(too_fast))]])[0])
     text = f"with the input shaper the motion that begins in line {line} keeps tolerance and feed rate at no speed that was tried"
-    raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line))
+    raise SolverError(make_finding("VP420", text, line=line, last_line=line, worst_line=line))
 
 
 def _compute_least_seconds(program: Program) -> float:
     """The time that the program takes at its feed rates; planned motion takes no less."""
     path = program.path
-    at_feed = sum(float(_replace_infinite(path.feed_time[first:last]).sum()) for first, last in blocks(len(path)))
+    at_feed = sum(
+        float(_replace_infinite(path.feed_time[first:last]).sum()) for first, last in iterate_blocks(len(path))
+    )
     return at_feed + float(path.dwell_seconds.sum())
 
 
@@ -148,7 +150,7 @@ def _require_rows(program: Program, rows: float) -> None:
         f"this line takes longest, {seconds[slowest]:.4g} s"
     )
     line = int(lines[slowest])
-    raise InputError(finding("VP035", text, line=line, last_line=line, worst_line=line))
+    raise InputError(make_finding("VP035", text, line=line, last_line=line, worst_line=line))
 
 
 class SpeedLimits(Struct, frozen=True, eq=False):
@@ -157,21 +159,23 @@ class SpeedLimits(Struct, frozen=True, eq=False):
     begin: Array
     speed: Array
 
-    def at(self, s: Array) -> Array:
+    def find_limits(self, s: Array) -> Array:
         """The limits (n,) at path lengths s (n,)."""
         return np.append(np.inf, self.speed)[np.searchsorted(self.begin, s, side="right")]
 
     def lower(self, other: "SpeedLimits") -> "SpeedLimits":
         """The lower one of both everywhere."""
         begin = np.union1d(self.begin, other.begin)
-        return SpeedLimits(begin, np.minimum(self.at(begin), other.at(begin)))
+        return SpeedLimits(begin, np.minimum(self.find_limits(begin), other.find_limits(begin)))
 
     def applied_to(self, contour: Contour, speed: SpeedFunction) -> SpeedFunction:
         """A feed cap that keeps them too."""
         starts = sum_running(contour.length)
 
         def limit_speed(contour: Contour, element: Ints, w: Array) -> Array:
-            return np.minimum(speed(contour, element, w), self.at(starts[element] + w * contour.length[element]))
+            return np.minimum(
+                speed(contour, element, w), self.find_limits(starts[element] + w * contour.length[element])
+            )
 
         return limit_speed
 
@@ -188,7 +192,7 @@ def find_slowdown(program: Program, profiles: MotionProfiles, laid_out: Timeline
     contour = program.contour
     starts, sampler = sum_running(contour.length), RowSampler(contour, profiles, laid_out)
     limits, too_fast = NO_LIMITS, np.ones(contour.n_sections)
-    for sampled in map(sampler.rows, sampler.blocks()):
+    for sampled in map(sampler.make_rows, sampler.list_blocks()):
         factor = _measure_excess(program, sampled, laid_out)
         if (factor <= 1.0).all():
             continue
@@ -204,7 +208,7 @@ def find_slowdown(program: Program, profiles: MotionProfiles, laid_out: Timeline
 def _measure_excess(program: Program, sampled: Rows, laid_out: Timeline) -> Array:
     """By which factor (n,) the motion around each shaped row is too fast."""
     contour, weights = program.contour, laid_out.weights
-    shaped = shape_rows(program.joints().q(sampled.element, sampled.w), weights)
+    shaped = shape_rows(program.joints().find_joints(sampled.element, sampled.w), weights)
     segment = contour.segment[sampled.shown]
     tip, angles, _ok = program.machine.five_axis.find_nominal_pose(shaped, contour.path.tool_length[segment])
     meant_tip, meant_angles = find_contour_pose(contour, sampled.shown, sampled.shown_w)

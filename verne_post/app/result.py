@@ -163,7 +163,7 @@ class Result:
         )
 
 
-def refused(error: InputError) -> Result:
+def refuse_program(error: InputError) -> Result:
     """The result of a program that was refused."""
     return Result(error.findings)
 

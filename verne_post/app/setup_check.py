@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from verne_post.base.columns import blocks
+from verne_post.base.columns import iterate_blocks
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Moves
 from verne_post.model.options import Options
@@ -22,7 +22,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     """Work systems that nobody has placed (VP033), feed motion with a tool of no length (VP034), in no said directions (VP037), sizes (VP505)."""
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
     bare = -1
-    for begin, end in blocks(len(path)):
+    for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]
         used, first = np.unique(moves.frame[move[move >= 0]], return_index=True)
         for frame, at in zip(used.tolist(), move[move >= 0][first].tolist(), strict=True):
@@ -42,9 +42,9 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             "--tool-length"
         )
         line = int(moves.line[bare])
-        found.append(finding("VP034", text, line=line, last_line=line, worst_line=line))
+        found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
     texts = _find_implausible(options)
-    return [*(finding("VP505", text) for text in texts), *found, *_check_directions(moves, path, machine)]
+    return [*(make_finding("VP505", text) for text in texts), *found, *_check_directions(moves, path, machine)]
 
 
 def _find_implausible(options: Options) -> Iterator[str]:
@@ -74,7 +74,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if moves.tcp_changes == (0,):
         return []
     first, (tilt, turn) = -1, machine.coordinates.rotary
-    for begin, end in blocks(len(path)):
+    for begin, end in iterate_blocks(len(path)):
         start, finish, move = path.start[begin:end], path.end[begin:end], path.move[begin:end]
         travel = np.linalg.norm(finish[:, :3] - start[:, :3], axis=1)
         # arcs and splines have a length also where they end where they begin
@@ -102,4 +102,4 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         "places of the part; a control would read them in the machine's directions; write G43.4 for G43 where the part is "
         "meant"
     )
-    return [finding("VP037", text, line=line, last_line=line, worst_line=line)]
+    return [make_finding("VP037", text, line=line, last_line=line, worst_line=line)]

@@ -11,7 +11,7 @@ from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.checks.moving import build_spindle
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
 from verne_post.part.bodies import build_pieces
@@ -54,7 +54,7 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
 
 def _find_last(joints: JointPath, found: list[Finding]) -> int:
     """The last element on the lines of findings: what comes after it need not be cut."""
-    line = joints.contour.line()
+    line = joints.contour.find_lines()
     concerned = np.zeros(len(line), dtype=bool)
     for item in found:
         concerned |= (line >= (item.line or 0)) & (line <= (item.last_line or 0))
@@ -71,7 +71,7 @@ def list_spans(program: Program, joints: JointPath, keep_out: KeepOut, last: int
     tip, axis, length = (np.empty((len(owner), *shape)) for shape in ((3,), (3,), ()))
     for begin in range(0, len(owner), SOLVED):
         rows = slice(begin, begin + SOLVED)
-        pose = joints.bodies(owner[rows], joints.solve(owner[rows], index[rows] / parts[owner[rows]]))
+        pose = joints.place_bodies(owner[rows], joints.solve(owner[rows], index[rows] / parts[owner[rows]]))
         tip[rows], _nose, length[rows] = keep_out.moving.place_tools(pose)
         axis[rows] = pose.axis
     first = np.flatnonzero(
@@ -83,7 +83,7 @@ def list_spans(program: Program, joints: JointPath, keep_out: KeepOut, last: int
     )
     tools = [build_tool(keep_out.moving.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
     tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
-    return Spans(tips, axes, contour.line(owner[first]), tool.reshape(-1), path.feed_time[segment] == 0), tools
+    return Spans(tips, axes, contour.find_lines(owner[first]), tool.reshape(-1), path.feed_time[segment] == 0), tools
 
 
 def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
@@ -115,6 +115,6 @@ def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float)
     when = " in a rapid traverse" if worst.body == "cutter" else ""
     if worst.depth == worst.depth:
         text = f"distance of the {worst.body} from {name} as it is then{when} {-worst.depth:.6f} mm is below {keep_off:g} mm by {worst.depth + keep_off:.6f} mm"
-        return finding("VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm")
+        return make_finding("VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm")
     text = f"the {worst.body}{when} may touch {name} as it is then: it passes nearer than the resolution of {cell:.3g} mm can tell"
-    return finding("VP216", text, severity="warning", **lines)
+    return make_finding("VP216", text, severity="warning", **lines)

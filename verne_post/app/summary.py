@@ -8,7 +8,7 @@ from msgspec import structs
 
 from verne_post.app.assemble import choose_shaper
 from verne_post.app.plan import Plan
-from verne_post.base.columns import blocks
+from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
 from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.contour import Contour
@@ -71,9 +71,9 @@ def _name_shaper(verdict: Verification | None) -> Verification | None:
 def _count_stops_within(contour: Contour) -> StopsWithin:
     """Stops between two motions of one line of the program, without a dwell there."""
     counts: Counter[int] = Counter()
-    for begin, end in blocks(len(contour), 1):
+    for begin, end in iterate_blocks(len(contour), 1):
         element = np.arange(begin - 1, end)
-        line, section = contour.line(element), contour.section[element]
+        line, section = contour.find_lines(element), contour.section[element]
         inside = (line[1:] == line[:-1]) & (line[1:] > 0) & (section[1:] != section[:-1])
         inside &= ~np.isin(section[1:], contour.dwell_section)
         lines, numbers = np.unique(line[1:][inside], return_counts=True)
@@ -96,7 +96,7 @@ def summarise(
     used: set[int] = set()
     tools: dict[tuple[int, float], None] = {}
     move_of_segment, first_move = path.move_reached, path.first_move
-    for begin, end in blocks(len(path)):
+    for begin, end in iterate_blocks(len(path)):
         feeding = path.feed_time[begin:end] > 0
         feeds += int(feeding.sum())
         reached += int((feeding & plan.profiles.reached[begin:end]).sum())
@@ -106,7 +106,7 @@ def summarise(
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
         first = np.flatnonzero((number != np.append(-1, number[:-1])) | (length != np.append(np.nan, length[:-1])))
         tools |= dict.fromkeys(zip(number[first].tolist(), length[first].tolist(), strict=True))
-    q_start = program.joints().q(np.array([0]), np.array([0.0]))
+    q_start = program.joints().find_joints(np.array([0]), np.array([0.0]))
     places, numbers = round_setpoints(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
     systems = sorted({moves.frames[index] for index in used}, key=lambda frame: frame.system)

@@ -17,7 +17,7 @@ from verne_post.app.line_remedies import Line, turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.checks.remedies import ROTARY_CODES, find_smallest_shift, is_movable, of_line
+from verne_post.kinematics.checks.remedies import ROTARY_CODES, find_smallest_shift, is_movable, select_line
 from verne_post.model.findings import Finding, InputError, Remedy
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.verdict import Family, find_family, is_about_pose
@@ -92,10 +92,10 @@ def _try_remedies(
 def _find_worst_line(program: Program, joints: Any, item: Finding) -> Line | None:
     """The worst line of a finding; None where it is no motion of the part alone."""
     number = item.worst_line or item.line or 0
-    own = of_line(joints, number)
+    own = select_line(joints, number)
     if not number or not len(own.contour) or not is_movable(own):
         return None
-    exact = of_line(replace(joints, contour=make_exact_contour(program.path)), number)
+    exact = select_line(replace(joints, contour=make_exact_contour(program.path)), number)
     return Line(number, "", own, program.moves, None, program.options, (item,), exact)
 
 

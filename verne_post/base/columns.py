@@ -24,7 +24,7 @@ _Map = TypeVar("_Map", bound=mmap.mmap)
 _MAPS: "weakref.WeakSet[mmap.mmap]" = weakref.WeakSet()
 
 
-def blocks(n: int, first: int = 0) -> Iterator[tuple[int, int]]:
+def iterate_blocks(n: int, first: int = 0) -> Iterator[tuple[int, int]]:
     """Begin and end of the blocks of rows ``first`` to ``n``; memory that one has read is released before the next."""
     for begin in range(first, n, BLOCK_ROWS):
         if begin > first:
@@ -51,11 +51,11 @@ def sum_running(values: NDArray[Any]) -> NDArray[Any]:
     sums = Growing(float if values.dtype.kind == "f" else np.int64)
     last = np.zeros(1, sums.dtype)
     sums.extend(last)
-    for first, end in blocks(len(values)):
+    for first, end in iterate_blocks(len(values)):
         block = np.cumsum(np.append(last, values[first:end]))[1:]
         sums.extend(block)
         last = block[-1:]
-    return sums.column()
+    return sums.freeze()
 
 
 @contextmanager
@@ -114,11 +114,11 @@ class Growing:
     def copy(self, rows: NDArray[Any], before: int = 0, after: int = 0) -> None:
         """Add rows (m, *width) of another column, which may be long; the first and last repeated so often before and after."""
         self.extend(rows[:1].repeat(before, axis=0))
-        for first, last in blocks(len(rows)):
+        for first, last in iterate_blocks(len(rows)):
             self.extend(rows[first:last])
         self.extend(rows[-1:].repeat(after, axis=0))
 
-    def column(self) -> NDArray[Any]:
+    def freeze(self) -> NDArray[Any]:
         """Return all rows (count, *width); none can be added any more."""
         shape = (self.count, *self.width)
         if self._file is None:
@@ -143,6 +143,6 @@ class GrowingTable:
         for column, part in zip(self._columns.values(), parts, strict=True):
             column.extend(part)
 
-    def columns(self) -> dict[str, Any]:
+    def freeze(self) -> dict[str, Any]:
         """Return all columns, whole."""
-        return {name: column.column() for name, column in self._columns.items()}
+        return {name: column.freeze() for name, column in self._columns.items()}

@@ -16,7 +16,7 @@ class LongText(mmap.mmap):
 
     def count(self, byte: bytes, start: int = 0, end: int | None = None) -> int:
         """Count one byte in a stretch."""
-        return sum(part.count(byte) for part in parts(self, start, end))
+        return sum(part.count(byte) for part in iterate_parts(self, start, end))
 
     def index(self, part: bytes) -> int:
         """Position of the first occurrence of a part, which must occur."""
@@ -38,7 +38,7 @@ class LongText(mmap.mmap):
 Text = bytes | LongText
 
 
-def parts(text: Text, start: int = 0, end: int | None = None) -> Iterator[bytes]:
+def iterate_parts(text: Text, start: int = 0, end: int | None = None) -> Iterator[bytes]:
     """A stretch of a text in parts; memory of a mapped file is released after each."""
     last = len(text) if end is None else min(end, len(text))
     for at in range(start, last, _CHUNK):
@@ -46,10 +46,10 @@ def parts(text: Text, start: int = 0, end: int | None = None) -> Iterator[bytes]
         release_memory()
 
 
-def sha256(text: Text) -> str:
+def compute_sha256(text: Text) -> str:
     """SHA-256 of a text, in hexadecimal."""
     digest = hashlib.sha256()
-    for part in parts(text):
+    for part in iterate_parts(text):
         digest.update(part)
     return digest.hexdigest()
 

@@ -28,7 +28,7 @@ def read_number(text: str) -> float:
     return value
 
 
-def fixed(value: float, decimals: int) -> str:
+def format_fixed(value: float, decimals: int) -> str:
     """A number with so many decimals, which is never minus zero: nobody can tell what would be negative."""
     text = f"{float(value):.{decimals}f}"
     return text.removeprefix("-") if not text.strip("-0.") else text

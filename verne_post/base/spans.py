@@ -60,15 +60,15 @@ _TAIL: Final = {nodes: _convert_to_chebyshev(nodes)[-2:] for nodes in (FEW_NODES
 _ENCLOSE: Final = {nodes: _compute_enclosures(nodes) for nodes in (FEW_NODES, NODES)}
 
 
-def across(matrix: Array, values: Array) -> Array:
+def apply_matrix(matrix: Array, values: Array) -> Array:
     """A matrix (r, m) applied to the samples of every span: values (m, n, k) -> (r, n, k)."""
     result = np.einsum("rj,jm->rm", matrix, values.reshape(len(values), -1))
     return np.asarray(result.reshape(len(matrix), *values.shape[1:]))
 
 
-def tail(values: Array) -> Array:
+def bound_tail(values: Array) -> Array:
     """Size of the last two Chebyshev coefficients: values (NODES or FEW_NODES, n, k) -> (n, k)."""
-    return np.asarray(np.abs(across(_TAIL[len(values)], values)).sum(axis=0))
+    return np.asarray(np.abs(apply_matrix(_TAIL[len(values)], values)).sum(axis=0))
 
 
 def enclose_derivative(values: Array, order: int = 0) -> tuple[Array, Array]:
@@ -81,5 +81,5 @@ def enclose_derivative(values: Array, order: int = 0) -> tuple[Array, Array]:
     order : int
         0 to 3.
     """
-    coefficients = across(_ENCLOSE[len(values)][order], values)
+    coefficients = apply_matrix(_ENCLOSE[len(values)][order], values)
     return coefficients.min(axis=0), coefficients.max(axis=0)

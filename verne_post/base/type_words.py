@@ -22,7 +22,7 @@ def list_alternatives(kind: Any) -> tuple[Any, ...]:
     return get_args(kind) if isinstance(kind, UnionType) or get_origin(kind) is Union else (kind,)
 
 
-def bare(kind: Any) -> tuple[Any, Meta]:
+def strip_bounds(kind: Any) -> tuple[Any, Meta]:
     """A type without its bounds, and these."""
     if get_origin(kind) is not Annotated:
         return kind, Meta()
@@ -46,7 +46,7 @@ def describe(kind: Any, several: bool = False) -> str:
     kinds = [one for one in list_alternatives(kind) if one is not type(None)]
     if len(kinds) > 1:
         return ", or ".join(describe(one, several) for one in kinds)
-    base, meta = bare(kinds[0])
+    base, meta = strip_bounds(kinds[0])
     origin = get_origin(base)
     if origin is Literal:
         names = [str(one) for one in get_args(base)]
@@ -80,7 +80,7 @@ def describe(kind: Any, several: bool = False) -> str:
 
 def has_shape(kind: Any, value: object) -> bool:
     """Whether a value is of a type, its bounds and what it contains left aside."""
-    base, _meta = bare(kind)
+    base, _meta = strip_bounds(kind)
     origin = get_origin(base) or base
     if base is type(None):
         return value is None

@@ -17,7 +17,7 @@ from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.senses import describe_sense
 from verne_post.model.drives import Drive
-from verne_post.model.findings import Finding, InputError, SolverError, finding
+from verne_post.model.findings import Finding, InputError, SolverError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.poses import Platform, Pose
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
@@ -64,7 +64,7 @@ def plan_axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointF
     columns = machine.columns
     if len(numbers) != len(columns):
         names = ",".join(column.joint for column in columns)
-        raise InputError(finding("VP018", f"--at takes {len(columns)} values {names}, got {len(numbers)}"))
+        raise InputError(make_finding("VP018", f"--at takes {len(columns)} values {names}, got {len(numbers)}"))
     factor = np.array([column.factor for column in columns])
     here = convert_positions(np.array([numbers]), fmt)[0] / factor
     _require_place(machine, here, "the position of --at")
@@ -103,7 +103,7 @@ def _plan_there_and_back(machine: Machine, joint: int, distance: float, cycle: f
     )  # fmt: skip
     if not np.isfinite(durations).all():
         raise SolverError(
-            finding("VP420", f"no feasible velocity profile for a motion of {machine.columns[joint].joint}")
+            make_finding("VP420", f"no feasible velocity profile for a motion of {machine.columns[joint].joint}")
         )
     profile = StopToStopProfiles(durations, jerks, np.array([distance]))
     total = float(profile.total[0])
@@ -121,11 +121,11 @@ def _require_place(machine: Machine, q: Array, what: str) -> None:
         if not low <= value <= high:
             limit = low if value < low else high
             text = f"{what}: {column.header} would be {value * column.factor:.4f}, beyond its limit {limit * column.factor:g}"
-            findings.append(finding(column.code, text, axis=column.joint, value=float(value * column.factor),
+            findings.append(make_finding(column.code, text, axis=column.joint, value=float(value * column.factor),
                                  limit=float(limit * column.factor), unit=column.unit))  # fmt: skip
     platform, closed = machine.five_axis.find_platform(q)
     if not closed:
-        findings.append(finding("VP110", f"{what}: these sliders close no position of the platform"))
+        findings.append(make_finding("VP110", f"{what}: these sliders close no position of the platform"))
         raise InputError(*findings)
     tip, angles, _ok = machine.five_axis.find_nominal_pose(q, 0.0)
     for margin, value in zip(
@@ -133,9 +133,11 @@ def _require_place(machine: Machine, q: Array, what: str) -> None:
     ):
         if value < margin.error_below:
             text = f"{what}: {margin.name} is {value:.3f}, below {margin.error_below:g}"
-            findings.append(finding(margin.code, text, severity="error", axis=margin.axis))
+            findings.append(make_finding(margin.code, text, severity="error", axis=margin.axis))
     if tip[2] < 0 and np.hypot(tip[0], tip[1]) < machine.table_radius:
-        findings.append(finding("VP210", f"{what}: the spindle nose would be {-tip[2]:.3f} mm below the table face"))
+        findings.append(
+            make_finding("VP210", f"{what}: the spindle nose would be {-tip[2]:.3f} mm below the table face")
+        )
     if machine.clearance is not None:
         axis = machine.five_axis.find_tool_axis(q, angles, platform)
         one = Platform(platform.position[None], platform.angles[None])
@@ -143,7 +145,7 @@ def _require_place(machine: Machine, q: Array, what: str) -> None:
         for margin, value in zip(machine.clearance.names, machine.clearance.evaluate(pose)[0][0], strict=True):
             if value < margin.error_below:
                 findings.append(
-                    finding(
+                    make_finding(
                         margin.code, f"{what}: {margin.name} is {value:.3f} {margin.unit}, below {margin.error_below:g}"
                     )
                 )
@@ -181,7 +183,7 @@ def _describe_motion(
     counted = ""
     if drives:
         before, after = (
-            drives[joint].numbers(np.array([place]) * column.factor)[0]
+            drives[joint].find_numbers(np.array([place]) * column.factor)[0]
             for place in (here[joint], here[joint] + step[joint])
         )
         counted = f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} ({name_column(column, drives, joint)})."

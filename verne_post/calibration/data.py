@@ -50,7 +50,7 @@ class Direction(Struct, frozen=True):
 
     coefficients: dict[str, float]
 
-    def words(self) -> str:
+    def describe(self) -> str:
         """As one clause: "R1 +1.00 with r1 +1.00"."""
         parts = [f"{name} {value:+.2f}" for name, value in self.coefficients.items()]
         return " with ".join(parts) if len(parts) > 1 else f"{next(iter(self.coefficients))} alone"

@@ -80,7 +80,7 @@ def _write_lines(report: IdentificationReport) -> Iterator[str]:
 
 def _describe_separation(result: Identification) -> Iterator[str]:
     for direction in result.undetermined:
-        yield f"not determined by these readings: {direction.words()} (mm together); such a change leaves every reading as it is"
+        yield f"not determined by these readings: {direction.describe()} (mm together); such a change leaves every reading as it is"
     if result.undetermined:
         names = _find_own_lengths(result)
         yield f"hold one length of each with --fix (such as --fix {','.join(names)}), or measure poses of other kinds"

@@ -10,7 +10,7 @@ from verne_post.calibration.data import Readings
 from verne_post.calibration.table import read_number, read_table, refuse_mistakes
 from verne_post.config.kinds import KINDS
 from verne_post.config.sentences import WrongTableError, check_table
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 
 #: Columns of a pose besides those of the actuators; the tilt comes in one of two units, or not at all.
 POSITION: Final = ("x_mm", "y_mm", "z_mm")
@@ -43,7 +43,7 @@ def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Readings:
     table = read_table(raw, (*sliders, *POSITION), (*TILTS, SETTING, *REMARKS), mistakes)
     if all(name in table.header for name in TILTS):
         text = f"both {' and '.join(TILTS)} are given; keep one of them"
-        raise InputError(finding("VP502", text, line=table.header_line))
+        raise InputError(make_finding("VP502", text, line=table.header_line))
     values, settings, lines = [], [], []
     tilt = next((name for name in TILTS if name in table.header), None)
     for line, row in table.rows:
@@ -53,13 +53,13 @@ def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Readings:
             alpha = TILTS[tilt] * read_number(row[tilt], tilt, line, mistakes)
         if SETTING in row and not row[SETTING]:
             mistakes.append(
-                finding("VP502", f"{SETTING} is blank; expected a name or number of the setting", line=line)
+                make_finding("VP502", f"{SETTING} is blank; expected a name or number of the setting", line=line)
             )
         values.append([*numbers, alpha])
         settings.append(row.get(SETTING) or f"line {line}")
         lines.append(line)
     if not values and not mistakes:
-        mistakes.append(finding("VP502", "no row of values after the header", line=table.header_line))
+        mistakes.append(make_finding("VP502", "no row of values after the header", line=table.header_line))
     refuse_mistakes(mistakes)
     numbers_of = np.array(values)
     which = np.unique(settings, return_inverse=True)[1]
@@ -79,7 +79,7 @@ def _check_settings(data: Readings, settings: list[str], sliders: tuple[str, ...
                 f"{sliders[column]} = {data.rho[row, column]:g}, but setting {name!r} has {data.rho[start, column]:g} in "
                 f"line {data.line[start]}; rows of one setting share one reading of the sliders"
             )
-            mistakes.append(finding("VP502", text, line=int(data.line[row])))
+            mistakes.append(make_finding("VP502", text, line=int(data.line[row])))
     if mistakes:
         raise InputError(*mistakes)
 

@@ -11,7 +11,7 @@ from msgspec import Struct
 from verne_post.base.numbers import read_number as read_plain
 from verne_post.base.text_marks import decode_text
 from verne_post.base.tolerances import LARGEST_READING_MM
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 
 
 class Table(Struct, frozen=True):
@@ -36,10 +36,10 @@ def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mista
         text = decode_text(raw)
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
-        raise InputError(finding("VP502", "not UTF-8 text; expected a CSV file", line=line)) from None
+        raise InputError(make_finding("VP502", "not UTF-8 text; expected a CSV file", line=line)) from None
     rows = _read_rows(text)
     if not rows:
-        raise InputError(finding("VP502", f"no header line; expected the columns {', '.join(needed)}"))
+        raise InputError(make_finding("VP502", f"no header line; expected the columns {', '.join(needed)}"))
     head_line, cells = rows[0]
     header = tuple(name.strip() for name in cells)
     _check_header(header, head_line, needed, optional)
@@ -47,7 +47,7 @@ def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mista
     for line, cells in rows[1:]:
         if len(cells) != len(header):
             message = f"{len(cells)} values; expected {len(header)}, as many as the header in line {head_line} names"
-            mistakes.append(finding("VP502", message, line=line))
+            mistakes.append(make_finding("VP502", message, line=line))
             continue
         found.append((line, dict(zip(header, (cell.strip() for cell in cells), strict=True))))
     return Table(header, head_line, tuple(found))
@@ -61,7 +61,7 @@ def _read_rows(text: str) -> list[tuple[int, list[str]]]:
             try:
                 rows.append((line, next(csv.reader(io.StringIO(content)))))
             except csv.Error as error:
-                raise InputError(finding("VP502", f"not a row of cells: {error}", line=line)) from None
+                raise InputError(make_finding("VP502", f"not a row of cells: {error}", line=line)) from None
     return rows
 
 
@@ -72,11 +72,11 @@ def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], opt
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
-            mistakes.append(finding("VP502", f"column {name!r} is not known; {hint}", line=line))
+            mistakes.append(make_finding("VP502", f"column {name!r} is not known; {hint}", line=line))
         elif name in header[:column]:
-            mistakes.append(finding("VP502", f"column {name} stands twice in the header", line=line))
+            mistakes.append(make_finding("VP502", f"column {name} stands twice in the header", line=line))
     mistakes += [
-        finding("VP502", f"column {name} is missing in the header; needed are {', '.join(needed)}", line=line)
+        make_finding("VP502", f"column {name} is missing in the header; needed are {', '.join(needed)}", line=line)
         for name in needed
         if name not in header
     ]
@@ -102,8 +102,8 @@ def read_number(cell: str, name: str, line: int, mistakes: list[Finding]) -> flo
     if math.isnan(value):
         what = "is blank" if not cell else f"= {cell!r} is not a finite number"
         unit = next((unit for end, unit in _UNITS.items() if name.endswith(end)), "a number")
-        mistakes.append(finding("VP502", f"{name} {what}; expected {unit} with a decimal point", line=line))
+        mistakes.append(make_finding("VP502", f"{name} {what}; expected {unit} with a decimal point", line=line))
     elif abs(value) > LARGEST_READING_MM:
         text = f"{name} = {value:g} is beyond {LARGEST_READING_MM:g}; no machine is so large"
-        mistakes.append(finding("VP502", text, line=line))
+        mistakes.append(make_finding("VP502", text, line=line))
     return value

@@ -23,7 +23,7 @@ _NO_WIDE_REGISTERS: Final = (
 )
 
 
-def settings() -> dict[str, str]:
+def choose_settings() -> dict[str, str]:
     """Environment variables that numpy, scipy and their BLAS read when they are loaded."""
     found = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     kind = platform.machine().lower()
@@ -49,4 +49,4 @@ def _read_numpy_release() -> tuple[int, int]:
 def choose_kernels() -> None:
     """Choose the kernels of this process and of those that it starts; before numpy is first imported."""
     os.environ.pop("NPY_ENABLE_CPU_FEATURES", None)  # numpy refuses to have both
-    os.environ.update(settings())
+    os.environ.update(choose_settings())

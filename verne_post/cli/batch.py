@@ -20,14 +20,14 @@ from verne_post.cli.options import (
     INPUT,
     WRITING,
     GroupedCommand,
+    add_options,
     add_program_options,
     build_options,
-    options_of,
 )
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo, print_as_is
-from verne_post.model.verdict import ExitStatus, gravest
+from verne_post.model.verdict import ExitStatus, find_gravest
 from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
 @click.option("--github", is_flag=True, help="Print the findings as annotations of a GitHub workflow too.")
 @quiet_option
 @format_option
-@options_of(*WRITING)
+@add_options(*WRITING)
 @add_program_options("jobs")
 def command(
     inputs: tuple[str, ...], output: Path, jobs: int | None, scheduler: str, shard: str | None, junit: Path | None,
@@ -76,13 +76,13 @@ def command(
 
     files = RunFiles()
     if github or not quiet:
-        files.prints("--github" if github else "the table of results (none with --quiet)")
+        files.claim_output("--github" if github else "the table of results (none with --quiet)")
     if any(map(is_dash, inputs)):
         raise click.UsageError("batch takes files and folders; convert and check read standard input (-)")
     for path, option in ((junit, "--junit"), (sarif, "--sarif")):
         if path is not None:
-            files.writes(path, option)
-    files.makes(output, "-o")
+            files.expect_writing(path, option)
+    files.expect_folder(output, "-o")
     if scheduler != "local" and jobs is not None:
         raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
     share = _share(shard)
@@ -107,7 +107,7 @@ def command(
     )
     outcomes = sorted(_collect(running, len(every), quiet=quiet), key=lambda outcome: outcome.program)
     if not quiet:
-        echo(table(outcomes), nl=False)
+        echo(make_table(outcomes), nl=False)
     for one in outcomes:
         for name in one.left:
             echo(
@@ -130,7 +130,7 @@ def command(
         if github:
             print_as_is(REPORTS["github"](reports, machine))
     files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])
-    return gravest([outcome.status for outcome in outcomes])
+    return find_gravest([outcome.status for outcome in outcomes])
 
 
 #: What batch.json is for.
@@ -143,14 +143,14 @@ def _claim(files: RunFiles, jobs: "list[Job]", output: Path, paths: tuple[str, .
     from verne_post.model.findings import UsageError
 
     for job in jobs:
-        files.reads(job.program, f"program {job.program}")
+        files.note_read(job.program, f"program {job.program}")
     for folder in sorted({Path(job.program).resolve().parent for job in jobs}):
         with suppress(UsageError, OSError):  # the jobs of this folder say what is wrong with --subroutine-path
             for path in list_callable_files(folder, paths):
-                files.reads(path, f"subprogram {path.stem}")
+                files.note_read(path, f"subprogram {path.stem}")
     for job in jobs:
         job.claim(files)
-    files.claims(output / "batch.json", _LIST)
+    files.claim(output / "batch.json", _LIST)
 
 
 def _count_cores() -> int:
@@ -240,7 +240,7 @@ _WORDS: dict[int, str] = {
 _ORDER = (_WORDS[ExitStatus.CLEAN], "as before", *list(_WORDS.values())[1:])
 
 
-def table(outcomes: "Sequence[Outcome]") -> str:
+def make_table(outcomes: "Sequence[Outcome]") -> str:
     """A line a program, and how many of each."""
     names = [make_printable(one.program) for one in outcomes]
     width = max(map(len, ["program", *names]))

@@ -15,15 +15,15 @@ from verne_post.cli.options import (
     INPUT,
     WRITING,
     GroupedCommand,
+    add_options,
     add_program_options,
     build_options,
-    options_of,
-    settings_of,
+    find_settings,
 )
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import print_as_is
-from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_verdict, gravest
+from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -85,7 +85,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @click.option("--write-baseline", type=FILE, metavar="FILE", help="Write all findings of now as a baseline.")
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
 @quiet_option
-@options_of(*WRITING)
+@add_options(*WRITING)
 @add_program_options()
 def command(
     inputs: tuple[str, ...],
@@ -107,19 +107,19 @@ def command(
     files = RunFiles()
     programs = [name for name, _place in find_programs(inputs, may_lack=output_format != "text")]
     for name in programs:
-        files.reads(name, PROGRAM)
+        files.note_read(name, PROGRAM)
     output_file = None if is_dash(output_file) else output_file
     if output_file is None:
-        files.prints("the findings")
+        files.claim_output("the findings")
     for path, option in ((output_file, "--output-file"), (write_baseline, "--write-baseline")):
         if path is not None:
-            files.writes(path, option)
+            files.expect_writing(path, option)
     asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
     try:
         machine_name = name_machine(files, given["machine_name"], given)
         expect_machine(machine_name)
         build_options(files, "", **given)  # a mistake of the command line is no finding of a program
-        policy, level = make_policy(files, settings_of(files, given.get("settings")), fail_level, **asked)
+        policy, level = make_policy(files, find_settings(files, given.get("settings")), fail_level, **asked)
         machine = load(files, machine_name)
     except InputError as error:
         verdict = find_verdict(find_exit_status(error.findings), error.findings)
@@ -149,14 +149,14 @@ def command(
         say(text, err=False)
     else:
         _emit(files, output_file, text)
-    return gravest(statuses)
+    return find_gravest(statuses)
 
 
 def _check_one(files: RunFiles, name: str, machine: "Machine", given: dict[str, Any], quiet: bool) -> "Report":
     """Check one program; what is wrong with its file or its set-up is a finding too."""
     from verne_post.app.convert import check_source
-    from verne_post.app.result import refused
-    from verne_post.model.findings import InputError, finding
+    from verne_post.app.result import refuse_program
+    from verne_post.model.findings import InputError, make_finding
     from verne_post.output.findings import Report
     from verne_post.output.summary import remarks
 
@@ -168,9 +168,9 @@ def _check_one(files: RunFiles, name: str, machine: "Machine", given: dict[str, 
             source, options = program_text(files, name, options, given["subroutine_path"])
             result = check_source(source, machine, options, progress)
         except InputError as error:  # the others are checked all the same
-            result = refused(error)
+            result = refuse_program(error)
         except (click.UsageError, Unreadable) as error:
-            result = refused(InputError(finding("VP022", str(error))))
+            result = refuse_program(InputError(make_finding("VP022", str(error))))
     time = result.summary.cycle_time if result.summary else None
     remarked = tuple(remarks(result.summary)) if result.summary else ()
     return Report(shown, result.findings, time, source, remarked)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.colour import say
-from verne_post.cli.files import RunFiles, is_dash, reading, show_name
+from verne_post.cli.files import RunFiles, is_dash, name_unreadable, show_name
 from verne_post.cli.numbers import NUMBER
 from verne_post.model.verdict import find_exit_status
 
@@ -37,7 +37,7 @@ def read_program(files: RunFiles, name: str, given: dict[str, Any]) -> "tuple[Ma
     """
     from verne_post.cli.options import build_options
 
-    files.expects(name, PROGRAM)
+    files.expect(name, PROGRAM)
     machine_name = name_machine(files, given["machine_name"], given)
     expect_machine(machine_name)
     options = build_options(files, show_name(name), name, **given)
@@ -59,13 +59,13 @@ def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | Non
     InputError
         For a settings file that cannot be used.
     """
-    from verne_post.cli.options import claim_input, settings_of
+    from verne_post.cli.options import claim_input, find_settings
     from verne_post.config.machine_paths import DEFAULT_MACHINE
 
     if named is not None:
         return named
     claim_input(files, given or {})
-    settings = settings_of(files, (given or {}).get("settings"))
+    settings = find_settings(files, (given or {}).get("settings"))
     if settings is None:
         return DEFAULT_MACHINE
     expect_machine(settings.machine, f"settings: machine = {settings.file.machine!r}")
@@ -81,12 +81,12 @@ def program_text(
     """
     from verne_post.app.source_text import check_source_text
     from verne_post.config.subprograms import collect_subprograms
-    from verne_post.model.findings import InputError, UsageError, finding
+    from verne_post.model.findings import InputError, UsageError, make_finding
 
     source = _read_text(files, name, options.max_megabytes)
     check_source_text(source, show_name(name))
     if source.startswith(b"t_s,"):
-        raise InputError(finding("VP022", f"{show_name(name)} is a setpoint file, not a program"))
+        raise InputError(make_finding("VP022", f"{show_name(name)} is a setpoint file, not a program"))
     if is_dash(name) and not subroutine_path:
         return source, options
     folder = Path.cwd() if is_dash(name) else Path(name).resolve().parent
@@ -123,7 +123,7 @@ def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
         return build_machine(raw, show_name(name))
     from verne_post.config import load_machine
 
-    return load_machine(name, lambda path: files.reads(path, what))
+    return load_machine(name, lambda path: files.note_read(path, what))
 
 
 def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
@@ -138,10 +138,10 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
     from verne_post.base.columns import temporary_storage
     from verne_post.base.long_text import map_text
     from verne_post.base.text_marks import strip_mark
-    from verne_post.model.findings import InputError, finding
+    from verne_post.model.findings import InputError, make_finding
 
-    with files.opened(name, PROGRAM) as file:
-        with reading(name):
+    with files.open_input(name, PROGRAM) as file:
+        with name_unreadable(name):
             part = file.read(LONG_TEXT)
         if len(part) < LONG_TEXT:
             return strip_mark(part)
@@ -156,11 +156,11 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
                     text = (
                         f"{show_name(name)} has more than {max_megabytes} MB; if it is meant to, raise --max-megabytes"
                     )
-                    raise InputError(finding("VP022", text))
+                    raise InputError(make_finding("VP022", text))
                 with temporary_storage():
                     copy.write(part)
                     copy.flush()
-                with reading(name):
+                with name_unreadable(name):
                     part = file.read(LONG_TEXT)
             return map_text(copy)
 

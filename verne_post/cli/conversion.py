@@ -77,11 +77,11 @@ class Outputs(Struct, frozen=True):
                 f"--events {self.events}: expected a name that ends in {' or '.join(_EVENT_SUFFIXES)}"
             )
         if self.rows is None:
-            files.prints("the rows")
+            files.claim_output("the rows")
         named = {"-o": self.rows, "--meta": self.meta, "--events": self.events, "--write-parameters": self.parameters}
         for what, path in named.items():
             if path is not None:
-                files.writes(path, what)
+                files.expect_writing(path, what)
 
     def check_parts(self, files: RunFiles) -> None:
         """Refuse names of parts that would be those of other files or folders.
@@ -98,7 +98,7 @@ class Outputs(Struct, frozen=True):
             raise click.UsageError(
                 f"--split-at-stops writes {DEFAULT_FORMAT}; --format {self.file_format} is for whole programs"
             )
-        files.claims_parts(self.rows, "-o")
+        files.claim_parts(self.rows, "-o")
         for path in self.rows.resolve().parent.glob("*"):
             if path.is_dir() and is_derived(path, self.rows):
                 raise click.UsageError(f"-o {self.rows}: a part may have the name of the folder {path.name}")
@@ -146,7 +146,7 @@ def convert_to_files(
     if not result.ok:
         return result, ()
     assert result.summary is not None
-    rows = replace(spool.rows(), about=describe_rows(result.summary))
+    rows = replace(spool.collect_rows(), about=describe_rows(result.summary))
     file_format = FORMATS[outputs.file_format]
     if options.split_at_stops:
         assert outputs.rows is not None
@@ -157,7 +157,7 @@ def convert_to_files(
             sys.stdout.buffer.write(part)
         sys.stdout.buffer.flush()
     else:
-        files.write(outputs.rows, "-o", file_format.writer(outputs.rows.suffix)(rows))
+        files.write(outputs.rows, "-o", file_format.choose_writer(outputs.rows.suffix)(rows))
     if outputs.meta is not None:
         files.write(outputs.meta, "--meta", [format_side_car(result.summary)])
     if outputs.events is not None:
@@ -170,18 +170,18 @@ def convert_to_files(
 def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "Summary") -> None:
     """Write all parts beside their place, and then put them in place of older ones; the index comes last."""
     from verne_post.model.findings import InputError
-    from verne_post.output.parts import index_path, index_text, is_derived, name_part, parts_of
+    from verne_post.output.parts import index_path, index_text, is_derived, list_parts, name_part
 
     with make_temporary_folder(output.resolve().parent) as folder:
         names = [name_part(output, number) for number in range(1, len(summary.parts) + 1)]
         for name, part in zip(names, summary.parts, strict=True):
-            files.claims(name, "-o")
-            text = FORMATS[DEFAULT_FORMAT].write(rows.part(part.first_row, part.last_row))
+            files.claim(name, "-o")
+            text = FORMATS[DEFAULT_FORMAT].write(rows.take_part(part.first_row, part.last_row))
             files.write(folder / name.name, "-o", text)
         old: list[Path] = []
         if index_path(output).exists():
             try:
-                old = parts_of(index_path(output))
+                old = list_parts(index_path(output))
             except InputError:
                 old = []  # not ours: it is replaced all the same
             index_path(output).unlink()

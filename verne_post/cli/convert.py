@@ -9,7 +9,7 @@ from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, print_findings, quiet_option, read_program, refuse
 from verne_post.cli.conversion import Outputs, convert_to_files, format_option
 from verne_post.cli.files import RunFiles, is_dash, show_name
-from verne_post.cli.options import FILE, INPUT, WRITING, GroupedCommand, add_program_options, options_of
+from verne_post.cli.options import FILE, INPUT, WRITING, GroupedCommand, add_options, add_program_options
 from verne_post.cli.progress import show_progress
 from verne_post.model.options import Group
 
@@ -28,7 +28,7 @@ from verne_post.model.options import Group
     "--write-parameters", type=FILE, metavar="FILE", help="Write the parameter file as the program leaves it."
 )
 @format_option
-@options_of(*WRITING)
+@add_options(*WRITING)
 @quiet_option
 @add_program_options()
 def command(
@@ -43,7 +43,7 @@ def command(
 
     output = None if is_dash(output) else output
     files, outputs = RunFiles(), Outputs(output, file_format, meta, events, write_parameters)
-    files.expects(input_name, PROGRAM)
+    files.expect(input_name, PROGRAM)
     outputs.check(files)
     name = show_name(input_name)
     try:

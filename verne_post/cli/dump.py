@@ -38,13 +38,13 @@ def command(stage: str, input_name: str, **given: Any) -> int:
         machine, source, options = read_program(files, input_name, given)
         if stage == "moves":
             moves, errors = view_moves_plainly(source, options)
-            sys.stdout.writelines(dump.moves(moves))
+            sys.stdout.writelines(dump.dump_moves(moves))
             print_findings(name, (*moves.findings, *errors), source)
             return find_exit_status(errors)
         with show_progress("reading"):
             program = assemble(source, machine, options)
     except InputError as error:
         return refuse(name, error, source)
-    lines = dump.poses(program.joints(), program.moves) if stage == "poses" else dump.dump_joints(program.joints())
+    lines = dump.dump_poses(program.joints(), program.moves) if stage == "poses" else dump.dump_joints(program.joints())
     sys.stdout.writelines(lines)
     return ExitStatus.CLEAN

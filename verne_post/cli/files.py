@@ -80,7 +80,7 @@ class RunFiles:
 
     # --- reading -----------------------------------------------------------------------------------
 
-    def reads(self, name: _Name, what: str) -> None:
+    def note_read(self, name: _Name, what: str) -> None:
         """Name a file that the run reads; "-" is standard input."""
         if "\0" in str(name):
             raise FileError(f"{_show(what, name)}: a file name has no zero byte")
@@ -95,17 +95,17 @@ class RunFiles:
             self._read.setdefault(key, (what, name))
         self._refuse_part_name(name, what)
 
-    def expects(self, name: _Name, what: str) -> None:
+    def expect(self, name: _Name, what: str) -> None:
         """Name a file that the run will read, and see whether that can be done, before anything heavy is loaded.
 
         Raises
         ------
         Unreadable
         """
-        self.reads(name, what)
+        self.note_read(name, what)
         if is_dash(name) or os.path.realpath(name) in self.texts:
             return
-        with reading(name, what):
+        with name_unreadable(name, what):
             # a pipe is opened once: who writes to it ends when it is closed
             if not stat.S_ISFIFO(os.stat(name).st_mode):
                 Path(name).open("rb").close()
@@ -114,19 +114,19 @@ class RunFiles:
         """Whether there is such a file, or a text in its place; a link to nothing is one, which is refused when it is read."""
         return os.path.realpath(path) in self.texts or os.path.lexists(path)
 
-    def opened(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:
-        """A file, or standard input for "-", to be read in parts within :func:`reading`."""
-        self.reads(name, what)
+    def open_input(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:
+        """A file, or standard input for "-", to be read in parts within :func:`name_unreadable`."""
+        self.note_read(name, what)
         if not is_dash(name) and (text := self.texts.get(os.path.realpath(name))) is not None:
             return BytesIO(text)
-        with reading(name, what):
+        with name_unreadable(name, what):
             return nullcontext(sys.stdin.buffer) if is_dash(name) else Path(name).open("rb")
 
     def read(self, name: _Name, what: str) -> bytes:
         """The bytes of a file, or of standard input for "-", also a second time."""
         if is_dash(name) and self._input == what and self._input_bytes is not None:
             return self._input_bytes
-        with self.opened(name, what) as file, reading(name, what):
+        with self.open_input(name, what) as file, name_unreadable(name, what):
             raw = read_bounded(file)
         if is_dash(name):
             self._input_bytes = raw
@@ -140,10 +140,10 @@ class RunFiles:
 
     # --- writing -----------------------------------------------------------------------------------
 
-    def claims(self, path: Path, what: str) -> None:
+    def claim(self, path: Path, what: str) -> None:
         """Name a file that the run will write; "-" is standard output."""
         if is_dash(path):
-            self.prints(what)
+            self.claim_output(what)
         if _is_stream(path):
             return
         if path.is_dir():
@@ -159,30 +159,30 @@ class RunFiles:
             self._written[key] = (what, path)
         self._refuse_part_name(path, what)
 
-    def prints(self, what: str) -> None:
+    def claim_output(self, what: str) -> None:
         """Say what the run writes to standard output."""
         self._output = self._output or what
         if self._output != what:
             raise FileError(f"{what} and {self._output}: only one of them can be standard output (-); give a file")
 
-    def claims_parts(self, output: Path, what: str) -> None:
+    def claim_parts(self, output: Path, what: str) -> None:
         """Name ``output`` as what is cut into parts with an index, however many: no other file may have such a name."""
         from verne_post.output.parts import index_path
 
-        self.claims(index_path(output), what)
+        self.claim(index_path(output), what)
         self._cut[os.path.realpath(output.parent), output.stem] = what, output
         for purpose, name in (*self._read.values(), *self._written.values()):
             self._refuse_part_name(name, purpose)
 
-    def makes(self, folder: Path, what: str) -> None:
+    def expect_folder(self, folder: Path, what: str) -> None:
         """Name a folder that the run will make where it is not there; what stands in its place or above it must be a folder."""
         there = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
         if not there.is_dir():
             raise FileError(f"{_show(what, folder)}: {there} is a file; a folder is needed")
 
-    def writes(self, path: Path, what: str) -> None:
+    def expect_writing(self, path: Path, what: str) -> None:
         """Name a file that the run will write, and try whether that can be done."""
-        self.claims(path, what)
+        self.claim(path, what)
         if _is_stream(path):
             return
         folder = Path(os.path.realpath(path)).parent
@@ -200,7 +200,7 @@ class RunFiles:
         Text is written as UTF-8 with line feeds, bytes as they are. A symbolic link keeps pointing where it does, a file keeps its permissions;
         devices, pipes and streams are written through.
         """
-        self.claims(path, what)
+        self.claim(path, what)
         if is_dash(path):
             sys.stdout.flush()
             sys.stdout.buffer.writelines(_encode(parts))
@@ -222,7 +222,7 @@ class RunFiles:
 
     def place(self, made: Path, path: Path, what: str) -> None:
         """Put a file that has been written under another name, in the same file system, where it belongs."""
-        self.claims(path, what)
+        self.claim(path, what)
         target = os.path.realpath(path)
         with suppress(OSError):  # what is there keeps its permissions; only root can keep its owner
             before = os.stat(target)
@@ -250,7 +250,7 @@ class RunFiles:
 
 
 @contextmanager
-def reading(name: _Name, what: str = "") -> Iterator[None]:
+def name_unreadable(name: _Name, what: str = "") -> Iterator[None]:
     """What goes wrong while a file is read is an :class:`Unreadable` with its name, and the option that names it."""
     try:
         yield

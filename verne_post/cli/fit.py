@@ -6,7 +6,7 @@ import click
 
 from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, show_name
-from verne_post.cli.numbers import numbers_of
+from verne_post.cli.numbers import read_numbers
 from verne_post.cli.options import INPUT, GroupedCommand, add_program_options
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
@@ -77,7 +77,7 @@ def command(
             proposal = propose(source, machine, options, free, allowed, aim=aim, progress=progress)
     except InputError as error:
         return refuse(name, error, source)
-    echo((output.as_json if as_json else output.text)(name, machine, proposal), nl=False)
+    echo((output.as_json if as_json else output.make_text)(name, machine, proposal), nl=False)
     return find_exit_status(proposal.findings)
 
 
@@ -90,5 +90,5 @@ def _read_ranges(texts: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
             raise click.UsageError(f"--range {text}: expected X=LOW,HIGH, with x, y, z or c")
         if letter in found:
             raise click.UsageError(f"--range {text}: {letter} is given twice")
-        found[letter] = tuple(numbers_of(rest, f"--range {text}"))
+        found[letter] = tuple(read_numbers(rest, f"--range {text}"))
     return found

@@ -24,7 +24,7 @@ from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
 from verne_post.cli.temporary import make_temporary_folder, remove_all, tidy_up_when_ended
 from verne_post.config.files import read_file
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.verdict import ExitStatus, find_exit_status
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Job(Struct, frozen=True):
 
         split = self.options.split_at_stops
         if split:
-            files.claims_parts(self.output, self.what(self.output))
+            files.claim_parts(self.output, self.what(self.output))
         for path in (index_path(self.output) if split else self.output, self.side_car, self.record):
             self.claim_one(files, path)
 
@@ -96,7 +96,7 @@ class Job(Struct, frozen=True):
         """
         if not _has_no_links(self.root, path):
             raise FileError(f"{path}: a symbolic link inside {self.root} leads to it; batch follows none there")
-        files.claims(path, self.what(path))
+        files.claim(path, self.what(path))
 
     def what(self, path: Path) -> str:
         """What a file of this job is for, in messages."""
@@ -139,13 +139,13 @@ def run_job(job: Job) -> Outcome:
     except KeyboardInterrupt:
         raise
     except FileError as error:
-        return _make_failure(job, finding("VP022", str(error)))
+        return _make_failure(job, make_finding("VP022", str(error)))
     except OSError as error:  # a full disk, a folder that cannot be written
-        return _make_failure(job, finding("VP022", f"{error.filename or job.output}: {error.strerror or error}"))
+        return _make_failure(job, make_finding("VP022", f"{error.filename or job.output}: {error.strerror or error}"))
     except MemoryError:
-        return _make_failure(job, finding("VP022", f"{job.program}: memory is used up"))
+        return _make_failure(job, make_finding("VP022", f"{job.program}: memory is used up"))
     except Exception as error:
-        return _make_failure(job, finding("VP902", f"internal error: {type(error).__name__}: {error}"))
+        return _make_failure(job, make_finding("VP902", f"internal error: {type(error).__name__}: {error}"))
 
 
 def forget(job: Job) -> None:
@@ -181,7 +181,7 @@ def _make_outcome(job: Job) -> Outcome:
     except InputError as error:
         done = _make_failure(job, *error.findings)
     except (click.UsageError, Unreadable) as error:
-        done = _make_failure(job, finding("VP022", str(error)))
+        done = _make_failure(job, make_finding("VP022", str(error)))
     if record is not None and record.key == key and all(_is_made(job, *file) for file in record.files.items()):
         return replace(
             record.outcome, program=job.program, again=True, left=_find_unknown_files(job, record, record.files)
@@ -220,10 +220,10 @@ def _convert_number(number: "np.floating[Any]") -> float:
 def _compute_key(job: Job, source: "Text", options: "Options") -> str:
     """The same for the same program, machine, options and version."""
     from verne_post import __version__
-    from verne_post.base.long_text import sha256
+    from verne_post.base.long_text import compute_sha256
 
     parts = {
-        "version": __version__, "program": sha256(source), "machine": job.machine.sha256,
+        "version": __version__, "program": compute_sha256(source), "machine": job.machine.sha256,
         "format": job.file_format, "options": options.record(), "name": job.program,
     }  # fmt: skip
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
@@ -302,7 +302,7 @@ def run_here(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
             try:
                 yield last.result()
             except BrokenProcessPool:
-                yield _make_failure(job, finding("VP902", "the process that converted this program was killed"))
+                yield _make_failure(job, make_finding("VP902", "the process that converted this program was killed"))
 
 
 def _start_pool(workers: int) -> ProcessPoolExecutor:
@@ -383,5 +383,5 @@ def run_on_cluster(jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
                 yield future.result()
             except Exception as error:
                 yield _make_failure(
-                    futures[future.key], finding("VP902", f"the cluster did not finish this program: {error}")
+                    futures[future.key], make_finding("VP902", f"the cluster did not finish this program: {error}")
                 )

@@ -9,8 +9,8 @@ import click
 from verne_post.cli.common import add_sigma_option, load, name_machine, refuse
 from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
-from verne_post.cli.numbers import NUMBER, Whole, numbers_of
-from verne_post.cli.options import FILE, FOLDER, MACHINE, build_options, machine_option, options_of
+from verne_post.cli.numbers import NUMBER, Whole, read_numbers
+from verne_post.cli.options import FILE, FOLDER, MACHINE, add_options, build_options, machine_option
 from verne_post.cli.pictures import expect_picture
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
@@ -45,7 +45,7 @@ def export(name: str, format_name: str, output: Path) -> int:
     if output.exists() and any(output.iterdir()):
         raise click.UsageError(f"-o {output}: the folder is not empty; files of two machines must not be mixed")
     files = RunFiles()
-    files.writes(output / "machine" if output.exists() else output, "-o")
+    files.expect_writing(output / "machine" if output.exists() else output, "-o")
     from verne_post.model.findings import InputError
     from verne_post.output.file_format import CannotExport
 
@@ -217,7 +217,7 @@ def validate(name: str) -> int:
     metavar="DIR",
     help="Folder for the files; must not exist, or be empty.",
 )
-@options_of("cycle", "accept_rounding", "units")
+@add_options("cycle", "accept_rounding", "units")
 def axis_check(
     machine_name: str | None, at: str, output: Path, cycle: float | None, accept_rounding: bool, units: str
 ) -> int:
@@ -229,8 +229,8 @@ def axis_check(
     if output.exists() and any(output.iterdir()):
         raise click.UsageError(f"-o {output}: the folder is not empty; files of two checks must not be mixed")
     files = RunFiles()
-    files.writes(output / "README.txt" if output.exists() else output, "-o")
-    place = tuple(numbers_of(at, f"--at {at}"))
+    files.expect_writing(output / "README.txt" if output.exists() else output, "-o")
+    place = tuple(read_numbers(at, f"--at {at}"))
     from verne_post.app.row_format import format_of
     from verne_post.calibration.axis_check import plan_axis_moves, write_instructions
     from verne_post.model.findings import InputError
@@ -303,7 +303,7 @@ def identify_(
     if sigma_xyz == 0 and sigma_rod == 0:
         raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
     files = RunFiles()
-    files.expects(measured, "MEASURED.csv")
+    files.expect(measured, "MEASURED.csv")
     import numpy as np
 
     from verne_post.base.units import RAD_PER_DEG

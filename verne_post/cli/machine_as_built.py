@@ -46,7 +46,7 @@ def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: fl
     from verne_post.model.findings import InputError
 
     files = RunFiles()
-    files.writes(output, "-o")
+    files.expect_writing(output, "-o")
     try:
         machine_name = name_machine(files, machine_name)
         expect_machine(machine_name)
@@ -57,7 +57,7 @@ def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: fl
         opened = OpenedMachine(files, machine_name)
         drawn = draw_deviations(seed, build_tolerance_vector(sigma_mm, MILLI * sigma_mrad))
         source = f"perturbed with seed {seed}, sigma {sigma_mm:g} mm and {sigma_mrad:g} mrad"
-        text = opened.text(drawn.pack_vector(), source)
+        text = opened.make_text(drawn.pack_vector(), source)
         opened.require_sound(text, output)
     except InputError as error:
         return refuse(machine_name or "perturb", error)
@@ -195,7 +195,7 @@ def calibrate(readings: str | None, machine_name: str | None, output: Path, plot
             require_positive(f"--{option.replace('_', '-')}", given[option], zero=option == "dwell")
     files = RunFiles()
     name = machine_name or "calibrate"
-    files.writes(output, "-o")
+    files.expect_writing(output, "-o")
     suffix = "" if plot is None else expect_picture(files, plot, "--plot")
     for path, what in (
         (readings, "READINGS.csv"),
@@ -203,7 +203,7 @@ def calibrate(readings: str | None, machine_name: str | None, output: Path, plot
         (given["covariance"], "--covariance"),
     ):
         if path is not None:
-            files.expects(path, what)
+            files.expect(path, what)
     try:
         machine_name = name_machine(files, machine_name)
         expect_machine(machine_name)

@@ -23,7 +23,7 @@ from verne_post.calibration.as_built.fit import fit_robustly
 from verne_post.calibration.as_built.model import AsBuiltModel
 from verne_post.calibration.as_built.perturb import simulate_tips
 from verne_post.calibration.as_built.plan import plan_poses
-from verne_post.calibration.as_built.prediction import quantiles
+from verne_post.calibration.as_built.prediction import find_quantiles
 from verne_post.calibration.as_built.program import write_program_lines
 from verne_post.calibration.as_built.readings import format_readings, read_length_readings, read_tool_readings
 from verne_post.calibration.as_built.report_text import (
@@ -35,11 +35,11 @@ from verne_post.calibration.as_built.report_text import (
 from verne_post.calibration.as_built.stations import align_stations
 from verne_post.cli.common import print_findings
 from verne_post.cli.files import RunFiles, show_name
-from verne_post.cli.numbers import numbers_of
+from verne_post.cli.numbers import read_numbers
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.verdict import ExitStatus
 
 #: How long the program of a plan stands at each pose, s: time for an instrument to read.
@@ -57,7 +57,9 @@ def _read_measurement(
     model = AsBuiltModel(opened.as_built)
     closed = model.predict(opened.as_built.deviations.pack_vector(), tools.joints, tools.length).ok
     open_ = [
-        finding("VP502", "the rods do not close at these joints; they are no place of this machine", line=int(line))
+        make_finding(
+            "VP502", "the rods do not close at these joints; they are no place of this machine", line=int(line)
+        )
         for line in tools.line[~closed]
     ]
     if open_:
@@ -65,7 +67,7 @@ def _read_measurement(
     try:
         tools = align_stations(model, opened.as_built.deviations.pack_vector(), tools)
     except ValueError as error:
-        raise InputError(finding("VP502", str(error))) from None
+        raise InputError(make_finding("VP502", str(error))) from None
     return Measurement(model, tools, lengths, _make_joint_uncertainty(given)), blank
 
 
@@ -99,8 +101,8 @@ def run_calibration(
 ) -> int:  # fmt: skip
     """Fit the readings, and write the machine file, its covariance and the picture."""
     beside = place_covariance_file(output)
-    files.writes(output, "-o")
-    files.writes(beside, "the covariance of -o")
+    files.expect_writing(output, "-o")
+    files.expect_writing(beside, "the covariance of -o")
     measurement, blank = _read_measurement(files, opened, readings, given)
     prior = _make_prior(files, opened, tolerances, given)
     before = opened.as_built.deviations.pack_vector()
@@ -124,7 +126,7 @@ def run_calibration(
         echo(f"{output}: not written; find out why before a machine moves by these deviations", err=True)
         return ExitStatus.VIOLATION
     how = "touched up with" if given["touch_up"] else "calibration from"
-    text = opened.text(fit.deviations, f"{how} {show_name(readings)}, {int(result.kept.sum())} readings")
+    text = opened.make_text(fit.deviations, f"{how} {show_name(readings)}, {int(result.kept.sum())} readings")
     opened.require_sound(text, output)
     files.write(beside, "the covariance of -o", format_covariance(fit.deviations, fit.covariance))
     files.write(output, "-o", [text])
@@ -162,14 +164,14 @@ def run_plan(
         raise click.UsageError(
             f"-o {output}: names the empty file of readings, such as plan.csv; the program is plan.nc"
         )
-    files.writes(output, "-o")
-    files.writes(program, "the program of -o")
+    files.expect_writing(output, "-o")
+    files.expect_writing(program, "the program of -o")
     prior = _make_prior(files, opened, tolerances, given)
     if readings is not None:  # the poses to measure next, after these readings
         fit = fit_robustly(_read_measurement(files, opened, readings, given)[0], prior)[0]
         prior = build_prior_of_covariance(fit.deviations, fit.covariance)
     lengths = opened.lengths(given["tool_lengths"])
-    places = [numbers_of(text, f"--at {text}") for text in given["places"]]
+    places = [read_numbers(text, f"--at {text}") for text in given["places"]]
     if any(len(place) != 3 for place in places):
         raise click.UsageError("--at takes three numbers X,Y,Z of the table frame, mm")
     machine, planned = opened.machine, given["planned"]
@@ -195,14 +197,14 @@ def run_plan(
     if not checked.ok:
         print_findings(program.name, checked.findings)
         raise InputError(
-            finding(
+            make_finding(
                 "VP502",
                 "the program that visits the poses breaks a limit between them; plan fewer poses, or other --at",
             )
         )
     files.write(program, "the program of -o", [text])
     files.write(output, "-o", format_readings(machine, poses.joints, poses.length, tips))
-    median, high, worst = (UM * value for value in quantiles(plan.errors))
+    median, high, worst = (UM * value for value in find_quantiles(plan.errors))
     echo(f"{planned} poses, tools {', '.join(f'{length:g}' for length in np.unique(poses.length))} mm")
     echo(f"tip error expected after these readings: {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} um at most")
     filled = "to be filled in" if given["simulate"] is None else f"as {given['simulate']} would fill it in"

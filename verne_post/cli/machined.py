@@ -144,17 +144,17 @@ def command(
     if setpoints.endswith(".index.json"):
         raise click.UsageError("machined reads one setpoint file; name a part of it")
     files, name = RunFiles(), show_name(setpoints)
-    files.expects(setpoints, "AXES.CSV")
+    files.expect(setpoints, "AXES.CSV")
     for option, file, _system in places:
-        files.expects(file, option)
+        files.expect(file, option)
     for path, option in ((stock_place and stock_place[0], "--stock-from"), (measured, "--measured")):
         if path is not None:
-            files.expects(path, option)
+            files.expect(path, option)
     if output_format != "text":
-        files.prints("the findings")
+        files.claim_output("the findings")
     for path, option in ((table, "--csv"), (left_place and left_place[0], "--stock-left")):
         if path is not None:
-            files.writes(path, option)
+            files.expect_writing(path, option)
     suffix = _expect_map(files, output)
     try:
         machine, source, options = read_program(files, against, given)
@@ -247,5 +247,5 @@ def _expect_map(files: RunFiles, output: Path | None) -> str:
         return expect_picture(files, output, "-o")
     if suffix != ".ply":
         raise click.UsageError(f"-o {output}: expected a name that ends in .ply, {' or '.join(SUFFIXES)}")
-    files.writes(output, "-o")
+    files.expect_writing(output, "-o")
     return suffix

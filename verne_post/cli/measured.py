@@ -46,14 +46,14 @@ def read_rows(
     """Joints (n, n_joints), mm and rad, and source lines (n,) of a setpoint file."""
     import numpy as np
 
-    from verne_post.model.findings import InputError, finding
+    from verne_post.model.findings import InputError, make_finding
     from verne_post.output.setpoints import read_csv
 
     machine = program.machine
-    with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
+    with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
         blocks = list(read_csv(stream, show_name(setpoints), machine.columns, program.cycle, drives))
     if not blocks:
-        raise InputError(finding("VP020", "the setpoint file has no rows"))
+        raise InputError(make_finding("VP020", "the setpoint file has no rows"))
     factor = np.array([column.factor for column in machine.columns])
     return np.concatenate([one.values for one in blocks]) / factor, np.concatenate([one.line for one in blocks])
 

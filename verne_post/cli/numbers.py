@@ -39,7 +39,7 @@ NUMBER: Final = _Number()
 INTEGER: Final = _Integer()
 
 
-def numbers_of(text: str, what: str, hint: str = "") -> list[float]:
+def read_numbers(text: str, what: str, hint: str = "") -> list[float]:
     """Numbers with commas between them; ``what`` names the option in errors, ``hint`` says what else would be right."""
     try:
         return [read_number(part) for part in text.split(",")]

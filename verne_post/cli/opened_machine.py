@@ -34,7 +34,7 @@ class OpenedMachine:
         self.machine: Machine = route[0]
         self.as_built: AsBuiltMachine = route[1]
 
-    def text(self, deviations: "Array", source: str) -> str:
+    def make_text(self, deviations: "Array", source: str) -> str:
         """The machine file with other deviations (58,)."""
         from verne_post.calibration.as_built.machine_text import write_machine_text
         from verne_post.model.deviations import Deviations

@@ -15,14 +15,14 @@ from msgspec import Struct
 
 from verne_post.base.numbers import is_count
 from verne_post.base.printable import make_printable
-from verne_post.base.type_words import bare, list_alternatives
+from verne_post.base.type_words import list_alternatives, strip_bounds
 from verne_post.cli.files import DASH, RunFiles, is_dash, show_name
-from verne_post.cli.numbers import INTEGER, NUMBER, numbers_of
+from verne_post.cli.numbers import INTEGER, NUMBER, read_numbers
 from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, place_options
 from verne_post.cli.streams import echo
-from verne_post.model.findings import InputError, UsageError, finding
-from verne_post.model.option_checks import check_box, check_work_offsets, system_number
-from verne_post.model.options import OPTIONS, About, Group, Option, Options, about
+from verne_post.model.findings import InputError, UsageError, make_finding
+from verne_post.model.option_checks import check_box, check_work_offsets, find_system
+from verne_post.model.options import OPTIONS, About, Group, Option, Options, find_about
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, WorkOffset
 
 if TYPE_CHECKING:
@@ -151,12 +151,12 @@ class GroupedCommand(click.Command):
 
 def add_program_options(*without: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Every option of a program, for the commands that read one, but for those that mean nothing to a command."""
-    names = [name for name in OPTIONS if about(name).flag != "" and name not in (*WRITING, *without)]
+    names = [name for name in OPTIONS if find_about(name).flag != "" and name not in (*WRITING, *without)]
     made = [*(_make_file_option(one) for one in FILES), *(_make_option(name) for name in names)]
     return lambda command: _decorate(command, made)
 
 
-def options_of(*names: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def add_options(*names: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Some options of the model, for a command that does not take all of them."""
     return lambda command: _decorate(command, [_make_option(name) for name in names])
 
@@ -172,7 +172,7 @@ def spell_flag(name: str) -> str:
     """How an option of the model is written on the command line."""
     if name not in OPTIONS:
         return name
-    flag = about(name).flag
+    flag = find_about(name).flag
     return f"--{name.replace('_', '-')}" if flag is None else flag or name
 
 
@@ -214,7 +214,7 @@ def _choose_click_type(option: Option) -> Any:
     shown = option.about
     if shown.choices is not None:
         return click.Choice(shown.choices())
-    kinds = [bare(one)[0] for one in list_alternatives(option.kind) if one is not type(None)]
+    kinds = [strip_bounds(one)[0] for one in list_alternatives(option.kind) if one is not type(None)]
     if get_origin(kinds[0]) is Literal:
         return click.Choice(get_args(kinds[0]))
     if kinds == [bool]:
@@ -237,7 +237,7 @@ def claim_input(files: RunFiles, given: dict[str, Any]) -> None:
     """Name what standard input stands for, before any of it is read: one file of a run."""
     for one in FILES:
         if is_dash(given.get(one.name)):
-            files.reads(DASH, one.flag)
+            files.note_read(DASH, one.flag)
 
 
 def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -> Options:
@@ -258,7 +258,7 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
         For what stands in a file.
     """
     claim_input(files, given)
-    settings = settings_of(files, given.get("settings"), tell=True)
+    settings = find_settings(files, given.get("settings"), tell=True)
     values: dict[str, Any] = {}
     if settings is not None:
         values = {**settings.file.options, "remap": dict(settings.file.remap), "control": settings.control}
@@ -290,7 +290,7 @@ def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     place = values.get("approach")
     if isinstance(place, str) and place not in ("home", "park"):
-        found["approach"] = tuple(numbers_of(place, f"--from {place}", ", nor home"))
+        found["approach"] = tuple(read_numbers(place, f"--from {place}", ", nor home"))
     if "decimals" in values and isinstance(text := values["decimals"], str):
         if text != "auto" and not is_count(text):
             raise UsageError("decimals", f"{text}: expected auto, or a whole number from 0 to 12")
@@ -337,7 +337,7 @@ def _merge_bodies(
         named.add(name)
         fixtures[name] = _make_box(name, system, corners, f"--keep-out {text}")
     stock_file = placed.stock or (None if settings is None else settings.file.stock)
-    stock = None if stock_file is None else stock_file.box("the stock")
+    stock = None if stock_file is None else stock_file.build_box("the stock")
     if (text := values.get("stock")) is not None:
         system, equals, corners = text.rpartition("=")
         if equals and not system:
@@ -347,12 +347,12 @@ def _merge_bodies(
 
 
 def _make_box(name: str, system: str, corners: str, what: str) -> Box:
-    values = numbers_of(corners, what)
+    values = read_numbers(corners, what)
     if len(values) != 6:
         raise click.UsageError(f"{what}: expected six numbers, two corners, got {len(values)}")
     low, high = (values[0], values[1], values[2]), (values[3], values[4], values[5])
     try:
-        return check_box(Box(name, low, high, system_number(system) if system else None))
+        return check_box(Box(name, low, high, find_system(system) if system else None))
     except ValueError as error:
         raise click.UsageError(f"{what}: {error}") from None
 
@@ -364,7 +364,7 @@ def _read_offsets(texts: Sequence[str]) -> dict[int, WorkOffset]:
         name, equals, rest = text.partition("=")
         if not equals:
             raise click.UsageError(f"--wcs {text}: expected G54=X,Y,Z or G54=X,Y,Z,C")
-        values = tuple(numbers_of(rest, f"--wcs {text}"))
+        values = tuple(read_numbers(rest, f"--wcs {text}"))
         if len(values) not in (3, 4):
             raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
         try:
@@ -391,18 +391,18 @@ def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkO
         for system in one.written.keys() & measured.keys():
             text = f"{shown} has this work offset too; give it once"
             if one.place:
-                raise InputError(finding("VP503", f"{one.place}: wcs.{SYSTEM_NAMES[system]}: {text}"))
+                raise InputError(make_finding("VP503", f"{one.place}: wcs.{SYSTEM_NAMES[system]}: {text}"))
             raise click.UsageError(f"--wcs {SYSTEM_NAMES[system]}: {text}")
         found |= measured
     return found
 
 
-def settings_of(files: RunFiles, path: Path | None, *, tell: bool = False) -> "Settings | None":
+def find_settings(files: RunFiles, path: Path | None, *, tell: bool = False) -> "Settings | None":
     """The settings file in force; ``tell`` says on standard error which one that is, and what it hides."""
     found = _find_nearest_settings(Path.cwd()) if path is None else path
     if found is None:
         return None
-    files.expects(found, "--settings")
+    files.expect(found, "--settings")
     from verne_post.config.settings import load_settings
 
     settings = load_settings(found, lambda path: files.read(path, "--settings"), named=path is not None)

@@ -23,7 +23,7 @@ def expect_picture(files: RunFiles, path: Path, option: str) -> str:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise click.UsageError(f"{option} {path}: expected a name that ends in {' or '.join(SUFFIXES)}")
-    files.writes(path, option)
+    files.expect_writing(path, option)
     require_package("matplotlib", option, "plot")
     return suffix
 

@@ -35,7 +35,7 @@ class ProgressLine:
             self.stage_began = time.monotonic()
         self.stage, self.done, self.total = stage, done, total
 
-    def text(self, now: float) -> str:
+    def make_text(self, now: float) -> str:
         """The line at a time of the monotonic clock."""
         passed = now - self.stage_began
         if not self.total or not self.done:
@@ -56,7 +56,7 @@ class ProgressLine:
             now = time.monotonic()
             if now - self.began >= PATIENCE:
                 self.shown = True
-                self._write(self.text(now))
+                self._write(self.make_text(now))
 
     @staticmethod
     def _write(text: str) -> None:

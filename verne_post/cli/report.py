@@ -30,10 +30,10 @@ def command(input_name: str, output: Path | None, static: Path | None, quiet: bo
     if output is None and static is None:
         raise click.UsageError("say where to write: -o OUT.html, --static OUT.png, or both")
     files = RunFiles()
-    files.expects(input_name, PROGRAM)
+    files.expect(input_name, PROGRAM)
     suffix = "" if static is None else expect_picture(files, static, "--static")
     if output is not None:
-        files.writes(output, "-o")
+        files.expect_writing(output, "-o")
         require_package("jupyter_threejs_sage", "-o", "report")
     name = show_name(input_name)
     try:
@@ -43,13 +43,13 @@ def command(input_name: str, output: Path | None, static: Path | None, quiet: bo
 
     from verne_post.output.findings import format_outcome
     from verne_post.report import picture
-    from verne_post.report.page import page
+    from verne_post.report.page import make_page
     from verne_post.report.study import study
 
     with show_progress("reading", quiet=quiet) as progress:
         found = study(source, machine, options, progress)
     if output is not None:
-        files.write(output, "-o", [page(name, source, machine, found)])
+        files.write(output, "-o", [make_page(name, source, machine, found)])
     if static is not None:
         files.write(static, "--static", [picture.picture_of(name, machine, found, suffix)])
     if not quiet:

@@ -43,7 +43,7 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
         output = Path(f"{input_name}.toml")
         if output.exists():
             raise click.UsageError(f"{output} is there already; -o OUT.toml writes another file, -o - prints it")
-    files.writes(output, "-o")
+    files.expect_writing(output, "-o")
     try:
         machine, source, options = read_program(files, input_name, given)
     except InputError as error:

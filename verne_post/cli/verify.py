@@ -14,10 +14,10 @@ from verne_post.cli.common import print_findings, quiet_option, read_program, re
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.measured import add_log_options, read_measured, read_rows, require_delay
 from verne_post.cli.numbers import NUMBER
-from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options, options_of
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_options, add_program_options
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
-from verne_post.model.verdict import ExitStatus, find_exit_status, gravest
+from verne_post.model.verdict import ExitStatus, find_exit_status, find_gravest
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     "--following", type=NUMBER, metavar="MM", help="Fail where the tip was farther than this from the commanded path."
 )
 @quiet_option
-@options_of("accept_rounding")
+@add_options("accept_rounding")
 @add_program_options("solver", "quality", "jobs", "slow_start")
 def command(
     setpoints: str,
@@ -78,10 +78,10 @@ def command(
     if measured is not None and (is_dash(setpoints) or setpoints.endswith(".index.json")):
         raise click.UsageError("--measured is compared with one setpoint file; name it")
     name, files = show_name(setpoints), RunFiles()
-    files.expects(setpoints, "AXES.CSV")
+    files.expect(setpoints, "AXES.CSV")
     for path, option in ((meta, "--meta"), (measured, "--measured")):
         if path is not None:
-            files.expects(path, option)
+            files.expect(path, option)
     try:
         machine, source, options = read_program(files, against, given)
     except InputError as error:
@@ -91,7 +91,7 @@ def command(
     from verne_post.app.constraints import check_program
     from verne_post.app.row_format import find_drives
     from verne_post.app.verify import verify_setpoints
-    from verne_post.output.parts import parts_of, read_parts
+    from verne_post.output.parts import list_parts, read_parts
     from verne_post.output.setpoints import read_csv
     from verne_post.output.side_car import read_side_car, report_changes
     from verne_post.output.summary import describe_following, format_verdict
@@ -110,13 +110,13 @@ def command(
             found += check_program(program)[1]
         drives = find_drives(program.machine, options)
         if setpoints.endswith(".index.json"):
-            for part in parts_of(Path(setpoints)):
-                files.reads(part, "AXES.CSV")
+            for part in list_parts(Path(setpoints)):
+                files.note_read(part, "AXES.CSV")
             lines = [int(program.moves.line[stop]) for stop in program.stops]
             parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines, drives)
             verdict = verify_setpoints(program, parts)
         else:
-            with files.opened(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
+            with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
                 rows = read_csv(stream, name, program.machine.columns, program.cycle, drives)
                 with show_progress("verifying", quiet=quiet) as progress:
                     verdict = verify_setpoints(program, _watch(rows, raw, progress))
@@ -141,7 +141,7 @@ def command(
         )
         if following is not None and not followed.path_worst <= following:
             echo(f"{show_name(measured)}: farther from the commanded path than --following {following:g} mm", err=True)
-            status = gravest([status, ExitStatus.VIOLATION])
+            status = find_gravest([status, ExitStatus.VIOLATION])
     return status
 
 

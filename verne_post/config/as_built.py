@@ -14,7 +14,7 @@ from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.as_built.soundness import find_fault
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Limits
 
 #: Deviations beyond this are typing errors or other units: parts are made to some tenths of a millimetre.
@@ -46,7 +46,7 @@ class AsBuiltFile(Table, frozen=True, kw_only=True):
         """The deviations, mm and rad."""
         given = {name: getattr(self, key) for name, (key, _shape, _angle) in ENTRIES.items()}
         return replace(
-            Deviations.none(),
+            Deviations.build_nominal(),
             **{
                 name: np.array(value, dtype=float) * (MILLI if ENTRIES[name][2] else 1.0)
                 for name, value in given.items()
@@ -91,7 +91,7 @@ def read_as_built(table: object, file_name: str, read: Callable[[str], bytes]) -
     try:
         return check_table(AsBuiltFile, table, "[as_built]", "as_built"), raw
     except WrongTableError as error:
-        raise InputError(*(finding("VP501", f"{file_name}: {text}") for text in error.sentences)) from None
+        raise InputError(*(make_finding("VP501", f"{file_name}: {text}") for text in error.sentences)) from None
 
 
 def build_as_built(
@@ -110,4 +110,4 @@ def build_as_built(
 
 
 def _make_error(file_name: str, text: str) -> InputError:
-    return InputError(finding("VP501", f"{file_name}: {text}"))
+    return InputError(make_finding("VP501", f"{file_name}: {text}"))

@@ -40,7 +40,7 @@ class BoxFile(Table, frozen=True, kw_only=True):
     def check_together(self) -> None:
         _check_corners(self.min, self.max)
 
-    def box(self, name: str) -> Box:
+    def build_box(self, name: str) -> Box:
         """As the program has it."""
         low, high = tuple(self.min), tuple(self.max)
         return Box(name, low, high, SYSTEM_NUMBERS.get(self.system), self.distance_mm)  # type: ignore[arg-type]

@@ -31,7 +31,7 @@ from verne_post.kinematics.chain.coordinates import ChainCoordinates
 from verne_post.kinematics.chain.machine import ChainMachine, Rotary
 from verne_post.kinematics.chain.pair import PARALLEL, RIGHT_ANGLE, build_pair
 from verne_post.kinematics.tables.words import RotaryWords
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.machine import Accuracy, Column, Limits, Machine
 from verne_post.model.moves import AXES
 from verne_post.model.nutation import Nutation
@@ -281,14 +281,14 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
     try:
         file = check_table(ChainMachineFile, data, "a machine file of schema 2")
     except WrongTableError as error:
-        raise InputError(*(finding("VP501", f"{file_name}: {text}") for text in error.sentences)) from None
+        raise InputError(*(make_finding("VP501", f"{file_name}: {text}") for text in error.sentences)) from None
     try:
         geometry = _Geometry(file)
     except ValueError as error:
-        raise InputError(finding("VP501", f"{file_name}: {error}")) from None
+        raise InputError(make_finding("VP501", f"{file_name}: {error}")) from None
     if file.table is not None and abs(geometry.pair.directions[2, 2]) < 1.0 - PARALLEL:
         text = f"{file_name}: table.radius: {geometry.turn} does not turn about z of the part, so it has no face at z = 0; leave [table] out"
-        raise InputError(finding("VP501", text))
+        raise InputError(make_finding("VP501", text))
     signs = dict(zip((geometry.tilt, geometry.turn), geometry.signs, strict=True))
     columns = (
         *(Column(name, "mm", 1.0, "VP101") for name in geometry.linear),
@@ -356,4 +356,4 @@ def _find_implausible(file: ChainMachineFile) -> Iterator[Finding]:
         ("control.cycle_s", file.control.cycle_s, "cycle"),
     ):
         texts += compare_largest(key, (value,), what, "")
-    yield from (finding("VP505", text) for text in texts)
+    yield from (make_finding("VP505", text) for text in texts)

@@ -6,7 +6,7 @@ import numpy as np
 
 from verne_post.config.schema import DriveFile, HomeFile, VibrationFile
 from verne_post.model.drives import Drive
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Column, Home, Limits
 from verne_post.model.vibration import Mode, Vibration
 
@@ -36,7 +36,7 @@ def convert_drives(
         f"{file_name}: drives.{name} is missing: every joint needs its drive" for name in joints if name not in files
     ]
     if wrong:
-        raise InputError(*(finding("VP501", text) for text in wrong))
+        raise InputError(*(make_finding("VP501", text) for text in wrong))
     drives = []
     for column, low, high in zip(columns, limits.lower, limits.upper, strict=True):
         file = files[column.joint]
@@ -58,14 +58,14 @@ def _interpolate_errors(table: list[list[float]], travel: list[float], where: st
     endless = not np.isfinite(travel).all()
     if endless and not (place[-1] - place[0] == 360.0 and error[-1] == error[0]):
         raise InputError(
-            finding(
+            make_finding(
                 "VP501",
                 f"{where}: this joint has no limits; expected one turn of 360 degrees, with the same error at both ends",
             )
         )
     if not endless and not (place[0] <= travel[0] and place[-1] >= travel[1]):
         raise InputError(
-            finding(
+            make_finding(
                 "VP501",
                 f"{where} reaches from {place[0]:g} to {place[-1]:g}; it must cover the travel from {travel[0]:g} to {travel[1]:g}",
             )

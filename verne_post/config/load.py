@@ -33,7 +33,7 @@ from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
-from verne_post.model.findings import Finding, InputError, UsageError, finding
+from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Limits, Machine
 from verne_post.model.moves import Frame
 from verne_post.model.protocols import FiveAxis, RodModule
@@ -71,7 +71,7 @@ def load_machine(
         try:
             found = find_file_beside(path.parent, name, "as_built.file", "put it there")
         except ValueError as error:
-            raise InputError(finding("VP501", f"{path.name}: {error}")) from None
+            raise InputError(make_finding("VP501", f"{path.name}: {error}")) from None
         return read(found, f"{path.name}: as_built.file {name!r}")
 
     return build_machine(raw, path.name, read_named)
@@ -79,7 +79,9 @@ def load_machine(
 
 def _refuse_files(name: str) -> bytes:
     raise InputError(
-        finding("VP501", f"as_built.file = {name!r}: a machine that is not read from a file has no files beside it")
+        make_finding(
+            "VP501", f"as_built.file = {name!r}: a machine that is not read from a file has no files beside it"
+        )
     )
 
 
@@ -88,12 +90,12 @@ def build_machine(raw: bytes, file_name: str, read: Callable[[str], bytes] = _re
     try:
         data = read_toml(raw)
     except ValueError as error:
-        raise InputError(finding("VP501", f"{file_name}: {error}")) from None
+        raise InputError(make_finding("VP501", f"{file_name}: {error}")) from None
     if "carrier" in data:
         from verne_post.config.carrier import describe_refused_carrier  # few machines have one
 
         if why := describe_refused_carrier(data["carrier"], data.get("schema")):
-            raise InputError(finding("VP501", f"{file_name}: {why}"))
+            raise InputError(make_finding("VP501", f"{file_name}: {why}"))
     if data.get("schema") == 2:
         from verne_post.config.chain import build_chain_machine  # the default machine has another schema
 
@@ -107,7 +109,7 @@ def build_machine(raw: bytes, file_name: str, read: Callable[[str], bytes] = _re
     try:
         module = kind.build(**asdict(module_file))
     except ValueError as error:
-        raise InputError(finding("VP501", f"{file_name}: module: {error}")) from None
+        raise InputError(make_finding("VP501", f"{file_name}: module: {error}")) from None
     table = TiltingTable(
         pivot=np.array(content.table.pivot),
         rotary_offset=np.array(content.table.rotary_offset),
@@ -213,7 +215,7 @@ def _check_schemas(
         try:
             return check_table(schema, part, f"a machine file{f' of kind {kind!r}' if kind else ''}", prefix)
         except WrongTableError as error:
-            mistakes.extend(finding("VP501", f"{file_name}: {text}") for text in error.sentences)
+            mistakes.extend(make_finding("VP501", f"{file_name}: {text}") for text in error.sentences)
             return None
 
     content = checked(MachineFile, data)
@@ -223,7 +225,7 @@ def _check_schemas(
         message = (
             f"{file_name}: kind = {name!r}: unknown; expected one of {', '.join(KINDS)}{suggest(name.lower(), KINDS)}"
         )
-        mistakes.append(finding("VP501", message))
+        mistakes.append(make_finding("VP501", message))
     module = limits = rods = None
     if kind is not None:
         groups = {
@@ -236,7 +238,9 @@ def _check_schemas(
         if groups["rods"] is not None and kind.bodies is not None:
             rods = checked(kind.bodies, groups["rods"], "rods", str(name))
         elif groups["rods"] is not None:
-            mistakes.append(finding("VP501", f"{file_name}: [rods]: kind {name!r} does not know its rods as bodies"))
+            mistakes.append(
+                make_finding("VP501", f"{file_name}: [rods]: kind {name!r} does not know its rods as bodies")
+            )
     if mistakes:
         raise InputError(*mistakes)
     assert content is not None
@@ -258,10 +262,10 @@ def _find_rod_places(kind: Kind, rods: RodsFile | None) -> RodPlaces | None:
 def _require_places(content: MachineFile, places: RodPlaces | None, file_name: str) -> None:
     """Refuse [as_built] of a machine that has no as-built model."""
     if KINDS[content.kind].rod_places is None:
-        raise InputError(finding("VP501", f"{file_name}: as_built: kind {content.kind!r} has no as-built model"))
+        raise InputError(make_finding("VP501", f"{file_name}: as_built: kind {content.kind!r} has no as-built model"))
     if places is None:
         raise InputError(
-            finding("VP501", f"{file_name}: rods is missing: as_built needs to know where the rods are along x "
+            make_finding("VP501", f"{file_name}: rods is missing: as_built needs to know where the rods are along x "
                     "(leg1_slider_x, leg23_slider_x, leg23_spacing)")
         )  # fmt: skip
 
@@ -271,7 +275,7 @@ def _make_rod_bodies(five_axis: FiveAxis, nominal: HybridMachine, places: RodPla
     from verne_post.kinematics.as_built.bodies import VerneRods  # few machine files have their diameters
     from verne_post.kinematics.as_built.machine import AsBuiltMachine
 
-    drawn = AsBuiltMachine(nominal, places, Deviations.none()).geometry
+    drawn = AsBuiltMachine(nominal, places, Deviations.build_nominal()).geometry
     assert isinstance(nominal.module, VerneGeometry)
     return VerneRods(nominal.module, five_axis.geometry if isinstance(five_axis, AsBuiltMachine) else drawn, drawn)
 
@@ -339,7 +343,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
         tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(point, frame), frame)
         q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
         if not ok:
-            findings.append(finding("VP501", f"home.{name} = {list(home)} is out of reach"))
+            findings.append(make_finding("VP501", f"home.{name} = {list(home)} is out of reach"))
             continue
         for column, value, low, high in zip(
             machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True
@@ -347,5 +351,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
             if not low <= value <= high:
                 shown, bound = value * column.factor, (low if value < low else high) * column.factor
                 text = f"home.{name} = {list(home)} needs {column.header} = {shown:.4f}, beyond its limit {bound:.4f}"
-                findings.append(finding("VP501", text, axis=column.joint, value=shown, limit=bound, unit=column.unit))
+                findings.append(
+                    make_finding("VP501", text, axis=column.joint, value=shown, limit=bound, unit=column.unit)
+                )
     return findings

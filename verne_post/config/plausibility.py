@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any, Final
 
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.plausibility import compare, compare_largest
 
 #: What the keys of [limits] end with.
@@ -47,7 +47,7 @@ def find_implausible(data: dict[str, Any], group: str) -> list[Finding]:
         table, _dot, entry = key.partition(".")
         numbers = _list_numbers(data.get(table, {}).get(entry))
         texts += compare_largest(key, numbers, name, "up to " if len(numbers) > 1 else "")
-    return [finding("VP505", text) for text in dict.fromkeys(texts)]
+    return [make_finding("VP505", text) for text in dict.fromkeys(texts)]
 
 
 def _list_numbers(value: object) -> list[float]:

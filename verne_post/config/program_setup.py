@@ -13,9 +13,9 @@ from verne_post.config.option_table import find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
 from verne_post.model.control_keys import KEYS, NAMING_TOOLS
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.option_checks import Meaning, check_work_offsets
-from verne_post.model.options import OPTIONS, about
+from verne_post.model.options import OPTIONS, find_about
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, MAX_PLACE, MAX_TOOL, Tool, WorkOffset
 
 #: Stands for a size that is still to be measured: the tool is there, and its size is not known.
@@ -154,11 +154,11 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
         With one finding (VP503) a mistake.
     """
     if not named and not lies_in(path.parent, path):
-        raise InputError(finding("VP503", f"{name}: is a link that leads out of its folder; name it with --setup"))
+        raise InputError(make_finding("VP503", f"{name}: is a link that leads out of its folder; name it with --setup"))
     try:
         data = read_toml(read(path))
     except (ValueError, RecursionError) as error:
-        raise InputError(finding("VP503", f"{name}: {error}")) from None
+        raise InputError(make_finding("VP503", f"{name}: {error}")) from None
     return read_setup_table(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
 
 
@@ -227,7 +227,7 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
         except ValueError as error:
             sentences.append(str(error))
     if sentences:
-        raise InputError(*(finding("VP503", f"{name}: {text}") for text in sentences))
+        raise InputError(*(make_finding("VP503", f"{name}: {text}") for text in sentences))
     options = {key: tuple(value) if isinstance(value, list) else value for key, value in rest.items()}
     if tools:
         options["tools"] = tools
@@ -236,4 +236,4 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
 
 def list_setup_options() -> list[str]:
     """Names of the options that may stand in a set-up: those of the command line that are no keys of their own."""
-    return [name for name in OPTIONS if about(name).flag != "" and name not in _OWN]
+    return [name for name in OPTIONS if find_about(name).flag != "" and name not in _OWN]

@@ -7,7 +7,7 @@ from msgspec import Struct, ValidationError, convert
 from msgspec.structs import fields
 
 from verne_post.base.suggestions import suggest
-from verne_post.base.type_words import bare, describe, has_shape, list_alternatives
+from verne_post.base.type_words import describe, has_shape, list_alternatives, strip_bounds
 
 #: Keys from the top of the table on, and what follows them in a sentence.
 _Mistake = tuple[tuple[int | str, ...], str]
@@ -110,7 +110,7 @@ def _find_mistakes_of_value(
 ) -> Iterator[_Mistake]:
     """Mistakes in the innermost places that do not fit; of a union the type that the value looks like counts."""
     fitting = next((one for one in list_alternatives(kind) if has_shape(one, value)), None)
-    base = bare(fitting)[0]
+    base = strip_bounds(fitting)[0]
     found: list[_Mistake] = []
     if isinstance(base, type) and issubclass(base, Table):
         found = list(_find_mistakes_of_table(base, value, kind_of_file, place))

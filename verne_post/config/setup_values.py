@@ -12,7 +12,7 @@ from verne_post.config.part_setup import read_lengths, read_offsets
 from verne_post.config.program_setup import TOOL_KEYS, ProgramSetup, read_setup
 from verne_post.gcode.parameter_file import read_parameter_file
 from verne_post.gcode.tools import read_tool_table
-from verne_post.model.findings import InputError, UsageError, finding
+from verne_post.model.findings import InputError, UsageError, make_finding
 from verne_post.model.options import OPTIONS, Options
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 
@@ -74,7 +74,7 @@ def lay_over_setup(options: Options, program: Path | None, setup: Setup) -> Opti
     fixtures = {name: one.make(name, contents.get(f"keep_out.{name}.file")) for name, one in file.keep_out.items()}
     fixtures |= {one.name: one for one in options.keep_out}
     return Options(**{
-        "stock": None if file.stock is None else file.stock.box("the stock"),
+        "stock": None if file.stock is None else file.stock.build_box("the stock"),
         "part": None if file.part is None else file.part.make_part(*contents["part.nominal"]), **below, **read_values_of_files(contents), **given,
         "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
         "remap": {**file.remap, **options.remap}, "control": merge_keys(file.control, options.control),
@@ -87,7 +87,7 @@ def _convert_offsets(file: ProgramSetup, measured: tuple[bytes, str] | None) -> 
     for system in file.wcs.keys() & found.keys():
         assert measured is not None
         text = f"{measured[1]} has this work offset too; give it once"
-        raise InputError(finding("VP503", f"{file.name}: wcs.{SYSTEM_NAMES[system]}: {text}"))
+        raise InputError(make_finding("VP503", f"{file.name}: wcs.{SYSTEM_NAMES[system]}: {text}"))
     return {**file.wcs, **found}
 
 
@@ -95,4 +95,4 @@ def _read(path: Path, what: str) -> bytes:
     try:
         return read_file(path)
     except OSError as error:
-        raise InputError(finding("VP503", f"{what} {path}: {error.strerror or error}")) from None
+        raise InputError(make_finding("VP503", f"{what} {path}: {error.strerror or error}")) from None

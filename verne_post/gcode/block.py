@@ -52,7 +52,7 @@ class OWord(Struct, frozen=True):
         if self.label is not None:
             return self.label
         self.reader.at = self.label_at
-        value = self.reader.value("O")
+        value = self.reader.read_value("O")
         return _label_of_number(value, self.reader, self.label_at)
 
     def read_condition(self) -> float:
@@ -189,12 +189,12 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
                 first = numbered = False
                 continue
             if character in "GM":
-                block.codes.append((character, number, reader.column(at)))
+                block.codes.append((character, number, reader.find_column(at)))
             elif character in block.words:
                 raise reader.error("VP004", f"{character} stands twice in the block", at)
             else:
                 block.words[character] = number
-                block.columns[character] = reader.column(at)
+                block.columns[character] = reader.find_column(at)
         elif character == "#" and values is not None:
             block.settings.append(read_setting(reader))
         else:
@@ -210,7 +210,7 @@ def read_setting(reader: ValueReader) -> tuple[Key, float, int]:
     if reader.characters[reader.at : reader.at + 1] != "=":
         raise reader.error("VP001", f"{show_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at)
     reader.at += 1
-    return key, reader.read_assigned(f"{show_key(key)}="), reader.column(at)
+    return key, reader.read_assigned(f"{show_key(key)}="), reader.find_column(at)
 
 
 def _read_o_word(reader: ValueReader) -> OWord:

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.execution import Execution, StopConditions
-from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.run import execute_blocks
@@ -43,7 +43,7 @@ class Dialect(Struct, frozen=True):
 def build_dialect_of_blocks(
     language: type[Rs274],
     recognise: Callable[[Text], bool],
-    initial_state: Callable[[Setup], State] = initial_state,
+    initial_state: Callable[[Setup], State] = make_initial_state,
 ) -> Dialect:
     """A dialect that consists of blocks, which ``language`` reads and executes."""
     return Dialect(recognise, initial_state, partial(execute_blocks, language=language), _names_axis)

@@ -13,7 +13,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import AXES
 
 #: So many things that errors of one cause are about are named.
@@ -72,7 +72,7 @@ class Execution(Struct):
             things.append(about)
         if at == len(self.errors):
             where = {"line": line, "last_line": line, "worst_line": line, "column": column}
-            self.errors.append(finding(code, message, settled_by=(settled_by,) if settled_by else (), **where))
+            self.errors.append(make_finding(code, message, settled_by=(settled_by,) if settled_by else (), **where))
             return
         item = self.errors[at]
         settled = item.settled_by if settled_by in item.settled_by or not settled_by else (*item.settled_by, settled_by)

@@ -40,7 +40,7 @@ class Values(Protocol):
     def steps_of_word(self, letter: str) -> int | None:
         """Fanuc's rules: to how many steps of a unit ROUND rounds in the word of a letter; None where controls differ."""
 
-    def value(self, key: Key) -> float:
+    def read_value(self, key: Key) -> float:
         """Value of a parameter; raises ProgramError (VP025) for one that has none. Not a number: a vacant variable of Fanuc."""
 
     def pass_word(self, letter: str) -> None:
@@ -83,16 +83,16 @@ class ValueReader:
     def _is_macro(self) -> bool:
         return self.values is not None and self.values.custom_macro
 
-    def column(self, at: int) -> int:
+    def find_column(self, at: int) -> int:
         """1-based column of a character."""
         return self.places[min(at, len(self.places) - 1)] + 1
 
     def error(self, code: str, message: str, at: int) -> ProgramError:
         """An error at a character."""
-        return ProgramError(code, message, self.column(at))
+        return ProgramError(code, message, self.find_column(at))
 
     def read_word(self, letter: str, bound: float = MAX_NUMBER) -> float:
-        """The value after a letter: as :meth:`value`, within bounds, and no second sign or point after a number."""
+        """The value after a letter: as :meth:`read_value`, within bounds, and no second sign or point after a number."""
         begin = self.at
         if (match := _NUMBER.match(self.characters, begin)) is not None:
             end = match.end()
@@ -101,7 +101,7 @@ class ValueReader:
         if self._is_macro:
             assert self.values is not None
             self._steps = self.values.steps_of_word(letter)
-        value = self.value(letter)
+        value = self.read_value(letter)
         self._steps = 1
         if math.isnan(value):
             assert self.values is not None
@@ -110,7 +110,7 @@ class ValueReader:
             raise self.error("VP007", f"{letter}{value:g}: the number is beyond any machine", begin)
         return value
 
-    def value(self, owner: str) -> float:
+    def read_value(self, owner: str) -> float:
         """A number, parameter, bracket or function; ``owner`` is what needs it, for messages."""
         characters, begin = self.characters, self.at
         if (match := _NUMBER.match(characters, begin)) is not None:
@@ -123,7 +123,7 @@ class ValueReader:
             return self._parameter()
         if first in ("+", "-") and first and re.match(r"[#\[A-Z]", characters[begin + 1 :]):
             self.at += 1
-            value = self.value(owner)
+            value = self.read_value(owner)
             return -value if first == "-" else value
         if first and (match := _LETTERS.match(characters, begin)) is not None:
             names = MACRO_LONGEST_FIRST if self._is_macro else FUNCTIONS_LONGEST_FIRST
@@ -172,7 +172,7 @@ class ValueReader:
             raise self.error("VP001", "the name of a parameter is not closed; expected '>'", begin)
         self._enter_bracket(begin)
         steps, self._steps = self._steps, 1
-        value = self.value("#")
+        value = self.read_value("#")
         self._steps = steps
         self._depth -= 1
         if math.isnan(value):
@@ -189,7 +189,7 @@ class ValueReader:
         self.at += 1
         key = self.read_key()
         try:
-            return self.values.value(key)
+            return self.values.read_value(key)
         except ProgramError as error:
             raise self.error(error.code, error.message, begin) from None
 
@@ -204,7 +204,7 @@ class ValueReader:
         return value
 
     def _binary(self, least: int) -> float:
-        left = self.value("an expression")
+        left = self.read_value("an expression")
         while True:
             match = OPERATOR.match(self.characters, self.at)
             precedence = MACRO_PRECEDENCE if self._is_macro else PRECEDENCE

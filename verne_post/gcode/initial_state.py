@@ -3,7 +3,7 @@
 from msgspec.structs import replace
 
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.offsets import vector9
+from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.setup import Setup
@@ -11,7 +11,7 @@ from verne_post.model.moves import ZERO9
 from verne_post.model.option_checks import ACTIVE_SYSTEM
 
 
-def initial_state(setup: Setup, tool_axis: tuple[float, float, float] | None = None) -> State:
+def make_initial_state(setup: Setup, tool_axis: tuple[float, float, float] | None = None) -> State:
     """The state at the start of a program in RS274/NGC: G80 G17 G90 G91.1 G94 G40 G49 G54 G64, mm."""
     systems = dict(setup.frames)
     if setup.tool_length is not None:
@@ -45,5 +45,5 @@ def _apply_parameters(setup: Setup, state: State) -> None:
     if setup.parameters:
         system = round(setup.parameters.get(ACTIVE_SYSTEM, 1.0))
         state.g92_on = setup.parameters.get(5210, 0.0) != 0.0
-        g92 = vector9(state.g92_stored) if state.g92_on else ZERO9
+        g92 = make_vector9(state.g92_stored) if state.g92_on else ZERO9
         state.frame = replace(state.systems[system], g92=g92)

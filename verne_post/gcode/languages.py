@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.base.printable import make_printable_in_place
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 
 #: Bytes from the beginning of a text that are searched.
 _SEARCHED: Final = 1 << 16
@@ -102,7 +102,7 @@ def find_other_language(
             right = f"; read it with --dialect {language.dialect}"
         else:
             right = f", which is not read; dialects are {', '.join(sorted(known))}"
-        return finding("VP032", text + right, line=line, last_line=line, worst_line=line)
+        return make_finding("VP032", text + right, line=line, last_line=line, worst_line=line)
     if recognised or (own is not None and re.search(own.sign, head, re.MULTILINE | re.IGNORECASE)):
         return None
     return _report_no_language(head, errors, known)
@@ -121,7 +121,7 @@ def _report_no_language(head: bytes, errors: Sequence[Finding], known: Collectio
     first = min(item.line or 0 for item in unreadable)
     shown = _quote(next(line for number, line in lines if number == first).decode("utf-8", errors="replace").strip())
     text = f"this looks like no program: hardly a line has words such as G1 X2 ({shown}); dialects are {', '.join(sorted(known))}"
-    return finding("VP032", text, line=first, last_line=first, worst_line=first)
+    return make_finding("VP032", text, line=first, last_line=first, worst_line=first)
 
 
 def _quote(text: str, most: int = 40) -> str:

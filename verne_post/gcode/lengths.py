@@ -9,13 +9,13 @@ from verne_post.gcode.arcs import PLANES, Arc
 from verne_post.model.moves import FeedMode
 
 
-def length_of(vector: Array) -> Array:
+def measure_length(vector: Array) -> Array:
     """Lengths (...) of vectors (..., 3), rounded alike for one and for many."""
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
-def line_lengths(delta: Array) -> tuple[Array, Mask]:
+def measure_lengths(delta: Array) -> tuple[Array, Mask]:
     """Length of a straight move by LinuxCNC's rule, and whether the tip moves.
 
     XYZ if they move, else UVW, else the norm of ABC; ``delta`` has shape (..., 9).

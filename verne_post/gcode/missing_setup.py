@@ -9,7 +9,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import ZERO9, Moves
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, describe_tool_number
 
@@ -80,7 +80,7 @@ def report_missing_offset(system: int, line: int) -> Finding:
     """VP033: a work system that a program uses from a line on, and that nobody has placed on the table."""
     name = SYSTEM_NAMES[system]
     text = f"no work offset was given: {name} stands on the table face, at the rotary centre; give --wcs {name}=X,Y,Z"
-    return finding("VP033", text, line=line, last_line=line, worst_line=line, settled_by=(("wcs", name),))
+    return make_finding("VP033", text, line=line, last_line=line, worst_line=line, settled_by=(("wcs", name),))
 
 
 def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:

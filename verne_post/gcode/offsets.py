@@ -12,7 +12,7 @@ from verne_post.model.moves import Frame
 from verne_post.model.part_setup import Vector9
 
 
-def vector9(values: object) -> Vector9:
+def make_vector9(values: object) -> Vector9:
     """Nine floats as the tuple that a Frame holds."""
     return tuple(float(value) for value in values)  # type: ignore[return-value, attr-defined]
 
@@ -61,7 +61,7 @@ class CartesianCoordinates(Struct, frozen=True):
         """Program coordinates (..., 9) -> machine coordinates."""
         machine = np.array(program, dtype=float)
         if frame.feature is not None:
-            machine[..., :3] = frame.feature.outside(machine[..., :3])
+            machine[..., :3] = frame.feature.map_outside(machine[..., :3])
         machine += np.asarray(frame.g92)
         if frame.turn:
             machine[..., :3] = _rotate(machine[..., :3], frame.turn)
@@ -74,7 +74,7 @@ class CartesianCoordinates(Struct, frozen=True):
             program[..., :3] = _rotate(program[..., :3], -frame.turn)
         program = program - np.asarray(frame.g92)
         if frame.feature is not None:
-            program[..., :3] = frame.feature.inside(program[..., :3])
+            program[..., :3] = frame.feature.map_inside(program[..., :3])
         return program
 
 

@@ -1,7 +1,7 @@
 """Parameter files as LinuxCNC keeps them: a number and a value in each line."""
 
 from verne_post.base.numbers import is_count, read_number
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.option_checks import check_parameter
 
 
@@ -26,7 +26,7 @@ def read_parameter_file(text: str, name: str) -> dict[int, float]:
             continue
         wrong = _find_mistake(words, values)
         if wrong:
-            errors.append(finding("VP028", f"{name}:{line}: {wrong}"))
+            errors.append(make_finding("VP028", f"{name}:{line}: {wrong}"))
         else:
             values[int(words[0])] = float(words[1])
     if errors:

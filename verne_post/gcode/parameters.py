@@ -16,7 +16,7 @@ from verne_post.gcode.expressions import Key, show_key
 from verne_post.gcode.machining.frames import set_home, set_stored_shift, set_stored_system
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import check_measured
-from verne_post.gcode.offsets import vector9
+from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.macro_variables import read_variable, set_variable
 from verne_post.gcode.rs274.modes import Modes
@@ -48,7 +48,7 @@ class Parameters:
 
     # --- reading ------------------------------------------------------------------------------
 
-    def value(self, key: Key) -> float:
+    def read_value(self, key: Key) -> float:
         """Value of a parameter; a number that was never set is 0.
 
         Raises
@@ -187,7 +187,7 @@ class Parameters:
         elif _ORIGINS <= key < 5400 and (key - _ORIGINS) // 20 < 9 and (key - _ORIGINS) % 20 < 10:
             system, entry = divmod(key - _ORIGINS, 20)
             frame = state.systems[system + 1]
-            origin = vector9(self._with_entry(frame.origin, entry, value)) if entry < 9 else frame.origin
+            origin = make_vector9(self._with_entry(frame.origin, entry, value)) if entry < 9 else frame.origin
             set_stored_system(state, replace(frame, origin=origin, turn=value if entry == 9 else frame.turn))
         else:
             store.numbered[key] = value
@@ -200,7 +200,7 @@ class Parameters:
     def persistent(self) -> dict[int, float]:
         """What a parameter file keeps: home positions, G92, the active system, all work systems, and what it had before."""
         state = self.state
-        found = {index: self.value(index) for index in self.setup.parameters}
+        found = {index: self.read_value(index) for index in self.setup.parameters}
         kept = {index: value for index, value in found.items() if not math.isnan(value)}  # nor a vacant variable
         for first, point in ((_HOME, state.home), (_HOME2, state.home2), (_G92, state.g92_stored)):
             for axis, value in enumerate(point or ()):
@@ -210,7 +210,7 @@ class Parameters:
         kept[ACTIVE_SYSTEM] = 1.0  # the end of a program selects G54
         for system in range(9):
             for entry in range(10):
-                kept[_ORIGINS + 20 * system + entry] = self.value(_ORIGINS + 20 * system + entry)
+                kept[_ORIGINS + 20 * system + entry] = self.read_value(_ORIGINS + 20 * system + entry)
         return dict(sorted(kept.items()))
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
 from verne_post.gcode import plain_arcs
-from verne_post.gcode.lengths import find_effective_feed, line_lengths
+from verne_post.gcode.lengths import find_effective_feed, measure_lengths
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain_arcs import PlainArcs
@@ -305,7 +305,7 @@ def _execute(
     # without inches, and after an F in this unit, the feed of a turn is that of a move of the tip
     if state.feed_mode == FeedMode.INVERSE or scaled or state.feed != state.feed_angular:
         delta = np.diff(end, axis=0, prepend=[state.position])
-        shown = find_effective_feed(state.feed_mode, feed, angular, *line_lengths(delta))
+        shown = find_effective_feed(state.feed_mode, feed, angular, *measure_lengths(delta))
     rapid = motion == 0
     number = np.arange(lines.first_line + first, lines.first_line + last) if shown_line is None else None
     kind = np.where(rapid, MoveKind.RAPID, MoveKind.FEED)

@@ -8,7 +8,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode import plain
-from verne_post.gcode.lengths import length_of
+from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.machining import Machining
 
 _ROTARY: Final = [3, 4, 5]
@@ -25,7 +25,7 @@ def end_of_vectors(core: Machining, view: plain.PlainView, lines: plain.PlainLin
     last = lines.find_first_named(first, last, _ROTARY)
     words = offsets[first:last]
     # what has no length is not one either
-    other = ~(np.abs(length_of(words[:, :_R]) - 1.0) <= VECTOR_LENGTH) | ~np.isnan(words[:, _R])
+    other = ~(np.abs(measure_length(words[:, :_R]) - 1.0) <= VECTOR_LENGTH) | ~np.isnan(words[:, _R])
     named = lines.row[first:last, _G] >= first
     other |= np.where(named, lines.filled[first:last, _G], (view.motion or 0) / 10) > 1
     return first + int(np.argmax(other)) if other.any() else last
@@ -40,7 +40,7 @@ def _point(core: Machining, lines: plain.PlainLines, first: int, end: Array) -> 
     """Turn the rotary axes of ends (n, 9) to the tool axes of the lines; returns these (n, 3)."""
     assert lines.offsets is not None
     vectors = lines.offsets[first : first + len(end), :_R]
-    axes = vectors / length_of(vectors)[:, None]
+    axes = vectors / measure_length(vectors)[:, None]
     plain.turn_to_axes(core, end, axes)
     core.hold_tool_axis(axes[-1])
     return np.asarray(axes)

@@ -15,7 +15,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import (
     AXES,
     MOVE_COLUMNS,
@@ -295,7 +295,7 @@ class Recorder(Struct):
         if share != 1.0:
             self.arc_feeds[rule] = self.arc_feeds.get(rule, ArcFeedUse(rule, 0, share, share)).count_arc(share)
 
-    def event(self, line: int, kind: str, **data: object) -> None:
+    def record_event(self, line: int, kind: str, **data: object) -> None:
         """Record an auxiliary function, a message, a stop or a call."""
         self.events.append(Event(line, kind, self.count, data))
 
@@ -303,7 +303,7 @@ class Recorder(Struct):
         """Record a warning."""
         before = self.warnings.get((line, code))
         self.warnings[line, code] = (
-            finding(code, message, line=line, last_line=line, worst_line=line, column=column)
+            make_finding(code, message, line=line, last_line=line, worst_line=line, column=column)
             if before is None else dataclasses.replace(before, count=before.count + 1)
         )  # fmt: skip
 
@@ -368,9 +368,9 @@ class Recorder(Struct):
             Numbered parameters after the program.
         """
         self._settle()
-        table, arcs = self.table.columns(), Arcs(**self.arc_table.columns())
+        table, arcs = self.table.freeze(), Arcs(**self.arc_table.freeze())
         return Moves(
-            arcs=arcs, splines=self.splines.splines(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
+            arcs=arcs, splines=self.splines.freeze(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
             placed_systems=frozenset(self.placed), arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),

@@ -6,7 +6,7 @@ at 0. While the table stands, they are coordinates of the part in another positi
 
 import numpy as np
 
-from verne_post.gcode.offsets import vector9
+from verne_post.gcode.offsets import make_vector9
 from verne_post.model.moves import ZERO9, Feature, Frame
 from verne_post.model.protocols import Coordinates
 
@@ -40,7 +40,7 @@ def find_standing_plane(coordinates: Coordinates, frame: Frame, program: list[fl
         return None
     # nearly orthogonal by rounding of differences: made so
     u, _s, v = np.linalg.svd(rotation)
-    origin = vector9([*place[0], *ZERO9[3:]])[:3]
+    origin = make_vector9([*place[0], *ZERO9[3:]])[:3]
     return Feature((origin[0], origin[1], origin[2]), tuple(float(value) for value in (u @ v).ravel()))
 
 

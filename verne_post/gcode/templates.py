@@ -187,7 +187,7 @@ class _Compiler:
             return node
         if first == "#":
             index = self._index()
-            return lambda n, values: _ordinary(values.value(_whole(index(n, values))))
+            return lambda n, values: _ordinary(values.read_value(_whole(index(n, values))))
         if first in ("+", "-"):
             if self.text[self.at : self.at + 1] in ("+", "-"):
                 raise _NoTemplateError

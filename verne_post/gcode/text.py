@@ -76,7 +76,7 @@ class Chunk(Struct, frozen=True, dict=True):
         ends = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord("\n"))
         return ends if self.text.endswith(b"\n") else np.append(ends, len(self.text))
 
-    def raw(self, row: int) -> bytes:
+    def read_raw(self, row: int) -> bytes:
         """A line itself, counted from 0."""
         ends = self._ends
         return self.text[int(ends[row - 1]) + 1 if row else 0 : int(ends[row])]
@@ -86,7 +86,7 @@ class Chunk(Struct, frozen=True, dict=True):
         assert self.words is not None
         return np.searchsorted(self.words.row, np.arange(self.words.n_lines + 1)).tolist()
 
-    def block(self, row: int, line: int) -> Block | None:
+    def build_block(self, row: int, line: int) -> Block | None:
         """The block of a line of plain words, counted from 0; None for any other line."""
         if self.words is None or not self.words.plain[row]:
             return None
@@ -144,7 +144,7 @@ class ChunkedText(ABC):
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
         """Scan the lines of a chunk."""
 
-    def chunk(self, line: int) -> Chunk | None:
+    def find_chunk(self, line: int) -> Chunk | None:
         """The chunk that holds a line; None after the end of the text."""
         last = self._last
         if last is not None and last.first_line <= line < last.end_line:
@@ -198,10 +198,10 @@ class ProgramText(ChunkedText):
         words.plain[self.language.leave_to_reader(text, self.setup)] = False
         return Chunk(first_line, text, PlainLines(words, self.setup, others=plain_arcs.WORDS), words)
 
-    def line(self, line: int) -> bytes:
+    def read_line(self, line: int) -> bytes:
         """One line."""
-        chunk = self.chunk(line)
-        return b"" if chunk is None else chunk.raw(line - chunk.first_line)
+        chunk = self.find_chunk(line)
+        return b"" if chunk is None else chunk.read_raw(line - chunk.first_line)
 
     @cached_property
     def structure(self) -> Structure:
@@ -301,7 +301,7 @@ class _Opened:
                 raise ProgramError("VP023", f"o{label} sub inside {self._describe(self._open[-1])}; close that first")
             if kind == "sub" and label in structure.subs:
                 raise ProgramError("VP023", f"o{label} sub stands twice, first in line {structure.subs[label][0]}")
-            self._open.append(_Construct(kind, label, line, o.reader.column(o.label_at - 1)))
+            self._open.append(_Construct(kind, label, line, o.reader.find_column(o.label_at - 1)))
         elif kind in ("elseif", "else"):
             self._expect("if", label, kind)
             self._open[-1].branches.append(line)

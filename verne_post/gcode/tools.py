@@ -2,7 +2,7 @@
 
 from verne_post.gcode.block import read_block
 from verne_post.gcode.program_error import ProgramError
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.moves import AXES
 from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, Tool, Vector9
 
@@ -34,12 +34,12 @@ def read_tool_table(text: str, name: str) -> dict[int, Tool]:
             tool = _read_line(raw, number, f"{name}:{number}")
         except ProgramError as error:
             message = f"{name}:{number}: {error.message}"
-            errors.append(finding("VP019", message, column=error.column))
+            errors.append(make_finding("VP019", message, column=error.column))
             continue
         if tool is None:
             continue
         if tool.number in tools:
-            errors.append(finding("VP019", f"{name}:{number}: tool T{tool.number} stands twice in the table"))
+            errors.append(make_finding("VP019", f"{name}:{number}: tool T{tool.number} stands twice in the table"))
         tools[tool.number] = tool
     if errors:
         raise InputError(*errors)

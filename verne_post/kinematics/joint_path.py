@@ -26,7 +26,7 @@ TURN_STEP: Final = np.radians(0.5)
 class KeepOutModel(ClearanceModel, Protocol):
     """Distances from boxes on the table."""
 
-    def moved(self, shift: Array) -> "KeepOutModel":
+    def move_part(self, shift: Array) -> "KeepOutModel":
         """The same where the part stands elsewhere on the table by ``shift`` (3,), mm."""
 
 
@@ -65,7 +65,7 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         """Tool axis (n, 3) on the table."""
         return self.machine.five_axis.find_tool_axis(solved.q, solved.angles, solved.platform)
 
-    def margins(self, solved: Solved) -> Array:
+    def find_margins(self, solved: Solved) -> Array:
         """Margins of the geometry (n, m)."""
         return self.machine.five_axis.find_geometry_margins(solved.q, solved.angles, solved.platform)
 
@@ -91,7 +91,9 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         row = path.circle[self.contour.segment[element]]
         on = np.flatnonzero((row >= 0) & np.isfinite(path.circles.joints[row, 0]) & ~self.contour.blended[element])
         joints = path.circles.joints[row[on], :4]
-        turns = joints[:, :2] + self.contour.parameter(element[on], w[on])[:, None] * (joints[:, 2:] - joints[:, :2])
+        turns = joints[:, :2] + self.contour.find_parameters(element[on], w[on])[:, None] * (
+            joints[:, 2:] - joints[:, :2]
+        )
         q[on] = five_axis.place_joints(tip[on], turns, length[on])
 
     def _follow_turns(self, element: Ints, w: Array, q: Array) -> None:
@@ -120,7 +122,7 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         turn = np.unwrap(turn[np.maximum.accumulate(np.where(known, np.arange(len(w)), np.argmax(known)))])
         return element + w, turn
 
-    def bodies(self, element: Ints, solved: Solved) -> Pose:
+    def place_bodies(self, element: Ints, solved: Solved) -> Pose:
         """Where the real tool and the module are at solved poses of elements (n,)."""
         segment = self.contour.segment[element]
         tip, axis = solved.tip, self.find_tool_axis(solved)
@@ -129,12 +131,12 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         length = self.contour.path.tool_length[segment] - self.lift
         return Pose(solved.q, solved.platform, tip, axis, length, segment)
 
-    def q(self, element: Ints, w: Array) -> Array:
+    def find_joints(self, element: Ints, w: Array) -> Array:
         """Joint values (n, n_joints), mm and rad, workpiece sense; NaN where unsolvable."""
         return self.find_joint_poses(element, w).q
 
     def find_joint_poses(self, element: Ints, w: Array) -> JointPoses:
-        """As :meth:`q`, with the poses."""
+        """As :meth:`find_joints`, with the poses."""
         n = len(w)
         rows = JointPoses(np.empty((n, len(self.machine.columns))), np.empty((n, 3)), np.empty((n, 2)))
         for part in _split_rows(n):

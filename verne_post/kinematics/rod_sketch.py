@@ -19,5 +19,5 @@ def sketch_rods(machine: Machine, q: Array, platform: Platform) -> Array:
     nominal = machine.five_axis
     if machine.rod_places is None or not isinstance(nominal, HybridMachine):
         return nominal.sketch(q, platform)
-    geometry = AsBuiltMachine(nominal, machine.rod_places, Deviations.none()).geometry
+    geometry = AsBuiltMachine(nominal, machine.rod_places, Deviations.build_nominal()).geometry
     return np.stack(place_rod_ends(geometry, q[:, :3], platform), axis=2)

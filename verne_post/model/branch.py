@@ -15,7 +15,7 @@ class Branch(Struct, frozen=True):
     flip: int
     turns: int
 
-    def of(self, angles: Array) -> Array:
+    def apply_to(self, angles: Array) -> Array:
         """The pair (..., 2) on this branch for the pair on the provisional one, rounded like it.
 
         Without rounding a table that stands still at C 0 would be one that turns by the last digit of pi.

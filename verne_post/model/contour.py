@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import blocks
+from verne_post.base.columns import iterate_blocks
 from verne_post.model.toolpath import ToolPath
 
 #: Numbers of elements, or a slice of them.
@@ -127,20 +127,20 @@ class Contour(Struct, frozen=True):
     def __len__(self) -> int:
         return len(self.segment)
 
-    def line(self, element: Rows = EVERY) -> Ints:
+    def find_lines(self, element: Rows = EVERY) -> Ints:
         """Source lines (m,) of elements (m,)."""
         return self.path.line[self.segment[element]]
 
-    def tool_length(self, element: Rows = EVERY) -> Array:
+    def find_tool_lengths(self, element: Rows = EVERY) -> Array:
         """Tool lengths (m,) of elements (m,), mm."""
         return self.path.tool_length[self.segment[element]]
 
-    def pace(self, element: Rows = EVERY) -> Array:
+    def find_pace(self, element: Rows = EVERY) -> Array:
         """Seconds per mm of s at the programmed feed rate (m,) of elements (m,), 0 for rapids."""
         segment = self.segment[element]
         return np.asarray(self.path.feed_time[segment] / self.path.length[segment])
 
-    def parameter(self, element: Ints, w: Array) -> Array:
+    def find_parameters(self, element: Ints, w: Array) -> Array:
         """Parameter u (n,) of the segment at w (n,) of elements (n,)."""
         low = self.low.take(element)
         return np.asarray(low + w * (self.high.take(element) - low))
@@ -168,7 +168,7 @@ class Contour(Struct, frozen=True):
     def continuous(self) -> Mask:
         """Sections whose curvature changes (n_sections,): with a corner blend or a spline in them."""
         continuous = np.zeros(self.n_sections, dtype=bool)
-        for first, last in blocks(len(self)):
+        for first, last in iterate_blocks(len(self)):
             block = slice(first, last)
             changes = self.blended[block] | (self.path.spline[self.segment[block]] >= 0)
             continuous[self.section[block][changes]] = True
@@ -179,7 +179,7 @@ class Contour(Struct, frozen=True):
         """Number of blended corners."""
         blended = 0
         if self.corners is not None:
-            for first, last in blocks(len(self.path) - 1):
+            for first, last in iterate_blocks(len(self.path) - 1):
                 programmed = self.path.move[first : last + 1] >= 0
                 corner = np.flatnonzero(programmed[1:] & programmed[:-1]) + first + 1 + self.corners.shift
                 blended += int((self.corners.reach[corner] > 0).sum())

@@ -72,7 +72,7 @@ class Deviations(Struct, frozen=True, eq=False):
     spindle: Array
 
     @classmethod
-    def none(cls) -> "Deviations":
+    def build_nominal(cls) -> "Deviations":
         """All zero: the nominal machine."""
         return cls.build_from_vector(np.zeros(len(PARAMETERS)))
 

@@ -44,7 +44,7 @@ class Drive(Struct, frozen=True, eq=False):
     integer: bool = False
     error: Callable[[Array], Array] | None = None
 
-    def numbers(self, places: Array) -> Array:
+    def find_numbers(self, places: Array) -> Array:
         """Numbers (n,) to command so that the actuator stands at places (n,); not rounded."""
         x = places
         if self.error is not None:
@@ -54,7 +54,7 @@ class Drive(Struct, frozen=True, eq=False):
                     break
         return np.asarray(self.sign * self.scale * (x - self.zero))
 
-    def places(self, numbers: Array) -> Array:
+    def find_places(self, numbers: Array) -> Array:
         """Places (n,) at which the actuator stands when it is commanded to numbers (n,)."""
         x = self.zero + self.sign * numbers / self.scale
         return x if self.error is None else x + self.error(x)

@@ -82,7 +82,7 @@ class Finding:
     settled_by: tuple[tuple[str, ...], ...] = ()
 
 
-def finding(code: str, message: str, **where: object) -> Finding:
+def make_finding(code: str, message: str, **where: object) -> Finding:
     """Build a finding whose severity is that of its code, unless ``severity=`` is given."""
     where.setdefault("severity", CODES[code].severity)
     return Finding(code=code, message=message, **where)  # type: ignore[arg-type]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding
@@ -181,7 +181,7 @@ class Machine:
         """Nominal angles (2,), rad, as words of the rotary axes: ``A 30.000, C -90.000``."""
         program = self.coordinates.map_from_table(np.zeros(3), np.asarray(angles, dtype=float), Frame())
         words = zip(self.rotary_letters, program[list(self.coordinates.rotary)], strict=True)
-        return ", ".join(f"{letter} {fixed(float(word), decimals)}" for letter, word in words)
+        return ", ".join(f"{letter} {format_fixed(float(word), decimals)}" for letter, word in words)
 
     def find_origin_on_table(self, frame: Frame) -> tuple[float, float, float]:
         """Origin of a work system in the table frame, mm."""

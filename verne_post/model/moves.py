@@ -76,12 +76,12 @@ class Feature(Struct, frozen=True):
     origin: tuple[float, float, float]
     rotation: tuple[float, ...]
 
-    def outside(self, point: Array) -> Array:
+    def map_outside(self, point: Array) -> Array:
         """Points (..., 3) of the plane in program coordinates without it."""
         return self.turn_outside(point) + np.asarray(self.origin)
 
-    def inside(self, point: Array) -> Array:
-        """Inverse of :meth:`outside`."""
+    def map_inside(self, point: Array) -> Array:
+        """Inverse of :meth:`map_outside`."""
         return (point - np.asarray(self.origin)) @ self._matrix
 
     def turn_outside(self, direction: Array) -> Array:
@@ -190,14 +190,14 @@ class Event(Struct, frozen=True):
         return self.kind == "tool" or (self.kind == "input" and self.data["wait"] != 0)
 
 
-def tool_names(events: Iterable[Event]) -> dict[int, str]:
+def name_tools(events: Iterable[Event]) -> dict[int, str]:
     """Number -> name of the tools that a program names."""
     return {int(str(event.data["number"])): str(event.data["name"]) for event in events if "name" in event.data}
 
 
 def tool_of_event(event: Event) -> str:
     """The tool of a tool change, as a person knows it."""
-    return describe_tool_number(int(str(event.data["number"])), tool_names([event]))
+    return describe_tool_number(int(str(event.data["number"])), name_tools([event]))
 
 
 class TablePlace(Struct, frozen=True):

@@ -59,7 +59,7 @@ class Checked(Struct, frozen=True):
     check: Callable[[Any], Any]
 
 
-def one_of(names: Callable[[], tuple[str, ...]]) -> Checked:
+def accept_one(names: Callable[[], tuple[str, ...]]) -> Checked:
     """Takes one of some names."""
 
     def check(value: object) -> object:
@@ -107,7 +107,7 @@ def check_mapping(value: object, what: str) -> Mapping[Any, Any]:
     return value
 
 
-def system_number(value: object) -> int:
+def find_system(value: object) -> int:
     """Number of a work system from its name (G54 ... G59.3, G54.1P1 ... P48), or from the number itself.
 
     Raises
@@ -128,7 +128,7 @@ def check_work_offsets(value: object) -> dict[int, WorkOffset]:
     """Work offsets by number; given by name or number, as WorkOffset or as x, y, z and maybe c."""
     found: dict[int, WorkOffset] = {}
     for key, offset in check_mapping(value, "a mapping such as {'G54': (x, y, z)}").items():
-        number = system_number(key)
+        number = find_system(key)
         if number in found:
             raise ValueError(f"{SYSTEM_NAMES[number]} is given twice")
         what = f"x, y, z and maybe c for {SYSTEM_NAMES[number]}"
@@ -176,7 +176,7 @@ def check_box(box: object) -> Box:
 
 def _check_place(body: Box | FixtureMesh) -> tuple[int | None, float]:
     """Work system and distance of a body."""
-    system = None if body.system is None else system_number(body.system)
+    system = None if body.system is None else find_system(body.system)
     (distance,) = check_numbers((body.distance,), (1,), "a distance", MAX_PLACE)
     if distance < 0:
         raise ValueError(f"{body.name}: the distance {distance:g} is negative")

@@ -18,12 +18,13 @@ from msgspec import Meta, Struct, ValidationError, convert
 from verne_post.base.modules import list_module_names
 from verne_post.base.suggestions import suggest
 from verne_post.base.team import can_fork
-from verne_post.base.type_words import bare, describe, describe_bounds, has_shape, list_alternatives
+from verne_post.base.type_words import describe, describe_bounds, has_shape, list_alternatives, strip_bounds
 from verne_post.base.units import MM_PER_INCH, RAD_PER_DEG
 from verne_post.model.control_keys import check_control
 from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import (
     Checked,
+    accept_one,
     check_box,
     check_fixtures,
     check_override,
@@ -36,7 +37,6 @@ from verne_post.model.option_checks import (
     check_tools,
     check_work_offsets,
     convert_from_numpy,
-    one_of,
 )
 from verne_post.model.part_setup import (
     MAX_TOOL,
@@ -148,7 +148,7 @@ class Options:
         "Control cycle, in place of the machine file's.", Group.SETUP, unit="s")] = None
 
     # --- reading the program ---
-    dialect: Annotated[str, one_of(dialects), About(
+    dialect: Annotated[str, accept_one(dialects), About(
         "Controller dialect; auto: as its first lines or the ending of its file show, else rs274.", Group.PROGRAM, choices=dialects)] = "auto"
     block_delete: Annotated[bool, About("Skip blocks that begin with a slash.", Group.PROGRAM)] = False
     optional_stop: Annotated[bool, About("M1 stops.", Group.PROGRAM)] = False
@@ -386,14 +386,14 @@ OPTIONS: Final = {
 }
 
 
-def about(name: str) -> About:
+def find_about(name: str) -> About:
     """How an option is shown."""
     return OPTIONS[name].about
 
 
 def find_key(name: str) -> str:
     """The key of an option in records."""
-    unit = about(name).unit
+    unit = find_about(name).unit
     return f"{name}_{unit}" if unit else name
 
 
@@ -418,7 +418,7 @@ def check_value(name: str, value: Any) -> Any:
         except (ValidationError, UnicodeError):
             pass
     unit = option.about.unit or ("degrees" if name.endswith("_deg") else "")
-    words = describe_bounds(bare(fitting)[1]) or describe(option.kind)
+    words = describe_bounds(strip_bounds(fitting)[1]) or describe(option.kind)
     raise _make_refusal(name, value, f"expected {words} {unit}".rstrip())
 
 

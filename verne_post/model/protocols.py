@@ -58,7 +58,7 @@ class JointFunctions(Protocol):
     def pose(self) -> PoseFunction:
         """Tip and angles along a contour."""
 
-    def q(self, element: Ints, w: Array) -> Array:
+    def find_joints(self, element: Ints, w: Array) -> Array:
         """Joints (n, n_joints) at parameter w (n,) of elements (n,)."""
 
     def find_joint_poses(self, element: Ints, w: Array) -> JointPoses:

@@ -110,11 +110,11 @@ class GrowingSplines:
         self._points += len(pieces.points)
         self._knots += len(pieces.knots)
 
-    def splines(self) -> Splines:
+    def freeze(self) -> Splines:
         """Return all pieces; none can be added any more."""
-        return Splines(**self._pieces.columns(), **self._controls.columns(), **self._knot_values.columns())
+        return Splines(**self._pieces.freeze(), **self._controls.freeze(), **self._knot_values.freeze())
 
 
 def build_empty_splines(width: int) -> Splines:
     """Return a table without pieces."""
-    return GrowingSplines(width).splines()
+    return GrowingSplines(width).freeze()

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import Growing, blocks
+from verne_post.base.columns import Growing, iterate_blocks
 from verne_post.model.splines import Splines
 
 
@@ -256,16 +256,16 @@ class ToolPath(Struct, frozen=True):
     def move_reached(self) -> Ints:
         """The move that each segment (n,) belongs to; for a detour and the departure the last move before, -1 before all."""
         reached, last = Growing(np.int32), np.full(1, -1, dtype=np.int32)
-        for begin, end in blocks(len(self)):
+        for begin, end in iterate_blocks(len(self)):
             block = np.maximum.accumulate(np.append(last, self.move[begin:end]))[1:]
             reached.extend(block)
             last = block[-1:]
-        return reached.column()
+        return reached.freeze()
 
     @property
     def first_move(self) -> int:
         """The first move that has a segment, 0 where there is none."""
-        for begin, end in blocks(len(self)):
+        for begin, end in iterate_blocks(len(self)):
             move = self.move[begin:end]
             if (move >= 0).any():
                 return int(move[move >= 0][0])
@@ -275,15 +275,15 @@ class ToolPath(Struct, frozen=True):
     def moves_with_length(self) -> Ints:
         """Numbers of the moves that have segments, ascending."""
         numbers, last = Growing(np.int32), -1
-        for begin, end in blocks(len(self)):
+        for begin, end in iterate_blocks(len(self)):
             move = self.move[begin:end]
             move = move[move >= 0]
             if len(move):
                 numbers.extend(move[move != np.append(last, move[:-1])])
                 last = int(move[-1])
-        return numbers.column()
+        return numbers.freeze()
 
-    def part(self, first: int, last: int) -> "ToolPath":
+    def take_part(self, first: int, last: int) -> "ToolPath":
         """Segments ``first`` to ``last`` (excluded) as a path without dwells; the tables of their shapes keep their rows."""
         return replace(
             self, **{name: getattr(self, name)[first:last] for name in SEGMENT_COLUMNS},

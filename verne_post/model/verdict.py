@@ -109,13 +109,13 @@ def is_about_pose(code: str) -> bool:
     return find_family(code) in (Family.POSITION, Family.GEOMETRY, Family.BRANCH)
 
 
-def worst(findings: Iterable[CodedFinding]) -> Severity | None:
+def find_worst(findings: Iterable[CodedFinding]) -> Severity | None:
     """The gravest severity among findings, None where there are none."""
     found = {item.severity for item in findings}
     return next((severity for severity in SEVERITIES if severity in found), None)
 
 
-def counts(findings: Iterable[CodedFinding]) -> tuple[int, int]:
+def count_findings(findings: Iterable[CodedFinding]) -> tuple[int, int]:
     """Numbers of errors and of warnings."""
     severities = [item.severity for item in findings]
     return severities.count("error"), severities.count("warning")
@@ -130,7 +130,7 @@ def find_exit_status(findings: Iterable[CodedFinding], fail_level: Severity = "e
         Violations of this severity and graver ones count.
     """
     counting = SEVERITIES[: SEVERITIES.index(fail_level) + 1]
-    return gravest(
+    return find_gravest(
         _STATUS_OF_CODE.get(item.code, _STATUS[find_family(item.code)]) if item.severity == "error" else ExitStatus.VIOLATION
         for item in findings if item.severity in counting
     )  # fmt: skip
@@ -149,7 +149,7 @@ def find_verdict(status: int, findings: Iterable[CodedFinding]) -> Verdict:
     }.get(ExitStatus(status), Verdict.INTERNAL_ERROR)
 
 
-def gravest(statuses: Iterable[int]) -> ExitStatus:
+def find_gravest(statuses: Iterable[int]) -> ExitStatus:
     """The exit status of several programs."""
     found = set(statuses)
     return next((status for status in _GRAVEST_FIRST if status in found), ExitStatus.CLEAN)

@@ -27,7 +27,7 @@ _STEP_MM = 10.0
 _STEP_ANGLE = math.radians(5.0)
 
 
-def moves(table: Moves) -> Iterator[str]:
+def dump_moves(table: Moves) -> Iterator[str]:
     """Motion, dwells and events in order of execution."""
     events = iter([*table.events, None])
     event = next(events)
@@ -62,7 +62,7 @@ def _move(table: Moves, row: int) -> dict[str, object]:
     return record
 
 
-def poses(joints: JointPath, table: Moves) -> Iterator[str]:
+def dump_poses(joints: JointPath, table: Moves) -> Iterator[str]:
     """Tip and tool axis in the work frame along every element; s in mm from the beginning of its section."""
     contour, path = joints.contour, joints.contour.path
     for element, w, s in _sample_points(contour):
@@ -71,7 +71,7 @@ def poses(joints: JointPath, table: Moves) -> Iterator[str]:
         move = path.move[contour.segment[element[0]]]
         frame = table.frames[table.frame[move]] if move >= 0 else table.start_frame
         tip, axis = joints.machine.coordinates.map_to_work(solved.tip, axis, frame)
-        line = contour.line(element)
+        line = contour.find_lines(element)
         for k in range(len(w)):
             yield _write_line(
                 {"line": int(line[k]), "s": float(s[k]), "tip": tip[k].tolist(), "axis": axis[k].tolist()}
@@ -84,8 +84,8 @@ def dump_joints(joint_path: JointPath) -> Iterator[str]:
     names = [f"{margin.name} ({margin.axis})" if margin.axis else margin.name for margin in machine.margins]
     for element, w, s in _sample_points(contour):
         solved = joint_path.solve(element, w)
-        margins = joint_path.margins(solved)
-        line = contour.line(element)
+        margins = joint_path.find_margins(solved)
+        line = contour.find_lines(element)
         for k in range(len(w)):
             q = {
                 column.header: blank_nonfinite(solved.q[k, j] * column.factor)

@@ -40,7 +40,7 @@ class FileFormat(Struct, frozen=True):
     variants: Mapping[str, Writer] = field(default_factory=dict)
     describe: Callable[["WrittenRows"], tuple[str, str]] | None = None
 
-    def writer(self, suffix: str) -> Writer:
+    def choose_writer(self, suffix: str) -> Writer:
         """Choose the writer for a file whose name ends so; "" for standard output."""
         return self.variants.get(suffix.lower(), self.write)
 

@@ -7,7 +7,7 @@ from msgspec import Struct
 from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import OF_THE_PART, counts, is_about_pose, is_about_text
+from verne_post.model.verdict import OF_THE_PART, count_findings, is_about_pose, is_about_text
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -41,7 +41,7 @@ class Report(Struct, frozen=True):
 
 def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:
     """``FILE: can run: 0 errors, 1 warning``, or refused; errors that a policy does not count are named."""
-    errors, warnings = counts(findings)
+    errors, warnings = count_findings(findings)
     hidden = errors_not_counted
     not_counted = f"not refused, {_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
     verdict = "refused" if errors else not_counted if hidden else "can run"

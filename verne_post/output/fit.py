@@ -4,13 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import SYSTEM_NAMES
-from verne_post.model.verdict import worst
+from verne_post.model.verdict import find_worst
 from verne_post.output.cells import blank_nonfinite
 from verne_post.output.findings import format_finding
 from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Place, Proposal
@@ -47,14 +47,14 @@ def _write_g10_block(proposal: Proposal, machine: Machine) -> str | None:
     return f"G10 L2 P{proposal.system} " + " ".join(f"{letter}{_number(value)}" for letter, value in words.items())
 
 
-def text(program: str, machine: Machine, proposal: Proposal) -> str:
+def make_text(program: str, machine: Machine, proposal: Proposal) -> str:
     """The result for a person."""
     return "\n".join(_write_lines(program, machine, proposal)) + "\n"
 
 
 def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator[str]:
     before, after = proposal.before, proposal.after
-    fits = worst(proposal.findings) != "error"
+    fits = find_worst(proposal.findings) != "error"
     wcs = _write_wcs_option(proposal, after.place)
     if fits:
         if any(_measure_shift(proposal, after.place)):
@@ -103,7 +103,7 @@ def _select_blocking(findings: tuple[Finding, ...]) -> list[Finding]:
 def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
     """The result as JSON."""
     before, after = proposal.before, proposal.after
-    fits = worst(proposal.findings) != "error"
+    fits = find_worst(proposal.findings) != "error"
     data = {
         "schema": 1,
         "program": program,
@@ -140,8 +140,8 @@ def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
 
 def _number(value: float) -> str:
     """A number without trailing zeros; what the search found has been rounded, what was given is as it was given."""
-    return fixed(value, WRITTEN_DECIMALS).rstrip("0").rstrip(".")
+    return format_fixed(value, WRITTEN_DECIMALS).rstrip("0").rstrip(".")
 
 
 def _format_margin(value: float) -> str:
-    return fixed(value, 3) if np.isfinite(value) else "no reach"
+    return format_fixed(value, 3) if np.isfinite(value) else "no reach"

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import format_json
 from verne_post.model.drives import Drive
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Column
 from verne_post.model.moves import Event
 from verne_post.model.setpoints import SetpointBlock
@@ -60,7 +60,7 @@ def is_derived(path: Path, output: Path) -> bool:
     return re.fullmatch(rf"{stem}\.(?:index\.json|[0-9]+{suffix})", path.name) is not None
 
 
-def parts_of(index_file: Path) -> list[Path]:
+def list_parts(index_file: Path) -> list[Path]:
     """Files of the parts that an index names.
 
     Raises
@@ -75,7 +75,7 @@ def parts_of(index_file: Path) -> list[Path]:
             raise ValueError("a name has a zero byte")
         return [index_file.parent / Path(name).name for name in names]
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(finding("VP020", f"{index_file}: not an index of parts: {error}")) from None
+        raise InputError(make_finding("VP020", f"{index_file}: not an index of parts: {error}")) from None
 
 
 def read_parts(
@@ -88,23 +88,27 @@ def read_parts(
     InputError
         VP020: not an index, a part that cannot be read, or one that does not begin where the part before it ended.
     """
-    files = parts_of(path)
+    files = list_parts(path)
     if len(files) != len(stop_lines) + 1:
-        raise InputError(finding("VP020", f"{path}: {len(files)} parts, and the program has {len(stop_lines)} stops"))
+        raise InputError(
+            make_finding("VP020", f"{path}: {len(files)} parts, and the program has {len(stop_lines)} stops")
+        )
     first, last = 0, None
     for number, file in enumerate(files):
         try:
             stream = file.open(encoding="utf-8-sig")
         except (OSError, ValueError) as error:
-            raise InputError(finding("VP020", f"{file}: {error}")) from None
+            raise InputError(make_finding("VP020", f"{file}: {error}")) from None
         begin, line = first, None
         with stream:
             for block in read_csv(stream, str(file), columns, cycle, drives):
                 if block.first == 0 and last is not None and not np.array_equal(last, block.values[0]):
-                    raise InputError(finding("VP020", f"{file}: does not begin where the part before it ended"))
+                    raise InputError(make_finding("VP020", f"{file}: does not begin where the part before it ended"))
                 last, first, line = block.values[-1], begin + block.first + len(block.values), int(block.line[-1])
                 yield replace(block, first=begin + block.first)
         if number < len(stop_lines) and line != stop_lines[number]:
             raise InputError(
-                finding("VP020", f"{file}: ends in line {line}, and the program stops in line {stop_lines[number]}")
+                make_finding(
+                    "VP020", f"{file}: ends in line {line}, and the program stops in line {stop_lines[number]}"
+                )
             )

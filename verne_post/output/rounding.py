@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ROUNDING_MM, ROUNDING_RAD, ROUNDING_SHARES
 from verne_post.model.drives import Drive
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Column, Machine
 from verne_post.model.setpoints import SetpointFormat
 
@@ -57,7 +57,7 @@ def choose_setpoint_format(
             )  # fmt: skip
             remedy = "use --units joint" if whole[index] else "use --decimals auto"
             text += f" alone makes a jerk of {noise:g} {column.unit}/s3, over {'its limit' if np.isfinite(machine.limits.jerk[index]) else 'what its acceleration allows,'} {limit:g}; {remedy}, or --accept-rounding"
-            raise InputError(finding("VP018", text))
+            raise InputError(make_finding("VP018", text))
     return fmt
 
 
@@ -112,7 +112,7 @@ def round_setpoints(q: Array, machine: Machine, fmt: SetpointFormat) -> tuple[Ar
     """
     values = q * np.array([column.factor for column in machine.columns])
     for joint, drive in enumerate(fmt.drives):
-        values[:, joint] = drive.numbers(values[:, joint])
+        values[:, joint] = drive.find_numbers(values[:, joint])
     for joint, decimals in enumerate(fmt.decimals):
         values[:, joint] = np.round(values[:, joint], decimals)
     values = values + 0.0  # no negative zeros
@@ -125,4 +125,4 @@ def convert_positions(numbers: Array, fmt: SetpointFormat) -> Array:
     """Convert numbers (n, n_joints) of a file to mm and degrees."""
     if not fmt.drives:
         return numbers
-    return np.stack([drive.places(numbers[:, joint]) for joint, drive in enumerate(fmt.drives)], axis=1)
+    return np.stack([drive.find_places(numbers[:, joint]) for joint, drive in enumerate(fmt.drives)], axis=1)

@@ -6,13 +6,13 @@ from typing import Any, Final
 
 from msgspec import structs
 
-from verne_post.base.long_text import Text, sha256
+from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.printable import format_json
 from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.options import OPTIONS, Changes, Options, about, find_key
+from verne_post.model.options import OPTIONS, Changes, Options, find_about, find_key
 from verne_post.model.summary import FreeTurn, Summary
 from verne_post.model.verification import Verification
 from verne_post.output.cells import blank_nonfinite
@@ -30,7 +30,7 @@ def describe_rows(summary: Summary) -> dict[str, str]:
 
     machine = summary.machine
     return {
-        "version": __version__, "program": summary.options.source_name, "program_sha256": sha256(summary.source),
+        "version": __version__, "program": summary.options.source_name, "program_sha256": compute_sha256(summary.source),
         "machine": machine.name, "machine_sha256": machine.sha256, "cycle_s": repr(summary.format.cycle),
         "options": json.dumps(summary.options.record(), allow_nan=False),
     }  # fmt: skip
@@ -44,7 +44,7 @@ def format_side_car(summary: Summary) -> str:
     data: dict[str, object] = {
         "schema": SIDE_CAR_SCHEMA,
         "version": __version__,
-        "program": {"name": summary.options.source_name, "sha256": sha256(summary.source)},
+        "program": {"name": summary.options.source_name, "sha256": compute_sha256(summary.source)},
         "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
         "options": summary.options.record(),
         "columns": {
@@ -130,10 +130,10 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
         data = json.loads(text)
         schema, _ = data["schema"], (data["program"]["sha256"], data["machine"]["sha256"], data["options"].items())
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise InputError(finding("VP020", f"{name}: not a side-car of --meta: {error!r}")) from None
+        raise InputError(make_finding("VP020", f"{name}: not a side-car of --meta: {error!r}")) from None
     if schema != SIDE_CAR_SCHEMA:
         text = f"{name}: a side-car of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the program again"
-        raise InputError(finding("VP020", text))
+        raise InputError(make_finding("VP020", text))
     return dict(data)
 
 
@@ -143,16 +143,16 @@ def report_changes(side_car: dict[str, Any], source: Text, machine: Machine, opt
     Options that change the tool's motion are compared. The message has both values.
     """
     texts = []
-    if side_car["program"]["sha256"] != sha256(source):
+    if side_car["program"]["sha256"] != compute_sha256(source):
         texts.append(f"the program is not the one that it was made from ({side_car['program'].get('name')})")
     if side_car["machine"]["sha256"] != machine.sha256:
         texts.append(f"the machine file is not the one that it was made with ({side_car['machine'].get('name')})")
     now = options.record()
     for name in OPTIONS:
         key = find_key(name)
-        if about(name).changes == Changes.MOTION and key in now:
+        if find_about(name).changes == Changes.MOTION and key in now:
             texts += _describe_differences(_NAMES.get(name, key), side_car["options"].get(key), now[key])
-    return [finding("VP414", f"the setpoint file is out of date: {text}") for text in texts]
+    return [make_finding("VP414", f"the setpoint file is out of date: {text}") for text in texts]
 
 
 def _describe_differences(name: str, before: object, now: object) -> Iterator[str]:

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
-from verne_post.base.columns import GrowingTable, blocks
+from verne_post.base.columns import GrowingTable, iterate_blocks
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 
@@ -28,15 +28,15 @@ class WrittenRows(Struct, frozen=True, eq=False):
     format: SetpointFormat
     about: Mapping[str, str] = field(default_factory=dict)
 
-    def blocks(self) -> Iterator[SetpointBlock]:
+    def iterate_blocks(self) -> Iterator[SetpointBlock]:
         """The rows block by block; only ``written`` of the blocks means anything."""
-        for begin, end in blocks(len(self.numbers)):
+        for begin, end in iterate_blocks(len(self.numbers)):
             for first in range(begin, end, CHUNK_ROWS):
                 part = slice(first, min(first + CHUNK_ROWS, end))
                 numbers = np.array(self.numbers[part])
                 yield SetpointBlock(first, numbers, np.array(self.line[part]), self.format, numbers)
 
-    def part(self, first: int, last: int) -> "WrittenRows":
+    def take_part(self, first: int, last: int) -> "WrittenRows":
         """Rows ``first`` to ``last``, both included, as a file of its own."""
         return replace(self, numbers=self.numbers[first : last + 1], line=self.line[first : last + 1])
 
@@ -54,7 +54,7 @@ class Spool:
         self.format = block.format
         self._rows.extend(numbers=block.written, line=block.line)
 
-    def rows(self) -> WrittenRows:
+    def collect_rows(self) -> WrittenRows:
         """All rows that were collected."""
         assert self.format is not None
-        return WrittenRows(**self._rows.columns(), columns=self.columns, format=self.format)
+        return WrittenRows(**self._rows.freeze(), columns=self.columns, format=self.format)

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, tool_names, tool_of_event
+from verne_post.model.moves import Event, name_tools, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, describe_tool_number
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
@@ -42,7 +42,7 @@ def format_summary(summary: Summary, added: Facts = ()) -> str:
     added : sequence of (str, str)
         What a setpoint format has to say.
     """
-    pairs = [*facts(summary), *added]
+    pairs = [*list_facts(summary), *added]
     width = 2 + max(len(key) for key, _text in pairs)
     lines = [f"{summary.options.source_name}: {name_verdict(summary)}"]
     for key, text in pairs:
@@ -58,7 +58,7 @@ def name_verdict(summary: Summary) -> str:
     return f"can run on {summary.machine.name}, {summary.cycle_time:.3f} s{verified}"
 
 
-def facts(summary: Summary) -> list[tuple[str, str]]:
+def list_facts(summary: Summary) -> list[tuple[str, str]]:
     """Facts of a conversion by their keys, in groups: where the machine starts, time, tolerance, limits, what is assumed, what to do."""
     return [
         ("start position", _describe_first_row(summary)), *_restart(summary), *_describe_dry_run(summary),
@@ -143,7 +143,7 @@ def _describe_motion(summary: Summary) -> str:
 def _describe_first_row(summary: Summary) -> str:
     names = name_joints(summary.machine.columns, summary.format.drives)
     values = [
-        f"{name} {fixed(value, min(decimals, 4))}"
+        f"{name} {format_fixed(value, min(decimals, 4))}"
         for name, value, decimals in zip(names, summary.start, summary.format.decimals, strict=True)
     ]
     return f"the machine must stand at {', '.join(values)}"
@@ -279,14 +279,14 @@ def _free_turn(summary: Summary) -> Facts:
     factor = summary.machine.columns[-1].factor
     if turn.chosen == turn.before:
         text = (
-            f"C stays at {fixed(turn.before * factor, 3)} deg: no other C has a larger smallest margin than "
-            f"{fixed(turn.margin, 3)} ({turn.nearest})"
+            f"C stays at {format_fixed(turn.before * factor, 3)} deg: no other C has a larger smallest margin than "
+            f"{format_fixed(turn.margin, 3)} ({turn.nearest})"
         )
     else:
-        old = fixed(turn.margin_before, 3) if np.isfinite(turn.margin_before) else "out of reach"
+        old = format_fixed(turn.margin_before, 3) if np.isfinite(turn.margin_before) else "out of reach"
         text = (
-            f"C stands at {fixed(turn.chosen * factor, 3)} deg: the smallest margin is {fixed(turn.margin, 3)} ({turn.nearest}), "
-            f"in place of {old} at C {fixed(turn.before * factor, 3)} (0 at a limit, 1 in the middle of a travel)"
+            f"C stands at {format_fixed(turn.chosen * factor, 3)} deg: the smallest margin is {format_fixed(turn.margin, 3)} ({turn.nearest}), "
+            f"in place of {old} at C {format_fixed(turn.before * factor, 3)} (0 at a limit, 1 in the middle of a travel)"
         )
     return [("free C", text)]
 
@@ -310,7 +310,7 @@ def _describe_setup(summary: Summary) -> Facts:
 
 def _describe_tools(summary: Summary) -> str:
     """Lengths of each tool in the order of their use, and where they are from when nobody may have given one."""
-    names = tool_names(summary.events)
+    names = name_tools(summary.events)
     lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43, and none after G49 or D0
     for number, length in summary.tools:
         lengths.setdefault(f"{describe_tool_number(number, names)} " if number else "", []).append(f"{length:g}")
@@ -360,7 +360,7 @@ def _keep_out(summary: Summary) -> Facts:
         return []
     used = {int(str(event.data["number"])) for event in summary.events if event.kind in ("tool", "tool number")} or {0}
     tools = options.tools or {}
-    named = tool_names(summary.events)
+    named = name_tools(summary.events)
     thin = [describe_tool_number(number, named) if number else "the tool" for number in sorted(used)
             if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
     unknown = [body for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.part_setup import UNITS
 
 #: A part is neither smaller nor larger than this, mm: the file is in another unit.
@@ -149,7 +149,7 @@ def require_closed(mesh: Mesh) -> Mesh:
         VP506 with everything that is wrong.
     """
     if faults := describe_faults(mesh):
-        raise InputError(*(finding("VP506", f"{mesh.name}: {text}") for text in faults))
+        raise InputError(*(make_finding("VP506", f"{mesh.name}: {text}") for text in faults))
     return mesh
 
 
@@ -165,7 +165,7 @@ def order_facets(middle: Array) -> Ints:
 
 
 def _refuse(name: str, text: str) -> InputError:
-    return InputError(finding("VP506", f"{name}: {text}"))
+    return InputError(make_finding("VP506", f"{name}: {text}"))
 
 
 def _is_binary(raw: bytes) -> bool:

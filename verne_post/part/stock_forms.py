@@ -12,7 +12,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.part.dexels import FORM, MOST_RAYS, NOWHERE, Dexels
 from verne_post.part.stl import Mesh
 
@@ -68,7 +68,7 @@ def make_of_mesh(mesh: Mesh, origin: Array, turn: float, cell: float = CELL_MM) 
     first = np.flatnonzero(np.diff(ray, prepend=-1))
     if depth.min(initial=0) < 0 or (depth[np.append(first[1:], len(ray)) - 1] != 0).any():
         raise InputError(
-            finding(
+            make_finding(
                 "VP506",
                 f"{mesh.name}: it crosses itself, or facets are missing: a ray along z leaves it more often than it enters it",
             )
@@ -107,7 +107,7 @@ def unpack(raw: bytes, name: str) -> Dexels:
             )
     except _DAMAGES:
         text = f"{name}: no stock that verne-post left; expected a file of --stock-left, or an STL file"
-        raise InputError(finding("VP506", text)) from None
+        raise InputError(make_finding("VP506", text)) from None
 
 
 def _count_rays(size: Array, cell: float) -> tuple[int, int]:

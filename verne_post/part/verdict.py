@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.verdict import find_exit_status
 from verne_post.part.clearance import Contacts
 from verne_post.part.compare import UNDECIDED, Comparison
@@ -109,7 +109,7 @@ def list_findings(judged: Judged) -> list[Finding]:
         severity = "warning" if len(gouges.depth) else "error"
         text = f"{len(open_facets)} facets of {mesh.name} are not decided: no gouge deeper than {wanted.gouge:g} mm was found there, and none is deeper than {deepest:.3f} mm"
         found.append(
-            finding(
+            make_finding(
                 "VP220", text, severity=severity, value=deepest, limit=wanted.gouge, unit="mm", count=len(open_facets)
             )
         )
@@ -150,7 +150,7 @@ def _group(body: list[str], line: Ints) -> list[Ints]:
 def _make_finding(code: str, text: str, lines: Ints, worst_line: int, value: float, limit: float) -> Finding:
     first, last = int(lines.min()), int(lines.max())
     where = {"line": first, "last_line": last, "worst_line": worst_line} if last > first else {"line": first}
-    return finding(code, text, **where, value=value, limit=limit, unit="mm", count=len(np.unique(lines)))
+    return make_finding(code, text, **where, value=value, limit=limit, unit="mm", count=len(np.unique(lines)))
 
 
 def _shorten(found: list[Finding]) -> list[Finding]:
@@ -160,5 +160,7 @@ def _shorten(found: list[Finding]) -> list[Finding]:
     left = by_value[MOST_FINDINGS:]
     if left:
         text = f"{len(left)} more stretches of lines are like this, none worse than {left[0].value:.3f} mm"
-        kept.append(finding(left[0].code, text, value=left[0].value, limit=left[0].limit, unit="mm", count=len(left)))
+        kept.append(
+            make_finding(left[0].code, text, value=left[0].value, limit=left[0].limit, unit="mm", count=len(left))
+        )
     return kept

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.kinematics.checks.keep_out import find_tool_of_moves
-from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode, tool_names
+from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
 
 #: A state: what, and its value.
@@ -44,7 +44,7 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
     frame = moves.frames[moves.frame[number]]
     speed = float(moves.spindle[number])
     turning = f"{speed:g}/min {spindle.get('direction', '')}".strip() if speed else "off"
-    name = f"{spell_tool_word(tool, tool_names(moves.events))}, " if tool else ""
+    name = f"{spell_tool_word(tool, name_tools(moves.events))}, " if tool else ""
     return (
         ("motion", _describe_motion(moves, number)),
         ("feed", _describe_feed(moves, number)),

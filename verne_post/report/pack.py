@@ -43,6 +43,6 @@ class Pack(Struct):
             self.add(f"{name}.{index}.x", np.round(curve.x / tick), "<u4")
             self.add(f"{name}.{index}.y", curve.values * factor)
 
-    def text(self) -> str:
+    def encode(self) -> str:
         """All bytes, compressed and as base64."""
         return base64.b64encode(zlib.compress(bytes(self._bytes), _LEVEL)).decode("ascii")

@@ -14,7 +14,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
@@ -22,7 +22,7 @@ from verne_post.report.modal import collect_modal_states
 from verne_post.report.pack import Pack
 from verne_post.report.scene import describe_scene, list_fixture_meshes
 from verne_post.report.sheet import (
-    escaped,
+    escape_text,
     write_findings_html,
     write_governing_html,
     write_places_html,
@@ -52,7 +52,7 @@ _FRAMES: Final = (
 _PARTS: Final = ("style.css", "solids.js", "scene.js", "charts.js", "app.js")
 
 
-def page(program: str, source: Text, machine: Machine, study: Study) -> str:
+def make_page(program: str, source: Text, machine: Machine, study: Study) -> str:
     """Write the page.
 
     Parameters
@@ -77,7 +77,7 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
     data["first"] = bad[0] if bad else 0
     here = Path(__file__).parent
     parts = {
-        "title": escaped(f"{program} on {machine.name}"),
+        "title": escape_text(f"{program} on {machine.name}"),
         "verdict": write_verdict_html(machine, study),
         "heading": write_title_html(program, machine),
         "findings": write_findings_html(study),
@@ -85,7 +85,7 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
         "governing": write_governing_html(study),
         "sheet": write_sheet_html(machine, study),
         "data": _write_json_in_html(data),
-        "bytes": pack.text(),
+        "bytes": pack.encode(),
         "library": library(),
         **{name.replace(".", "_"): (here / name).read_text("utf-8") for name in _PARTS},
     }
@@ -201,5 +201,5 @@ def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | 
     pack.add("reach", np.where(reach.reached, reach.margin, np.nan).reshape(across.shape))
     return {
         "x": [float(x[0]), float(x[-1])], "y": [float(y[0]), float(y[-1])],
-        "title": f"z {fixed(height, 1)} mm, {machine.name_angles(angles, 1)} deg",
+        "title": f"z {format_fixed(height, 1)} mm, {machine.name_angles(angles, 1)} deg",
     }  # fmt: skip

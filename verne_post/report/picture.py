@@ -8,7 +8,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
 from verne_post.output.plots import picture
-from verne_post.report.sheet import shares
+from verne_post.report.sheet import iterate_shares
 from verne_post.report.table import Study
 
 _SIZE: Final = (11.0, 8.0)
@@ -45,7 +45,7 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
         axes.tick_params(labelsize=7)
     for row, name in enumerate(names, start=2):
         axes = figure.add_subplot(grid[row, 1])
-        for x, share in shares(machine, study, name):
+        for x, share in iterate_shares(machine, study, name):
             axes.plot(x, share, lw=0.5)
         axes.axhspan(-100, 100, color="#27ae60", alpha=0.08)
         axes.set_ylabel(f"{name} %", fontsize=7)

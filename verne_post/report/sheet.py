@@ -8,16 +8,16 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, tool_names, tool_of_event
+from verne_post.model.moves import Event, name_tools, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.findings import describe
-from verne_post.output.summary import facts
+from verne_post.output.summary import list_facts
 from verne_post.report.table import Governing, Study
 
 #: Stretches that lose time against the programmed feed, shown among the worst places.
@@ -38,7 +38,7 @@ class Place(Struct, frozen=True):
     frame: int
 
 
-def escaped(text: str) -> str:
+def escape_text(text: str) -> str:
     """Escape text for HTML."""
     return html.escape(make_printable(text))
 
@@ -72,7 +72,7 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
     word += f", on {source} limits" if source else ", on limits of unknown source"
     if not study.timed:
         word, kind = "No go", "no-go"
-    cells = "".join(f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}</dd></div>" for name, value in shown)
+    cells = "".join(f"<div><dt>{escape_text(name)}</dt><dd>{escape_text(value)}</dd></div>" for name, value in shown)
     return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
 
 
@@ -92,7 +92,7 @@ def _count(number: int, what: str) -> str:
 def write_title_html(program: str, machine: Machine) -> str:
     """The program and its machine; the folder is quiet."""
     folder, slash, name = program.rpartition("/")
-    return f"<small>{escaped(folder + slash)}</small><wbr>{escaped(name)} <small>on {escaped(machine.name)}</small>"
+    return f"<small>{escape_text(folder + slash)}</small><wbr>{escape_text(name)} <small>on {escape_text(machine.name)}</small>"
 
 
 def write_findings_html(study: Study) -> str:
@@ -101,9 +101,9 @@ def write_findings_html(study: Study) -> str:
         return "<li>no findings</li>"
     entries = []
     for item, frame in zip(study.findings, study.place, strict=True):
-        text = escaped(("" if item.line is None else f"line {item.line}: ") + describe(item))
+        text = escape_text(("" if item.line is None else f"line {item.line}: ") + describe(item))
         tag, place = ("button", f' type="button" data-frame="{frame}"') if frame >= 0 else ("span", "")
-        tried = "".join(f"<small>tried: {escaped(remedy)}</small>" for remedy in item.remedies)
+        tried = "".join(f"<small>tried: {escape_text(remedy)}</small>" for remedy in item.remedies)
         entries.append(f'<li class="{item.severity}"><{tag}{place}>{text}{tried}</{tag}></li>')
     return "\n".join(entries)
 
@@ -111,22 +111,22 @@ def write_findings_html(study: Study) -> str:
 def write_places_html(machine: Machine, study: Study) -> str:
     """Worst places of the motion, each a button that leads to it."""
     return "".join(
-        f'<li><button type="button" data-frame="{place.frame}"><span>{escaped(place.what)}</span>'
-        f"<b>{escaped(place.value)}</b></button></li>"
-        for place in worst_places(machine, study)
+        f'<li><button type="button" data-frame="{place.frame}"><span>{escape_text(place.what)}</span>'
+        f"<b>{escape_text(place.value)}</b></button></li>"
+        for place in find_worst_places(machine, study)
     )
 
 
-def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
+def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
     """Where the program is nearest to its limits, and which lines lose most time."""
     if np.isfinite(study.margin).any():
         curve = study.curves["margin"][0]
         at = int(np.nanargmin(curve.values))
         frame = _find_frame(study, float(curve.x[at]))
         name = study.margin_names[study.nearest[frame]] if study.nearest[frame] >= 0 else "out of reach"
-        yield Place(f"smallest margin: {name}", fixed(curve.values[at], 3), frame)
+        yield Place(f"smallest margin: {name}", format_fixed(curve.values[at], 3), frame)
     for name, allowed in _ALLOWED.items() if study.timed else ():
-        shares_of = list(shares(machine, study, name))
+        shares_of = list(iterate_shares(machine, study, name))
         joint = int(np.argmax([np.abs(share).max() for _x, share in shares_of]))
         x, share = shares_of[joint]
         at = int(np.abs(share).argmax())
@@ -139,7 +139,7 @@ def worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         yield Place(f"line {within.line} stops inside", f"{within.most} time{'' if within.most == 1 else 's'}", frame)
     if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
-        yield Place("peak platform tilt", f"{fixed(study.alpha_deg[frame], 2)} deg", frame)
+        yield Place("peak platform tilt", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)
 
 
 def _find_slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
@@ -156,7 +156,7 @@ def _find_slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
         yield Place(f"{lines} lose: {governing.names[governing.of_frame[frame]]}", f"{sums[k]:.3f} s", frame)
 
 
-def shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, Array]]:
+def iterate_shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, Array]]:
     """Yield x and per cent of the limit on velocity, acceleration or jerk, joint by joint."""
     limit: Array = getattr(machine.limits, name)
     for column, most, curve in zip(machine.columns, limit, study.curves[name], strict=True):
@@ -182,7 +182,7 @@ def write_governing_html(study: Study) -> str:
     rows.append(("all", *(f"{sum(column):.3f}" for column in (governing.seconds, governing.rapid, governing.lost))))
     keys = [*order, None]
     body = "".join(
-        f"<tr><th scope=row>{'' if key is None else f'<i data-limit={key}></i>'}{escaped(row[0])}</th>"
+        f"<tr><th scope=row>{'' if key is None else f'<i data-limit={key}></i>'}{escape_text(row[0])}</th>"
         + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
         for key, row in zip(keys, rows, strict=True)
     )  # fmt: skip
@@ -200,7 +200,7 @@ def write_sheet_html(machine: Machine, study: Study) -> str:
         _write_titled_table("Tools", ("tool", "length, mm", "diameter, mm"), _list_tools(study)),
         _write_titled_table("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _list_offsets(machine, study)),
         _write_titled_table("Start position", ("joint", "value"), [
-            (column.joint, f"{fixed(value, 4)} {column.unit}") for column, value in zip(machine.columns, study.q[0], strict=True)
+            (column.joint, f"{format_fixed(value, 4)} {column.unit}") for column, value in zip(machine.columns, study.q[0], strict=True)
         ]),
         _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study)),
     ]  # fmt: skip
@@ -209,14 +209,15 @@ def write_sheet_html(machine: Machine, study: Study) -> str:
     parts.append(_write_titled_table("Fixtures and stock", ("name",), [(name,) for name in boxes]))
     if study.summary is not None:
         rows = "".join(
-            f"<div><dt>{escaped(key)}</dt><dd>{escaped(text)}</dd></div>" for key, text in facts(study.summary)
+            f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(text)}</dd></div>"
+            for key, text in list_facts(study.summary)
         )
         parts.append(f"<div class=whole><h3>Summary of the conversion</h3><dl>{rows}</dl></div>")
     return "".join(parts)
 
 
 def _write_titled_table(title: str, heads: Row, rows: Iterable[Row]) -> str:
-    body = "".join("<tr>" + "".join(f"<td>{escaped(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<div><h3>{title}</h3>{_write_table(heads, body) if body else '<p>none</p>'}</div>"
 
 
@@ -230,7 +231,7 @@ def _list_tools(study: Study) -> list[Row]:
     numbers = find_tool_of_moves(program.path.move_reached, program.path.first_move, program.moves)
     pairs = np.unique(np.stack([numbers, np.round(program.path.tool_length - program.options.lift, 6)], axis=1), axis=0)
     listed = program.options.tools or {}
-    names = tool_names(program.moves.events)
+    names = name_tools(program.moves.events)
     rows: list[Row] = []
     for number, length in pairs.tolist():
         tool = listed.get(int(number))

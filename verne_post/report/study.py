@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.convert import convert_program
-from verne_post.app.result import Progress, Result, refused
+from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import BLOCK_ROWS, GrowingTable, blocks, sum_running
+from verne_post.base.columns import BLOCK_ROWS, GrowingTable, iterate_blocks, sum_running
 from verne_post.base.long_text import Text
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.team import work_together
@@ -54,10 +54,10 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
         try:
             program = assemble(source, machine, options, team)
         except InputError as error:
-            return _study_findings(machine, refused(error).findings)
+            return _study_findings(machine, refuse_program(error).findings)
         result = convert_program(source, program, take, progress)
     if result.ok:
-        return _study_rows(program, result, **table.columns())
+        return _study_rows(program, result, **table.freeze())
     if not len(program.contour):
         return _study_findings(machine, result.findings)
     return _study_path(program, result)
@@ -79,7 +79,7 @@ def _study_rows(program: Program, result: Result, values: Array, line: Ints, seg
     factor = np.array([column.factor for column in machine.columns])
     collector = _Collector(program, result.findings)
     governing = GoverningLimits(program, cycle, len(frames))
-    for first, last in blocks(n):
+    for first, last in iterate_blocks(n):
         row = np.arange(first, last)
         recent = values[np.maximum(np.arange(first - 3, last), 0)]
         rates = {name: np.diff(recent, k, axis=0)[3 - k :] / cycle**k for k, name in enumerate(_RATES, start=1)}
@@ -109,7 +109,7 @@ def _study_path(program: Program, result: Result) -> Study:
     joints, factor = program.joints(), np.array([column.factor for column in machine.columns])
     begins = sum_running(contour.length)
     frames = np.linspace(0.0, begins[-1], FRAMES + 1)
-    line = contour.line()
+    line = contour.find_lines()
     starts = np.flatnonzero(line[1:] != line[:-1]) + 1
     if len(starts) <= FRAMES:
         frames = np.union1d(frames, begins[starts])

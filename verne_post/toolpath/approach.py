@@ -19,7 +19,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame
 from verne_post.model.toolpath import ToolPath
@@ -48,18 +48,18 @@ def find_joints_of_place(machine: Machine, place: Place, option: str) -> Array:
     if not isinstance(place, str):
         if len(place) != len(machine.columns):
             names = ",".join(column.joint for column in machine.columns)
-            raise InputError(finding("VP018", f"{option} takes home, or {len(machine.columns)} values {names}"))
+            raise InputError(make_finding("VP018", f"{option} takes home, or {len(machine.columns)} values {names}"))
         return np.array(place, dtype=float) / [column.factor for column in machine.columns]
     stored = {"home": machine.home.g28, "park": machine.home.park} if machine.home else {}
     home = stored.get(place)
     if home is None:
         key = "[home]" if place == "home" else "home.park"
-        raise InputError(finding("VP015", f"{option} {place} needs {key} in the machine file"))
+        raise InputError(make_finding("VP015", f"{option} {place} needs {key} in the machine file"))
     point = machine.place_stored(home)
     tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(point, Frame()), Frame())
     q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
     if not ok:
-        raise InputError(finding("VP018", f"{option} {place}: this position of the machine file is out of reach"))
+        raise InputError(make_finding("VP018", f"{option} {place}: this position of the machine file is out of reach"))
     return q
 
 
@@ -179,7 +179,7 @@ def _connect(
 def _find_pose(machine: Machine, q: Array, tool: float, option: str) -> Array:
     tip, angles, ok = machine.five_axis.find_nominal_pose(q, tool)
     if not ok:
-        raise InputError(finding("VP018", f"{option}: these joint values close no position of the platform"))
+        raise InputError(make_finding("VP018", f"{option}: these joint values close no position of the platform"))
     return np.concatenate([tip, angles])
 
 
@@ -194,7 +194,7 @@ def _solve(machine: Machine, pose: Array, tool: float, option: str) -> Array:
     q, _platform, ok = machine.five_axis.solve(pose[:3], pose[3:], tool)
     if not ok:
         text = f"{option}: the retracted position, or the one above the goal, is out of reach"
-        raise InputError(finding("VP018", text))
+        raise InputError(make_finding("VP018", text))
     return q
 
 
@@ -225,5 +225,5 @@ def _plan_detour(path: ToolPath, change: Change, machine: Machine) -> list[Step]
     if not ok.all():
         line = int(path.line[change.segment])
         text = "the table cannot rewind here: the retracted place (machine Z 0 along the tool axis) is out of reach"
-        raise InputError(finding("VP301", text, line=line, last_line=line, worst_line=line))
+        raise InputError(make_finding("VP301", text, line=line, last_line=line, worst_line=line))
     return [Step(here, up), Step(up, down, q), Step(down, there)]

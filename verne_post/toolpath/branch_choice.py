@@ -4,17 +4,17 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import evaluate_pose
 
 
 def choose_branches(
@@ -35,7 +35,7 @@ def choose_branches(
 
     def plan_path(path: ToolPath) -> tuple[Array, Array] | None:
         def is_legal(segment: Ints, u: Array, angles: Array) -> Mask:
-            tip, _angles = pose(path, segment, u)
+            tip, _angles = evaluate_pose(path, segment, u)
             q, platform, ok = machine.five_axis.solve(tip, angles, path.tool_length[segment])
             with np.errstate(invalid="ignore"):
                 inside = ((q >= limits.lower - slack) & (q <= limits.upper + slack))[:, :-1].all(axis=1)
@@ -82,7 +82,9 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
                 else "; --allow-rewind adds a retract, turn and return"
             )
         findings.append(
-            finding("VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line)
+            make_finding(
+                "VP301", what, severity="warning" if fine else "error", line=line, last_line=line, worst_line=line
+            )
         )
     begins = np.flatnonzero(plan.departs & ~np.append(False, plan.departs[:-1]))
     at_changes = {change.segment for change in plan.changes}
@@ -92,7 +94,7 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
         line = int(path.line[segment])
         instead = show((float(plan.start[segment, 0]), float(plan.start[segment, 1])))
         what = f"the programmed {tilt} and {turn} break a limit; from this line the table would stand at ({instead}) deg instead"
-        findings.append(finding("VP301", what, severity="warning" if allow_rewind else "error",
+        findings.append(make_finding("VP301", what, severity="warning" if allow_rewind else "error",
                              line=line, last_line=line, worst_line=line))  # fmt: skip
     return findings
 
@@ -108,8 +110,8 @@ def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
     for segment in np.flatnonzero(still & upright & (np.abs(turn[:, 1]) > ZERO_ANGLE)).tolist():
         line = int(path.line[segment])
         what = (
-            f"the tool stands along the axis of {letter} while {letter} turns by {fixed(DEG_PER_RAD * float(turn[segment, 1]), 3)} deg: the "
+            f"the tool stands along the axis of {letter} while {letter} turns by {format_fixed(DEG_PER_RAD * float(turn[segment, 1]), 3)} deg: the "
             "wrist follows from the tool axis, so no joint would move; lean the tool by 0.01 deg or more there, or turn as it tilts or moves"
         )
-        findings.append(finding("VP202", what, severity="error", line=line, last_line=line, worst_line=line))
+        findings.append(make_finding("VP202", what, severity="error", line=line, last_line=line, worst_line=line))
     return findings

@@ -25,7 +25,7 @@ from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE, TRAVEL_STEP, ZE
 from verne_post.model.branch import AS_PROGRAMMED, Branch
 from verne_post.model.nutation import Nutation
 from verne_post.model.toolpath import ToolPath
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import evaluate_pose
 
 #: Turns of C that a free span may be away from where it would continue, where C is unlimited; and as many more as C
 #: winds up along the path, up to a bound: the work grows with their square.
@@ -145,7 +145,7 @@ class _Choice(Struct, frozen=True, eq=False):
 
     def legal(self, branch: Branch) -> Mask:
         """Segments (n,) that a branch can take, the travel of C included."""
-        c0, c1 = (_find_turn(branch.of(pose[:, 3:]), self.nutation) for pose in (self.path.start, self.path.end))
+        c0, c1 = (_find_turn(branch.apply_to(pose[:, 3:]), self.nutation) for pose in (self.path.start, self.path.end))
         low, high = self.c_range[0] - ZERO_ANGLE, self.c_range[1] + ZERO_ANGLE
         return self.possible[branch.flip] & (np.minimum(c0, c1) >= low) & (np.maximum(c0, c1) <= high)
 
@@ -193,8 +193,8 @@ def _check_segments(path: ToolPath, legal: Legal, branch: Branch, rows: Ints) ->
     brief, good = (path.length[rows] <= BRIEF_MM) & (path.spline[rows] < 0), np.empty(len(rows), dtype=bool)
     for some, tried in ((np.flatnonzero(brief), TRIED[[0, -1]]), (np.flatnonzero(~brief), TRIED)):
         segment, u = np.repeat(rows[some], len(tried)), np.tile(tried, len(some))
-        _tip, angles = pose(path, segment, u)
-        good[some] = legal(segment, u, branch.of(angles)).reshape(len(some), len(tried)).all(axis=1)
+        _tip, angles = evaluate_pose(path, segment, u)
+        good[some] = legal(segment, u, branch.apply_to(angles)).reshape(len(some), len(tried)).all(axis=1)
     return good
 
 
@@ -257,8 +257,8 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
         bad = np.append(0, np.cumsum(~choice.legal(branch)))
         illegal.append(bad[lasts] - bad[firsts])
         departures.append(0 * firsts if branch == AS_PROGRAMMED else words[lasts] - words[firsts])
-    begin = np.stack([branch.of(path.start[firsts, 3:]) for branch in states], axis=1)
-    finish = np.stack([branch.of(path.end[lasts - 1, 3:]) for branch in states], axis=1)
+    begin = np.stack([branch.apply_to(path.start[firsts, 3:]) for branch in states], axis=1)
+    finish = np.stack([branch.apply_to(path.end[lasts - 1, 3:]) for branch in states], axis=1)
     feeding = path.feed_time > 0
     costs: list[list[_Cost]] = [
         [(int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0, 0 if k else s) for s in range(len(states))]
@@ -330,7 +330,7 @@ def _lay_out(
     start, end = path.start[:, 3:].copy(), path.end[:, 3:].copy()
     departs = np.zeros(n, dtype=bool)
     for (first, last), branch in zip(spans, chosen, strict=True):
-        start[first:last], end[first:last] = branch.of(start[first:last]), branch.of(end[first:last])
+        start[first:last], end[first:last] = branch.apply_to(start[first:last]), branch.apply_to(end[first:last])
         departs[first:last] = ~path.free[first:last] & (branch != AS_PROGRAMMED)
     changes = []
     if (leave := spans[0][0]) > 0:  # a vertical beginning already stands as it will leave

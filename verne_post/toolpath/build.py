@@ -9,7 +9,7 @@ from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.columns import GrowingTable, blocks
+from verne_post.base.columns import GrowingTable, iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import (
     POLE_CROSSING,
@@ -102,7 +102,7 @@ def _place_moves(moves: Moves, coordinates: TableCoordinates, first: _ToolPose) 
     placed = GrowingTable(row=(np.intp,), start=(float, 5), end=(float, 5))
     length_of = np.array([frame.tool_length for frame in moves.frames])
     last = last_kept = first  # at the end of the last move of the blocks before, and of the last one that was kept
-    for begin, stop in blocks(len(moves)):
+    for begin, stop in iterate_blocks(len(moves)):
         rows = np.arange(begin, stop)
         number, kind = moves.frame[begin:stop], moves.kind[begin:stop]
         length = length_of[number]
@@ -124,7 +124,7 @@ def _place_moves(moves: Moves, coordinates: TableCoordinates, first: _ToolPose) 
             end = end.copy()
             _cross_pole(start, end, free)
         placed.extend(row=row, start=start, end=end)
-    return PlacedMoves(moves, **placed.columns())
+    return PlacedMoves(moves, **placed.freeze())
 
 
 def _cross_pole(start: Array, end: Array, free: Mask) -> None:
@@ -156,7 +156,7 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
     segments, arcs, circles = GrowingTable(**SEGMENT_COLUMNS), GrowingTable(**_ARCS), GrowingTable(**_CIRCLES)
     splines, turns = GrowingSplineSegments(), GrowingTable(**_TURNS)
     section = n_arcs = n_turns = n_circles = 0
-    for begin, stop in blocks(len(placed)):
+    for begin, stop in iterate_blocks(len(placed)):
         seen = max(begin - 1, 0)  # whether a segment continues depends on the one before
         block = make_segments(placed.select(slice(seen, stop)), coordinates, orientation)
         if seen < begin:
@@ -174,13 +174,13 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
         section = int(sections[-1])
         n_arcs, n_circles = n_arcs + len(block.arcs.sweep), n_circles + len(block.circles.angle)
         n_turns += len(block.turns.first)
-    columns = segments.columns()
+    columns = segments.freeze()
     return ToolPath(
         **columns,
-        arcs=ArcSegments(**arcs.columns()),
-        splines=splines.segments(),
-        turns=TurnSegments(**turns.columns()),
-        circles=GreatCircles(**circles.columns()),
+        arcs=ArcSegments(**arcs.freeze()),
+        splines=splines.freeze(),
+        turns=TurnSegments(**turns.freeze()),
+        circles=GreatCircles(**circles.freeze()),
         joints=np.empty((0, 2, 0)),
         dwell_section=find_sections(columns["section"], dwell_before),
         dwell_seconds=moves.feed[dwell],

@@ -104,7 +104,7 @@ def compensate_blends(
     for poses, members in team.map(compensate_part, split_evenly(len(soft), COMPENSATED_VERTICES)):
         moved.extend(poses)
         chain.extend(members)
-    return moved.column(), chain.column()
+    return moved.freeze(), chain.freeze()
 
 
 def limit_chain_reach(chain: Mask, alone: Array, s: Array) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import asdict, replace
 
 from verne_post.base.arrays import Array
-from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory, sum_running
+from verne_post.base.columns import Growing, GrowingTable, iterate_blocks, release_memory, sum_running
 from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.model.contour import Contour, Corners, Feeds
 from verne_post.model.moves import Moves
@@ -66,21 +66,21 @@ class _ContourTable:
 
     def contour(self, path: ToolPath, shape: ToolPath, s: Array) -> Contour:
         """The contour of a path, that follows ``shape``, with corners at ``s``; nothing can be added any more."""
-        of_segment = self._segments.columns()
+        of_segment = self._segments.freeze()
         feeds = Feeds(*(of_segment.pop(name) for name in ("rate", "by_tip", "cap")))
-        columns = self._corners.columns() | self._curved.columns()
-        corners = Corners(s, **columns, controls=self._controls.column()) if self._blended else None
+        columns = self._corners.freeze() | self._curved.freeze()
+        corners = Corners(s, **columns, controls=self._controls.freeze()) if self._blended else None
         return Contour(
             path=path, shape=shape, corners=corners, feeds=feeds,
-            dwell_section=path.dwell_section, **of_segment, **self._elements.columns(),
+            dwell_section=path.dwell_section, **of_segment, **self._elements.freeze(),
         )  # fmt: skip
 
 
 def make_exact_contour(path: ToolPath) -> Contour:
     """The segments as they are, with a stop at every corner: one element a segment."""
     table = _ContourTable()
-    for begin, end in blocks(len(path)):
-        part, zero = path.part(begin, end), np.zeros(end - begin)
+    for begin, end in iterate_blocks(len(path)):
+        part, zero = path.take_part(begin, end), np.zeros(end - begin)
         elements = {
             "segment": np.arange(begin, end), "low": zero, "high": zero + 1, "length": part.length,
             "rotation": measure_rotation(part), "section": part.section, "blended": zero,
@@ -114,9 +114,15 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing, team: Tea
         first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
         rules = find_corner_rules(straight, left.swing, first, last, moves, smoothing)
         corners = slice(first, last + 1)
-        seen = straight.part(first, last), left.part(first, last), shape.part(first, last), s[corners], chain[corners]
+        seen = (
+            straight.take_part(first, last),
+            left.take_part(first, last),
+            shape.take_part(first, last),
+            s[corners],
+            chain[corners],
+        )
         rounded = round_corners(*seen, rules, smoothing)
-        return rounded.part(begin - first, end - first), find_feeds(path.part(begin, end))
+        return rounded.take_part(begin - first, end - first), find_feeds(path.take_part(begin, end))
 
     parts = split_evenly(n, ROUNDED_SEGMENTS)
     table = _ContourTable()

@@ -10,18 +10,18 @@ from verne_post.base.rows import sum_rows
 from verne_post.model.contour import Contour
 from verne_post.toolpath.corners import differentiate_displacement, find_displacement, find_replaced
 from verne_post.toolpath.evaluate import (
-    coordinates,
     differentiate_bernstein,
     differentiate_coordinates,
     evaluate_bernstein,
+    evaluate_coordinates,
 )
 
 
 def find_contour_pose(contour: Contour, element: Ints, w: Array) -> tuple[Array, Array]:
     """Tip (n, 3) and nominal angles (n, 2) at parameter w (n,) of elements (n,)."""
-    at = contour.parameter(element, w)
+    at = contour.find_parameters(element, w)
     segment = contour.segment.take(element)
-    pose = coordinates(contour.shape, segment, at)
+    pose = evaluate_coordinates(contour.shape, segment, at)
     if contour.corners is not None and (blended := contour.blended.take(element)).any():
         rows = _select(blended)
         on = segment[rows]
@@ -54,7 +54,7 @@ def find_speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
         return cap
     rows = _select(uneven)
     uneven_element, on = element[rows], segment[rows]
-    at = contour.parameter(uneven_element, w[rows])
+    at = contour.find_parameters(uneven_element, w[rows])
     length = shape.length.take(on)
     slope = differentiate_coordinates(shape, on, at)
     slope /= length[:, None]

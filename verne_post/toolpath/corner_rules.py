@@ -86,7 +86,7 @@ def find_corner_rules(
     path: ToolPath, off: Array, first: int, last: int, moves: Moves, smoothing: Smoothing
 ) -> CornerRules:
     """Find the rules of segments ``first`` to ``last`` (excluded) of a path whose segments (n,) use ``off`` of the axis tolerance."""
-    part, dwells = path.part(first, last), path.dwell_segment - first
+    part, dwells = path.take_part(first, last), path.dwell_segment - first
     n = last - first
     tip_tolerance, axis_tolerance = _find_tolerances(part, moves, smoothing)
     axis_tolerance[1:-1] -= np.maximum(off[first + 1 : last], off[first : last - 1])

@@ -33,7 +33,7 @@ from verne_post.toolpath.corner_shapes import (
 )
 from verne_post.toolpath.corners import LEAST_CYCLES, METRIC, USED_SHARE
 from verne_post.toolpath.deviations import find_share_used
-from verne_post.toolpath.evaluate import coordinates, differentiate_pose
+from verne_post.toolpath.evaluate import differentiate_pose, evaluate_coordinates
 
 #: Where blends are measured, on each side: while a reach is sought, and at last.
 _COARSE: Final = np.linspace(0.0, 0.875, 8)
@@ -131,7 +131,7 @@ def find_swung_out(
     swung = np.zeros(len(corner), dtype=bool)
     for side in (-1.0, 1.0):
         for x in side * _COARSE:
-            point = coordinates(path, *find_beside(path, corner, x * reach, side))
+            point = evaluate_coordinates(path, *find_beside(path, corner, x * reach, side))
             swung |= ~keeps_travel(point + displace(jump, reach, shape, np.full(len(corner), x)), tool)
     rows = np.flatnonzero(swung)
     swung[rows] = keeps_travel(path.end[corner[rows] - 1], tool[rows])
@@ -236,15 +236,15 @@ def measure_blends(
     for side in (-1.0, 1.0):
         segment, u = find_beside(path, corner[row], side * x * reach[row], side)
         off = displaced(row, side * x)
-        point = coordinates(path, segment, u) + off
+        point = evaluate_coordinates(path, segment, u) + off
         for _ in range(NEAREST):
             slope = differentiate_pose(path, segment, u)[0] * METRIC
-            rest = (point - coordinates(path, segment, u)) * METRIC
+            rest = (point - evaluate_coordinates(path, segment, u)) * METRIC
             u = np.clip(u + sum_rows(rest * slope) / sum_rows(slope * slope), 0.0, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             same, nearest = (
                 (measure_rows(away[:, :3]) / tip_tolerance, measure_rows(away[:, 3:]) / axis_tolerance)
-                for away in (off, point - coordinates(path, segment, u))
+                for away in (off, point - evaluate_coordinates(path, segment, u))
             )
         used = np.fmax(np.fmax(*nearest), np.hypot(*np.nan_to_num(same)) / np.sqrt(2.0))
         np.maximum.at(worst, row, np.nan_to_num(used, posinf=0.0))

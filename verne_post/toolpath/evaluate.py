@@ -16,13 +16,13 @@ from verne_post.toolpath.splines import differentiate_splines, evaluate_splines
 _QUARTER: Final = 0.5 * np.pi
 
 
-def pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
-    """Tip (n, 3) in mm and nominal angles (n, 2) in rad, as :func:`coordinates`."""
-    both = coordinates(path, segment, u)
+def evaluate_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array, Array]:
+    """Tip (n, 3) in mm and nominal angles (n, 2) in rad, as :func:`evaluate_coordinates`."""
+    both = evaluate_coordinates(path, segment, u)
     return both[:, :3], both[:, 3:]
 
 
-def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
+def evaluate_coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
     """Tip and nominal angles at parameter u of segments (LINE, ARC, SPLINE and TURN).
 
     Parameters
@@ -58,7 +58,7 @@ def coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
 
 
 def differentiate_coordinates(path: ToolPath, segment: Ints, u: Array) -> Array:
-    """Derivative (n, 5) of :func:`coordinates` by u."""
+    """Derivative (n, 5) of :func:`evaluate_coordinates` by u."""
     slope = path.end.take(segment, axis=0)
     slope -= path.start.take(segment, axis=0)
     if len(path.arcs.sweep) or len(path.splines) or len(path.turns.first) or len(path.circles.angle):

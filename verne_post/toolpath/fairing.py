@@ -13,7 +13,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.columns import Growing, GrowingTable, blocks
+from verne_post.base.columns import Growing, GrowingTable, iterate_blocks
 from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.base.ragged import find_runs
 from verne_post.base.rows import measure_rows
@@ -64,10 +64,10 @@ def fair_path(
     n = len(path)
     vertex, table = Growing(float, 5), GrowingTable(soft=(bool,), free=(bool,), tip=(float,), axis=(float,))
     vertex.extend(path.start[:1])
-    for begin, end in blocks(n):
+    for begin, end in iterate_blocks(n):
         vertex.extend(path.end[begin:end])
         first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
-        part, rules = path.part(first, last), find_corner_rules(path, left.swing, first, last, moves, smoothing)
+        part, rules = path.take_part(first, last), find_corner_rules(path, left.swing, first, last, moves, smoothing)
         reversal = find_reversals(find_slopes(part.start, part.end, part.length))
         soft = rules.allowed & rules.straight & ~rules.smooth & ~reversal
         # a segment that continues in another, or ends at a curve, keeps its direction, which was matched as programmed
@@ -83,19 +83,19 @@ def fair_path(
             soft=soft[mine], free=(soft & (tip == whole))[mine], tip=tip[mine],
             axis=FAIRING_SHARE * rules.axis_tolerance[mine],
         )  # fmt: skip
-    columns = table.columns()
-    programmed = vertex.column()
+    columns = table.freeze()
+    programmed = vertex.freeze()
     moved = fair_vertices(programmed, s, columns["soft"], columns["tip"], columns["axis"], team)
     bounds = columns["tip"] / FAIRING_SHARE, columns["axis"] / FAIRING_SHARE
     moved, chain = compensate_blends(programmed, moved, s, columns["free"], left.chords, *bounds, team)
     ends = GrowingTable(start=(float, 5), end=(float, 5))
-    for begin, end in blocks(n):
+    for begin, end in iterate_blocks(n):
         soft = columns["soft"][begin : end + 1, None]
         ends.extend(
             start=np.where(soft[:-1], moved[begin:end], path.start[begin:end]),
             end=np.where(soft[1:], moved[begin + 1 : end + 1], path.end[begin:end]),
         )
-    return replace(path, **ends.columns()), chain
+    return replace(path, **ends.freeze()), chain
 
 
 def fair_vertices(
@@ -128,7 +128,7 @@ def fair_vertices(
         moved.copy(vertex[moved.count : begin])
         moved.extend(faired)
     moved.copy(vertex[moved.count :])
-    return moved.column()
+    return moved.freeze()
 
 
 def _find_stretches(soft: Mask) -> Iterator[tuple[int, int, int, int]]:

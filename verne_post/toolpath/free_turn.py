@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.base.ragged import number_parts
 from verne_post.base.tolerances import MARGIN_GAIN, POLE_SINE, ZERO_ANGLE
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import evaluate_pose
 from verne_post.toolpath.margins import Margins, list_margin_functions
 
 #: Candidates of the first round, rad apart.
@@ -108,7 +108,7 @@ def _require_free(path: ToolPath, fixes: int | None) -> None:
     else:
         return
     text = f"--free-c is for programs whose tool is vertical throughout and that leave C open; {why}"
-    raise InputError(finding("VP018", text, line=line, last_line=line, worst_line=line))
+    raise InputError(make_finding("VP018", text, line=line, last_line=line, worst_line=line))
 
 
 def _sample(path: ToolPath) -> _Points:
@@ -117,7 +117,7 @@ def _sample(path: ToolPath) -> _Points:
     curved = np.isin(path.kind, (SegmentKind.ARC, SegmentKind.SPLINE, SegmentKind.TURN))
     parts[curved] = np.maximum(parts[curved], 16)
     segment, index = number_parts(parts + 1)
-    tip, _angles = pose(path, segment, index / parts[segment])
+    tip, _angles = evaluate_pose(path, segment, index / parts[segment])
     return _Points(tip, path.tool_length[segment])
 
 

@@ -50,7 +50,7 @@ class RoundedSegments(Struct, frozen=True):
     tip_tolerance: Array
     axis_tolerance: Array
 
-    def part(self, first: int, last: int) -> "RoundedSegments":
+    def take_part(self, first: int, last: int) -> "RoundedSegments":
         """Segments ``first`` to ``last`` (excluded), counted from 0."""
         mine = slice(*np.searchsorted(self.elements["segment"], [first, last]))
         elements = {name: column[mine] for name, column in self.elements.items()}

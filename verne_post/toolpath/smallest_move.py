@@ -40,7 +40,7 @@ class SmallestMove:
         tip = search.points.tip
         self.reach = float(np.hypot(tip[:, 0], tip[:, 1]).max())
 
-    def size(self, places: Array) -> Array:
+    def measure_size(self, places: Array) -> Array:
         """How far no point of the part is moved at most, mm, for places (n, 4)."""
         moved = places - self.start
         return np.asarray(np.linalg.norm(moved[..., :3], axis=-1) + self.reach * np.abs(moved[..., 3]))
@@ -92,7 +92,7 @@ class SmallestMove:
             legal = places[self.search.rate(places, self.counts, rows) >= reserve]
             if not len(legal):
                 return None
-            best = legal[np.argsort(self.size(legal), kind="stable")[:FOLLOWED]]
+            best = legal[np.argsort(self.measure_size(legal), kind="stable")[:FOLLOWED]]
             best = self._improve(best, rows, low, high, reserve, random)
             worse = self.search.find_worst_rows(best[0])
             if np.isin(worse, rows).all():
@@ -107,17 +107,17 @@ class SmallestMove:
         """Nearer places around legal ones (n, 4), in ranges that shrink with the move; returns them nearest first."""
         share = 0.5
         for _ in range(ROUNDS):
-            size = self.size(best)
+            size = self.measure_size(best)
             # nearer along the way back, and aside of it by less and less
             back = self.start + (best - self.start)[:, None] * (1 - share * random.random((len(best), AROUND, 1)))
             aside = share * random.uniform(-1, 1, (len(best), AROUND, 4)) * size[:, None, None]
             aside[..., 3] /= max(self.reach, 1.0)
             around = np.clip(back + aside, low, high)
-            sizes = self.size(around)
+            sizes = self.measure_size(around)
             legal = self.search.rate(around.reshape(-1, 4), self.counts, rows).reshape(sizes.shape) >= reserve
             sizes = np.where(legal, sizes, np.inf)
             top, each = sizes.argmin(axis=1), np.arange(len(best))
             better = sizes[each, top] < size
             best[better] = around[each, top][better]
             share *= SHRINK
-        return np.asarray(best[np.argsort(self.size(best), kind="stable")])
+        return np.asarray(best[np.argsort(self.measure_size(best), kind="stable")])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MOVE_COLUMNS, ZERO9, Frame, MoveKind, Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath, find_sections
@@ -77,7 +77,9 @@ def _retract_along_tool(pose: Array, machine: Machine, tool_length: float, heigh
     rise = float(q[1, 2] - q[0, 2])
     if height < 0.0 and rise < _LEAST_RISE:
         raise InputError(
-            finding("VP018", "a retract along the tool axis does not reach machine Z 0: the tool lies too flat there")
+            make_finding(
+                "VP018", "a retract along the tool axis does not reach machine Z 0: the tool lies too flat there"
+            )
         )
     away = max(-height, 0.0) / max(rise, _LEAST_RISE)
     return np.concatenate([pose[:3] + away * axis, pose[3:]])
@@ -120,7 +122,7 @@ def slice_path(path: ToolPath, first: int, last: int) -> ToolPath:
     section = np.cumsum(np.diff(path.section[first:last], prepend=-1) != 0).astype(np.int32) - 1
     dwell_section = find_sections(section, np.clip(before[mine] - first, 0, last - first))
     return replace(
-        path.part(first, last), section=section, dwell_section=dwell_section,
+        path.take_part(first, last), section=section, dwell_section=dwell_section,
         dwell_seconds=path.dwell_seconds[mine], dwell_line=path.dwell_line[mine],
     )  # fmt: skip
 

@@ -16,7 +16,7 @@ from verne_post.base.tolerances import NO_REACH_MM
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.corners import METRIC
 from verne_post.toolpath.curved_corners import Displaced, JerkLimitAt, displace, find_beside, shorten_blends
-from verne_post.toolpath.evaluate import coordinates, differentiate_pose, evaluate_bernstein
+from verne_post.toolpath.evaluate import differentiate_pose, evaluate_bernstein, evaluate_coordinates
 
 #: Where both are compared, over the wider of both reaches.
 _PLACES: Final = np.linspace(-1.0, 1.0, 65)
@@ -72,7 +72,7 @@ def find_controls(path: ToolPath, corner: Ints, reach: Array) -> Array:
     controls = np.empty((len(corner), 8, 5))
     for first, sign in ((0, 1.0), (7, -1.0)):
         segment, u = find_beside(path, corner, -sign * reach, -sign)
-        start = coordinates(path, segment, u)
+        start = evaluate_coordinates(path, segment, u)
         one, two, three = (
             derivative * ((2.0 * sign * reach / path.length[segment]) ** order)[:, None]
             for order, derivative in enumerate(differentiate_pose(path, segment, u), start=1)
@@ -87,7 +87,9 @@ def find_controls(path: ToolPath, corner: Ints, reach: Array) -> Array:
 
 def _leave_path(path: ToolPath, corner: Ints, way: Array, x: Array, controls: Array) -> Array:
     """From the path to curves (n, 5), at x (n,) of their reaches."""
-    return evaluate_bernstein(controls, 0.5 * (1.0 + x)) - coordinates(path, *find_beside(path, corner, way, way))
+    return evaluate_bernstein(controls, 0.5 * (1.0 + x)) - evaluate_coordinates(
+        path, *find_beside(path, corner, way, way)
+    )
 
 
 def _measure_thirds(
@@ -99,7 +101,7 @@ def _measure_thirds(
     """
     row, x = np.repeat(np.arange(len(corner)), len(_PLACES)), np.tile(_PLACES, len(corner))
     at = x * way[row]
-    pose = coordinates(path, *find_beside(path, corner[row], at, at))
+    pose = evaluate_coordinates(path, *find_beside(path, corner[row], at, at))
     inside = np.flatnonzero(np.abs(at) < reach[row])
     pose[inside] += displaced(row[inside], at[inside] / reach[row[inside]])
     step = way * (_PLACES[1] - _PLACES[0])

@@ -19,7 +19,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import GrowingTable, blocks
+from verne_post.base.columns import GrowingTable, iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.rows import measure_rows
 from verne_post.model.moves import Moves
@@ -68,7 +68,7 @@ class Straightened(Struct, frozen=True):
     chords: Chords
     swing: Array
 
-    def part(self, first: int, last: int) -> "Straightened":
+    def take_part(self, first: int, last: int) -> "Straightened":
         """Segments ``first`` to ``last`` (excluded)."""
         return Straightened(self.chords.take(slice(first, last)), self.swing[first:last])
 
@@ -84,9 +84,9 @@ def straighten(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Tool
         return path, Straightened(Chords(zero, one), zero[:, 0])
     followed = GrowingTable(kind=(np.int8,), arc=(np.int32,), circle=(np.int32,))
     left = GrowingTable(sag=(float, 3), cosine=(float,), swing=(float,))
-    for begin, end in blocks(n):
+    for begin, end in iterate_blocks(n):
         first, last = max(begin - OVERLAP, 0), min(end + OVERLAP, n)
-        part, mine = path.part(first, last), slice(begin - first, end - first)
+        part, mine = path.take_part(first, last), slice(begin - first, end - first)
         tip, axis = (smoothing.share * bound for bound in find_segment_tolerances(part, moves, smoothing))
         allowed = (tip > 0) & (part.start[:, :3] != part.end[:, :3]).any(axis=1)
         swing = _measure_swings(part, np.flatnonzero(allowed & (part.circle >= 0)))
@@ -106,8 +106,8 @@ def straighten(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Tool
             cosine=np.where(chord, chords.cosine, 1.0)[mine],
             swing=np.where(linear, swing, 0.0)[mine],
         )
-    sag, cosine, swing = left.columns().values()
-    return replace(path, **followed.columns()), Straightened(Chords(sag, cosine), swing)
+    sag, cosine, swing = left.freeze().values()
+    return replace(path, **followed.freeze()), Straightened(Chords(sag, cosine), swing)
 
 
 def _find_smallest_around(tolerance: Array) -> Array:

@@ -5,14 +5,14 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import blocks
+from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import wrap_angle
 from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.toolpath.evaluate import pose
+from verne_post.toolpath.evaluate import evaluate_pose
 
 #: A great circle never turns C by half a turn, only by nearly as much. One that comes so near to it passes the pole within a
 #: hundredth of the tilt at its ends: an axis that is led through the pole there differs by less than a post means.
@@ -28,7 +28,7 @@ def report_table_turns(path: ToolPath, moves: Moves, machine: Machine) -> list[F
     of a program are one finding, at the first; those on great circles another: their cause is the pole.
     """
     found: dict[bool, list[int]] = {False: [], True: []}  # on a great circle -> segments
-    for begin, end in blocks(len(path)):
+    for begin, end in iterate_blocks(len(path)):
         rows = np.arange(begin, end)
         swung = path.circle[rows] >= 0
         least = np.where(swung, _NEARLY_HALF_TURN, np.pi + ZERO_ANGLE)
@@ -50,7 +50,7 @@ def _turn_of_direction(path: ToolPath, rows: Ints) -> Array:
     turn = np.zeros(len(rows))
     curved = np.flatnonzero(path.kind[rows] != SegmentKind.LINE)
     u = np.linspace(0.0, 1.0, _CHORDS + 1)
-    tip, _angles = pose(path, np.repeat(rows[curved], len(u)), np.tile(u, len(curved)))
+    tip, _angles = evaluate_pose(path, np.repeat(rows[curved], len(u)), np.tile(u, len(curved)))
     chord = np.diff(tip.reshape(len(curved), len(u), 3), axis=1)
     a, b = chord[:, :-1], chord[:, 1:]
     bend = np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))
@@ -81,6 +81,6 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
         )
     others = f" (moves like this: {len(rows)})" if len(rows) > 1 else ""
     line = int(path.line[first])
-    return finding(
+    return make_finding(
         "VP301", text + others, severity="warning", line=line, last_line=line, worst_line=line, count=len(rows)
     )

@@ -20,7 +20,7 @@ from verne_post.base.tolerances import MARGIN_CHANGE, TIED
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Limits, Machine
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.toolpath.evaluate import coordinates
+from verne_post.toolpath.evaluate import evaluate_coordinates
 from verne_post.toolpath.margins import list_margin_functions
 
 #: What a place is chosen for.
@@ -122,7 +122,7 @@ def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Pla
     parts = np.clip(np.ceil(wanted), 1, MOST_POINTS).astype(int)
     owner, index = number_parts(parts + 1)
     segment, parts = kept[owner], parts[owner]
-    on_part = _move_to_part(coordinates(path, segment, index / parts), place, part_frame)
+    on_part = _move_to_part(evaluate_coordinates(path, segment, index / parts), place, part_frame)
     seconds = np.where(index > 0, path.feed_time[segment] / parts, 0.0)
     fresh = np.diff(path.section[segment], prepend=-1) != 0
     return PartPoints(on_part[:, :3], on_part[:, 3:], path.tool_length[segment], path.line[segment], seconds, fresh)

@@ -23,8 +23,8 @@ from verne_post.trajectory.initial_profile import Solver, plan_initial_profile
 from verne_post.trajectory.override import AS_PLANNED, FeedOverride
 from verne_post.trajectory.repair import repair_or_slow_down, repair_rows
 from verne_post.trajectory.retiming import retime
-from verne_post.trajectory.row_limits import at_rest, exceeding, excess
-from verne_post.trajectory.section_path import Section, SectionTask, joints_at
+from verne_post.trajectory.row_limits import add_rest, find_exceeding, measure_excess
+from verne_post.trajectory.section_path import Section, SectionTask, find_finite_joints
 from verne_post.trajectory.spline_profile import Profile, Times, positions
 from verne_post.trajectory.tuning import Effort
 
@@ -119,8 +119,8 @@ def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort:
     last = replace(effort.last, knot_units=1) if profile.duration > tuning.JERK_BOUND_RATIO * bound else effort.last
     times = retime(task, profile, last)
     for repeats_left in reversed(range(effort.repeats + 1)):
-        z = at_rest(sample_rows(task, profile, times))
-        over = exceeding(excess(task, z))
+        z = add_rest(sample_rows(task, profile, times))
+        over = find_exceeding(measure_excess(task, z))
         if not repeats_left or tuning.ROWS_PER_FAR_ROW * np.count_nonzero(over[1] > tuning.FAR_RATIO) <= len(z):
             rows = repair_rows(task, z, over)
             if rows is not None:
@@ -138,7 +138,7 @@ def rebuild_profile(task: SectionTask, profile: Profile, times: Times) -> Profil
     samples = Growing(float)
     for part in positions(profile, times, count, lambda number: np.minimum(unit * number, times.total), task.team):
         samples.extend(part)
-    return Profile.through_samples(samples.column(), unit)
+    return Profile.through_samples(samples.freeze(), unit)
 
 
 def sample_rows(
@@ -150,10 +150,10 @@ def sample_rows(
     It is stretched by ``slower`` to a whole number of cycles; resting ends are left out.
     """
     section, cycle = task.section, task.cycle
-    cycles = playback.cycles(times.total * slower, begin, cycle)
+    cycles = playback.count_cycles(times.total * slower, begin, cycle)
 
     def instants(row: Array) -> Array:
-        done = playback.shares(row, np.full(len(row), float(cycles)), np.full(len(row), begin), cycle)
+        done = playback.find_shares(row, np.full(len(row), float(cycles)), np.full(len(row), begin), cycle)
         return times.total * done
 
     every, farthest = Growing(float), 0.0
@@ -161,7 +161,7 @@ def sample_rows(
         s = np.maximum.accumulate(np.append(farthest, np.clip(s, 0.0, section.length)))[1:]
         every.extend(s)
         farthest = float(s[-1])
-    s = every.column()
+    s = every.freeze()
     first = int(np.searchsorted(s, 0.0, side="right")) - 1
     last = int(np.searchsorted(s, section.length, side="left"))
     s = s[max(first, 0) : last + 1]
@@ -170,7 +170,7 @@ def sample_rows(
     rows.extend(np.zeros(1))
     rows.copy(s[1 + at_start : len(s) - 1 - at_end])
     rows.extend(np.array([section.length]))
-    return rows.column()
+    return rows.freeze()
 
 
 def _count_creeping(task: SectionTask, s: Array, cycle: float) -> tuple[int, int]:
@@ -184,8 +184,8 @@ def _count_creeping(task: SectionTask, s: Array, cycle: float) -> tuple[int, int
         return 0, 0
     reach = np.minimum(limits.jerk * cycle**3, np.minimum(limits.acceleration * cycle**2, limits.velocity * cycle))
     tail = np.concatenate([[0.0], s[1:count], s[n - count : -1], [section.length]])
-    moved = joints_at(section, tail)
-    by_feed = cycle * np.asarray(section.speed(tail), dtype=float)
+    moved = find_finite_joints(section, tail)
+    by_feed = cycle * np.asarray(section.find_speed(tail), dtype=float)
 
     def creeping(rows: slice, end: int) -> int:
         strain = (np.abs(moved[rows] - moved[end]) / reach).max(axis=1)
@@ -203,5 +203,5 @@ def _count_creeping(task: SectionTask, s: Array, cycle: float) -> tuple[int, int
 
 def _is_too_far(section: Section, s: Array, cycle: float) -> bool:
     """Whether the last step between rows s (n,) hides the path, or where the feed changes along it is far beyond the feed."""
-    cap = np.asarray(section.speed(np.array([s[-2], 0.5 * (s[-2] + s[-1]), s[-1]])), dtype=float).min()
-    return bool(section.hidden(s)[-1] > 1.0 or s[-1] - s[-2] > (1.0 + 2 * tuning.CREEPING_MOTION) * cycle * cap)
+    cap = np.asarray(section.find_speed(np.array([s[-2], 0.5 * (s[-2] + s[-1]), s[-1]])), dtype=float).min()
+    return bool(section.measure_hidden(s)[-1] > 1.0 or s[-1] - s[-2] > (1.0 + 2 * tuning.CREEPING_MOTION) * cycle * cap)

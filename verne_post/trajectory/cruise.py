@@ -93,8 +93,8 @@ def _follow_feed(
     at_a_time = max(tuning.AT_A_TIME // max(end - begin for begin, end in stretches), 1)
     for first in range(0, len(stretches), at_a_time):
         group = stretches[first : first + at_a_time]
-        s = profile.s(knot * np.concatenate([np.arange(begin, end + 1, dtype=float) for begin, end in group]))
-        feed = np.asarray(task.section.speed(s), dtype=float)
+        s = profile.find_s(knot * np.concatenate([np.arange(begin, end + 1, dtype=float) for begin, end in group]))
+        feed = np.asarray(task.section.find_speed(s), dtype=float)
         # those between two stretches mean nothing
         every = (settings.shares[0] * knot * np.minimum(feed[1:], feed[:-1]) / np.diff(s)) ** 2
         at = 0

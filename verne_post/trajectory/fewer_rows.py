@@ -14,7 +14,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import resample_rows
-from verne_post.trajectory.row_limits import REST_ROWS, at_rest, measure_rows_excess
+from verne_post.trajectory.row_limits import REST_ROWS, add_rest, measure_rows_excess
 from verne_post.trajectory.row_shifts import HELD_ROWS, shift_rows
 from verne_post.trajectory.section_path import SectionTask
 
@@ -60,7 +60,7 @@ def _find_legal(task: SectionTask, starts: Array, rounds: int) -> Array | None:
     Shifts that are not small against a row's step need several rounds, each with the slopes where the rows then are.
     """
     count, n = len(starts), starts.shape[1] + 2 * REST_ROWS
-    z = np.concatenate([at_rest(rows) for rows in starts])
+    z = np.concatenate([add_rest(rows) for rows in starts])
     for _ in range(rounds):
         rows = shift_rows(z, np.full(count, n), n, task)
         shifted = rows.s.reshape(count, n)
@@ -85,6 +85,6 @@ def _keeps_feed(task: SectionTask, s: Array) -> bool:
     """
     way = np.diff(s)
     places = (s[:-1] + (np.arange(PLACES_IN_STEP)[:, None] + 0.5) / PLACES_IN_STEP * way).ravel()
-    speed = task.feed_share * np.asarray(task.section.speed(places), dtype=float).reshape(PLACES_IN_STEP, -1)
+    speed = task.feed_share * np.asarray(task.section.find_speed(places), dtype=float).reshape(PLACES_IN_STEP, -1)
     spent = way * np.mean(1.0 / speed, axis=0)
     return bool(spent.max() <= tuning.ACCEPTED_RATIOS[0] * task.cycle)

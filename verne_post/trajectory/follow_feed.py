@@ -15,7 +15,7 @@ from verne_post.base.ragged import find_runs
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import average_around, find_lowest_around
-from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, measure_joint_excess
+from verne_post.trajectory.row_limits import REST_ROWS, JointRows, add_rest, measure_joint_excess
 from verne_post.trajectory.section_path import SectionTask, check_joints
 
 #: The feed rate is looked at in so many places of each row, and at least so many of each element.
@@ -34,8 +34,8 @@ def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     Stretches that are slower than the feed rate, or halves of them, are replaced one by one, on ``timed`` elements (m,) of the section: those whose
     feed rate is a time. Rows at which a joint comes near a limit stay.
     """
-    z = at_rest(s)
-    rows = JointRows.at(task, z)
+    z = add_rest(s)
+    rows = JointRows.build(task, z)
     step = np.diff(z)
     slow = step < tuning.FEED_REACHED * task.cycle * rows.cap
     slow[:REST_ROWS], slow[-REST_ROWS:] = False, False
@@ -76,7 +76,7 @@ def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Iter
         if len(rows) > last - first:
             return
         around = np.concatenate([z[first - REST_ROWS : first], rows, z[last + 1 : last + 1 + REST_ROWS]])
-        q, hidden = task.section.q_and_hidden(around)
+        q, hidden = task.section.find_joints_and_hidden(around)
         check_joints(q, around)
         if measure_joint_excess(q, task).max() <= 1.0 and hidden.max() <= tuning.ACCEPTED_RATIOS[0]:
             yield rows
@@ -90,7 +90,7 @@ def _find_paces(task: SectionTask, begin: float, end: float) -> tuple[Array, Arr
     ]
     edges = np.concatenate([[begin], breaks, [end]])
     edges = np.append((edges[:-1, None] + np.arange(_PLACES) / _PLACES * np.diff(edges)[:, None]).ravel(), end)
-    speed = np.asarray(section.speed(0.5 * (edges[1:] + edges[:-1])), dtype=float)
+    speed = np.asarray(section.find_speed(0.5 * (edges[1:] + edges[:-1])), dtype=float)
     return edges, 1.0 / (task.feed_share * tuning.PLANNED_SHARES[0] * speed)
 
 

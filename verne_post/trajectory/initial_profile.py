@@ -73,7 +73,7 @@ def plan_initial_profile(
         if not first:
             unit *= min(
                 max(
-                    (reachability.duration(s, x) / unit + tuning.SHORT_SECTION) / tuning.LONG_SECTION,
+                    (reachability.find_duration(s, x) / unit + tuning.SHORT_SECTION) / tuning.LONG_SECTION,
                     tuning.FINEST_UNIT,
                 ),
                 1.0,
@@ -82,7 +82,7 @@ def plan_initial_profile(
         smooth.add(part)
     smooth.add(np.full(tuning.START_SMOOTH, section.length))
     smooth.averages.extend(np.array([max(smooth.largest, section.length)]))
-    profile = Profile.build_from_samples(smooth.averages.column(), tuning.START_STEP * unit)
+    profile = Profile.build_from_samples(smooth.averages.freeze(), tuning.START_STEP * unit)
     return InitialProfile(profile, unit, bound, np.concatenate(cruise))
 
 

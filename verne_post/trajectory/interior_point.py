@@ -53,7 +53,7 @@ class Problem(Struct, frozen=True, eq=False):
     held: NDArray[np.bool_]
 
 
-def basis(knot: float, fraction: Array) -> Array:
+def build_basis(knot: float, fraction: Array) -> Array:
     """The four cubic B-splines on an interval, and their first two derivatives: (3, len, 4)."""
     f = fraction
     value = np.stack([(1 - f) ** 3, 3 * f**3 - 6 * f**2 + 4, -3 * f**3 + 3 * f**2 + 3 * f + 1, f**3], axis=-1) / 6
@@ -104,7 +104,7 @@ class _Iteration:
         self.n = len(problem.cap) // len(problem.phases)
         self.points = len(problem.cap)
         self.weight = problem.knot / len(problem.phases)
-        table = basis(problem.knot, problem.phases)
+        table = build_basis(problem.knot, problem.phases)
         self.to_points = np.ascontiguousarray(table.reshape(-1, 4))
         self.to_coefficients = np.ascontiguousarray(self.to_points.T)
         self.band_weights = _assemble_band(table)
@@ -195,7 +195,7 @@ class _Iteration:
         factor, info = pbtrf(band, lower=1, overwrite_ab=1)
         return factor if info == 0 and np.isfinite(factor[0]).all() else None
 
-    def direction(self, root_slope: Array, factor: Array, push: Rows) -> Array:
+    def find_direction(self, root_slope: Array, factor: Array, push: Rows) -> Array:
         """Change of the coefficients for weights ``push`` on the gradients of the slacks; not finite where they are not."""
         jerk = push[self.j]
         pull = np.empty((3, self.points))
@@ -242,7 +242,7 @@ class _Iteration:
             # predictor: towards complementarity zero; relative to what there is, slacks change by r and duals by -1 - r
             settled = np.multiply(ratio, infeasible, out=work)
             push = np.negative(settled, out=self._push)
-            change = self.direction(root_slope, factor, push)
+            change = self.find_direction(root_slope, factor, push)
             dy = self.at_points(change)
             relative = self._changes(d_slack, dy, root_slope * dy[0])
             relative += infeasible
@@ -263,7 +263,7 @@ class _Iteration:
             target *= dual
             target += np.multiply(np.float32(mu), inverse, out=push)
             np.subtract(target, settled, out=push)
-            change = self.direction(root_slope, factor, push)
+            change = self.find_direction(root_slope, factor, push)
             if not np.isfinite(change).all():
                 break
             dy = self.at_points(change)

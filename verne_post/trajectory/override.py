@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Limits
 
 #: Where a slow start begins, as a share of the override.
@@ -44,7 +44,7 @@ class FeedOverride(Struct, frozen=True):
         """Time from which on the rate is the override, s."""
         return self.ramp / 2 + _OVER * self.ramp / _CONSTANTS
 
-    def planned(self, t: Array) -> Array:
+    def find_planned_time(self, t: Array) -> Array:
         """Planned seconds (n,) that have passed at times t (n,) of the file, were there no standstills."""
         if self.ramp == 0.0:
             return self.override * t
@@ -59,28 +59,28 @@ class FeedOverride(Struct, frozen=True):
         risen = 1.0 / (1.0 + np.exp(-_CONSTANTS * (t / self.ramp - 0.5)))
         return float(self.override * (START_RATE + (1.0 - START_RATE) * risen))
 
-    def cycles(self, planned: float, begin: float, cycle: float) -> int:
+    def count_cycles(self, planned: float, begin: float, cycle: float) -> int:
         """Smallest whole number of cycles, 1 or more, in which so many planned seconds pass from time ``begin`` on."""
         if self.ramp == 0.0 or begin >= self.steady:
             return max(int(np.ceil(planned / (self.override * cycle) * (1 - WHOLE_CYCLE_SHARE))), 1)
         low, high = 0, int(np.ceil(planned / (self.override * START_RATE * cycle))) + 1
-        start = float(self.planned(np.array([begin]))[0])
+        start = float(self.find_planned_time(np.array([begin]))[0])
         while high - low > 1:
             middle = (low + high) // 2
-            if float(self.planned(np.array([begin + middle * cycle]))[0]) - start >= planned:
+            if float(self.find_planned_time(np.array([begin + middle * cycle]))[0]) - start >= planned:
                 high = middle
             else:
                 low = middle
         return high
 
-    def shares(self, row: Array, cycles: Array, begin: Array, cycle: float) -> Array:
+    def find_shares(self, row: Array, cycles: Array, begin: Array, cycle: float) -> Array:
         """Shares (n,) of motions that are done at their rows (n,): 0 at row 0, 1 at row ``cycles`` (n,).
 
         The motions begin at times ``begin`` (n,), s.
         """
         if self.ramp == 0.0:
             return row / cycles
-        start, now, end = (self.planned(begin + cycle * k) for k in (0.0 * row, row, cycles))
+        start, now, end = (self.find_planned_time(begin + cycle * k) for k in (0.0 * row, row, cycles))
         return np.asarray((now - start) / (end - start))
 
 
@@ -106,5 +106,5 @@ def build_feed_override(override: float, slow_start: float, limits: Limits) -> F
     shortest = _CONSTANTS * 2.0 * float(roots.max())
     if 0.0 < slow_start < shortest:
         text = f"--slow-start {slow_start:g}: on this machine a slow start takes at least {shortest:.3g} s, or it would break limits itself"
-        raise InputError(finding("VP018", text))
+        raise InputError(make_finding("VP018", text))
     return FeedOverride(override, slow_start)

@@ -11,11 +11,11 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.columns import Growing, blocks, release_memory, sum_running
+from verne_post.base.columns import Growing, iterate_blocks, release_memory, sum_running
 from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.model.contour import Contour
-from verne_post.model.findings import SolverError, finding
+from verne_post.model.findings import SolverError, make_finding
 from verne_post.model.machine import Limits
 from verne_post.model.protocols import JointFunctions
 from verne_post.trajectory import tuning
@@ -24,7 +24,7 @@ from verne_post.trajectory.override import AS_PLANNED, FeedOverride
 from verne_post.trajectory.section_path import SectionTask
 from verne_post.trajectory.shaper import UNSHAPED
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
-from verne_post.trajectory.visible import Turning, hidden, limit_visible_speed
+from verne_post.trajectory.visible import Turning, limit_visible_speed, measure_hidden
 
 #: Rows of rest added where a continuous section follows or precedes another; the row at the stop itself is the third.
 ROWS_BETWEEN: Final = 2
@@ -114,7 +114,7 @@ class ContourSection:
         #: Seconds that elements whose feed rate is a time ask for, up to each of the breaks: a step may pass some of them whole.
         self.asked = None
         if timed.any():
-            pace = contour.pace(slice(first, last))
+            pace = contour.find_pace(slice(first, last))
             self.asked = sum_running(np.where(timed, pace * contour.length[first:last], 0.0))
         path = contour.path
         curves = len(path.arcs.sweep) + len(path.splines) + len(path.turns.first)
@@ -132,11 +132,11 @@ class ContourSection:
         w = (s - low) / (self.breaks.take(local + 1) - low)
         return self.first + local, np.clip(w, 0.0, 1.0)
 
-    def q(self, s: Array) -> Array:
+    def find_joints(self, s: Array) -> Array:
         """Joints (n, n_joints) at s (n,)."""
-        return self.joints.q(*self.locate(s))
+        return self.joints.find_joints(*self.locate(s))
 
-    def speed(self, s: Array) -> Array:
+    def find_speed(self, s: Array) -> Array:
         """Largest ds/dt (n,) at s (n,), mm/s: by the feed, and so that the rows show how arcs turn."""
         element, w = self.locate(s)
         cap = self.joints.find_speed_cap(element, w)
@@ -144,7 +144,7 @@ class ContourSection:
             return cap
         return np.minimum(cap, limit_visible_speed(self.joints.contour, element, w, self.cycle))
 
-    def hidden(self, s: Array) -> Array:
+    def measure_hidden(self, s: Array) -> Array:
         """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, arcs turn too far, and blocks
         with a time are passed too fast.
 
@@ -153,15 +153,15 @@ class ContourSection:
         element, w = self.locate(s)
         return self._find_hidden(s, element, w, self.joints.pose(self.joints.contour, element, w))
 
-    def q_and_hidden(self, s: Array) -> tuple[Array, Array]:
-        """What :meth:`q` and :meth:`hidden` say of rows s (n,), of poses evaluated once."""
+    def find_joints_and_hidden(self, s: Array) -> tuple[Array, Array]:
+        """What :meth:`find_joints` and :meth:`measure_hidden` say of rows s (n,), of poses evaluated once."""
         element, w = self.locate(s)
         rows = self.joints.find_joint_poses(element, w)
         return rows.q, self._find_hidden(s, element, w, (rows.tip, rows.angles))
 
     def _find_hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
-        turned = None if self.turning is None else self.turning.at(element, w)
-        found = hidden(self._pose, self.joints.contour, s, element, poses, turned)
+        turned = None if self.turning is None else self.turning.measure_turn(element, w)
+        found = measure_hidden(self._pose, self.joints.contour, s, element, poses, turned)
         if self.asked is not None:
             passed = np.flatnonzero(
                 np.diff(element) > 1
@@ -226,7 +226,7 @@ def _find_uneven(
     uneven = np.zeros(len(profiles.total), dtype=bool)
     for section in np.flatnonzero(profiles.total > tuning.UNEVEN_S).tolist():
         first, last = int(begins[section]), int(begins[section + 1])
-        longest = tuning.UNEVEN_RATIO * contour.length[first:last] @ contour.pace(slice(first, last))
+        longest = tuning.UNEVEN_RATIO * contour.length[first:last] @ contour.find_pace(slice(first, last))
         if profiles.total[section] > longest:
             from verne_post.trajectory.initial_profile import bound_second_order_time
 
@@ -267,11 +267,11 @@ class _Planner:
         """Plan the continuous sections, and stretch the others, for an override that is not steady yet: one after the other."""
         playback = self.planning.playback
         for section, total in enumerate(self.profiles.total.tolist()):
-            begin_s = self.clock.at(section)
+            begin_s = self.clock.find_begin(section)
             if self.continuous[section]:
                 yield section, self._plan(begin_s, self.planning.team, section)
             elif begin_s < playback.steady:
-                self.cycles[section] = playback.cycles(total, begin_s, self.planning.cycle)
+                self.cycles[section] = playback.count_cycles(total, begin_s, self.planning.cycle)
 
     def plan_each(self) -> Iterator[tuple[int, _SectionProfile]]:
         """Plan the continuous sections: several processes plan short ones side by side, and each long one together."""
@@ -300,9 +300,9 @@ class _Planner:
             if planning.solver == "both":
                 toppra_bound = bound_second_order_time(path, self.limits, _choose_solver("toppra"), team)
         except (ValueError, RuntimeError) as error:
-            line = int(contour.line(self.begins[section : section + 1])[0])
+            line = int(contour.find_lines(self.begins[section : section + 1])[0])
             text = f"no feasible velocity profile for the motion that begins in line {line}: {error}"
-            raise SolverError(finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
+            raise SolverError(make_finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
         s = profile.s
         timed = contour.path.timed[contour.segment[first:last]]
         if planning.playback == AS_PLANNED and timed.any():
@@ -336,18 +336,18 @@ class _Planner:
         found = Growing(np.intp)
         for segments in team.map(find, split_evenly(len(s) - 1, tuning.SHARED_ROWS)):
             found.extend(segments)
-        return found.column()
+        return found.freeze()
 
     def plan_profiles(self) -> MotionProfiles:
         """The profiles of all sections."""
         contour = self.joints.contour
         peak = np.where(self.continuous, 0.0, self.profiles.find_peak_speed())
-        for begin, end in blocks(len(contour)):
+        for begin, end in iterate_blocks(len(contour)):
             chunk = slice(begin, end)
-            by_peak = peak[contour.section[chunk]] * contour.pace(chunk) >= tuning.FEED_REACHED
+            by_peak = peak[contour.section[chunk]] * contour.find_pace(chunk) >= tuning.FEED_REACHED
             self.reached[contour.segment[chunk][by_peak]] = True
         return MotionProfiles(
-            self.profiles, self.first_row, self.cycles, self.rows.column(), self.reached, self.second_order_bound_s,
+            self.profiles, self.first_row, self.cycles, self.rows.freeze(), self.reached, self.second_order_bound_s,
             self.toppra_bound_s if self.planning.solver == "both" else None,
         )  # fmt: skip
 
@@ -363,7 +363,7 @@ class _Clock:
         self.dwelt = np.cumsum(dwells)
         self.section, self.row = 0, 0
 
-    def at(self, section: int) -> float:
+    def find_begin(self, section: int) -> float:
         """Time at which a section begins, s; asked in order."""
         self.row += int(self.cycles[self.section : section].sum()) + 2 * self.rest * (section - self.section)
         self.section = section

@@ -62,7 +62,7 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None 
     return np.append(begin, _solve_windows(controllable[1:], forward, window, begin))
 
 
-def duration(s: Array, x: Array) -> float:
+def find_duration(s: Array, x: Array) -> float:
     """Time of a profile with constant acceleration between grid points, s."""
     speed = np.sqrt(x)
     return float((2 * np.diff(s) / (speed[:-1] + speed[1:])).sum())

@@ -14,14 +14,21 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import Growing, blocks, release_memory
+from verne_post.base.columns import Growing, iterate_blocks, release_memory
 from verne_post.base.ragged import find_runs
 from verne_post.base.team import split_evenly
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interpolation import interpolate, resample_rows
-from verne_post.trajectory.row_limits import REST_ROWS, JointRows, at_rest, exceeding, excess, measure_rows_excess
+from verne_post.trajectory.row_limits import (
+    REST_ROWS,
+    JointRows,
+    add_rest,
+    find_exceeding,
+    measure_excess,
+    measure_rows_excess,
+)
 from verne_post.trajectory.row_shifts import HELD_ROWS, join_stretches, shift_rows
-from verne_post.trajectory.section_path import SectionTask, joints_at
+from verne_post.trajectory.section_path import SectionTask, find_finite_joints
 
 #: Rows that lie far apart, and what a stretch counts for at least: around each, the system reads 64 kB of every column.
 SCATTERED_ROWS: Final = 1 << 8
@@ -43,20 +50,20 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
     """
     s = rows(1.0)
     for attempt in range(tuning.SLOWDOWN_ATTEMPTS):
-        z = at_rest(s)
-        worst = excess(task, z)
-        repaired = repair_rows(task, z, exceeding(worst))
+        z = add_rest(s)
+        worst = measure_excess(task, z)
+        repaired = repair_rows(task, z, find_exceeding(worst))
         if repaired is not None:
             return repaired
         # braking before a place takes jerk as well, the less the longer it lasts
         reach = max(round(2**attempt * tuning.SLOWDOWN_REACH * task.unit / task.cycle), 8)
         s = slow_down_locally(s, np.cbrt(measure_row_excess(worst)), reach)
     slower, top, before = 1.0, np.inf, np.inf
-    while top <= tuning.JUMP_SHARE * before or (task.section.hidden(z) > 1.0).any():
+    while top <= tuning.JUMP_SHARE * before or (task.section.measure_hidden(z) > 1.0).any():
         slower, before = 2.0 * slower, top
-        z = at_rest(rows(slower))
-        worst = excess(task, z)
-        repaired = repair_rows(task, z, exceeding(worst))
+        z = add_rest(rows(slower))
+        worst = measure_excess(task, z)
+        repaired = repair_rows(task, z, find_exceeding(worst))
         if repaired is not None:
             return repaired
         top = float(worst.max())
@@ -67,8 +74,8 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
 def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> Array | None:
     """Rows inside every limit, made from rows z (n,) that nearly are; None where that takes too many rounds.
 
-    Those given have rows of rest at both ends (:func:`at_rest`), the result does not. ``over`` says which of the given ones
-    are :func:`exceeding` a limit.
+    Those given have rows of rest at both ends (:func:`add_rest`), the result does not. ``over`` says which of the given ones
+    are :func:`find_exceeding` a limit.
     """
     z, (bad, ratio) = _show_path(task, z, over)
     reach = max(round(tuning.REPAIR_REACH * task.unit / task.cycle), 8)
@@ -90,28 +97,28 @@ def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> Array 
 
 
 def _show_path(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> tuple[Array, tuple[Ints, Array]]:
-    """Rows with others halfway along steps that hide the path or are far beyond the feed, and which are :func:`exceeding` a limit.
+    """Rows with others halfway along steps that hide the path or are far beyond the feed, and which are :func:`find_exceeding` a limit.
 
     Unchanged where no step hides the path.
     """
     halved = False
     while len(bad := over[0]):
-        hides = _measure_at_steps(z, bad, lambda s: task.section.hidden(s) > 1.0)
+        hides = _measure_at_steps(z, bad, lambda s: task.section.measure_hidden(s) > 1.0)
         if not hides.any() and not halved:
             break
         fast = _measure_at_steps(
-            z, bad, lambda s: np.diff(s) > tuning.FAR_RATIO * task.cycle * JointRows.at(task, s).cap
+            z, bad, lambda s: np.diff(s) > tuning.FAR_RATIO * task.cycle * JointRows.build(task, s).cap
         )
         long = bad[hides | fast]
         if not len(long):
             break
         more = Growing(float)
-        for begin, end in blocks(len(z)):
+        for begin, end in iterate_blocks(len(z)):
             steps_here = long[slice(*np.searchsorted(long, [begin, end]))]
             middle = 0.5 * (z[steps_here] + z[steps_here + 1])
             more.extend(np.insert(z[begin:end], steps_here + 1 - begin, middle))
-        z, halved = more.column(), True
-        over = exceeding(excess(task, z))
+        z, halved = more.freeze(), True
+        over = find_exceeding(measure_excess(task, z))
     return z, over
 
 
@@ -126,13 +133,13 @@ def _measure_at_steps(z: Array, rows: Ints, measure: Callable[[Array], Mask]) ->
 
 
 def _is_monotone(z: Array) -> bool:
-    return all((np.diff(z[first : last + 1]) >= 0).all() for first, last in blocks(len(z)))
+    return all((np.diff(z[first : last + 1]) >= 0).all() for first, last in iterate_blocks(len(z)))
 
 
 def _repair_stretches(
     z: Array, low: Ints, high: Ints, more: Ints, reach: int, task: SectionTask
 ) -> tuple[Array, Ints, Array]:
-    """Rows with stretches [low, high) given ``more`` rows and shifted, and those that still are :func:`exceeding` a limit.
+    """Rows with stretches [low, high) given ``more`` rows and shifted, and those that still are :func:`find_exceeding` a limit.
 
     All that were lie in the stretches, whose held rows at both ends keep what differences across the ends are. So many are
     repaired at a time that the memory besides does not grow with the section.
@@ -157,7 +164,7 @@ def _repair_stretches(
             new.extend(part.copy())
             done = b
     new.copy(z[done:])
-    return new.column(), np.concatenate(rows), np.concatenate(ratios)
+    return new.freeze(), np.concatenate(rows), np.concatenate(ratios)
 
 
 def _shift_stretches(
@@ -177,7 +184,7 @@ def _find_pace(task: SectionTask, s: Array, rows: Ints) -> float:
     for first in range(0, len(rows), SCATTERED_ROWS):
         release_memory()
         some = rows[first : first + SCATTERED_ROWS]
-        q = joints_at(task.section, np.stack([s[some], s[some + 1]]).ravel()).reshape(2, len(some), -1)
+        q = find_finite_joints(task.section, np.stack([s[some], s[some + 1]]).ravel()).reshape(2, len(some), -1)
         most = max(most, float((np.abs(q[1] - q[0]) / (task.limits.jerk * task.cycle**3)).max()))
     return most
 
@@ -234,7 +241,7 @@ def _place_slower_instants(first: int, slowness: Array) -> Array:
 
 
 def measure_row_excess(worst: Array) -> Array:
-    """Largest excess of the differences that each row of a section is in, from :func:`excess` of the rows at rest."""
+    """Largest excess of the differences that each row of a section is in, from :func:`measure_excess` of the rows at rest."""
     padded = np.concatenate([np.ones(REST_ROWS), np.maximum(worst, 1.0), np.ones(REST_ROWS)])
     around = np.lib.stride_tricks.sliding_window_view(padded, REST_ROWS + 1).max(axis=1)
     return np.asarray(around[REST_ROWS:-REST_ROWS])

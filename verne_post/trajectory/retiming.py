@@ -46,7 +46,7 @@ def _retime(task: SectionTask, profile: Profile, settings: PassSettings) -> tupl
     for coefficients, all_legal in task.team.map(partial(_solve_group, task, profile, settings), groups):
         settled.copy(coefficients)
         legal &= all_legal
-    return Times.build_from_coefficients(settled.column(), knot), legal
+    return Times.build_from_coefficients(settled.freeze(), knot), legal
 
 
 def _group(pieces: Iterable[Piece], most: int) -> Iterator[list[Piece]]:
@@ -76,7 +76,7 @@ def _solve(
     task: SectionTask, profile: Profile, settings: PassSettings, windows: list[Window]
 ) -> tuple[list[Array], bool]:
     """Coefficients of every window, and whether all limits hold in all of them."""
-    layout = Layout.of(windows, task, settings)
+    layout = Layout.build(windows, task, settings)
     found = solve(
         build_window_problem(task, profile, settings, layout),
         layout.start(),
@@ -131,7 +131,7 @@ def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, p
         recent, done = recent[begin - done :], begin
         begin = end if end == piece.end else begin + tuning.WINDOW_KNOTS
     settled.extend(recent)
-    return settled.column(), all_legal
+    return settled.freeze(), all_legal
 
 
 def _window(known: Array, held: float, knot_units: int, begin: int, after: Array | None) -> Window:

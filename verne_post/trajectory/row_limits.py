@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.columns import Growing, blocks, release_memory
+from verne_post.base.columns import Growing, iterate_blocks, release_memory
 from verne_post.base.rows import find_row_max
 from verne_post.base.team import split_evenly
 from verne_post.trajectory import tuning
@@ -25,32 +25,32 @@ class JointRows(Struct, frozen=True, eq=False):
     cap: Array
 
     @classmethod
-    def at(cls, task: SectionTask, s: Array) -> "JointRows":
+    def build(cls, task: SectionTask, s: Array) -> "JointRows":
         """The slowest of the caps at both ends and in the middle of a step counts, and where it hides the path a slower one."""
         section, cycle = task.section, task.cycle
-        ends = np.asarray(section.speed(s), dtype=float)
-        middle = np.asarray(section.speed(0.5 * (s[1:] + s[:-1])), dtype=float)
+        ends = np.asarray(section.find_speed(s), dtype=float)
+        middle = np.asarray(section.find_speed(0.5 * (s[1:] + s[:-1])), dtype=float)
         cap = task.feed_share * np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
-        q, hidden = section.q_and_hidden(s)
+        q, hidden = section.find_joints_and_hidden(s)
         check_joints(q, s)
         too_long = np.flatnonzero(hidden > 1.0)
         slower = (s[too_long + 1] - s[too_long]) / (cycle * hidden[too_long])
         cap[too_long] = np.minimum(cap[too_long], slower)
         return cls(s, q, cap)
 
-    def taken(self, rows: Ints) -> "JointRows":
+    def select(self, rows: Ints) -> "JointRows":
         """Some rows (m,); caps between such as are no neighbours mean nothing."""
         return JointRows(self.s[rows], self.q[rows], self.cap[rows[:-1]])
 
 
-def at_rest(s: Array) -> Array:
+def add_rest(s: Array) -> Array:
     """Rows s (n,) with those of rest at both ends that the differences count as well."""
     rows = Growing(float)
     rows.copy(s, REST_ROWS, REST_ROWS)
-    return rows.column()
+    return rows.freeze()
 
 
-def excess(task: SectionTask, s: Array) -> Array:
+def measure_excess(task: SectionTask, s: Array) -> Array:
     """Largest ratio over the accepted one of the differences that begin at each row, shape (n - 3,).
 
     The rows s (n,) rest at both ends.
@@ -60,26 +60,26 @@ def excess(task: SectionTask, s: Array) -> Array:
         partial(_measure_part_of_excess, task, s), split_evenly(len(s) - REST_ROWS, tuning.SHARED_ROWS)
     ):
         worst.extend(part)
-    return worst.column()
+    return worst.freeze()
 
 
 def _measure_part_of_excess(task: SectionTask, s: Array, part: tuple[int, int]) -> Array:
-    """The part of :func:`excess` of some rows."""
+    """The part of :func:`measure_excess` of some rows."""
     release_memory()
     first, last = part
     before = min(first, 1)
-    rows = JointRows.at(task, s[first - before : last + REST_ROWS])
+    rows = JointRows.build(task, s[first - before : last + REST_ROWS])
     return measure_rows_excess(rows, task)[before:]
 
 
 def measure_rows_excess(rows: JointRows, task: SectionTask) -> Array:
-    """As :func:`excess`, of rows whose joints are known."""
+    """As :func:`measure_excess`, of rows whose joints are known."""
     by_feed = (np.diff(rows.s) / (task.cycle * rows.cap))[: len(rows.s) - REST_ROWS] / tuning.ACCEPTED_RATIOS[0]
     return np.maximum(by_feed, measure_joint_excess(rows.q, task))
 
 
 def measure_joint_excess(q: Array, task: SectionTask) -> Array:
-    """As :func:`excess`, of the joints alone: rows q (n, n_joints)."""
+    """As :func:`measure_excess`, of the joints alone: rows q (n, n_joints)."""
     limits, cycle = task.limits, task.cycle
     worst, difference = np.zeros(len(q) - REST_ROWS), q
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
@@ -91,7 +91,9 @@ def measure_joint_excess(q: Array, task: SectionTask) -> Array:
     return worst
 
 
-def exceeding(worst: Array) -> tuple[Ints, Array]:
-    """Rows (m,) at which differences begin that are beyond a limit, and by how much, from the :func:`excess` of all."""
-    bad = np.concatenate([first + np.flatnonzero(worst[first:last] > 1.0) for first, last in blocks(len(worst))])
+def find_exceeding(worst: Array) -> tuple[Ints, Array]:
+    """Rows (m,) at which differences begin that are beyond a limit, and by how much, from the :func:`measure_excess` of all."""
+    bad = np.concatenate(
+        [first + np.flatnonzero(worst[first:last] > 1.0) for first, last in iterate_blocks(len(worst))]
+    )
     return bad, worst[bad]

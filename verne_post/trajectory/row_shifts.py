@@ -13,7 +13,7 @@ from verne_post.base.ragged import number_parts
 from verne_post.base.rows import find_row_max, sum_rows
 from verne_post.trajectory import tuning
 from verne_post.trajectory.row_limits import REST_ROWS, JointRows
-from verne_post.trajectory.section_path import Section, SectionTask, joints_at
+from verne_post.trajectory.section_path import Section, SectionTask, find_finite_joints
 
 #: Rows that stay at the ends of a stretch: what differences across the end are taken from, and the section's ends.
 HELD_ROWS: Final = REST_ROWS + 1
@@ -31,7 +31,7 @@ def shift_rows(s: Array, lengths: Ints, reach: int, task: SectionTask) -> JointR
     stretch stay where they are. A step that makes a stretch worse is not taken, and the next one is damped more. From each
     step to the next a stretch is cut down to what lies around the rows still beyond a limit.
     """
-    rows = JointRows.at(task, s)
+    rows = JointRows.build(task, s)
     slope = _find_slopes(task.section, rows)  # shifts are small against a row's step: the slopes stay what they are
     high: Ints = np.cumsum(lengths)
     low: Ints = high - lengths
@@ -39,10 +39,10 @@ def shift_rows(s: Array, lengths: Ints, reach: int, task: SectionTask) -> JointR
     for _ in range(tuning.SHIFT_STEPS):
         owner, place = number_parts(high - low)
         here = low[owner] + place
-        model = _LinearModel(rows.taken(here), slope[here], owner, task)
+        model = _LinearModel(rows.select(here), slope[here], owner, task)
         trial = np.clip(model.rows.s + model.shifts(damping), rows.s[low][owner], rows.s[high - 1][owner])
         _keep_rising(trial, owner)
-        tried = _LinearModel(JointRows.at(task, trial), slope[here], owner, task)
+        tried = _LinearModel(JointRows.build(task, trial), slope[here], owner, task)
         merit, after = (np.bincount(owner, one.squares(tuning.AIMED_RATIOS)) for one in (model, tried))
         left = tried.squares(tuning.ACCEPTED_RATIOS)
         better = (np.bincount(owner, left) == 0.0) | (after < merit)
@@ -83,7 +83,7 @@ def _find_slopes(section: Section, rows: JointRows) -> Array:
     """Derivatives of the joints by s (n, n_joints) at rows."""
     step = np.maximum(SLOPE_STEP * np.abs(np.gradient(rows.s)), SLOPE_LENGTH * section.length)
     step = np.where(rows.s + step > section.length, -step, step)
-    return np.asarray((joints_at(section, rows.s + step) - rows.q) / step[:, None])
+    return np.asarray((find_finite_joints(section, rows.s + step) - rows.q) / step[:, None])
 
 
 class _LinearModel:

@@ -105,11 +105,11 @@ class RowSampler:
         self.dwell = np.cumsum(plan.section < 0) - 1
         self.next_section = np.where(sections_before < len(self.section_begin), sections_before, -1)
 
-    def blocks(self) -> range:
+    def list_blocks(self) -> range:
         """First rows of the blocks that make up the whole file."""
         return range(0, self.plan.n_rows, BLOCK_ROWS)
 
-    def rows(self, first: int) -> Rows:
+    def make_rows(self, first: int) -> Rows:
         """The rows of a block, by its first one."""
         release_memory()
         plan, h = self.plan, self.plan.rest
@@ -127,7 +127,7 @@ class RowSampler:
             shown, shown_w = self._locate(owner[middle], at, finished[middle])
         section, own = plan.section[item[middle]], item[middle]
         dwell = np.where(section < 0, self.dwell[own], -1)
-        line = np.where(section >= 0, self.contour.line(shown), plan.line[own])
+        line = np.where(section >= 0, self.contour.find_lines(shown), plan.line[own])
         return Rows(first, element, w, shown, shown_w, at, line, dwell)
 
     def _measure_path_lengths(self, k: Ints, item: Ints) -> tuple[Ints, Array]:
@@ -141,7 +141,7 @@ class RowSampler:
         begin = plan.first_row[item] + rest
         cycles = plan.first_row[item + 1] - rest - begin
         row = np.clip(k - begin, 0, cycles)
-        done = plan.playback.shares(
+        done = plan.playback.find_shares(
             row.astype(float), np.maximum(cycles, 1), plan.cycle * begin.astype(float), plan.cycle
         )
         s = profiles.profiles.position(owner, np.where(moving, done * profiles.profiles.total[owner], 0.0))

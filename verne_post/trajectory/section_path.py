@@ -32,17 +32,17 @@ class Section(Protocol):
     def breaks(self) -> Array:
         """Ends of the elements, from 0 to length, in order; both included."""
 
-    def q(self, s: Array) -> Array:
+    def find_joints(self, s: Array) -> Array:
         """Joints (n, n_joints) at s (n,)."""
 
-    def speed(self, s: Array) -> Array:
+    def find_speed(self, s: Array) -> Array:
         """Largest ds/dt (n,) by the feed at s (n,), mm/s; infinite for rapids."""
 
-    def hidden(self, s: Array) -> Array:
+    def measure_hidden(self, s: Array) -> Array:
         """How many times too long steps (n - 1,) between rows s (n,) are to show the path between them; see ``visible``."""
 
-    def q_and_hidden(self, s: Array) -> tuple[Array, Array]:
-        """What :meth:`q` and :meth:`hidden` say of rows s (n,), for less than one after the other."""
+    def find_joints_and_hidden(self, s: Array) -> tuple[Array, Array]:
+        """What :meth:`find_joints` and :meth:`measure_hidden` say of rows s (n,), for less than one after the other."""
 
 
 class SectionTask(Struct, frozen=True, eq=False):
@@ -120,7 +120,7 @@ def build_grid_along(section: Section, first: int = 0, last: int | None = None) 
     done: list[tuple[Array, Array, Array]] = []
     for halving in range(SPAN_HALVINGS + 1):
         motion = q.max(axis=0) - q.min(axis=0)
-        rough = find_row_max(spans.tail(q) - tuning.TAIL_SHARE * motion) > tuning.TAIL_NOISE
+        rough = find_row_max(spans.bound_tail(q) - tuning.TAIL_SHARE * motion) > tuning.TAIL_NOISE
         if halving == SPAN_HALVINGS:
             rough[:] = False
         if not rough.any():
@@ -141,7 +141,7 @@ def build_grid_along(section: Section, first: int = 0, last: int | None = None) 
         for part in zip(*derived, strict=True)
     )
     s = (low[:, None] + spans.SAMPLES[kept] * width[:, None]).ravel()
-    speed = np.asarray(section.speed(s), dtype=float)
+    speed = np.asarray(section.find_speed(s), dtype=float)
     if not (speed > 0).all():
         raise ValueError(f"the feed allows no speed at s = {s[np.argmin(speed > 0)]:.6g} mm of the section")
 
@@ -166,7 +166,7 @@ def _join_short(section: Section, breaks: Array) -> Array:
     """Breaks (n,) without those inside stretches that are passed in ``tuning.SHORT_SPAN`` at the feed rate, of few elements."""
     if len(breaks) <= tuning.MANY_SPANS:
         return breaks
-    speed = np.asarray(section.speed(0.5 * (breaks[1:] + breaks[:-1])), dtype=float)
+    speed = np.asarray(section.find_speed(0.5 * (breaks[1:] + breaks[:-1])), dtype=float)
     way = tuning.SHORT_SPAN * np.where(np.isfinite(speed), speed, 0.0)
     short = np.diff(breaks) < way
     share = np.divide(np.diff(breaks), way, out=np.ones_like(way), where=short)
@@ -175,15 +175,15 @@ def _join_short(section: Section, breaks: Array) -> Array:
     return breaks[np.concatenate([[True], kept, [True]])]
 
 
-def joints_at(section: Section, s: Array) -> Array:
-    """``section.q(s)``, which must be finite.
+def find_finite_joints(section: Section, s: Array) -> Array:
+    """``section.find_joints(s)``, which must be finite.
 
     Raises
     ------
     ValueError
         Naming the first s without joints.
     """
-    q = np.asarray(section.q(s), dtype=float)
+    q = np.asarray(section.find_joints(s), dtype=float)
     check_joints(q, s)
     return q
 
@@ -198,7 +198,7 @@ def check_joints(q: Array, s: Array) -> None:
 def _sample_spans(section: Section, low: Array, width: Array) -> Array:
     """Joints (nodes, m, n_joints) at the Chebyshev points of spans."""
     s = low + spans.SAMPLES[:, None] * width
-    return joints_at(section, s.ravel()).reshape(*s.shape, -1)
+    return find_finite_joints(section, s.ravel()).reshape(*s.shape, -1)
 
 
 def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[Array]:
@@ -212,7 +212,7 @@ def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[
         per_mm = (1.0 / width[part])[:, None]
         chunk = np.ascontiguousarray(q[:, part])
         for order, (matrix, out) in enumerate(zip(_DERIVE, result, strict=True), start=1):
-            values = spans.across(matrix[kept], chunk)
+            values = spans.apply_matrix(matrix[kept], chunk)
             bound = noise * _NOISE_GAIN[order - 1]
             values -= np.clip(values, -bound, bound)
             values *= per_mm**order

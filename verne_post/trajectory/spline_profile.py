@@ -7,11 +7,11 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.columns import Growing, GrowingTable, blocks, release_memory
+from verne_post.base.columns import Growing, GrowingTable, iterate_blocks, release_memory
 from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.trajectory import tuning
-from verne_post.trajectory.interior_point import basis
+from verne_post.trajectory.interior_point import build_basis
 
 #: Resting samples at both ends of a profile: a quintic spline begins and ends with all derivatives zero.
 _REST: Final = 6
@@ -55,7 +55,7 @@ class Profile(Struct, frozen=True, eq=False):
         """Use samples from rest to rest as coefficients: monotone samples give a monotone profile."""
         coefficients = Growing(float)
         coefficients.copy(samples, _REST, _REST)
-        return cls(coefficients.column(), step)
+        return cls(coefficients.freeze(), step)
 
     @classmethod
     def through_samples(cls, samples: Array, step: float) -> "Profile":
@@ -76,14 +76,14 @@ class Profile(Struct, frozen=True, eq=False):
                 coefficients.extend(inner[:1].repeat(2))
             coefficients.extend(inner)
         coefficients.extend(inner[-1:].repeat(2))
-        return cls(coefficients.column(), step)
+        return cls(coefficients.freeze(), step)
 
     @property
     def duration(self) -> float:
         """End of the profile."""
         return self.step * (len(self.coefficients) - 5)
 
-    def s(self, sigma: Array) -> Array:
+    def find_s(self, sigma: Array) -> Array:
         """Path parameter at pseudo-times."""
         at = np.clip(sigma * (1.0 / self.step), 0.0, len(self.coefficients) - 5)
         i = np.minimum(at.astype(np.intp), len(self.coefficients) - 6)
@@ -127,17 +127,17 @@ class Times(Struct, frozen=True, eq=False):
         """From the cubic B-spline coefficients (n + 3,) of X = (dsigma/dt)^2."""
         n = len(coefficients) - 3
         table, passed = GrowingTable(t=(float,), rate=(float,), change=(float,)), 0.0
-        for first, last in blocks(n + 1):
+        for first, last in iterate_blocks(n + 1):
             c, some = coefficients[first : last + 2], min(last, n) - first  # knots, and intervals between them
             seconds = np.zeros(some)
-            for weights, share in zip(basis(knot, 0.5 * (_GAUSS + 1))[0], _GAUSS_WEIGHTS, strict=True):
+            for weights, share in zip(build_basis(knot, 0.5 * (_GAUSS + 1))[0], _GAUSS_WEIGHTS, strict=True):
                 x = sum(weight * coefficients[first + k : first + k + some] for k, weight in enumerate(weights))
                 seconds += 0.5 * knot * share / np.sqrt(np.maximum(x, tuning.SMALLEST_X))
             t = np.cumsum(np.append(passed, seconds))
             at_knots = np.maximum((c[:-2] + 4 * c[1:-1] + c[2:]) / 6, tuning.SMALLEST_X)
             table.extend(t=t[: last - first], rate=np.sqrt(at_knots), change=0.5 * ((c[2:] - c[:-2]) / (2 * knot)))
             passed = t[-1]
-        return cls(knot, **table.columns())
+        return cls(knot, **table.freeze())
 
     @property
     def total(self) -> float:
@@ -170,6 +170,6 @@ def positions(
 
     def evaluate(part: tuple[int, int]) -> Array:
         release_memory()
-        return profile.s(times.sigma(instants(np.arange(*part, dtype=float))))
+        return profile.find_s(times.sigma(instants(np.arange(*part, dtype=float))))
 
     return team.map(evaluate, split_evenly(count, tuning.SHARED_ROWS))

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.base.ragged import number_parts
 from verne_post.model.contour import Contour
-from verne_post.model.findings import SolverError, finding
+from verne_post.model.findings import SolverError, make_finding
 from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 from verne_post.trajectory.ruckig_backend import plan_rest_to_rest
@@ -114,7 +114,7 @@ def plan_sections(
         ]
         with np.errstate(divide="ignore"):
             cap = np.minimum(
-                1.0 / contour.pace(element), limit_visible_speed(contour, element, np.zeros(len(element)), cycle)
+                1.0 / contour.find_pace(element), limit_visible_speed(contour, element, np.zeros(len(element)), cycle)
             )
         cap = np.minimum.reduceat(cap, at)
         distance[chunk] = np.add.reduceat(length, at)
@@ -122,9 +122,9 @@ def plan_sections(
         durations[chunk], jerks[chunk] = plan_rest_to_rest(distance[chunk], v, a, j)
     lost = np.flatnonzero(~np.isfinite(durations).all(axis=1))
     if len(lost):
-        line = int(contour.line(begins[lost[:1]])[0])
+        line = int(contour.find_lines(begins[lost[:1]])[0])
         raise SolverError(
-            finding(
+            make_finding(
                 "VP420",
                 f"no feasible velocity profile for the motion of line {line}",
                 line=line,
@@ -170,14 +170,14 @@ def split_limits(
                 a = a_top * share
                 j = ((j_left - 3 * d2 * (v * a)[:, None]) / d1).min(axis=1)
                 usable = (a > 0) & (j > 0)
-                time = duration(distance, v, np.where(usable, a, 1.0), np.where(usable, j, 1.0))
+                time = find_duration(distance, v, np.where(usable, a, 1.0), np.where(usable, j, 1.0))
                 time = np.where(usable, time, np.inf)
                 better = time < best[0]
                 best = np.where(better, np.stack([time, v, a, j]), best)
     return best[1], best[2], best[3]
 
 
-def duration(distance: Array, v: Array, a: Array, j: Array) -> Array:
+def find_duration(distance: Array, v: Array, a: Array, j: Array) -> Array:
     """Time of the rest-to-rest profile under limits v, a, j, in closed form; all shape (n,)."""
     reaches_a = v * j >= a * a
     ramp = np.where(reaches_a, v / a + a / j, 2 * np.sqrt(v / j))

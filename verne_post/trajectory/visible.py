@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.columns import Growing, blocks, sum_running
+from verne_post.base.columns import Growing, iterate_blocks, sum_running
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG, ROTARY_METRIC_MM
@@ -52,23 +52,23 @@ class Turning:
         parts = np.append(splines.first_part, len(splines.low))[[mine[0], mine[-1] + 1]] if len(mine) else [0, 0]
         self._first_part = int(parts[0])
         over_parts, over_elements = Growing(float), Growing(float)
-        for begin, end in blocks(int(parts[1]), self._first_part):
+        for begin, end in iterate_blocks(int(parts[1]), self._first_part):
             part = np.arange(begin, end)
             piece = np.searchsorted(splines.first_part, part, side="right") - 1
             over_parts.extend(
                 _find_spline_rate(contour, part) * (splines.high - splines.low)[begin:end] * splines.length[piece]
             )
-        self._before = sum_running(over_parts.column())
-        for begin, end in blocks(last, first):
+        self._before = sum_running(over_parts.freeze())
+        for begin, end in iterate_blocks(last, first):
             element = np.arange(begin, end)
             segment = contour.segment[element]
             over_elements.extend(self._on(segment, contour.high[element]) - self._on(segment, contour.low[element]))
-        self._over = sum_running(over_elements.column())
+        self._over = sum_running(over_elements.freeze())
 
-    def at(self, element: Ints, w: Array) -> Array:
+    def measure_turn(self, element: Ints, w: Array) -> Array:
         """Rad from the beginning of the elements up to w (n,) of elements (n,)."""
         segment, low = self.contour.segment[element], self.contour.low[element]
-        turned = self._on(segment, self.contour.parameter(element, w)) - self._on(segment, low)
+        turned = self._on(segment, self.contour.find_parameters(element, w)) - self._on(segment, low)
         return np.asarray(self._over[element - self.first] + turned)
 
     def _on(self, segment: Ints, u: Array) -> Array:
@@ -111,13 +111,13 @@ def limit_visible_speed(contour: Contour, element: Ints, w: Array, cycle: float)
     rate[carried] = _measure_table_turn(contour, segment[carried]) / path.length[segment[carried]]
     splined = np.flatnonzero(path.spline[segment] >= 0)
     if len(splined):
-        u = contour.parameter(element[splined], w[splined])
+        u = contour.find_parameters(element[splined], w[splined])
         rate[splined] = _find_spline_rate(contour, path.splines.find_parts(path.spline[segment[splined]], u))
     with np.errstate(divide="ignore"):
         return np.asarray(tuning.MOST_TURN / (cycle * rate))
 
 
-def hidden(
+def measure_hidden(
     pose: PoseAt, contour: Contour, s: Array, element: Ints, poses: tuple[Array, Array], turned: Array | None
 ) -> Array:
     """How many times too far steps (n - 1,) are from the path between their ends, or arcs turn; up to 1 is near enough.

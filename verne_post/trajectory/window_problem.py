@@ -17,7 +17,7 @@ from verne_post.base.tolerances import WHOLE_CYCLE
 from verne_post.trajectory import tuning
 from verne_post.trajectory.interior_point import Problem
 from verne_post.trajectory.interpolation import hold_ends
-from verne_post.trajectory.section_path import Section, SectionTask, joints_at
+from verne_post.trajectory.section_path import Section, SectionTask, find_finite_joints
 from verne_post.trajectory.spline_profile import Profile
 from verne_post.trajectory.tuning import PassSettings
 
@@ -64,7 +64,7 @@ class Layout(Struct, frozen=True, eq=False):
     gap: int
 
     @classmethod
-    def of(cls, windows: Sequence[Window], task: SectionTask, settings: PassSettings) -> "Layout":
+    def build(cls, windows: Sequence[Window], task: SectionTask, settings: PassSettings) -> "Layout":
         """With gaps for a pass."""
         reach = 3.0 * task.cycle / (settings.knot_units * task.unit)
         return cls(windows, max(TIED, math.ceil(reach)))
@@ -125,7 +125,7 @@ def build_window_problem(task: SectionTask, profile: Profile, settings: PassSett
     """Constraints at the points of windows, from differences of rows a cycle apart: the acceptance metric itself."""
     k = settings.points_per_knot
     unit, limits, shares = task.unit, task.limits, settings.shares
-    samples = _Samples.of(layout.knots(), settings.knot_units * unit, k, task.cycle)
+    samples = _Samples.build(layout.knots(), settings.knot_units * unit, k, task.cycle)
     at_points = _take_differences(task.section, profile, samples, task.cycle)
     q1, q2, q3 = at_points.first, at_points.second, at_points.third
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -179,7 +179,7 @@ class _Samples(Struct, frozen=True, eq=False):
     phases: Array
 
     @classmethod
-    def of(cls, knots: Array, knot: float, k: int, cycle: float) -> "_Samples":
+    def build(cls, knots: Array, knot: float, k: int, cycle: float) -> "_Samples":
         """For k points in each of the intervals that begin at ``knots`` (n,); points share samples where they can."""
         phases = (np.arange(k) + 0.5) / k
         if _is_multiple(cycle, knot / k):
@@ -206,11 +206,11 @@ def _is_multiple(a: float, b: float) -> bool:
 
 def _take_differences(section: Section, profile: Profile, samples: _Samples, cycle: float) -> _Differences:
     """Differences at the points over the control cycle."""
-    s = profile.s(samples.times)
-    q = np.ascontiguousarray(joints_at(section, s).T)
+    s = profile.find_s(samples.times)
+    q = np.ascontiguousarray(find_finite_joints(section, s).T)
     low, high = samples.first + samples.stride, samples.first + 2 * samples.stride
     a, b, c, d = (q.take(at, axis=1) for at in (samples.first, low, high, high + samples.stride))
-    speed = np.asarray(section.speed(s), dtype=float)
+    speed = np.asarray(section.find_speed(s), dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
         by_feed = cycle * np.minimum(speed[low], speed[high]) / (s[high] - s[low])
     return _Differences((c - b) / cycle, (d - c - b + a) / (2 * cycle**2), (d - 3 * (c - b) - a) / cycle**3, by_feed)

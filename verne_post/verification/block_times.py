@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import blocks
+from verne_post.base.columns import iterate_blocks
 from verne_post.base.tolerances import FEED_RATIO, WHOLE_CYCLE
 from verne_post.model.verification import BlockTime
 from verne_post.verification.collector import FindingCollector
@@ -55,7 +55,7 @@ class BlockTimeCheck:
         self.share, self.line = 0.0, 0
         self.slow_rows = np.zeros(len(limits), dtype=np.int64)
         timed = reference.path.timed
-        self._is_asked = any(timed[first:last].any() for first, last in blocks(len(timed)))
+        self._is_asked = any(timed[first:last].any() for first, last in iterate_blocks(len(timed)))
         # the line of the last row, its group, its first row, and its slow rows so far
         self._line, self._group, self._begin = -1, -1, 0
         self._slow = np.zeros((1, len(limits)), dtype=np.int64)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 
 
 class FindingCollector:
@@ -22,4 +22,4 @@ class FindingCollector:
         if kind in self._kept:
             self._kept[kind] = replace(self._kept[kind], count=self._kept[kind].count + 1)
         else:
-            self._kept[kind] = finding(code, message, line=line, last_line=line, worst_line=line, **more)
+            self._kept[kind] = make_finding(code, message, line=line, last_line=line, worst_line=line, **more)

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, LIMIT_SLACK, LIMIT_SLACK_MM, VELOCITY_RATIO
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.verification.collector import FindingCollector
@@ -100,6 +100,6 @@ class DynamicsCheck:
                 value = block.values[row, joint]
                 limit = (low if inside[row, joint] < low else high) * factor[joint]
                 self.findings.add(
-                    column.code, f"row {block.first + row}: {column.header} = {fixed(value, 6)} is beyond {limit:g}",
+                    column.code, f"row {block.first + row}: {column.header} = {format_fixed(value, 6)} is beyond {limit:g}",
                     int(block.line[row]), axis=column.joint, value=float(value), limit=float(limit), unit=column.unit,
                 )  # fmt: skip

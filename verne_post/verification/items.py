@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import Growing, GrowingTable, blocks, sum_running
+from verne_post.base.columns import Growing, GrowingTable, iterate_blocks, sum_running
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
@@ -55,8 +55,8 @@ def measure_segments(contour: Contour) -> SegmentMeasures:
     """Measure the programmed segments of a contour."""
     table = GrowingTable(has_tolerance=(bool,), metric_length=(float,), motion_length=(float,), blend_u=(float,),
                          tip_pace=(float,))  # fmt: skip
-    for begin, end in blocks(len(contour.path)):
-        path = contour.path.part(begin, end)
+    for begin, end in iterate_blocks(len(contour.path)):
+        path = contour.path.take_part(begin, end)
         tip, axis = contour.tip_tolerance[begin:end], contour.axis_tolerance[begin:end]
         length = measure_metric_lengths(path)
         progress = measure_progress_lengths(path, length)
@@ -70,7 +70,7 @@ def measure_segments(contour: Contour) -> SegmentMeasures:
             ),
             tip_pace=find_tip_paces(path),
         )
-    return SegmentMeasures(**table.columns())
+    return SegmentMeasures(**table.freeze())
 
 
 def _find_turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array) -> Array:
@@ -160,7 +160,7 @@ def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
                          stop_before=(bool,), time=(float,), length=(float,))  # fmt: skip
     first_of_group = Growing(np.int64)
     section_before, line_before = -1, -1
-    for begin, end in blocks(n + len(order)):
+    for begin, end in iterate_blocks(n + len(order)):
         item = np.arange(begin, end)
         number = np.searchsorted(dwell_at, item)  # of dwells before
         dwell = np.flatnonzero(np.append(dwell_at, -1)[np.minimum(number, len(dwell_at))] == item)
@@ -183,14 +183,14 @@ def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
         )  # fmt: skip
         first_of_group.extend(item[line != np.append(line_before, line[:-1])])
         section_before, line_before = int(section[-1]), int(line[-1])
-    columns = table.columns()
+    columns = table.freeze()
     time, length = columns.pop("time"), columns.pop("length")
     first_of_group.extend(np.array([n + len(order)]))
-    group_first = first_of_group.column()
+    group_first = first_of_group.freeze()
     group_line = Growing(np.int64)
-    for begin, end in blocks(len(group_first) - 1):
+    for begin, end in iterate_blocks(len(group_first) - 1):
         group_line.extend(columns["line"][group_first[begin:end]])
-    line, stops = group_line.column(), sum_running(columns["stop_before"])
+    line, stops = group_line.freeze(), sum_running(columns["stop_before"])
     return Items(
         **columns, stops_before=stops, time_before=sum_running(time), length_before=sum_running(length),
         group_first=group_first, group_line=line, next_group=_find_next_of_line(line, group_first, stops),

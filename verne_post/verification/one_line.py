@@ -75,7 +75,7 @@ def _choose(
     """Items and places (n,) of rows, by length, after ``place`` and steps (n,); and whether all are as near as allowed."""
     items, path = reference.items, reference.path
     segments = items.segment[first : end + 1]
-    tip_bound, axis_bound = reference.bounds(segments)
+    tip_bound, axis_bound = reference.find_bounds(segments)
     expected = place + np.cumsum(step)
     aside = _TOLERANCES * (tip_bound + RADIAN_MM * axis_bound).max() + step.max() + _LONGER * np.cumsum(step)
     starts = items.length_before[first + 1 : end + 1]

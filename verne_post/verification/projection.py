@@ -280,7 +280,7 @@ def measure_progress_lengths(path: ToolPath, metric_length: Array) -> Array:
     spline = np.flatnonzero(path.spline >= 0)
     if len(spline):
         splines, piece = _measure(path, spline)
-        length[spline] = splines.total(piece)
+        length[spline] = splines.measure_lengths(piece)
     return length
 
 
@@ -320,7 +320,7 @@ def find_tip_paces(path: ToolPath) -> Array:
     spline = np.flatnonzero(path.spline >= 0)
     if len(spline):
         splines, piece = _measure(path, spline)
-        tip[spline] = splines.total(piece)
+        tip[spline] = splines.measure_lengths(piece)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(path.timed | (path.feed_time == 0.0), 0.0, path.feed_time / tip)
 

@@ -88,7 +88,7 @@ class Reference(Struct, frozen=True, eq=False):
     cycle: float
     noise: RoundingNoise
 
-    def bounds(self, segment: Ints) -> tuple[Array, Array]:
+    def find_bounds(self, segment: Ints) -> tuple[Array, Array]:
         """How far rows may be from segments (n,): tip (mm), and tool axis and rotary angle (rad); (n,) both.
 
         PATH_TIP_MM and PATH_AXIS_DEG, or the tolerance of the segment where its corners may be rounded, and what rounding to

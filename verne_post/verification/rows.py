@@ -235,7 +235,7 @@ class RowMatcher:
         later = items.next_group[group[row]]
         other, some = items.segment[items.group_first[later]], pose.select(row)
         fresh = np.ones(len(row), dtype=bool)
-        other_u = project_unwrapped(path, other, some, fresh, 0.0, self.reference.bounds(other))
+        other_u = project_unwrapped(path, other, some, fresh, 0.0, self.reference.find_bounds(other))
         found = np.flatnonzero(measure_deviation(self.reference, other, other_u, some).within)
         return (int(row[found[0]]), int(later[found[0]])) if len(found) else (-1, -1)
 
@@ -300,7 +300,7 @@ class RowMatcher:
             fresh = np.zeros(len(some_q), dtype=bool)
             fresh[0] = u_before is None
             pose = Measured(some_q, tip, angles)
-            u = project_unwrapped(path, at, pose, fresh, u_before or 0.0, self.reference.bounds(at))
+            u = project_unwrapped(path, at, pose, fresh, u_before or 0.0, self.reference.find_bounds(at))
             past = np.flatnonzero(u >= close)
             if len(past):
                 return begin + int(past[0])
@@ -313,7 +313,7 @@ class RowMatcher:
         """Where on its segment (n,) each row is; on a dwell the start of the next segment, 1 after the last."""
         path = self.reference.path
         fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
-        u = project_unwrapped(path, segment, pose, fresh, self.last.u, self.reference.bounds(segment))
+        u = project_unwrapped(path, segment, pose, fresh, self.last.u, self.reference.find_bounds(segment))
         return np.where(self.reference.items.segment[item] < 0, np.where(rest < len(path), 0.0, 1.0), u)
 
     def _measure(

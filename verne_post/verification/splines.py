@@ -57,7 +57,7 @@ class MeasuredSplines(Struct, frozen=True, eq=False):
     metric: Array
     pose: Array
 
-    def total(self, piece: Ints) -> Array:
+    def measure_lengths(self, piece: Ints) -> Array:
         """Length of the tip (n,) over pieces (n,), mm."""
         return self.length[self.first[piece + 1] - 1]
 
@@ -169,7 +169,7 @@ def find_parameters_at(splines: MeasuredSplines, piece: Ints, u: Array, radian_m
     low, high = _find_ends(splines.pieces, piece)
     for begin in range(0, len(u), _ROWS):
         some = slice(begin, begin + _ROWS)
-        mine, wanted = piece[some], u[some] * splines.total(piece[some])
+        mine, wanted = piece[some], u[some] * splines.measure_lengths(piece[some])
         row = _find_panel(splines, mine, wanted)
         before, after = splines.length[row], splines.length[row + 1]
         share = np.clip((wanted - before) / np.maximum(after - before, np.finfo(float).tiny), 0.0, 1.0)
@@ -254,7 +254,7 @@ def project(
         np.abs(found.off[..., 3:]).max(axis=2) / (radian_mm * bounds[1][:, None]),
     )
     possible = (share <= 1.0) | (found.away <= found.away.min(axis=1, keepdims=True) + _EQUALLY_FAR_MM)
-    return _choose_places(found.u, possible, nearest, splines.total(piece), pose, fresh, u_before)
+    return _choose_places(found.u, possible, nearest, splines.measure_lengths(piece), pose, fresh, u_before)
 
 
 def _choose_places(
@@ -328,7 +328,7 @@ def _refine(
         if step.max(initial=0.0) < _REFINED:
             break
     point, slope = differentiate_spline_points(splines.pieces, piece, at)
-    total = splines.total(piece)
+    total = splines.measure_lengths(piece)
     u = measure_lengths_at(splines, piece, at, radian_mm)[0] / total
     low, high = _find_ends(splines.pieces, piece)
     # beyond an end along the direction that the curve has there

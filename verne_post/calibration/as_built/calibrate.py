@@ -116,7 +116,7 @@ def _find_largest_left(
 ) -> tuple[tuple[tuple[str, float], ...], float]:
     """The direction that leaves most of the mean square tip error, by its largest parameters, and its share."""
     factor = fit.factor[: len(scale)]
-    rates = measurement.model.rates(fit.deviations, poses.joints, poses.length)[1]
+    rates = measurement.model.differentiate(fit.deviations, poses.joints, poses.length)[1]
     moved = (rates.tip @ factor).reshape(-1, factor.shape[1])
     size, turn = np.linalg.eigh(moved.T @ moved)
     direction = factor @ turn[:, -1] / scale

@@ -70,7 +70,7 @@ class Measurement(Struct, frozen=True, eq=False):
     def __len__(self) -> int:
         return len(self.tools) + len(self.lengths)
 
-    def blocks(self, unknowns: Array) -> Blocks:
+    def build_equations(self, unknowns: Array) -> Blocks:
         """The equations at these unknowns (p,).
 
         Raises
@@ -88,7 +88,7 @@ class Measurement(Struct, frozen=True, eq=False):
 
     def _compute_tool_blocks(self, unknowns: Array) -> Blocks:
         tools, n = self.tools, len(self.tools)
-        found, rates = self.model.rates(unknowns[:COUNT], tools.joints, tools.length)
+        found, rates = self.model.differentiate(unknowns[:COUNT], tools.joints, tools.length)
         if not found.ok.all():
             line = tools.line[np.flatnonzero(~found.ok)[0]]
             raise ArithmeticError(f"the rods do not close at the joints of line {line}")

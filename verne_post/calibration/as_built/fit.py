@@ -103,7 +103,7 @@ def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
     size = len(mean)
     at = np.zeros(size)
     for _ in range(STEPS):
-        blocks = measurement.blocks(mean + factor @ at)
+        blocks = measurement.build_equations(mean + factor @ at)
         step = np.linalg.lstsq(
             _stack_equations(blocks, kept, factor), np.concatenate([blocks.residual[kept].ravel(), -at]), rcond=None
         )[0]
@@ -111,7 +111,7 @@ def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
         converged = bool(np.abs(step).max() < SETTLED)
         if converged:
             break
-    blocks = measurement.blocks(mean + factor @ at)
+    blocks = measurement.build_equations(mean + factor @ at)
     upper = np.linalg.qr(_stack_equations(blocks, kept, factor), mode="r")
     chi_square = float((blocks.residual[kept] ** 2).sum() + at @ at)
     freedom = int(blocks.used[kept].sum()) - _count_taken_by_stations(measurement, blocks, kept)
@@ -188,7 +188,7 @@ def fit_robustly(measurement: Measurement, prior: Prior) -> tuple[Fit, Mask, tup
 def _find_impossible(measurement: Measurement, prior: Prior) -> list[int]:
     """Blocks that no machine within its tolerances would give; a fit to them would run away."""
     mean, factor = _compute_prior(measurement, prior)
-    before = Fit(mean, factor, measurement.blocks(mean), 0.0, 0, converged=False)
+    before = Fit(mean, factor, measurement.build_equations(mean), 0.0, 0, converged=False)
     chance, _distance = _judge_from_others(before, np.zeros(len(measurement), dtype=bool))
     return np.flatnonzero(chance < IMPOSSIBLE).tolist()
 

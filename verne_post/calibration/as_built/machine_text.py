@@ -14,7 +14,7 @@ from verne_post.base.units import MILLI
 from verne_post.config.load import build_machine
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.deviations import ENTRIES, RODS, Deviations
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
 
 #: A header of a table or of an array of tables, alone on its line.
@@ -45,7 +45,7 @@ def write_machine_text(raw: bytes, deviations: Deviations, source: str, file_nam
         text = (
             f"{file_name}: as_built does not stand under a line [as_built] of its own; write it so, to have it replaced"
         )
-        raise InputError(finding("VP501", text))
+        raise InputError(make_finding("VP501", text))
     return written
 
 
@@ -89,7 +89,7 @@ def take_as_built_route(machine: Machine, raw: bytes, file_name: str) -> tuple[M
         VP501: a machine that has no as-built model, or does not say where its rods are.
     """
     if not isinstance(machine.five_axis, AsBuiltMachine):
-        text = write_machine_text(raw, Deviations.none(), "nominal", file_name)
+        text = write_machine_text(raw, Deviations.build_nominal(), "nominal", file_name)
         machine = build_machine(text.encode(), file_name)
     assert isinstance(machine.five_axis, AsBuiltMachine)
     return machine, machine.five_axis

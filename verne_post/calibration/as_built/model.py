@@ -30,7 +30,7 @@ class AsBuiltModel(Struct, frozen=True, eq=False):
         """Where the tool is."""
         return Prediction(*self._make_machine_with(deviations).forward(joints, length))
 
-    def rates(self, deviations: Array, joints: Array, length: Array) -> tuple[Prediction, ToolRates]:
+    def differentiate(self, deviations: Array, joints: Array, length: Array) -> tuple[Prediction, ToolRates]:
         """Where the tool is, and its derivatives by the deviations and by the joints."""
         machine = self._make_machine_with(deviations)
         platform, ok = machine.find_platform(joints)

@@ -74,7 +74,7 @@ def predict_errors_after(machine: AsBuiltMachine, found: Array, factor: Array, p
     """
     calibrated = machine.replace_deviations(Deviations.build_from_vector(found))
     joints = calibrated.find_joints(poses.tip, poses.angles, poses.length)
-    at, rates = AsBuiltModel(machine).rates(found, joints, poses.length)
+    at, rates = AsBuiltModel(machine).differentiate(found, joints, poses.length)
     drawn = factor[:COUNT] @ np.random.default_rng(0).standard_normal((len(factor), DRAWS))
     tip = np.einsum("nkp,pd->nkd", rates.tip, drawn)
     axis = np.einsum("nkp,pd->nkd", rates.axis, drawn)
@@ -100,11 +100,11 @@ def expect_tip_error(machine: AsBuiltMachine, found: Array, factor: Array, poses
     joints = machine.replace_deviations(Deviations.build_from_vector(found)).find_joints(
         poses.tip, poses.angles, poses.length
     )
-    rates = AsBuiltModel(machine).rates(found, joints, poses.length)[1]
+    rates = AsBuiltModel(machine).differentiate(found, joints, poses.length)[1]
     return np.asarray(np.sqrt(((rates.tip @ factor[:COUNT]) ** 2).sum(axis=(1, 2))))
 
 
-def quantiles(values: Array) -> tuple[float, float, float]:
+def find_quantiles(values: Array) -> tuple[float, float, float]:
     """Median, 95 % and maximum of what is reached."""
     reached = values[np.isfinite(values)]
     return float(np.median(reached)), float(np.quantile(reached, 0.95)), float(reached.max())

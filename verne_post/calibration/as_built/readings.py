@@ -16,7 +16,7 @@ from verne_post.base.units import MILLI
 from verne_post.calibration.as_built.data import LengthReading, ToolReadings
 from verne_post.calibration.table import read_number, read_table, refuse_mistakes
 from verne_post.model.deviations import RODS
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.machine import Machine
 
 LENGTH: Final = "tool_length_mm"
@@ -53,7 +53,7 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
     table = read_table(raw, (*joints, LENGTH, *TIP), (*AXIS, *SIGMAS, *STATIONS, *REMARKS), mistakes)
     if 0 < len(set(AXIS) & set(table.header)) < len(AXIS):
         text = "a tool axis has three columns, i, j and k; some of them are missing in the header"
-        raise InputError(finding("VP502", text, line=table.header_line))
+        raise InputError(make_finding("VP502", text, line=table.header_line))
     stations: dict[tuple[str, str], int] = {}
     rows: list[tuple[list[float], Array, Array, tuple[float, float], tuple[int, bool], int]] = []
     blank = 0
@@ -73,16 +73,16 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
         sigmas = [default if not row.get(name) else number(name) for name, default in zip(SIGMAS, (sigma_mm, sigma_mrad), strict=True)]  # fmt: skip
         for name, value in zip(SIGMAS, sigmas, strict=True):
             if value <= 0:
-                mistakes.append(finding("VP502", f"{name} = {value:g}: an uncertainty is above 0", line=line))
+                mistakes.append(make_finding("VP502", f"{name} = {value:g}: an uncertainty is above 0", line=line))
         named = [(kind, row[kind]) for kind in STATIONS if row.get(kind)]
         if len(named) > 1:
             mistakes.append(
-                finding("VP502", "both sphere and frame are given; a row is measured from one of them", line=line)
+                make_finding("VP502", "both sphere and frame are given; a row is measured from one of them", line=line)
             )
         station = stations.setdefault(named[0], len(stations)) if named else -1
         rows.append((place, tip, axis, (sigmas[0], sigmas[1]), (station, bool(named) and named[0][0] == "frame"), line))
     if not rows and not mistakes:
-        mistakes.append(finding("VP502", "no row has a measured value", line=table.header_line))
+        mistakes.append(make_finding("VP502", "no row has a measured value", line=table.header_line))
     refuse_mistakes(mistakes)
     places = np.array([row[0] for row in rows])
     sigma = np.array([row[3] for row in rows])
@@ -103,7 +103,7 @@ def _normalise_axis(axis: Array, line: int, mistakes: list[Finding]) -> Array:
     length = float(np.linalg.norm(axis))
     if math.isfinite(length) and abs(length - 1.0) > VECTOR_LENGTH:
         text = f"i, j, k has the length {length:.6f}; expected a unit vector from the tip to the spindle"
-        mistakes.append(finding("VP502", text, line=line))
+        mistakes.append(make_finding("VP502", text, line=line))
     return axis / length if length else axis
 
 
@@ -126,15 +126,15 @@ def read_length_readings(raw: bytes) -> tuple[LengthReading, ...]:
             hint = (
                 f"did you mean {close[0]!r}?" if close else "known are 'rod 1' to 'rod 6', 'platform 1-2', 'slider 3-4'"
             )
-            mistakes.append(finding("VP502", f"length {name!r} is not known; {hint}", line=line))
+            mistakes.append(make_finding("VP502", f"length {name!r} is not known; {hint}", line=line))
             continue
         if value <= 0 or sigma <= 0:
             text = f"{name}: a length and its uncertainty are above 0, got {value:g} and {sigma:g}"
-            mistakes.append(finding("VP502", text, line=line))
+            mistakes.append(make_finding("VP502", text, line=line))
         part, rods = _LENGTH_NAMES[name]
         found.append(LengthReading(part, rods, value, sigma, line))
     if not found and not mistakes:
-        mistakes.append(finding("VP502", "no row of values after the header", line=table.header_line))
+        mistakes.append(make_finding("VP502", "no row of values after the header", line=table.header_line))
     refuse_mistakes(mistakes)
     return tuple(found)
 

@@ -14,7 +14,7 @@ from verne_post.calibration.as_built.calibrate import Calibration
 from verne_post.calibration.as_built.drift import Drift
 from verne_post.calibration.as_built.equations import Measurement
 from verne_post.calibration.as_built.fit import BadReading, HeldOut
-from verne_post.calibration.as_built.prediction import ToolErrors, quantiles
+from verne_post.calibration.as_built.prediction import ToolErrors, find_quantiles
 from verne_post.calibration.as_built.tolerances import ToleranceStudy
 from verne_post.calibration.data import Direction
 from verne_post.model.deviations import ENTRIES, Deviations
@@ -93,7 +93,7 @@ def _describe_quality(report: CalibrationReport) -> Iterator[str]:
         yield "too few readings to hold some out: nothing validates the result"
         return
     if len(held.tip):
-        median, high, worst = (UM * value for value in quantiles(held.tip))
+        median, high, worst = (UM * value for value in find_quantiles(held.tip))
         expected = UM * held.expected_tip
         yield (
             f"each reading predicted from others: tip off by {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} um at most "
@@ -101,7 +101,7 @@ def _describe_quality(report: CalibrationReport) -> Iterator[str]:
             f"probability {held.probability:.2g}"
         )
     if len(held.axis):
-        median, high, worst = (value / MILLI for value in quantiles(held.axis))
+        median, high, worst = (value / MILLI for value in find_quantiles(held.axis))
         yield f"tool axis off by {median:.4f} mrad median, {high:.4f} mrad 95 %, {worst:.4f} mrad at most"
 
 
@@ -120,12 +120,12 @@ def _describe_workspace(result: Calibration, stations: int) -> Iterator[str]:
 
 
 def _format_tip_error(values: Array) -> str:
-    median, high, worst = (UM * value for value in quantiles(values))
+    median, high, worst = (UM * value for value in find_quantiles(values))
     return f"{median:>15.1f}{high:>8.1f}{worst:>8.1f}"
 
 
 def _format_axis_error(values: Array) -> str:
-    median, high, worst = (DEG_PER_RAD * value for value in quantiles(values))
+    median, high, worst = (DEG_PER_RAD * value for value in find_quantiles(values))
     return f"{median:>19.4f}{high:>9.4f}{worst:>9.4f}"
 
 
@@ -137,7 +137,7 @@ def _open(result: Calibration) -> Iterator[str]:
     )
     for direction in result.undetermined[:NAMED]:
         large = {name: value for name, value in direction.coefficients.items() if abs(value) >= SHOWN}
-        yield f"  {Direction(large).words()} (in tolerances)"
+        yield f"  {Direction(large).describe()} (in tolerances)"
     if count > NAMED:
         yield f"  and {count - NAMED} wider combinations"
     named = ", ".join(f"{name} {value:+.2f}" for name, value in result.left)
@@ -220,7 +220,7 @@ def _number(value: float) -> float | None:
 
 
 def _convert_quantiles(values: Array) -> dict[str, float]:
-    return dict(zip(("median", "p95", "max"), quantiles(values), strict=True))
+    return dict(zip(("median", "p95", "max"), find_quantiles(values), strict=True))
 
 
 def _convert_errors(errors: ToolErrors) -> dict[str, dict[str, float]]:

@@ -48,7 +48,7 @@ def study_tolerances(
     angle : ndarray of bool, shape (58,)
         Which parameters are angles.
     """
-    _found, rates = model.rates(deviations, poses.joints, poses.length)
+    _found, rates = model.differentiate(deviations, poses.joints, poses.length)
     tip = np.linalg.norm(rates.tip, axis=1) * tolerances  # (n, 58)
     axis = np.linalg.norm(rates.axis, axis=1) * tolerances
     tip_rms, axis_rms = (np.sqrt((values**2).mean(axis=0)) for values in (tip, axis))

@@ -9,14 +9,14 @@ import click
 
 from verne_post.cli.check import add_policy_options
 from verne_post.cli.files import is_dash
-from verne_post.cli.options import FILES, GroupedCommand, add_program_options, options_of
+from verne_post.cli.options import FILES, GroupedCommand, add_options, add_program_options
 from verne_post.cli.pictures import require_package
 from verne_post.model.verdict import ExitStatus
 
 
 @click.command("lsp", cls=GroupedCommand)
 @add_policy_options
-@options_of("decimals", "accept_rounding")
+@add_options("decimals", "accept_rounding")
 @add_program_options("jobs")
 def command(**given: Any) -> int:
     """Serve an editor: findings while one types, poses and times of lines, edits that settle a finding.

@@ -14,7 +14,7 @@ from verne_post.cli.lsp.places import find_range, find_word, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.model.findings import Finding, Remedy
-from verne_post.model.verdict import counts
+from verne_post.model.verdict import count_findings
 from verne_post.output.setup_text import quote_key
 
 
@@ -49,12 +49,12 @@ def find_fixes(
     ------
     SupersededError
     """
-    fixes, before = [], counts(found.findings)
+    fixes, before = [], count_findings(found.findings)
     setup = _find_setup(inspector, found.path)
     for fix in _propose_fixes(found, item, setup, texts):
         whole = fix.text or ""
         changed = {**texts, fix.path: whole[: fix.begin] + fix.new + whole[fix.end :]}
-        errors, warnings = counts(inspector.check(found.path, changed, superseded).findings)
+        errors, warnings = count_findings(inspector.check(found.path, changed, superseded).findings)
         if errors <= before[0] and errors + warnings < sum(before):
             left = "legal then" if not errors else f"{errors} error{'s stay' if errors > 1 else ' stays'}"
             fixes.append(Fix(f"{fix.title} ({left})", fix.path, fix.text, fix.begin, fix.end, fix.new, not errors))

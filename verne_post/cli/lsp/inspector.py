@@ -15,15 +15,15 @@ from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_pose
 from verne_post.app.line_facts import LineFacts, measure_lines
 from verne_post.app.plan import Plan
-from verne_post.app.result import refused
+from verne_post.app.result import refuse_program
 from verne_post.base.long_text import Text
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import split_lines
-from verne_post.cli.options import settings_of
-from verne_post.model.findings import Finding, InputError, UsageError, finding
+from verne_post.cli.options import find_settings
+from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.output.findings import Report, format_outcome
@@ -109,9 +109,9 @@ class Inspector:
         report("", 0, 0)
         os.chdir(path.parent if path.parent.is_dir() else self.start)
         self.files.texts = {os.path.realpath(name): text.encode() for name, text in texts.items()}
-        found = Inspected(path, texts[path], (), Inspection(refused(InputError())))
+        found = Inspected(path, texts[path], (), Inspection(refuse_program(InputError())))
         try:
-            settings = settings_of(self.files, self.given.get("settings"))
+            settings = find_settings(self.files, self.given.get("settings"))
             policy, _level = make_policy(self.files, settings, None, **self.asked)
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)
@@ -123,7 +123,7 @@ class Inspector:
             found.findings = error.findings
         except (click.UsageError, UsageError, FileError) as error:
             text = error.message if isinstance(error, click.UsageError) else str(error)
-            found.findings = (finding("VP022", text),)
+            found.findings = (make_finding("VP022", text),)
         return found
 
     def make_outline(self, found: Inspected) -> Outline:

@@ -86,14 +86,14 @@ def _read_turns(s: Statement, times: str) -> int:
     """Whole turns before the arc of a CIRCLE with TIMES,n."""
     number = read_numbers(s, s.words[-1:])[0]
     if number != round(number) or not 1 <= number <= MAX_TURNS:
-        raise ProgramError("VP007", f"CIRCLE: TIMES takes a whole number from 1 to {MAX_TURNS}", s.column_of("TIMES"))
+        raise ProgramError("VP007", f"CIRCLE: TIMES takes a whole number from 1 to {MAX_TURNS}", s.find_column("TIMES"))
     if number > 1 and not times:
         raise ProgramError(
             "VP002",
             f"CIRCLE with TIMES,{number:g}: whether the turn that the arc itself begins counts among them is not "
             'known, and the helix would be another; give times = "begun" or "whole" under [aptcl] of the settings '
             "file",
-            s.column_of("TIMES"),
+            s.find_column("TIMES"),
         )
     return round(number) - (0 if times == "whole" else 1)
 

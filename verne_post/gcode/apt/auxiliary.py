@@ -53,7 +53,7 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
             "VP005",
             f"FEDRAT in {units[0]}, and nothing says whether points are in inches too; write UNITS/INCHES or "
             'UNITS/MM before, or give units = "inch" or "mm" under [aptcl] of the settings file',
-            s.column_of(units[0]),
+            s.find_column(units[0]),
         )
     inches = inch if inches is None else inches  # the feed stays when the unit changes
     to.rapid, to.feed = False, (read_numbers(s, numbers)[0], mode, inches)
@@ -106,7 +106,7 @@ def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
             raise ProgramError(
                 "VP002",
                 f"{s.major}: {name} is not a word that is known here; expected ADJUST or OSETNO and a number",
-                s.column_of(name),
+                s.find_column(name),
             )
         number = read_numbers(s, [rest.pop(0)])[0] if takes else 0.0
         if name in _OFFSETS and not own:

@@ -118,14 +118,14 @@ def read_cycle(s: Statement) -> Cycle:
         kind = words.pop(0).upper()
     if kind not in _KINDS:
         raise ProgramError(
-            "VP002", f"CYCLE/{kind} is not executed; expected {', '.join(_KINDS)} or OFF", s.column_of(kind)
+            "VP002", f"CYCLE/{kind} is not executed; expected {', '.join(_KINDS)} or OFF", s.find_column(kind)
         )
     way = words.pop(0).upper() if kind == "TAP" and words and words[0].upper() in _TAPS else ""
     if way == "BRKCHP":
         raise ProgramError(
             "VP002",
             "CYCLE/TAP,BRKCHP is not executed: how far the tap goes back is a number of the post-processor; write TAP, or TAP,DEEP",
-            s.column_of(way),
+            s.find_column(way),
         )
     meanings = _MEANINGS | _OF_THREADS if kind == "TAP" else _MEANINGS
     words = _name_numbers(words, of_thread=kind == "TAP")
@@ -133,7 +133,7 @@ def read_cycle(s: Statement) -> Cycle:
     feed, automatic, cleared = None, False, 0.0
     while words:
         name = words.pop(0).upper()
-        column = s.column_of(name)
+        column = s.find_column(name)
         if name == "RTRCTO" and words and words[0].upper() == "AUTO":
             words.pop(0)
             automatic = True

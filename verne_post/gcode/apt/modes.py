@@ -77,7 +77,7 @@ class AptModes(Struct):
         word = word or s.major
         if word not in self.told:
             self.told.add(word)
-            self.recorder.event(s.line, "without effect", word=word)
+            self.recorder.record_event(s.line, "without effect", word=word)
 
     @property
     def tool_axis(self) -> list[float]:

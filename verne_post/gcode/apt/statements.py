@@ -57,7 +57,7 @@ class Statement(Struct, frozen=True):
     text: str
     columns: tuple[int, ...] = ()
 
-    def column_of(self, word: str) -> int | None:
+    def find_column(self, word: str) -> int | None:
         """The column of the first word of this text, in whatever case."""
         words = (self.major, *self.words)
         return next((at for one, at in zip(words, self.columns, strict=False) if one.upper() == word.upper()), None)
@@ -101,10 +101,10 @@ def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
     values = []
     for word in words:
         if not is_number(word):
-            raise ProgramError("VP001", f"{statement.major}: {word!r} is not a number", statement.column_of(word))
+            raise ProgramError("VP001", f"{statement.major}: {word!r} is not a number", statement.find_column(word))
         value = float(word.upper().replace("D", "E"))
         if not abs(value) <= MAX_NUMBER or math.isnan(value):
-            column = statement.column_of(word)
+            column = statement.find_column(word)
             raise ProgramError("VP007", f"{statement.major}: {word[:20]} is beyond any machine", column)
         values.append(value)
     return values
@@ -124,7 +124,7 @@ def read_word(statement: Statement, expected: Sequence[str]) -> str:
     if len(words) != 1 or words[0] not in expected:
         takes = " or ".join(expected) if expected else "nothing after it"
         here = ", ".join(words)[:40] or "nothing"
-        column = statement.column_of(words[0] if words else statement.major)
+        column = statement.find_column(words[0] if words else statement.major)
         raise ProgramError("VP005", f"{statement.major} takes {takes}; here is {here}", column)
     return words[0]
 
@@ -227,5 +227,5 @@ def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement 
     words = tuple(part.strip() for part in parts)
     statement = Statement(line, major, words, rest.strip(), tuple(at + 1 for at in starts) if columns else ())
     if "" in words and major not in MAY_HAVE_GAPS:
-        return ProgramError("VP001", f"{major}: nothing between two commas", statement.column_of(""), line=line)
+        return ProgramError("VP001", f"{major}: nothing between two commas", statement.find_column(""), line=line)
     return statement

@@ -11,7 +11,7 @@ from verne_post.gcode.apt.coordinates import IDENTITY
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Points
 from verne_post.gcode.expressions import MAX_NUMBER
-from verne_post.gcode.lengths import length_of
+from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.words import WordTable
 
@@ -25,7 +25,7 @@ def execute_points(points: Points, row: int, last: int, modes: AptModes, interpr
         return row
     places, axes, which = points.values
     vectors = np.vstack([axes, modes.axis])[which[row:last]]  # before the first axis stands that from before
-    sizes = length_of(vectors)
+    sizes = measure_length(vectors)
     bad = (np.abs(sizes - 1.0) > VECTOR_LENGTH) | ~(np.abs(places[row:last]).max(axis=1) <= MAX_NUMBER)
     if not modes.multax:
         bad |= (np.abs(np.diff(vectors, axis=0, prepend=[modes.axis])) > VECTOR_LENGTH).any(axis=1)

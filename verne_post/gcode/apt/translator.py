@@ -28,7 +28,7 @@ def make_blocks(to: AptModes, statement: Statement) -> Iterator[Block]:
     method = STATEMENTS.get(major)
     if method is None:
         why = REFUSED.get(major, "it is not a statement that is executed here; docs/apt.md lists them")
-        raise ProgramError("VP002", f"{major}: {why}", statement.column_of(major))
+        raise ProgramError("VP002", f"{major}: {why}", statement.find_column(major))
     if major != "GOTO":
         to.last_arc = None
     yield from method(to, statement)

@@ -10,7 +10,7 @@ from typing import Final
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, StopConditions
-from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import AptKeys, read_keys
@@ -28,7 +28,7 @@ def _recognise(source: Text) -> bool:
 
 def _initial_state(setup: Setup) -> State:
     """Tool vectors, absolute, mm, or as the set-up says."""
-    state = initial_state(setup, tool_axis=(0.0, 0.0, 1.0))
+    state = make_initial_state(setup, tool_axis=(0.0, 0.0, 1.0))
     state.modes.vectors = True
     state.modes.inch = read_keys(AptKeys, setup.control.get("aptcl", {})).units == "inch"
     return state

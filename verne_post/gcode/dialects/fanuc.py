@@ -17,7 +17,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import TAKES_AXES, CodeTable, spell_g_code
 from verne_post.gcode.dialect import Dialect, build_dialect_of_blocks
 from verne_post.gcode.execution import Execution, StopConditions
-from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain import PlainView
 from verne_post.gcode.program_error import ProgramError
@@ -63,7 +63,7 @@ from verne_post.gcode.rs274.modes import NO_MAPS
 from verne_post.gcode.rs274.nurbs import NURBS, NurbsCodes
 from verne_post.gcode.rs274.run import execute_blocks
 from verne_post.gcode.rs274.traits import Traits
-from verne_post.gcode.rs274.values import whole
+from verne_post.gcode.rs274.values import read_whole
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import FanucKeys, read_keys
 from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
@@ -266,7 +266,7 @@ class FanucInterpreter(Rs274):
         if ("M", 6.0) in [code[:2] for code in block.codes]:
             self.modes.cutter_number = None
         if "D" in block.words:
-            self.modes.cutter_number = whole(block, "D")
+            self.modes.cutter_number = read_whole(block, "D")
         if modal is not None or flipped is not None:
             self.modes.motion = modal if flipped is None else flipped
         if 90 in codes:  # G9: exact stop in this block
@@ -299,7 +299,7 @@ class FanucInterpreter(Rs274):
         if "look-ahead" in g:
             code = spell_g_code(g["look-ahead"])
             words = {letter: block.words[letter] for letter in "PE" if letter in block.words}
-            self.recorder.event(block.line, "look-ahead", code=code, **words)
+            self.recorder.record_event(block.line, "look-ahead", code=code, **words)
         super()._set_modes(block, g)
         if "cancel" in g or g.get("motion", 840) not in (740, 840):
             self.modes.stops_after_tapping = False
@@ -311,7 +311,7 @@ class FanucInterpreter(Rs274):
                 raise block.error(
                     "VP002", "G5 is only executed with P0 to P3 and P10000: other numbers call high-speed cycles", "P"
                 )
-            self.recorder.event(block.line, "smoothing", code=f"G{g['smoothing'] / 10:g}", **words)
+            self.recorder.record_event(block.line, "smoothing", code=f"G{g['smoothing'] / 10:g}", **words)
         if "plane axis" in g:
             self.planes.turn_to_plane(block, g["plane axis"])
 
@@ -399,7 +399,7 @@ def _recognise(source: Text) -> bool:
 
 def _initial_state(setup: Setup) -> State:
     """As RS274/NGC, but G98, and F on inside arcs is that on the contour, regardless of G62."""
-    state = initial_state(setup)
+    state = make_initial_state(setup)
     state.modes.initial_level = True
     state.modes.inch = read_keys(FanucKeys, setup.control.get("fanuc", {})).units == "inch"
     return state

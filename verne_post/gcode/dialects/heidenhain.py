@@ -10,7 +10,7 @@ from typing import Final
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, StopConditions
-from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
@@ -48,4 +48,4 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
     return execute_klartext(source, setup, state, stop)
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, initial_state, _execute, _names_axis, (".h",))
+DIALECT: Final[Dialect] = Dialect(_recognise, make_initial_state, _execute, _names_axis, (".h",))

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect, build_dialect_of_blocks
 from verne_post.gcode.execution import Execution, StopConditions
-from verne_post.gcode.initial_state import initial_state
+from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.run import execute_blocks
@@ -56,7 +56,7 @@ def _read_keys(setup: Setup) -> Rs274Keys:
 
 def _make_initial_state(setup: Setup) -> State:
     """As LinuxCNC, but for what the keys say."""
-    state, keys = initial_state(setup), _read_keys(setup)
+    state, keys = make_initial_state(setup), _read_keys(setup)
     state.modes.absolute_centers = keys.arc_centres == "absolute"
     state.modes.inch = keys.units == "inch"
     state.modes.dwell_unit = _MILLISECOND if keys.dwell == "milliseconds" else 1.0

@@ -9,7 +9,7 @@ from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.waiting import Approach
 from verne_post.gcode.klartext.words import Words
-from verne_post.gcode.machining.elements import Element, Point, left, make_arc
+from verne_post.gcode.machining.elements import Element, Point, make_arc, turn_left
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import MoveKind
 
@@ -78,12 +78,12 @@ class KlartextApproach:
     def _approach_contour(self, approach: Approach, element: Element) -> None:
         """From where the tool stands to beside the first point of the contour, on the path of the tool's centre."""
         self.waiting.approach = None
-        t = element.direction(at_end=False)
+        t = element.find_direction(at_end=False)
         if element.plane or t is None:
             raise ProgramError("VP008", "APPR needs a contour that begins in X and Y")
         kind, point = approach.kind, approach.point
         rapid = MoveKind.RAPID if approach.rapid and kind != "LCT" else MoveKind.FEED
-        beside, side, n = self._beside(point, t), self._side_sign, left(t)
+        beside, side, n = self._beside(point, t), self._side_sign, turn_left(t)
         center = (beside[0] + side * approach.length * n[0], beside[1] + side * approach.length * n[1])
         sense = side * math.copysign(1.0, approach.length)
         compensation = self.core.suspend_compensation()
@@ -106,7 +106,7 @@ class KlartextApproach:
 
     def _beside(self, point: list[float], t: Point) -> Point:
         """Where the tool's centre is at a point of a contour that goes on in a direction."""
-        n = left(t)
+        n = turn_left(t)
         return point[0] + self.contour.offset * n[0], point[1] + self.contour.offset * n[1]
 
     def _go_to(self, approach: Approach, place: Point, kind: MoveKind) -> None:
@@ -145,7 +145,7 @@ class KlartextApproach:
         self.contour.set_feed(statement, words)
         feed = self.state.feed
         words.check_used(statement, "side M")
-        side, n = self._side_sign, left(t)
+        side, n = self._side_sign, turn_left(t)
         here = self._beside(self.state.position, t)
         center = (here[0] + side * length * n[0], here[1] + side * length * n[1])
         sense = side * math.copysign(1.0, length)

@@ -39,7 +39,7 @@ class KlartextContour:
     def take_element(self, element: Element, *, wait: bool) -> None:
         """The next element of the contour; with ``wait`` a corner follows, which may shorten it."""
         element = self.queue.join(element, self.emit)
-        self.paths.direction = element.direction(at_end=True) if element.plane == 0 else None
+        self.paths.direction = element.find_direction(at_end=True) if element.plane == 0 else None
         if wait:
             self.queue.hold(element)
         else:
@@ -103,7 +103,7 @@ class KlartextContour:
 
     def _convert_feed(self, value: float) -> float:
         """A number after F as the feed mode has it: mm per turn under M136, else mm/min."""
-        return self.frames.length(value) if self.per_turn and value > 0 else self.read_feed_word(value)
+        return self.frames.convert_length(value) if self.per_turn and value > 0 else self.read_feed_word(value)
 
     def read_feed_word(self, value: float) -> float:
         """A number after F: mm/min, or 0.1 inch/min in a program in inches."""
@@ -133,7 +133,7 @@ class KlartextContour:
             if per_turn <= 0:
                 raise statement.error("VP007", "FU must be greater than 0", words.columns["FU"])
             self.change_feed_mode(FeedMode.PER_REVOLUTION)
-            self.core.set_feed(self.frames.length(per_turn))
+            self.core.set_feed(self.frames.convert_length(per_turn))
         if value is not None:
             self.change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
             self.core.set_feed(self._convert_feed(value))

@@ -93,7 +93,7 @@ class KlartextCycles:
 
     def find_height(self, height: float) -> float:
         """Input height as Z of the frame, mm."""
-        return height * float(self.frames.factors[2]) * self.frames.length(1.0)
+        return height * float(self.frames.factors[2]) * self.frames.convert_length(1.0)
 
     def go_to_height(self, height: float, feed: float) -> None:
         """Along Z; a feed rate of 0 or MAX is rapid traverse."""
@@ -195,7 +195,7 @@ class KlartextCycles:
             for axis in (0, 1):
                 end[axis] = hole[axis] + direction[axis] * distance * float(
                     self.frames.factors[axis]
-                ) * self.frames.length(1.0)
+                ) * self.frames.convert_length(1.0)
             self.go_straight(end, rapid=True)
 
     def _need_spindle(self, number: int) -> None:
@@ -204,7 +204,7 @@ class KlartextCycles:
 
     def _stop_oriented(self, angle: float) -> None:
         self.core.auxiliary.switch_spindle(self.frames.block, on=False)
-        self.recorder.event(self.frames.block.line, "orient", angle=angle)
+        self.recorder.record_event(self.frames.block.line, "orient", angle=angle)
 
     def _drill_universal(self, q: _Q) -> None:
         """203: chip breaks by Q256, a full retract after Q213 of them, plunges that get smaller by Q212."""

@@ -127,7 +127,7 @@ class _KlartextRun:
 
     def find_chunk(self) -> Chunk | None:
         """The chunk of the next line; None where the text ends."""
-        return self.calls.text.chunk(self.calls.line)
+        return self.calls.text.find_chunk(self.calls.line)
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next statement, which may take several lines, or a stretch at once."""
@@ -193,7 +193,7 @@ class _KlartextRun:
         text, line, interpreter = self.calls.text, self.calls.line, flow.interpreter
         moves = interpreter.recorder.count
         self.calls.line += 1
-        parts = text.parts(line)
+        parts = text.read_parts(line)
         self.calls.line = line + len(parts)
         statement = read_statement(parts, line)
         shown = self.calls.show(line)
@@ -210,7 +210,7 @@ class _KlartextRun:
                 if interpreter.jump.kind == "end":
                     interpreter.waiting.refuse("END PGM")
                     if not self.calls.in_call:
-                        interpreter.recorder.event(shown, "end", code="END PGM")
+                        interpreter.recorder.record_event(shown, "end", code="END PGM")
                 flow.follow(interpreter.jump, line)
         flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
 

@@ -18,7 +18,7 @@ _FULL_TURN: Final = 360.0
 class Numbers(Protocol):
     """Where Q parameters are looked up."""
 
-    def value(self, name: str) -> float:
+    def read_value(self, name: str) -> float:
         """Value of Q1, QL1 or QR1; raises ProgramError (VP025) for one that has none."""
 
 
@@ -64,7 +64,7 @@ def read_value(text: str, numbers: Numbers) -> float:
     sign = -1.0 if text.startswith("-") else 1.0
     body = text.lstrip("+-").strip()
     if body.startswith("Q"):
-        return sign * numbers.value(body)
+        return sign * numbers.read_value(body)
     return sign * _number(body)
 
 
@@ -171,7 +171,7 @@ class _Formula:
         if token in _FUNCTIONS:
             return _FUNCTIONS[token](self._read_operand(depth + 1))
         if token.startswith("Q") and token[-1].isdigit():
-            return self.numbers.value(token)
+            return self.numbers.read_value(token)
         if token[0].isdigit() or token[0] in ".,":
             return _number(token)
         raise ProgramError("VP001", f"{token!r} is not a value or a function of a formula")

@@ -49,7 +49,7 @@ class KlartextFrames:
 
     # --- beside a contour ---------------------------------------------------------------------------
 
-    def length(self, value: float) -> float:
+    def convert_length(self, value: float) -> float:
         """A length of the program in mm."""
         return value * MM_PER_INCH if self.modes.inch else value
 
@@ -75,11 +75,11 @@ class KlartextFrames:
     @property
     def unit(self) -> float:
         """Mm of a unit of the program, with the scaling in force."""
-        return self.length(1.0) * self.maps.factor
+        return self.convert_length(1.0) * self.maps.factor
 
     def place(self, point: Array) -> list[float]:
         """Input coordinates (3,) as X, Y, Z of the frame, mm."""
-        x, y, z = np.asarray(point) * self.factors * self.length(1.0)
+        x, y, z = np.asarray(point) * self.factors * self.convert_length(1.0)
         return [float(x), float(y), float(z)]
 
     @property

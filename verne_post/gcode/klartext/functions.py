@@ -14,7 +14,7 @@ from verne_post.gcode.klartext.m_functions import ARC_FEEDS, AT_BEGIN, AT_END, O
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import MWord, Words, read_words
 from verne_post.gcode.missing_setup import number_of_tool
-from verne_post.gcode.offsets import vector9
+from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import ZERO9, FeedMode, MoveKind
 from verne_post.model.part_setup import Tool
@@ -68,7 +68,7 @@ class KlartextFunctions:
                 raise statement.error("VP017", f"tool axis {axis.group(1)}: the spindle of this machine points along Z")
         words = read_words(replace(statement, rest=text[at:], begin=statement.begin + at), self.q)
         speed, feed = words.take("S"), words.take("F")
-        delta = self.frames.length(words.take("DL") or 0.0), self.frames.length(words.take("DR") or 0.0)
+        delta = self.frames.convert_length(words.take("DL") or 0.0), self.frames.convert_length(words.take("DR") or 0.0)
         for name in ("FZ", "FU"):
             if name in words.values:
                 raise statement.error(
@@ -94,7 +94,7 @@ class KlartextFunctions:
         text = statement.rest
         if (named := _TOOL_NAME.match(text)) is not None:
             quoted, parameter = named.groups()
-            name = quoted if quoted is not None else self.q.text(parameter)
+            name = quoted if quoted is not None else self.q.read_text(parameter)
             column = statement.begin + named.end() - len(named.group().lstrip()) + 1
             call = f'{statement.keyword} "{name}"'
             return number_of_tool(name, call, "heidenhain", self.setup, self.state, column), named.end()
@@ -102,7 +102,7 @@ class KlartextFunctions:
         if found is None:
             return None, 0
         name = found.group(1)
-        number = self.q.value(name) if name.startswith("Q") else float(name.replace(",", "."))
+        number = self.q.read_value(name) if name.startswith("Q") else float(name.replace(",", "."))
         if not 0 <= number <= MAX_NUMBER or number != int(number):
             raise statement.error("VP002", f"tool {name}: stepped tools are not known here; a tool number is whole")
         return int(number), found.end()
@@ -122,7 +122,7 @@ class KlartextFunctions:
                     "VP007", f"tool {number} has the length {length:g} mm with DL; a length is not negative"
                 )
             self.core.frames.set_frame(
-                replace(state.frame, tool=vector9((*state.frame.tool[:2], length, *state.frame.tool[3:])))
+                replace(state.frame, tool=make_vector9((*state.frame.tool[:2], length, *state.frame.tool[3:])))
             )
         if (
             self.setup.coordinates.head
@@ -144,12 +144,12 @@ class KlartextFunctions:
         if number is None:
             raise statement.error("VP005", "TOOL DEF needs the number of the tool, or its name")
         rest = replace(statement, rest=statement.rest[at:], begin=statement.begin + at)
-        sizes = {letter: self.frames.length(value) for letter, value in _sizes(rest, self.q).items()}
+        sizes = {letter: self.frames.convert_length(value) for letter, value in _sizes(rest, self.q).items()}
         if not sizes:
             return
         if "L" not in sizes or sizes.get("R", 0.0) < 0:
             raise statement.error("VP005", "TOOL DEF needs L, the length, and R, the radius, not negative")
-        offset = vector9((0.0, 0.0, sizes["L"], *ZERO9[3:]))
+        offset = make_vector9((0.0, 0.0, sizes["L"], *ZERO9[3:]))
         self.core.tools.define(Tool(number, number, offset, 2 * sizes.get("R", 0.0)))
 
     # --- M functions ----------------------------------------------------------------------------------------
@@ -274,7 +274,7 @@ class KlartextFunctions:
         self.waiting.refuse("M140")
         if not word.to_limit and "MB" not in word.words:
             raise ProgramError("VP005", "M140 needs MB and a distance, or MB MAX", word.column)
-        distance = None if word.to_limit else self.frames.length(word.words["MB"])
+        distance = None if word.to_limit else self.frames.convert_length(word.words["MB"])
         kind, feed = (
             (MoveKind.RAPID, 0.0)
             if "F" not in word.words

@@ -117,7 +117,7 @@ class KlartextMilling:
 
     def _find_height(self, height: float) -> float:
         """A height of the program as Z of the frame, mm."""
-        return height * float(self.frames.factors[2]) * self.frames.length(1.0)
+        return height * float(self.frames.factors[2]) * self.frames.convert_length(1.0)
 
     def _plan(self, q: _Q, *, inside: bool = True, even: bool = False) -> Milling:
         """How the parameters of a cycle mill, heights and lengths in mm of the frame."""

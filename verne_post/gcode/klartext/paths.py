@@ -63,20 +63,20 @@ class KlartextPaths:
 
     # --- positions -------------------------------------------------------------------------------------
 
-    def now(self) -> list[float]:
+    def find_position(self) -> list[float]:
         """The programmed position (9) at which the next element begins."""
         return self.waiting.find_next_begin(self.state.position)
 
     def map_to_input(self, position: list[float]) -> list[float]:
         """X, Y, Z of a position of the frame in input coordinates, in the unit of the program."""
         return [
-            value / factor / self.frames.length(1.0)
+            value / factor / self.frames.convert_length(1.0)
             for value, factor in zip(position, self.frames.factors.tolist(), strict=False)
         ]
 
     def read_target(self, statement: Statement, words: Words) -> Target:
         """Take the axis words."""
-        start = list(self.now())
+        start = list(self.find_position())
         end, axes = list(start), []
         steps = [letter for letter in AXES if "I" + letter in words.values]
         here = self.map_to_input(start)
@@ -97,9 +97,9 @@ class KlartextPaths:
                 assert value is not None
                 here[axis] = value
             else:
-                value = words.read_coordinate(letter, start[axis] / self.frames.length(1.0))
+                value = words.read_coordinate(letter, start[axis] / self.frames.convert_length(1.0))
                 assert value is not None
-                end[axis] = self.frames.length(value)
+                end[axis] = self.frames.convert_length(value)
             bound = MAX_LENGTH_MM if letter in LINEAR else MAX_ANGLE_DEG
             if self.setup.machine and abs(value) > bound:
                 raise statement.error("VP007", f"{letter}{value:g} is beyond any machine")
@@ -123,7 +123,7 @@ class KlartextPaths:
 
     def set_pole(self, statement: Statement, words: Words) -> None:
         """CC: two coordinates; without any the last programmed position."""
-        here = self.map_to_input(self.now())
+        here = self.map_to_input(self.find_position())
         open_axes = {axis for axis, letter in enumerate("XYZ") if "I" + letter in words.values}
         given = {
             axis: value
@@ -218,7 +218,7 @@ class KlartextPaths:
         here = self.map_to_input(target.start)
         du, dv = here[u] - self.pole[u], here[v] - self.pole[v]
         radius = math.hypot(du, dv)
-        if radius * self.frames.length(1.0) < ZERO_LENGTH_MM:
+        if radius * self.frames.convert_length(1.0) < ZERO_LENGTH_MM:
             raise statement.error("VP008", "CP from the pole itself: the radius is zero")
         begin, step, angle = math.degrees(math.atan2(dv, du)), words.take("IPA"), words.take("PA")
         if (step is None) == (angle is None):
@@ -232,7 +232,7 @@ class KlartextPaths:
                 raise statement.error("VP005", "CP PA needs DR+ or DR-")
             assert angle is not None
             sweep = words.rotation * ((words.rotation * (angle - begin)) % _FULL_TURN)
-            if math.radians(abs(sweep)) * radius * self.frames.length(1.0) < ARC_CHORD_MM:
+            if math.radians(abs(sweep)) * radius * self.frames.convert_length(1.0) < ARC_CHORD_MM:
                 sweep = words.rotation * _FULL_TURN
         if sweep == 0 or abs(sweep) > MAX_TURNS * _FULL_TURN:
             raise statement.error("VP008", f"CP with an angle of {sweep:g} degrees")

@@ -38,14 +38,14 @@ class PlaneWords(Struct):
     values: dict[str, float]
     flags: list[str]
 
-    def triple(self, statement: Statement, *names: str) -> Array:
+    def read_triple(self, statement: Statement, *names: str) -> Array:
         """Values that must all be given."""
         missing = [name for name in names if name not in self.values]
         if missing:
             raise statement.error("VP005", f"PLANE {self.kind} needs {missing[0]}")
         return np.array([self.values.pop(name) for name in names])
 
-    def flag(self, *names: str) -> str | None:
+    def read_flag(self, *names: str) -> str | None:
         """The first of some flags that stands there, taken; a second one stays, and is refused with what nothing uses."""
         found = next((name for name in self.flags if name in names), None)
         if found is not None:
@@ -78,14 +78,14 @@ class KlartextPlanes:
         self.waiting.refuse("PLANE")
         self.frames.refuse_beside("PLANE")
         words = self._read_plane(statement)
-        move = words.flag("MOVE", "TURN", "STAY")
+        move = words.read_flag("MOVE", "TURN", "STAY")
         if move is None:
             raise statement.error("VP005", f"PLANE {words.kind} needs MOVE, TURN or STAY")
         sense, table = None, False
         if words.kind != "RESET":
             sense, table = (
-                words.flag("SEQ+", "SEQ-", "SYM+", "SYM-"),
-                words.flag("TABLE ROT", "COORD ROT") == "TABLE ROT",
+                words.read_flag("SEQ+", "SEQ-", "SYM+", "SYM-"),
+                words.read_flag("TABLE ROT", "COORD ROT") == "TABLE ROT",
             )
         tilt, angles = self._define(statement, words)
         if (
@@ -158,23 +158,25 @@ class KlartextPlanes:
         if kind == "RESET":
             return None, None
         if kind == "SPATIAL":
-            tilt = transformations.build_spatial_plane(*words.triple(statement, "SPA", "SPB", "SPC"))
+            tilt = transformations.build_spatial_plane(*words.read_triple(statement, "SPA", "SPB", "SPC"))
         elif kind == "EULER":
-            tilt = transformations.build_euler_plane(*words.triple(statement, "EULPR", "EULNU", "EULROT"))
+            tilt = transformations.build_euler_plane(*words.read_triple(statement, "EULPR", "EULNU", "EULROT"))
         elif kind == "VECTOR":
-            tilt = transformations.vectors(
-                words.triple(statement, "BX", "BY", "BZ"), words.triple(statement, "NX", "NY", "NZ")
+            tilt = transformations.turn_to_vectors(
+                words.read_triple(statement, "BX", "BY", "BZ"), words.read_triple(statement, "NX", "NY", "NZ")
             )
         elif kind == "POINTS":
-            corners = [words.triple(statement, *(f"P{number}{letter}" for letter in "XYZ")) for number in (1, 2, 3)]
-            tilt = transformations.points(*corners)
+            corners = [
+                words.read_triple(statement, *(f"P{number}{letter}" for letter in "XYZ")) for number in (1, 2, 3)
+            ]
+            tilt = transformations.turn_to_points(*corners)
         elif kind == "AXIAL":
             return self._axial(statement, words)
         else:
             given = [name for name in ("SPA", "SPB", "SPC") if name in words.values]
             if len(given) != 1:
                 raise statement.error("VP005", "PLANE RELATIV needs one of SPA, SPB, SPC")
-            step = transformations.rotation(["SPA", "SPB", "SPC"].index(given[0]), words.values.pop(given[0]))
+            step = transformations.make_rotation(["SPA", "SPB", "SPC"].index(given[0]), words.values.pop(given[0]))
             if self.maps.inner.order and self.maps.tilt is not None:
                 raise statement.error(
                     "VP017",
@@ -287,9 +289,9 @@ class KlartextPlanes:
         """STAY, TURN or MOVE, and the new plane."""
         values = words.values
         distance = values.pop("DIST", None)
-        back = words.flag("MB MAX")
+        back = words.read_flag("MB MAX")
         retract = values.pop("MB", None)
-        rapid, feed = words.flag("FMAX") is not None, values.pop("F", None)
+        rapid, feed = words.read_flag("FMAX") is not None, values.pop("F", None)
         if distance is not None and (move != "MOVE" or distance < 0):
             raise statement.error("VP006" if move != "MOVE" else "VP007", "DIST belongs to MOVE, and is not negative")
         if move == "STAY":
@@ -303,13 +305,13 @@ class KlartextPlanes:
                 self.core.set_feed(self.contour.read_feed_word(feed))
                 self.contour.check_feed()
             if back or retract is not None:
-                self.functions.retract(None if back else self.frames.length(retract or 0.0), kind)
+                self.functions.retract(None if back else self.frames.convert_length(retract or 0.0), kind)
             targets = dict(zip(self.setup.rotary, angles, strict=True)) if self.setup.machine else {}
             if move == "TURN":
                 if targets:
                     self.frames.turn_axes(kind, targets, None, sorted(targets))
             else:
-                self._move_about_tip(kind, targets, self.frames.length(distance or 0.0))
+                self._move_about_tip(kind, targets, self.frames.convert_length(distance or 0.0))
         self._set_tilt(tilt)
 
     def _set_tilt(self, tilt: Array | None) -> None:

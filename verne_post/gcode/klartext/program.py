@@ -211,7 +211,7 @@ class Klartext:
             if "I" + letter in words.values:
                 raise statement.error("VP017", f"I{letter} beside M{number}: machine coordinates are absolute")
             value = words.take(letter) or 0.0
-            value = self.frames.length(value) if letter in "XYZUVW" else value
+            value = self.frames.convert_length(value) if letter in "XYZUVW" else value
             machine[axis] = value + (home[axis] if number == 92 and home is not None else 0.0)
             axes.append(axis)
         words.check_used(statement, "side F M")
@@ -353,7 +353,7 @@ class Klartext:
         if answer.label is not None:
             self.jump = Jump("goto", answer.label)
         if answer.message is not None:
-            self.recorder.event(self.frames.block.line, "not executed", text=answer.message)
+            self.recorder.record_event(self.frames.block.line, "not executed", text=answer.message)
 
     # --- head, end, stops ---------------------------------------------------------------------------------------------
 
@@ -370,7 +370,7 @@ class Klartext:
 
     def _read_blank(self, statement: Statement) -> None:
         """BLK FORM: the stock, shown as an event; a box or a cylinder is kept for the report."""
-        self.recorder.event(self.frames.block.line, "stock", text="BLK FORM" + statement.rest.rstrip())
+        self.recorder.record_event(self.frames.block.line, "stock", text="BLK FORM" + statement.rest.rstrip())
         unit = MM_PER_INCH if self.modes.inch else 1.0
         stock = self.blank.read(statement, self.q, unit, self.state.frame)
         self.recorder.stock = stock or self.recorder.stock

@@ -47,7 +47,7 @@ class QParameters(Struct):
     shown: dict[int, float] = field(default_factory=dict)
     unknown: set[str] = field(default_factory=set)
 
-    def value(self, name: str) -> float:
+    def read_value(self, name: str) -> float:
         """Value of Q1, QL1, QR1; VP025 where it has none."""
         kind, number = _split(name)
         if kind == "QS":
@@ -72,7 +72,7 @@ class QParameters(Struct):
     def has(self, name: str, value: float) -> bool:
         """True where Q1, QL1 or QR1 has this value."""
         try:
-            return self.value(name) == value
+            return self.read_value(name) == value
         except ProgramError:
             return False
 
@@ -85,7 +85,7 @@ class QParameters(Struct):
         self.unknown.discard(key)
         (self.local[-1] if kind == "QL" else self.values)[key] = value
 
-    def text(self, name: str) -> str:
+    def read_text(self, name: str) -> str:
         """Text of QS1; VP025 where it has none."""
         kind, number = _split(name)
         if f"{kind}{number}" not in self.strings:
@@ -136,7 +136,7 @@ def _string(text: str, parameters: QParameters) -> str:
         if literal is not None:
             joined += literal
         elif name is not None:
-            joined += parameters.text(name)
+            joined += parameters.read_text(name)
         else:
             joined += f"{read_value(number, parameters):.{min(int(decimals or 0), 9)}f}"
         if len(joined) > _MAX_STRING:
@@ -154,7 +154,7 @@ def _convert_to_number(text: str, parameters: QParameters) -> float:
     if match is None:
         raise ProgramError("VP001", "expected TONUMB( SRC_QS1 )")
     try:
-        return read_value(parameters.text(match.group(1)), parameters)
+        return read_value(parameters.read_text(match.group(1)), parameters)
     except ProgramError as error:
         raise ProgramError("VP007", f"TONUMB: {error}") from None
 
@@ -230,5 +230,5 @@ def _jump(number: int, rest: str, parameters: QParameters) -> str | None:
 def label_of(quoted: str | None, digits: str | None, text: str | None, parameters: QParameters) -> str:
     """The label that a call or a jump names."""
     if text is not None:
-        return label_name(parameters.text(text))
+        return label_name(parameters.read_text(text))
     return label_name(quoted if quoted is not None else digits or "")

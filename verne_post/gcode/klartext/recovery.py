@@ -52,8 +52,8 @@ class KlartextRecovery:
         if error.code == "VP048":
             assume_rigid_tapping(to.state)
         if keyword in _CONTOUR:
-            place(to.state, list(to.paths.now()))
-            to.waiting.clear()
+            place(to.state, list(to.paths.find_position()))
+            to.waiting.forget()
         if keyword in BUILDERS or keyword in ("APPR", "CYCL CALL"):
             self._take_move(statement, error)
         elif keyword == "CC":
@@ -126,7 +126,7 @@ class KlartextRecovery:
         """The coordinates of CC that can be read; X and Y where the tool is, for those that cannot."""
         to = self.to
         words = read_usable_words(statement, to.q)
-        here = to.paths.map_to_input(to.paths.now())
+        here = to.paths.map_to_input(to.paths.find_position())
         given = {axis: words.values[letter] for axis, letter in enumerate("XYZ") if letter in words.values}
         self.uncertain |= len(given) != 2
         to.paths.pole = given if len(given) == 2 else {0: here[0], 1: here[1]}

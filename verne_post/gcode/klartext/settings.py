@@ -111,7 +111,7 @@ class KlartextSettings:
             if letter in "XYZ":
                 if (axis := "XYZ".index(letter)) in values:
                     raise statement.error("VP004", f"{letter} stands twice in the datum shift")
-                values[axis] = bool(step), self.frames.length(value)
+                values[axis] = bool(step), self.frames.convert_length(value)
             elif value:
                 raise statement.error(
                     "VP002", f"a datum shift of {letter} is not executed; give A and C with their whole values"
@@ -238,7 +238,9 @@ class KlartextSettings:
         """How cycle 19 positions the rotary axes; None where they stay."""
         if self.keys.cycle_19 != "moves":
             if feeds or distances:
-                self.core.recorder.event(statement.line, "without effect", word="F and set-up clearance of cycle 19")
+                self.core.recorder.record_event(
+                    statement.line, "without effect", word="F and set-up clearance of cycle 19"
+                )
             return None
         if not (feeds and distances):
             raise statement.error(
@@ -286,7 +288,7 @@ class KlartextSettings:
         match = re.fullmatch(rf"[ \t]*T[ \t]*({VALUE})[ \t]*", head.rest)
         if match is None:
             raise statement.error("VP001", "expected T and the tolerance")
-        value = self.frames.length(read_value(match.group(1), self.q))
+        value = self.frames.convert_length(read_value(match.group(1), self.q))
         if value < 0:
             raise statement.error("VP007", f"T{value:g}: a tolerance is not negative")
         self.core.set_path_control(PathControl(PathMode.BLEND, value) if value else PathControl())

@@ -104,12 +104,12 @@ class KlartextText(ChunkedText):
         lines.plain &= (lines.row[:, _G] == rows) | (np.bincount(words.row, minlength=len(rows)) == 0)
         return Chunk(first_line, text, lines)
 
-    def raw(self, line: int) -> bytes | None:
+    def read_raw(self, line: int) -> bytes | None:
         """One line; None after the end of the text."""
-        chunk = self.chunk(line)
-        return None if chunk is None else chunk.raw(line - chunk.first_line)
+        chunk = self.find_chunk(line)
+        return None if chunk is None else chunk.read_raw(line - chunk.first_line)
 
-    def parts(self, line: int) -> list[str]:
+    def read_parts(self, line: int) -> list[str]:
         """The lines of the statement that begins in a line, without comments.
 
         Raises
@@ -117,14 +117,14 @@ class KlartextText(ChunkedText):
         ProgramError
             VP001: the statement goes on, and the text ends.
         """
-        raw = self.raw(line)
+        raw = self.read_raw(line)
         assert raw is not None
         text, goes_on = _strip_comment(decode_line(raw))
         parts = [text]
         remark = goes_on and _REMARK.fullmatch(raw) is not None
         cycle = _CYCLE.match(text) is not None and _PARAMETER.search(text.upper()) is None
         while goes_on or cycle:
-            following = self.raw(line + len(parts))
+            following = self.read_raw(line + len(parts))
             if following is None:
                 if goes_on:
                     raise ProgramError("VP001", "the statement goes on (~), and the text ends", line=line)
@@ -138,7 +138,7 @@ class KlartextText(ChunkedText):
 
     def is_corner_next(self, line: int) -> bool:
         """True where the next statement from a line on is RND or CHF."""
-        while (raw := self.raw(line)) is not None:
+        while (raw := self.read_raw(line)) is not None:
             if not _IGNORED_LINE.fullmatch(raw):
                 return _CORNER.match(raw) is not None
             line += 1

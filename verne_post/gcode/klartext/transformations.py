@@ -42,7 +42,7 @@ class Map(Struct, frozen=True, eq=False):
         return Feature((x, y, z), tuple(float(value) for value in turn.ravel())), factors
 
 
-def rotation(axis: int, angle: float) -> Array:
+def make_rotation(axis: int, angle: float) -> Array:
     """Rotation matrix about X, Y or Z by degrees."""
     c, s = np.cos(RAD_PER_DEG * angle), np.sin(RAD_PER_DEG * angle)
     u, v = (axis + 1) % 3, (axis + 2) % 3
@@ -81,7 +81,7 @@ class Layer(Struct):
         if kind == "mirror":
             return Map(np.diag([-1.0 if self.mirrored[0] else 1.0, -1.0 if self.mirrored[1] else 1.0, 1.0]))
         if kind == "rotation":
-            return Map(rotation(2, self.angle))
+            return Map(make_rotation(2, self.angle))
         return Map(self.scale * np.eye(3))
 
     @property
@@ -121,15 +121,15 @@ class Transformations(Struct):
 
 def build_spatial_plane(a: float, b: float, c: float) -> Array:
     """PLANE SPATIAL: turned about X by SPA, then about Y by SPB, then about Z by SPC, all of the untilted system."""
-    return rotation(2, c) @ rotation(1, b) @ rotation(0, a)
+    return make_rotation(2, c) @ make_rotation(1, b) @ make_rotation(0, a)
 
 
 def build_euler_plane(precession: float, nutation: float, turn: float) -> Array:
     """PLANE EULER: about Z, about the new X, about the new Z."""
-    return rotation(2, precession) @ rotation(0, nutation) @ rotation(2, turn)
+    return make_rotation(2, precession) @ make_rotation(0, nutation) @ make_rotation(2, turn)
 
 
-def vectors(base: Array, normal: Array) -> Array | None:
+def turn_to_vectors(base: Array, normal: Array) -> Array | None:
     """PLANE VECTOR: Z along the normal, X along the base vector as far as it lies in the plane; None where there is none."""
     if np.linalg.norm(normal) < ZERO_ANGLE:
         return None
@@ -141,7 +141,7 @@ def vectors(base: Array, normal: Array) -> Array | None:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def points(first: Array, second: Array, third: Array) -> Array | None:
+def turn_to_points(first: Array, second: Array, third: Array) -> Array | None:
     """PLANE POINTS: X from the first point to the second, the third on the side of +Y; None where they lie on a line."""
     x, y = second - first, third - first
-    return vectors(x, np.cross(x, y))
+    return turn_to_vectors(x, np.cross(x, y))

@@ -40,7 +40,7 @@ class Waiting(Struct):
             return self.approach.point
         return position if self.queue.first is None else self.queue.first.end
 
-    def clear(self) -> None:
+    def forget(self) -> None:
         """Nothing waits."""
         self.queue.release()
         self.approach = None

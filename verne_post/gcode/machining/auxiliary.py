@@ -43,7 +43,7 @@ class Auxiliary:
             data = {"speed": speed} | name_unit_of_speed(state) | ({} if most is None else {"most_per_minute": most})
             text = f"{code}: the spindle is to follow the distance of the tool from X0; setpoints have no spindle speed, the event has S and D"
             self.recorder.warn("VP045", text, at.line, None)
-        self.recorder.event(at.line, "spindle mode", code=code, **data)
+        self.recorder.record_event(at.line, "spindle mode", code=code, **data)
         state.spindle_speed = state.spindle_speed if speed is None else speed
         if changed and state.spindle_on:  # also where the number is the same, it means something else
             self.switch_spindle(at, on=True, backwards=state.spindle_reversed)
@@ -55,13 +55,13 @@ class Auxiliary:
         if on:
             state.spindle_reversed = backwards
         direction = "stop" if not on else "counterclockwise" if backwards else "clockwise"
-        self.recorder.event(
+        self.recorder.record_event(
             at.line, "spindle", direction=direction, speed=state.spindle_speed, **name_unit_of_speed(state)
         )
 
     def orient_spindle(self, at: At, angle: float) -> None:
         """The spindle stops at an angle, degrees."""
-        self.recorder.event(at.line, "orient", angle=angle)
+        self.recorder.record_event(at.line, "orient", angle=angle)
         self.state.spindle_on = False
 
     def execute_spindle_code(self, at: At, code: int, angle: float) -> None:
@@ -91,7 +91,7 @@ class Auxiliary:
         state = self.state
         state.mist = code == 7 or (state.mist and code != 9)
         state.flood = code == 8 or (state.flood and code != 9)
-        self.recorder.event(at.line, "coolant", state=_COOLANT[code])
+        self.recorder.record_event(at.line, "coolant", state=_COOLANT[code])
 
     def restore_coolant(self, at: At, mist: bool, flood: bool) -> None:
         """Bring back which coolant was on, with events where that is a change."""
@@ -100,39 +100,39 @@ class Auxiliary:
         state.mist, state.flood = mist, flood
         if (mist, flood) == before:
             return
-        self.recorder.event(at.line, "coolant", state="off")
+        self.recorder.record_event(at.line, "coolant", state="off")
         for on, name in ((mist, "mist"), (flood, "flood")):
             if on:
-                self.recorder.event(at.line, "coolant", state=name)
+                self.recorder.record_event(at.line, "coolant", state=name)
 
     def set_overrides(self, at: At, switches: Mapping[str, bool]) -> None:
         """Turn some of the override switches: feed, speed, adaptive, hold."""
         self.state.overrides.update(switches)
-        self.recorder.event(at.line, "override", **self.state.overrides)
+        self.recorder.record_event(at.line, "override", **self.state.overrides)
 
     def restore_overrides(self, at: At, switches: Mapping[str, bool]) -> None:
         """Bring back all override switches, with an event where that is a change."""
         before, self.state.overrides = self.state.overrides, dict(switches)
         if self.state.overrides != before:
-            self.recorder.event(at.line, "override", **self.state.overrides)
+            self.recorder.record_event(at.line, "override", **self.state.overrides)
 
     # --- signals, stops, the end -------------------------------------------------------------------
 
     def set_output(self, at: At, output: int, *, synchronised: bool, **value: object) -> None:
         """An output gets ``on`` (digital) or ``value`` (analog); synchronised: with the next motion."""
-        self.recorder.event(at.line, "signal", output=output, synchronised=synchronised, **value)
+        self.recorder.record_event(at.line, "signal", output=output, synchronised=synchronised, **value)
 
     def wait_for_input(self, at: At, number: int, *, analog: bool, wait: int) -> None:
         """An input is read, whose value is not known here; ``wait``: for what, as L of M66 says."""
-        self.recorder.event(at.line, "input", input=number, analog=analog, wait=wait)
+        self.recorder.record_event(at.line, "input", input=number, analog=analog, wait=wait)
 
     def stop(self, at: At, code: int) -> None:
         """M0, M1, M60: the machine stops for a person."""
-        self.recorder.event(at.line, "stop", stop=_STOPS[code])
+        self.recorder.record_event(at.line, "stop", stop=_STOPS[code])
 
     def end(self, at: At, code: str) -> None:
         """The program ends."""
-        self.recorder.event(at.line, "end", code=code)
+        self.recorder.record_event(at.line, "end", code=code)
 
     # --- codes that the user defines ---------------------------------------------------------------
 
@@ -152,7 +152,7 @@ class Auxiliary:
             self.recorder.say_tcp(True)
         if meaning != "ignore":
             shown = {key: value for key, value in words.items() if key in REMAPPED_WORDS}
-            self.recorder.event(at.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **shown)
+            self.recorder.record_event(at.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **shown)
         return True
 
 

@@ -85,7 +85,7 @@ def _make_corner(first: Element, second: Element, corner: Corner) -> tuple[Eleme
     """Both elements shortened, with the corner between them; None where they continue each other."""
     if corner.chamfer is None:
         return round_corner(first, second, corner.size, corner.name)
-    size, t1, t2 = corner.size, first.direction(at_end=True), second.direction(at_end=False)
+    size, t1, t2 = corner.size, first.find_direction(at_end=True), second.find_direction(at_end=False)
     if corner.chamfer == "edge" and t1 is not None and t2 is not None:
         half = 0.5 * (math.pi - abs(math.atan2(cross(t1, t2), t1[0] * t2[0] + t1[1] * t2[1])))
         size = 0.5 * size / math.sin(half) if half > 0 else size

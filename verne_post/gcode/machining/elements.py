@@ -48,7 +48,7 @@ class Element(Struct, frozen=True):
     arc_feed: ArcFeed = field(default_factory=ArcFeed)
     absolute: bool = True
 
-    def direction(self, *, at_end: bool) -> Point | None:
+    def find_direction(self, *, at_end: bool) -> Point | None:
         """Direction of travel in the plane at one end; None for a line without length there."""
         u, v, *_ = PLANES[self.arc.plane if self.arc is not None else 0]
         if self.arc is not None:
@@ -66,7 +66,7 @@ class Element(Struct, frozen=True):
         return 0 if self.arc is None else self.arc.plane
 
 
-def left(t: Point) -> Point:
+def turn_left(t: Point) -> Point:
     """The direction to the left of another one."""
     return -t[1], t[0]
 
@@ -147,7 +147,7 @@ def chamfer_corner(first: Element, second: Element, length: float, name: str) ->
 
 
 def _find_corner_directions(first: Element, second: Element, name: str) -> tuple[Point, Point]:
-    t1, t2 = first.direction(at_end=True), second.direction(at_end=False)
+    t1, t2 = first.find_direction(at_end=True), second.find_direction(at_end=False)
     if first.plane or second.plane or t1 is None or t2 is None:
         raise ProgramError("VP008", f"{name} stands between two elements that move in X and Y")
     if any(
@@ -164,7 +164,7 @@ def _meet_elements(first: Element, t1: Point, second: Element, t2: Point, corner
     lines, circles = [], []
     for element, t in ((first, t1), (second, t2)):
         if element.arc is None:
-            n = left(t)
+            n = turn_left(t)
             lines.append(((corner[0] + offset * n[0], corner[1] + offset * n[1]), t))
         else:
             center = (element.arc.center[0], element.arc.center[1])
@@ -205,7 +205,7 @@ def _cut_end(element: Element, point: Point) -> Element | None:
     """The element up to a point of it; None where it does not hold the point."""
     end = [point[0], point[1], *element.end[2:]]
     if element.arc is None:
-        t = element.direction(at_end=True) or (0.0, 0.0)
+        t = element.find_direction(at_end=True) or (0.0, 0.0)
         along = (point[0] - element.start[0]) * t[0] + (point[1] - element.start[1]) * t[1]
         return None if along < -CORNER_REACH_MM else replace(element, end=end)
     return _cut_arc(element, element.start, end)
@@ -215,7 +215,7 @@ def _cut_start(element: Element, point: Point) -> Element | None:
     """The element from a point of it on; None where it does not hold the point."""
     start = [point[0], point[1], *element.start[2:]]
     if element.arc is None:
-        t = element.direction(at_end=True) or (0.0, 0.0)
+        t = element.find_direction(at_end=True) or (0.0, 0.0)
         along = (element.end[0] - point[0]) * t[0] + (element.end[1] - point[1]) * t[1]
         return None if along < -CORNER_REACH_MM else replace(element, start=start)
     return _cut_arc(element, start, element.end)

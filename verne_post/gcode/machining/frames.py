@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.offsets import vector9
+from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -99,7 +99,7 @@ class Frames:
         """The stored shift is in force, or none."""
         state = self.state
         state.g92_on = on
-        self.set_frame(replace(state.frame, g92=vector9(state.g92_stored) if on else ZERO9))
+        self.set_frame(replace(state.frame, g92=make_vector9(state.g92_stored) if on else ZERO9))
 
     def store_later(self, frame: Frame) -> None:
         """Give a work system a new origin, which holds when it is selected again."""

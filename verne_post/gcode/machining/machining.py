@@ -18,7 +18,7 @@ from verne_post.base.tolerances import (
 )
 from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
-from verne_post.gcode.lengths import find_effective_feed, line_lengths, measure_arc
+from verne_post.gcode.lengths import find_effective_feed, measure_arc, measure_lengths
 from verne_post.gcode.machining.auxiliary import Auxiliary
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.frames import Frames, refuse_compensation
@@ -256,7 +256,7 @@ class Machining:
         elif state.feed_mode != FeedMode.INVERSE and state.feed == state.feed_angular:
             feed = state.feed
         else:
-            feed = self.find_feed(line_lengths(np.array(target) - np.array(begin)))
+            feed = self.find_feed(measure_lengths(np.array(target) - np.array(begin)))
         self.recorder.add(state, at.line, kind, target, feed)
         if state.compensation is not None:
             state.compensation.settle(self.recorder.count - 1, at.line, end)

@@ -54,6 +54,6 @@ def build_plane_of_arc(arc: SpatialArc, feature: Feature | None) -> Feature:
     rotation = np.column_stack([u, np.cross(arc.normal, u), arc.normal])
     origin = arc.center
     if feature is not None:
-        origin, rotation = feature.outside(origin), feature.turn_outside(rotation.T).T
+        origin, rotation = feature.map_outside(origin), feature.turn_outside(rotation.T).T
     x, y, z = (float(value) for value in origin)
     return Feature((x, y, z), tuple(float(value) for value in rotation.ravel()))

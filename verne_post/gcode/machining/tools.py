@@ -35,12 +35,12 @@ class Tools:
         self._load(self.state.selected_tool or 0)
         refuse_compensation(self.state, "M6")
         self.state.spindle_on = False
-        self.recorder.event(at.line, "tool", **describe_tool_event(self.state, self.state.loaded_tool or 0))
+        self.recorder.record_event(at.line, "tool", **describe_tool_event(self.state, self.state.loaded_tool or 0))
 
     def set_number(self, at: At, number: int) -> None:
         """No tool is changed: only its number is set (M61)."""
         self._load(number)
-        self.recorder.event(at.line, "tool number", **describe_tool_event(self.state, number))
+        self.recorder.record_event(at.line, "tool number", **describe_tool_event(self.state, number))
 
     def _load(self, number: int) -> None:
         state = self.state

@@ -12,7 +12,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.traits import Traits
-from verne_post.gcode.rs274.values import WordValues, find_polar_end, whole
+from verne_post.gcode.rs274.values import WordValues, find_polar_end, read_whole
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 #: How far above the last depth a peck begins again, mm.
@@ -48,7 +48,7 @@ class CycleCodes:
         before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
         cycle = self._read_cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle
-        repeats = whole(block, "L") if "L" in block.words else 1
+        repeats = read_whole(block, "L") if "L" in block.words else 1
         if repeats == 0 and self.traits.stores_without_holes:
             return
         if not 1 <= repeats <= MAX_HOLES:
@@ -99,7 +99,7 @@ class CycleCodes:
         if self.modes.absolute:  # the first place that the program names may be that of a hole
             places = {axis: self.values.read_axis_value(block, axis) for axis in axes if axis != normal}
             self.core.frames.stand_at(
-                places | ({normal: self.values.length(block.words["R"])} if "R" in block.words else {})
+                places | ({normal: self.values.convert_length(block.words["R"])} if "R" in block.words else {})
             )
         self.core.require_known(block, [0, 1, 2], f"{spell_g_code(motion)}")
         if (tool := self.core.find_tilted_tool(normal)) is not None:
@@ -118,7 +118,7 @@ class CycleCodes:
             level = series.start_inch != self.modes.inch and (
                 self.modes.initial_level
                 or not self.modes.absolute
-                or series.start < self.values.length(block.words.get("R", here)) < here
+                or series.start < self.values.convert_length(block.words.get("R", here)) < here
             )
             if level or (before is not None and before.inch != self.modes.inch and not lengths <= set(block.words)):
                 raise ProgramError(
@@ -131,7 +131,7 @@ class CycleCodes:
         if letter not in block.words and before is None:
             raise ProgramError("VP005", f"{name} needs {letter}, the bottom of the hole")
         kept = before.numbers if before is not None else (0.0, 0.0)
-        r = self.values.length(block.words["R"]) if "R" in block.words else kept[0]
+        r = self.values.convert_length(block.words["R"]) if "R" in block.words else kept[0]
         z = self.values.read_axis_value(block, normal) if letter in block.words else kept[1]
         clear, bottom = self._heights(start, r, z)
         of_g90 = (self.modes.absolute, self.modes.absolute)
@@ -139,7 +139,7 @@ class CycleCodes:
             (clear, bottom), of_g90 = self._read_changed_heights(block, motion, before, (clear, bottom), z)
         if clear < bottom:
             raise block.error("VP007", f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm", "R")
-        step = self.values.length(block.words["Q"]) if "Q" in block.words else before.step if before else None
+        step = self.values.convert_length(block.words["Q"]) if "Q" in block.words else before.step if before else None
         if motion in _NEEDS_STEP:
             if step is None:
                 raise ProgramError("VP005", f"{name} needs Q, the depth of one peck")
@@ -156,7 +156,7 @@ class CycleCodes:
             for axis in "IJK":
                 if axis not in block.words:
                     raise ProgramError("VP005", f"G87 needs {axis}{', G90 or G91 having changed' if changed else ''}")
-            shift = tuple(self.values.length(block.words[axis]) for axis in "IJK")
+            shift = tuple(self.values.convert_length(block.words[axis]) for axis in "IJK")
         of_start = self.modes.inch if series is None else series.start_inch
         return Cycle(
             normal,
@@ -239,7 +239,7 @@ class CycleCodes:
 
     def _find_polar_place(self, block: Block) -> list[float]:
         """Where the polar words of a block lead in G91 from the present place, mm."""
-        unit = self.values.length(1.0)
+        unit = self.values.convert_length(1.0)
         x, y = self.state.position[:2]
         return [unit * value for value in find_polar_end(block, x / unit, y / unit, absolute=False)]
 
@@ -274,7 +274,7 @@ class CycleCodes:
         if motion in (860, 880):
             self.core.auxiliary.switch_spindle(block, on=False)
         if motion == 880:
-            self.recorder.event(block.line, "stop", stop="program")
+            self.recorder.record_event(block.line, "stop", stop="program")
             self.core.stand([retract if axis == w else value for axis, value in enumerate(self.state.position)])
         else:
             self._go(block, feed if motion == 890 and self.traits.feeds_out_whole else rapid, {w: retract})
@@ -327,7 +327,7 @@ class CycleCodes:
         """The way of the oriented tool off the wall, in the plane (mm): I and J, or Q in the direction that the settings file says."""
         words = block.words
         if {"I", "J"} & set(words):
-            return self.values.length(words.get("I", 0.0)), self.values.length(words.get("J", 0.0))
+            return self.values.convert_length(words.get("I", 0.0)), self.values.convert_length(words.get("J", 0.0))
         if before is not None and "Q" not in words:
             return before
         if not step or step < 0:

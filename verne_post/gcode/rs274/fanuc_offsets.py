@@ -8,7 +8,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.offsets import OffsetCodes
-from verne_post.gcode.rs274.values import whole
+from verne_post.gcode.rs274.values import read_whole
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 #: L of G10 -> what it stores of a tool; lengths come first.
@@ -24,7 +24,7 @@ class FanucOffsets:
         self.modes: Modes = offsets.state.modes
 
     def find_additional(self, block: Block) -> int:
-        number = whole(block, "P")
+        number = read_whole(block, "P")
         if ADDITIONAL_SYSTEMS + number not in self.state.systems or number == 0:
             last = max(self.state.systems) - ADDITIONAL_SYSTEMS
             raise block.error("VP007", f"P{number}: additional work systems are P1 to P{last}", "P")
@@ -35,7 +35,7 @@ class FanucOffsets:
         words = block.words
         if "L" not in words:
             raise ProgramError("VP005", "G10 needs L: L2 for G54 to G59, L20 for G54.1, L10 to L13 for a tool")
-        kind = whole(block, "L")
+        kind = read_whole(block, "L")
         if not self.modes.absolute:
             raise ProgramError("VP017", "G10 in G91 adds to what is stored; write G90, and the whole value")
         if kind == 2 and words.get("P") == 0:
@@ -56,9 +56,9 @@ class FanucOffsets:
         words, columns = block.words, block.columns
         if "R" not in words or "P" not in words:
             raise ProgramError("VP005", f"G10 L{kind} needs P, the number, and R, the {_OF_TOOLS[kind]}")
-        number, of_length = whole(block, "P"), kind <= _LAST_OF_LENGTH
+        number, of_length = read_whole(block, "P"), kind <= _LAST_OF_LENGTH
         wear = list(self.modes.wear.get(number, (0.0, 0.0)))
-        value, place = self.values.length(words["R"]), 0 if of_length else 1
+        value, place = self.values.convert_length(words["R"]), 0 if of_length else 1
         if kind in _WEAR:
             tool = (self.state.tools or {}).get(number)
             if tool is None or (of_length and tool.unmeasured):
@@ -70,7 +70,7 @@ class FanucOffsets:
             self.modes.wear = {**self.modes.wear, number: (wear[0], wear[1])}
         else:
             value += wear[place]
-        unit = self.values.length(1.0)
+        unit = self.values.convert_length(1.0)
         words["L"], words["R"] = 1.0, value / unit
         if of_length:
             words["Z"], columns["Z"] = words.pop("R"), columns.pop("R")

@@ -18,7 +18,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, PLANE_OFF, ROTATION
 from verne_post.gcode.rs274.modes import NO_MAPS, Modes
 from verne_post.gcode.rs274.offsets import TCP_CODES, say_directions
-from verne_post.gcode.rs274.values import WordValues, whole
+from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.gcode.standing_table import find_standing_plane
 from verne_post.gcode.table_positions import choose_position, find_positions
 from verne_post.model.control_keys import FanucKeys
@@ -56,7 +56,7 @@ class FanucPlanes:
         if code == OF_TOOL:
             origin, rotation = self._find_plane_of_tool(block)
         else:
-            kind = whole(block, "P") if "P" in block.words else 0
+            kind = read_whole(block, "P") if "P" in block.words else 0
             if kind in _SEVERAL and not self._take_part(block, kind):
                 return
             origin, rotation = self._read_plane(block, kind)
@@ -114,7 +114,7 @@ class FanucPlanes:
         if self.given is None or self.given[0] != kind:
             self.check_complete()
             self.given = (kind, {})
-        number = whole(block, "Q") if "Q" in block.words else 0
+        number = read_whole(block, "Q") if "Q" in block.words else 0
         if number not in _SEVERAL[kind]:
             expected = ", ".join(f"Q{q}" for q in _SEVERAL[kind])
             raise block.error("VP007", f"G68.2 P{kind} Q{number}: expected {expected}", "Q")
@@ -142,7 +142,7 @@ class FanucPlanes:
 
     def _find_roll_pitch_yaw(self, block: Block) -> Array:
         """Turns about X, Y and Z in the order of Q: about the axes of the part, or each about those that the turns before have left."""
-        order = f"{whole(block, 'Q') if 'Q' in block.words else 123}"
+        order = f"{read_whole(block, 'Q') if 'Q' in block.words else 123}"
         if sorted(order) != ["1", "2", "3"]:
             raise block.error("VP007", f"G68.2 P1 Q{order}: an order of the axes 1, 2, 3", "Q")
         fixed, moving = np.eye(3), np.eye(3)
@@ -229,7 +229,7 @@ class FanucPlanes:
         origin = center - rotation @ center
         outer = state.frame.feature
         if outer is not None:
-            origin = outer.outside(origin)
+            origin = outer.map_outside(origin)
             rotation = np.array(outer.rotation).reshape(3, 3) @ rotation
         self._set_feature(origin, rotation)
         modes.turns, modes.turned_axes, modes.after_turn = modes.turns + 1, axes, "G68"

@@ -12,7 +12,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.rs274.fanuc_codes import ARC_OF_HOLES, CIRCLE_OF_HOLES, PLANE, POCKETS
 from verne_post.gcode.rs274.nurbs import NURBS
 from verne_post.gcode.words import read_whole_lines
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import FeedMode
 
 #: Least input increment (IS-B): of lengths in mm and in inches, of angles in degrees and of dwells in seconds.
@@ -69,7 +69,7 @@ def _find_first(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> t
 
 def _report_mixture(line: int, column: int, word: str, pointed: int) -> Finding:
     unit = "degrees" if word[0].upper() in _ANGLES else "in the unit of the program"
-    return finding(
+    return make_finding(
         "VP038", f"{word} has no decimal point, and words of line {pointed} have one: it is read as {word[1:].strip()} {unit}; a "
         f"control set otherwise counts increments of {INCREMENT:g}; write the point, or say which is meant: [fanuc] "
         'decimal_point = "calculator" or "conventional" in verne-post.toml',

@@ -7,7 +7,7 @@ from verne_post.gcode.codes import CYCLES, TAKES_AXES, CodeTable
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, SMOOTHING
 from verne_post.gcode.rs274.modes import Modes
-from verne_post.gcode.rs274.values import whole
+from verne_post.gcode.rs274.values import read_whole
 from verne_post.model.control_keys import FanucKeys
 
 _SECONDS_PER_P: Final = 1e-3
@@ -31,7 +31,7 @@ class FanucWords:
                     return
         has_dwell = "P" in words and (40 in codes or self.has_cycle(block, codes))
         if has_dwell and self.keys.dwell == "milliseconds":
-            whole(block, "P")
+            read_whole(block, "P")
             words["P"] *= _SECONDS_PER_P
 
     def has_cycle(self, block: Block, codes: set[int]) -> bool:
@@ -55,7 +55,7 @@ class FanucWords:
                 )
             words["L"], columns["L"] = words.pop("K"), columns.pop("K")
         if any(letter == "M" and number == 98 for letter, number, _column in block.codes) and "P" in words:
-            number = whole(block, "P")
+            number = read_whole(block, "P")
             if number > 9999 and "L" not in words:
                 words["P"], words["L"], columns["L"] = float(number % 10000), float(number // 10000), columns["P"]
 

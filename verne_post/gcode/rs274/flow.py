@@ -55,7 +55,7 @@ class Flow:
         try:
             self._execute_o_word(o, line)
         except ProgramError as error:
-            column = error.column or (None if error.line else o.reader.column(o.label_at - 1))
+            column = error.column or (None if error.line else o.reader.find_column(o.label_at - 1))
             raise ProgramError(error.code, error.message, column, error.line) from None
 
     def _execute_o_word(self, o: OWord, line: int) -> None:
@@ -87,7 +87,7 @@ class Flow:
         """The elseif or else in a line; None for endif."""
         if line not in self.calls.text.structure.end:
             return None
-        return self.interpreter.read(decode_line(self.calls.text.line(line)), line).o
+        return self.interpreter.read(decode_line(self.calls.text.read_line(line)), line).o
 
     def _pass_branches(self, o: OWord | None, line: int) -> None:
         """Go to the line after the endif. The conditions on the way are evaluated, as LinuxCNC does: a mistake in one shows."""
@@ -182,7 +182,7 @@ class Flow:
     def enter(self, text: ProgramText, begin: int, line: int, label: str) -> Frame:
         """Go into a subprogram, of which the first line is ``begin``; ``line`` calls it."""
         self.calls.check_depth(f"o{label}")
-        self.interpreter.recorder.event(self.calls.show(line), "call", label=label)
+        self.interpreter.recorder.record_event(self.calls.show(line), "call", label=label)
         frame = Frame(label, begin=begin)
         self.calls.enter(text, begin, line, frame)
         self.interpreter.modes.saved.append(None)
@@ -209,7 +209,7 @@ class Flow:
         frame = self.calls.leave()
         line = self.calls.show(max(self.calls.line - 1, 1))
         self.interpreter.functions.leave_call(line)
-        self.interpreter.recorder.event(line, "return", label=frame.label)
+        self.interpreter.recorder.record_event(line, "return", label=frame.label)
 
     # --- M98, M99 ------------------------------------------------------------------------------------
 

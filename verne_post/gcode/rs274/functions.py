@@ -11,7 +11,7 @@ from verne_post.gcode.machining.settings import restore_settings, save_settings
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.modes import Modes, Saved
 from verne_post.gcode.rs274.offsets import say_directions
-from verne_post.gcode.rs274.values import WordValues, whole
+from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.model.moves import FeedMode
 
 #: Codes of the group "spindle" that are the spindle's; the others save and restore modes.
@@ -42,7 +42,9 @@ class FunctionCodes:
             value = block.words["F"]
             if value < 0:
                 raise block.error("VP007", f"F{value:g}: a feed rate is not negative", "F")
-            self.core.set_feed(value if state.feed_mode == FeedMode.INVERSE else self.values.length(value), value)
+            self.core.set_feed(
+                value if state.feed_mode == FeedMode.INVERSE else self.values.convert_length(value), value
+            )
 
     def set_spindle_mode(self, block: Block, code: int) -> None:
         """G96: S is the speed of the surface, D the most turns a minute; G97: S is turns a minute."""
@@ -57,7 +59,7 @@ class FunctionCodes:
         if "S" in words:
             auxiliary.set_speed(block, words["S"], switched=any(code in _SPINDLE for code in m.get("spindle", [])))
         if "T" in words:
-            tools.select(block, whole(block, "T"))
+            tools.select(block, read_whole(block, "T"))
         for code in m.get("signals", []):
             self._set_output(block, code)
         for code in m.get("tool change", []):
@@ -82,7 +84,7 @@ class FunctionCodes:
             return
         if "Q" not in block.words:
             raise ProgramError("VP005", "M61 needs Q, the number of the tool")
-        tool = whole(block, "Q")
+        tool = read_whole(block, "Q")
         self.core.tools.check_tool(block, tool, "Q")
         self.core.tools.set_number(block, tool)
 
@@ -97,7 +99,7 @@ class FunctionCodes:
         letter = "P" if digital else "E"
         if letter not in block.words:
             raise ProgramError("VP005", f"M{code} needs {letter}, the number of the output")
-        output = whole(block, letter)
+        output = read_whole(block, letter)
         if not digital and "Q" not in block.words:
             raise ProgramError("VP005", f"M{code} needs Q, the value")
         value: dict[str, object] = {"on": code in (62, 64)} if digital else {"value": block.words["Q"]}
@@ -107,7 +109,7 @@ class FunctionCodes:
         words = block.words
         if ("P" in words) == ("E" in words):
             raise ProgramError("VP005", "M66 needs P, a digital input, or E, an analog one")
-        how = whole(block, "L") if "L" in words else 0
+        how = read_whole(block, "L") if "L" in words else 0
         if how > _MAX_WAIT:
             raise block.error("VP007", f"M66 L{how}: modes of waiting are L0 to L{_MAX_WAIT}", "L")
         if how and "E" in words:
@@ -116,7 +118,7 @@ class FunctionCodes:
             raise ProgramError("VP005", f"M66 L{how} needs Q, the longest time to wait, greater than 0")
         letter = "P" if "P" in words else "E"
         self.modes.inputs_read = True
-        self.core.auxiliary.wait_for_input(block, whole(block, letter), analog=letter == "E", wait=how)
+        self.core.auxiliary.wait_for_input(block, read_whole(block, letter), analog=letter == "E", wait=how)
 
     # --- saved state ---------------------------------------------------------------------------------
 

@@ -19,7 +19,7 @@ from verne_post.gcode.rs274.cycles import CycleCodes
 from verne_post.gcode.rs274.fanuc_codes import ARC_OF_HOLES, POCKETS
 from verne_post.gcode.rs274.modes import NO_MAPS, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
-from verne_post.gcode.rs274.values import WordValues, whole
+from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.model.moves import FeedMode, MoveKind
 
 _CENTER: Final = (0.0, 0.0)
@@ -88,9 +88,9 @@ class HaasCodes:
         """Radii of the circles of the tool's centre, mm: of I, by Q outwards, and of K."""
         words = block.words
         tool = 0.5 * self.motion.find_cutter_diameter(block, code)
-        first = self.values.length(words["I"])
-        last = self.values.length(words.get("K", words["I"]))
-        step = self.values.length(words.get("Q", 0.0))
+        first = self.values.convert_length(words["I"])
+        last = self.values.convert_length(words.get("K", words["I"]))
+        step = self.values.convert_length(words.get("Q", 0.0))
         if ("K" in words) != ("Q" in words):
             raise ProgramError(
                 "VP005", f"{spell_g_code(code)} needs K, the radius of the pocket, and Q, the step, together"
@@ -107,7 +107,7 @@ class HaasCodes:
 
     def _list_levels(self, block: Block) -> list[float]:
         """Heights of the circles: Z, in G91 L times; else where the tool is."""
-        here, count = self.state.position[2], whole(block, "L") if "L" in block.words else 1
+        here, count = self.state.position[2], read_whole(block, "L") if "L" in block.words else 1
         if not 1 <= count <= MAX_STROKES or (count > 1 and (self.modes.absolute or "Z" not in block.words)):
             raise block.error("VP007", f"L{count}: levels are repeated in G91, each deeper by Z", "L")
         if "Z" not in block.words:
@@ -141,11 +141,11 @@ class HaasCodes:
                 raise ProgramError(
                     "VP005", f"{name} needs {letter}: L, how many holes; K of G71, the angle between two"
                 )
-        count = whole(block, "L")
+        count = read_whole(block, "L")
         if not 1 <= count <= MAX_HOLES:
             raise block.error("VP007", f"L{count}: there are 1 to {MAX_HOLES} holes", "L")
-        radius, step = self.values.length(words["I"]), words["K"] if code == ARC_OF_HOLES else 360.0 / count
-        unit, center = self.values.length(1.0), list(self.state.position[:2])
+        radius, step = self.values.convert_length(words["I"]), words["K"] if code == ARC_OF_HOLES else 360.0 / count
+        unit, center = self.values.convert_length(1.0), list(self.state.position[:2])
         for axis, letter in enumerate("XY"):
             if letter in words:
                 center[axis] = self.values.read_axis_value(block, axis) + (0.0 if self.modes.absolute else center[axis])

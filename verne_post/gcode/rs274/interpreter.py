@@ -29,7 +29,7 @@ from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.offsets import OffsetCodes
 from verne_post.gcode.rs274.splines import SPLINES, SplineCodes
 from verne_post.gcode.rs274.traits import Traits
-from verne_post.gcode.rs274.values import WordValues, find_polar_end, whole
+from verne_post.gcode.rs274.values import WordValues, find_polar_end, read_whole
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Language
 from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
@@ -215,7 +215,7 @@ class Rs274(Language):
             raise ProgramError("VP027", f"the program asks to stop: {text.strip()}")
         kind = "not executed" if channel == "file" else "message"
         named = {} if channel in ("file", "msg") else {"channel": channel}
-        self.recorder.event(block.line, kind, text=text, **named)
+        self.recorder.record_event(block.line, kind, text=text, **named)
 
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
         """The motion code that the axis words of the block are for; refuses words that nothing uses."""
@@ -334,7 +334,7 @@ class Rs274(Language):
             value = block.words.get(letter)
             if value is not None and value < 0:
                 raise block.error("VP007", f"{letter}{value:g}: a tolerance is not negative", letter)
-            values.append(None if value is None else self.values.length(value))
+            values.append(None if value is None else self.values.convert_length(value))
         self.core.set_path_control(
             PathControl(PathMode.BLEND, values[0], values[1] if values[1] is not None else values[0])
         )
@@ -396,8 +396,8 @@ class Rs274(Language):
             if "P" not in block.words:
                 raise ProgramError("VP005", "M98 needs P, the number of the subprogram", column)
             named = next((letter for letter in self.traits.repeats_of_calls if letter in block.words), None)
-            repeats = 1 if named is None else whole(block, named)
-            self.call = Call(str(whole(block, "P")), column, repeats)
+            repeats = 1 if named is None else read_whole(block, named)
+            self.call = Call(str(read_whole(block, "P")), column, repeats)
 
     # --- polar words -------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from verne_post.gcode.rs274.fanuc_points import find_lines_without_point
 from verne_post.gcode.rs274.interpreter import Call
 from verne_post.gcode.rs274.macro_text import read_arguments
 from verne_post.gcode.rs274.modes import Modes
-from verne_post.gcode.rs274.values import whole
+from verne_post.gcode.rs274.values import read_whole
 from verne_post.model.control_keys import FanucKeys
 
 #: P and L of a call, and the local variables of the macro.
@@ -56,8 +56,8 @@ def find_macro_call(block: Block, codes: set[int], modes: Modes, axes: str) -> C
         raise ProgramError("VP005", "G65 and G66 need P, the program number of the macro")
     column = next(at for letter, number, at in block.codes if letter == "G" and round(number) in (65, 66))
     words = Block(block.line, words=calls)
-    repeats = whole(words, "L") if "L" in calls else 1
-    call = Call(str(whole(words, "P")), column, repeats, arguments=dict(arguments), keeps=660 in codes)
+    repeats = read_whole(words, "L") if "L" in calls else 1
+    call = Call(str(read_whole(words, "P")), column, repeats, arguments=dict(arguments), keeps=660 in codes)
     if 650 in codes:
         return call
     if modes.macro is not None:
@@ -72,12 +72,12 @@ def find_local_call(block: Block, subprograms: list[int]) -> Call | None:
     if code is None:
         return None
     column = next(at for letter, number, at in block.codes if letter == "M" and round(number) == code)
-    number = whole(block, "P") if "P" in block.words else None
+    number = read_whole(block, "P") if "P" in block.words else None
     if code == 99:
         return Call(None, column, number=number)
     if number is None:
         raise ProgramError("VP005", "M97 needs P, the number of the block where the subprogram begins", column)
-    return Call(f"N{number}", column, whole(block, "L") if "L" in block.words else 1, number)
+    return Call(f"N{number}", column, read_whole(block, "L") if "L" in block.words else 1, number)
 
 
 def set_control_variable(core: Machining, line: int, key: int | str, value: float, column: int, text: str) -> bool:
@@ -86,11 +86,11 @@ def set_control_variable(core: Machining, line: int, key: int | str, value: floa
         return False
     comment = strip_comments(text)[2]
     if key in _WITHOUT_EFFECT or not value:
-        core.recorder.event(line, "without effect", word=f"#{key}")
+        core.recorder.record_event(line, "without effect", word=f"#{key}")
     elif key == _ALARM:
         said = f" ({comment})" if comment else ""
         raise ProgramError("VP027", f"the program asks to stop: #3000={value:g}{said}", column)
     else:
-        core.recorder.event(line, "message", text=comment or "")
+        core.recorder.record_event(line, "message", text=comment or "")
         core.auxiliary.stop(At(line), 0)
     return True

@@ -66,7 +66,7 @@ class Statement(Struct, frozen=True):
     def read_number(self, what: str) -> int:
         """The number of GOTO, after it nothing may follow."""
         reader, begin = self.reader, self.reader.at
-        value = reader.value(what)
+        value = reader.read_value(what)
         self.check_end()
         if math.isnan(value) or value != round(value) or value < 0:
             found = "a variable without a value" if math.isnan(value) else f"{value:g}"

@@ -25,7 +25,7 @@ def read_message(comment: str, values: Values, channels: Sequence[str]) -> tuple
     for name in channels:
         if upper.startswith(name + ","):
             text = comment[len(name) + 1 :]
-            if name == "DEBUG" and values.value(_DEBUG_SWITCH) == 0:
+            if name == "DEBUG" and values.read_value(_DEBUG_SWITCH) == 0:
                 return None
             return name.lower(), text if name == "MSG" else _expand(text, values)
     return None
@@ -42,7 +42,9 @@ def _expand(text: str, values: Values) -> str:
             form = "%" + new_form.replace("l", "")
             return ""
         try:
-            value = values.value(name.replace(" ", "").replace("\t", "").lower() if name is not None else int(index))
+            value = values.read_value(
+                name.replace(" ", "").replace("\t", "").lower() if name is not None else int(index)
+            )
         except ProgramError:
             return "######"
         return "%d" % round(value) if form == "%d" else form % (value + 0.0)  # noqa: UP031 - the form is the program's

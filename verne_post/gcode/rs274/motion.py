@@ -10,14 +10,14 @@ from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.arcs import build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
-from verne_post.gcode.lengths import length_of
+from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.traits import Traits
-from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, whole
+from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, read_whole
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 _X, _Y, _Z = 0, 1, 2
@@ -229,7 +229,7 @@ class MotionCodes:
                 given = next(other for other in "IJK" if other in block.words)
                 raise block.error("VP005", f"{given} without {letter}: a tool axis needs I, J and K", given)
         vector = np.array([block.words[letter] for letter in "IJK"])
-        size = float(length_of(vector))
+        size = float(measure_length(vector))
         if abs(size - 1.0) > VECTOR_LENGTH:
             raise block.error("VP007", f"the tool axis (I, J, K) has length {size:.6g}; it must be a unit vector", "I")
         self.core.hold_tool_axis(vector / size)
@@ -247,12 +247,12 @@ class MotionCodes:
 
     def _move_on_arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
         state = self.state
-        offsets = {letter: self.values.length(block.words[letter]) for letter in "IJK" if letter in block.words}
+        offsets = {letter: self.values.convert_length(block.words[letter]) for letter in "IJK" if letter in block.words}
         if self.setup.machine:
             for letter in "IJKR":
-                if abs(self.values.length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
+                if abs(self.values.convert_length(block.words.get(letter, 0.0))) > MAX_LENGTH_MM:
                     raise block.error("VP007", f"{letter}{block.words[letter]:g} is beyond any machine", letter)
-        turns = whole(block, "P") if "P" in block.words else 1
+        turns = read_whole(block, "P") if "P" in block.words else 1
         if not 1 <= turns <= MAX_TURNS:
             raise block.error("VP007", f"P{turns}: the number of turns is 1 to {MAX_TURNS}", "P")
         clockwise = motion == 20
@@ -260,7 +260,7 @@ class MotionCodes:
             if offsets:
                 raise block.error("VP003", "an arc has either R or a centre (I, J, K), not both", "R")
             arc = build_arc_from_radius(
-                start, end, state.plane, clockwise, self.values.length(block.words["R"]), turns - 1
+                start, end, state.plane, clockwise, self.values.convert_length(block.words["R"]), turns - 1
             )
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
@@ -298,7 +298,7 @@ class MotionCodes:
         if code % 10:  # in the block
             if "D" not in block.words:
                 raise ProgramError("VP005", f"{spell_g_code(code)} needs D, the diameter")
-            return self.values.length(block.words["D"])
+            return self.values.convert_length(block.words["D"])
         if self.traits.zero_is_no_offset:
             if "D" not in block.words:
                 if self.modes.cutter_number is None:
@@ -308,7 +308,7 @@ class MotionCodes:
                 block.words["D"] = float(self.modes.cutter_number)
             if not block.words["D"]:
                 return 0.0
-        number = (whole(block, "D") if "D" in block.words else 0) or state.loaded_tool or 0
+        number = (read_whole(block, "D") if "D" in block.words else 0) or state.loaded_tool or 0
         if number == 0:
             other = (
                 f", or write {spell_g_code(code + 1)} with the diameter (D0 for a path on the contour)"

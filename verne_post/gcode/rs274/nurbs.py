@@ -7,7 +7,7 @@ from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.motion import MotionCodes
-from verne_post.gcode.rs274.values import WordValues, whole
+from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.gcode.splines import BSpline, SplineDraft
 from verne_post.model.moves import AXES, FeedMode
 
@@ -70,7 +70,7 @@ class NurbsCodes:
         if self.modes.vectors:
             raise ProgramError("VP017", "G6.2 under G43.5: K would be a knot and a tool axis; use G43.4 with A and C")
         self.motion.check_feed(block, NURBS)
-        order = whole(block, "P") if "P" in block.words else _ORDER
+        order = read_whole(block, "P") if "P" in block.words else _ORDER
         if order not in _ORDERS:
             raise block.error("VP007", f"P{order}: the order of G6.2 is {_ORDERS[0]} to {_ORDERS[-1]}", "P")
         self.core.require_known(block, [axis for axis, letter in enumerate(AXES) if letter in self.setup.axes], "G6.2")

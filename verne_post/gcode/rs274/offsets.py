@@ -9,10 +9,10 @@ from msgspec.structs import replace
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.machining import Machining
-from verne_post.gcode.offsets import vector9
+from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.traits import Traits
-from verne_post.gcode.rs274.values import WordValues, whole
+from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.model.moves import AXES, ZERO9
 from verne_post.model.part_setup import Tool, Vector9
 
@@ -54,13 +54,13 @@ class OffsetCodes:
             raise ProgramError("VP007", "G43.1 can only set a length (Z) on this machine; X, Y and angles must be 0")
         if self.setup.machine and values[2] < 0:
             raise block.error("VP007", f"G43.1 Z{block.words['Z']:g}: a tool length is not negative", "Z")
-        return vector9(values)
+        return make_vector9(values)
 
     def _add_offset(self, block: Block) -> Vector9:
         """G43.2: the offset of another tool on top of the one in force."""
         if "H" not in block.words:
             raise ProgramError("VP005", "G43.2 needs H, the tool whose offset is added")
-        return vector9(np.add(self.state.frame.tool, self._find_tool_offset(block)))
+        return make_vector9(np.add(self.state.frame.tool, self._find_tool_offset(block)))
 
     def _find_tool_offset(self, block: Block) -> Vector9:
         """The offset of H; without it, or with H0, that of the tool in the spindle, but for :attr:`Traits.zero_is_no_offset`."""
@@ -69,7 +69,7 @@ class OffsetCodes:
                 raise ProgramError("VP005", "a tool length offset needs H, its number")
             if not block.words["H"]:
                 return ZERO9
-        return self.core.tools.find_offset(block, whole(block, "H") if "H" in block.words else 0)
+        return self.core.tools.find_offset(block, read_whole(block, "H") if "H" in block.words else 0)
 
     def execute_g10(self, block: Block) -> None:
         state = self.state
@@ -82,7 +82,7 @@ class OffsetCodes:
             return
         if "L" not in block.words or "P" not in block.words:
             raise ProgramError("VP005", "G10 needs L and P")
-        kind, number = whole(block, "L"), whole(block, "P")
+        kind, number = read_whole(block, "L"), read_whole(block, "P")
         if kind in (1, 10, 11):
             self._set_tool_offset(block, kind, number, self.values.list_named_axes(block))
             return
@@ -106,7 +106,7 @@ class OffsetCodes:
         origin = list(frame.origin)
         for axis in self.values.list_named_axes(block):
             origin[axis] = self.values.read_axis_value(block, axis)
-        self.core.frames.store_frame(replace(frame, origin=vector9(origin), turn=block.words.get("R", frame.turn)))
+        self.core.frames.store_frame(replace(frame, origin=make_vector9(origin), turn=block.words.get("R", frame.turn)))
 
     def _set_origin_here(self, block: Block, system: int) -> None:
         """G10 L20: the origin such that the present place gets the given values."""
@@ -122,7 +122,7 @@ class OffsetCodes:
         for axis in axes:
             shift[axis] = here[axis] - self.values.read_axis_value(block, axis)
         shift[:3] = coordinates.turn_displacement(shift[:3], frame)
-        self.core.frames.store_frame(replace(frame, origin=vector9(np.asarray(frame.origin) + shift)))
+        self.core.frames.store_frame(replace(frame, origin=make_vector9(np.asarray(frame.origin) + shift)))
 
     def _set_tool_offset(self, block: Block, kind: int, number: int, axes: list[int]) -> None:
         """The tool table: L1 the offset itself; L10, L11 such that the present place gets the values."""
@@ -154,12 +154,14 @@ class OffsetCodes:
             for axis, value in values.items():
                 offset[axis] = here[axis] - value
             offset[:3] = coordinates.turn_displacement(offset[:3], bare)
-        diameter = 2 * self.values.length(block.words["R"]) if "R" in block.words else old.diameter
+        diameter = 2 * self.values.convert_length(block.words["R"]) if "R" in block.words else old.diameter
         for letter in "IJQ":
             if letter in block.words:
                 raise block.error("VP006", f"G10 L{kind} uses {letter} only on a lathe", letter)
         unmeasured = "" if _Z in values else old.unmeasured
-        tool = dataclasses.replace(old, number=number, offset=vector9(offset), diameter=diameter, unmeasured=unmeasured)
+        tool = dataclasses.replace(
+            old, number=number, offset=make_vector9(offset), diameter=diameter, unmeasured=unmeasured
+        )
         self.core.tools.define(tool)
 
     def execute_g92(self, block: Block, code: int) -> None:

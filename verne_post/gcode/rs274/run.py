@@ -23,7 +23,7 @@ def execute_blocks(source: Text, setup: Setup, state: State, stop: StopCondition
     interpreter = language(setup, state, execution.recorder)
     main = ProgramText(source, setup, language)
     if main.first_line > 1:
-        execution.recorder.event(1, "not executed", text=f"lines 1 to {main.first_line - 1}, before the %")
+        execution.recorder.record_event(1, "not executed", text=f"lines 1 to {main.first_line - 1}, before the %")
     recovery = None if stop.first_error else Recovery(interpreter)
     return run_program(_BlockRun(Flow(main, interpreter), recovery), execution, setup, stop)
 
@@ -46,7 +46,7 @@ class _BlockRun:
     def find_chunk(self) -> Chunk | None:
         """The chunk of the next line; None where the text ends."""
         text, line = self.calls.text, self.calls.line
-        return None if line == text.closing else text.chunk(line)
+        return None if line == text.closing else text.find_chunk(line)
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next line, or a stretch at once."""
@@ -93,17 +93,17 @@ class _BlockRun:
         errors: list[ProgramError] = []
         self.calls.line += 1
         interpreter.parameters.line = line
-        block = chunk.block(row, line) if interpreter.reads_plain_words else None
+        block = chunk.build_block(row, line) if interpreter.reads_plain_words else None
         try:
             if block is not None:
                 errors = self._execute_block(block, line)
-            elif line != text.opening and _is_executed(raw := chunk.raw(row), interpreter.setup):
+            elif line != text.opening and _is_executed(raw := chunk.read_raw(row), interpreter.setup):
                 errors = self._read_and_execute(decode_line(raw), line)
         except ProgramError as error:
-            _find_column(error, chunk.raw(row))
+            _find_column(error, chunk.read_raw(row))
             raise
         for found in errors:
-            _find_column(found, chunk.raw(row))
+            _find_column(found, chunk.read_raw(row))
         flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
         return errors
 
@@ -149,7 +149,7 @@ class _BlockRun:
         elif self.calls.in_call:
             what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
         elif text.closing is not None or flow.interpreter.ends_with_text:
-            execution.recorder.event(self.calls.line, "end", code="%")
+            execution.recorder.record_event(self.calls.line, "end", code="%")
             return False
         else:
             what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}"

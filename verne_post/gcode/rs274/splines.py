@@ -10,7 +10,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.traits import Traits
-from verne_post.gcode.rs274.values import WordValues, whole
+from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.gcode.splines import BSpline, SplineDraft, build_uniform_knots
 from verne_post.model.moves import AXES, FeedMode
 
@@ -71,7 +71,9 @@ class SplineCodes:
             if letter not in block.words:
                 raise ProgramError("VP005", f"{name} needs {' and '.join(needed)}")
         self.motion.check_feed(block, motion)
-        offsets = {letter: self.values.length(block.words[letter]) for letter in "IJPQ" if letter in block.words}
+        offsets = {
+            letter: self.values.convert_length(block.words[letter]) for letter in "IJPQ" if letter in block.words
+        }
         if motion == _CUBIC and not {"I", "J"} <= offsets.keys():
             if offsets.keys() & {"I", "J"}:
                 raise ProgramError("VP005", "G5 needs both I and J, or neither of them")
@@ -136,7 +138,7 @@ class SplineCodes:
             raise block.error("VP031", f"P{weight:g}: the weight of a control point is positive", "P")
         if len({0, 1} & set(axes)) == 1:
             raise ProgramError("VP005", "G5.2 needs both X and Y")
-        order = whole(block, "L") if "L" in block.words else draft.order
+        order = read_whole(block, "L") if "L" in block.words else draft.order
         if order < draft.order:
             raise block.error("VP007", f"L{order}: the order of the spline is {draft.order} at least here", "L")
         point = self._read_plane_point(block, "G5.2") if axes else None

@@ -20,7 +20,7 @@ MAX_LENGTH_MM: Final = 1e5
 MAX_ANGLE_DEG: Final = 1e5
 
 
-def whole(block: Block, letter: str) -> int:
+def read_whole(block: Block, letter: str) -> int:
     """Value of a word that must be a whole number from 0 on."""
     value = block.words[letter]
     number = round(value)
@@ -50,7 +50,7 @@ class WordValues:
         self.setup, self.state = setup, state
         self.modes: Modes = state.modes
 
-    def length(self, value: float) -> float:
+    def convert_length(self, value: float) -> float:
         """A length of the program in mm."""
         return value * MM_PER_INCH if self.modes.inch else value
 

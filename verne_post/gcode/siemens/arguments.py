@@ -18,7 +18,7 @@ class Arguments(Struct):
     names: Sequence[str]
     used: set[str] = field(default_factory=set)
 
-    def given(self, name: str) -> bool:
+    def is_given(self, name: str) -> bool:
         """True where it was not left out."""
         self.used.add(name)
         return name in self.values
@@ -31,14 +31,14 @@ class Arguments(Struct):
             raise self.error("VP007", f'{name} is "{value[:20]}"; a number is needed', name)
         return value
 
-    def whole(self, name: str, default: int = 0) -> int:
+    def read_whole(self, name: str, default: int = 0) -> int:
         """A whole number."""
         value = self.number(name, default)
         if value != round(value):
             raise self.error("VP007", f"{name} {value:g} is not whole", name)
         return round(value)
 
-    def text(self, name: str) -> str:
+    def read_text(self, name: str) -> str:
         """A text; left out: empty."""
         self.used.add(name)
         value = self.values.get(name, "")

@@ -44,14 +44,14 @@ class SiemensAuxiliary:
         self.keys = motion.keys
 
     def run(self, words: Words, block: At) -> None:
-        speed = words.take("S") if words.code("dwell") is None else None
+        speed = words.take("S") if words.find_code("dwell") is None else None
         tool = None if (word := words.take("T")) is None else self._read_tool_number(word)
         if (position := words.take("SPOS")) is not None:
             self._stop_spindle_at(position, block)
         if (edges := words.take("CUTMOD")) is not None:
             self._refuse_turned_edges(edges, words.line)
         if (function := words.take("H")) is not None:
-            self.recorder.event(words.line, "auxiliary", code=f"H{function.value:g}")
+            self.recorder.record_event(words.line, "auxiliary", code=f"H{function.value:g}")
         groups: dict[str, list[int]] = {}
         for number, column in words.m:
             if number in (0, 1, 2, 17, 30):
@@ -60,7 +60,7 @@ class SiemensAuxiliary:
                 groups.setdefault(_M_CODES.group_of_m[read_m_code(_M_CODES, float(number), column)], []).append(number)
         refuse_twice(groups, block.columns.get("M"), several=("coolant",))
         if "gear" in groups:
-            self.recorder.event(words.line, "without effect", word="M40")
+            self.recorder.record_event(words.line, "without effect", word="M40")
         auxiliary, tools, spindle = self.core.auxiliary, self.core.tools, groups.get("spindle", [])
         if speed is not None:
             auxiliary.set_speed(block, speed.value, switched=bool(spindle))
@@ -89,13 +89,13 @@ class SiemensAuxiliary:
                 "VP002",
                 f"CUTMOD={word.value:g} is not executed; cutting edges are as the tool table has them, CUTMOD=0",
             )
-        self.recorder.event(line, "without effect", word="CUTMOD")
+        self.recorder.record_event(line, "without effect", word="CUTMOD")
 
     def run_feed(self, words: Words) -> None:
         state = self.state
-        if (mode := words.code("feed mode")) is not None:
+        if (mode := words.find_code("feed mode")) is not None:
             self.core.set_feed_mode(_FEED_MODES[mode])
-        feed = words.take("F") if words.code("dwell") is None else None
+        feed = words.take("F") if words.find_code("dwell") is None else None
         if feed is not None:
             if feed.value < 0:
                 raise feed.error("VP007", f"F{feed.value:g}: a feed rate is not negative")

@@ -24,10 +24,10 @@ def set_blank(to: SiemensInterpreter, call: Call, variables: Variables, line: in
     text = ",".join(argument.text.strip() for argument in call.arguments or ())
     stock = _make_stock(to, values, line)
     if stock is None or min(stock.size) <= 0.0:
-        to.recorder.event(line, "without effect", word=f"WORKPIECE({text})")
+        to.recorder.record_event(line, "without effect", word=f"WORKPIECE({text})")
         return
     to.recorder.stock = stock
-    to.recorder.event(line, "stock", text=f"WORKPIECE({text})")
+    to.recorder.record_event(line, "stock", text=f"WORKPIECE({text})")
 
 
 def _make_stock(to: SiemensInterpreter, values: list[Value | None], line: int) -> Stock | None:

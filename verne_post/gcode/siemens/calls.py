@@ -100,7 +100,7 @@ class Library:
 def read_procedure(section: Section) -> Procedure:
     """The PROC line of a subprogram; one without has no values. Errors have its line."""
     for line in range(section.first, min(section.last, section.first + _LINES_BEFORE) + 1):
-        text = take_code(decode_line(section.text.line(line)).rstrip("\r"))
+        text = take_code(decode_line(section.text.read_line(line)).rstrip("\r"))
         if not text.strip() or text.lstrip().startswith("%"):
             continue
         match = _PROC.match(text)
@@ -145,7 +145,7 @@ def _read_parameter(cursor: Cursor) -> Parameter:
         sign = -1.0 if cursor.take("-") else 1.0
         cursor.skip()
         number = cursor.number()
-        default = sign * number if number is not None else cursor.string()
+        default = sign * number if number is not None else cursor.read_string()
     return Parameter(name, kind, default, by_name)
 
 

@@ -61,7 +61,7 @@ class SiemensCorners:
             or (words.words.keys() <= {"RNDM"} and not (words.groups or words.m or words.calls))
         ):
             return
-        motion = words.code("motion") or modes.motion
+        motion = words.find_code("motion") or modes.motion
         goes_on = motion in (*_CONTOUR, "CT") and not words.words.keys().isdisjoint(_IN_PLANE)
         more = words.m or words.calls or not words.groups.keys() <= _OF_MOTION or not words.words.keys() <= _PLACES
         ends = not words.words.keys().isdisjoint(_AXES) or any(number in _ENDS for number, _column in words.m)
@@ -91,7 +91,7 @@ class SiemensCorners:
         if len(given) > 1:
             raise given[1].error("VP003", f"{given[0].name} and {given[1].name} in one block")
         word = given[0]
-        if (words.code("motion") or modes.motion) not in _CONTOUR or words.code("exact stop of the block"):
+        if (words.find_code("motion") or modes.motion) not in _CONTOUR or words.find_code("exact stop of the block"):
             raise word.error(
                 "VP017", f"{word.name}= belongs to a line or an arc at a feed rate (G1, G2, G3), without G9"
             )
@@ -142,12 +142,12 @@ class SiemensCorners:
         element = Element(at.line, start, end, kind, state.feed, tuple(axes), arc, state.arc_feed)
         corner, self._corner = self._corner, None
         if self._queue.first is not None:
-            if kind == MoveKind.RAPID or element.direction(at_end=False) is None:
+            if kind == MoveKind.RAPID or element.find_direction(at_end=False) is None:
                 self.finish()
             else:
                 self.core.stand(self._queue.first.start)
                 element = self._queue.join(element, self._draw)
-        if corner is None or kind == MoveKind.RAPID or element.direction(at_end=True) is None:
+        if corner is None or kind == MoveKind.RAPID or element.find_direction(at_end=True) is None:
             self._draw(element)
             return
         if state.plane != 0:

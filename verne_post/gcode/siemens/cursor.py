@@ -85,13 +85,13 @@ class Cursor(Struct):
                     "VP007", f"{based.group()[:12]}: a number has no more than {_MOST_DIGITS} digits", begin
                 )
             self.at = based.end()
-            return self.bounded(float(int(based[1], 16) if based[1] else int(based[2], 2)), begin)
+            return self.check_size(float(int(based[1], 16) if based[1] else int(based[2], 2)), begin)
         self.at = match.end()
         if self.text[self.at : self.at + 1] == ".":
             raise self.error("VP001", f"{match.group()}.: a number has one point")
-        return self.bounded(float(match[1] if match[2] is None else f"{match[1]}E{match[2]}"), begin)
+        return self.check_size(float(match[1] if match[2] is None else f"{match[1]}E{match[2]}"), begin)
 
-    def string(self) -> str | None:
+    def read_string(self) -> str | None:
         """Pass a text in double quotes; None where none comes next."""
         if self.text[self.at : self.at + 1] != '"':
             return None
@@ -101,7 +101,7 @@ class Cursor(Struct):
         value, self.at = self.text[self.at + 1 : end], end + 1
         return value
 
-    def bounded(self, value: float, at: int) -> float:
+    def check_size(self, value: float, at: int) -> float:
         """The value, unless it is beyond any machine."""
         if not abs(value) <= MAX_NUMBER:
             raise self.error("VP007", "the number is beyond any machine", at)

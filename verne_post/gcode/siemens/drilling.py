@@ -65,11 +65,11 @@ class _Hole:
     def __init__(self, interpreter: SiemensInterpreter, given: Arguments, block: At, holes: int) -> None:
         self.to, self.given, self.block, self.holes = interpreter, given, block, holes
         self.unit = interpreter.modes.length
-        axis = given.whole("_AXN") if "_AXN" in given.names else 0
-        plane = given.whole("_DMODE") % 10
-        if plane not in (0, 1, 2, 3) or given.whole("_DMODE") > 3:
+        axis = given.read_whole("_AXN") if "_AXN" in given.names else 0
+        plane = given.read_whole("_DMODE") % 10
+        if plane not in (0, 1, 2, 3) or given.read_whole("_DMODE") > 3:
             raise given.error(
-                "VP002", f"_DMODE {given.whole('_DMODE')} is not executed; 0 to 3 name the plane", "_DMODE"
+                "VP002", f"_DMODE {given.read_whole('_DMODE')} is not executed; 0 to 3 name the plane", "_DMODE"
             )
         number = interpreter.state.plane if plane == 0 else plane - 1
         self.normal = PLANES[number][2]
@@ -99,27 +99,27 @@ class _Hole:
                 "VP017", f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; write CYCLE800 or turn the table", self.given.call.column,
             )  # fmt: skip
 
-    def _length(self, name: str) -> float:
+    def _read_length(self, name: str) -> float:
         return self.given.number(name) * self.unit
 
     def _read_heights(self) -> None:
         given = self.given
         for name in ("RTP", "RFP"):
-            if not given.given(name):
+            if not given.is_given(name):
                 raise given.error("VP005", f"{name} is needed", name)
-        self.retract, self.reference = self._length("RTP"), self._length("RFP")
-        modes = given.whole("_AMODE")
-        if not 0 <= modes <= (99_999_999 if given.call.name == "CYCLE83" else 99_999) or given.whole("_GMODE"):
+        self.retract, self.reference = self._read_length("RTP"), self._read_length("RFP")
+        modes = given.read_whole("_AMODE")
+        if not 0 <= modes <= (99_999_999 if given.call.name == "CYCLE83" else 99_999) or given.read_whole("_GMODE"):
             raise given.error(
                 "VP002",
                 "these digits of _GMODE and _AMODE are not executed",
-                "_AMODE" if not given.whole("_GMODE") else "_GMODE",
+                "_AMODE" if not given.read_whole("_GMODE") else "_GMODE",
             )
         self.digits = [modes // 10**place % 10 for place in range(8)]
         if max(self.digits) > 2:
             raise given.error("VP002", f"_AMODE {modes}: digits are 0, 1 and 2", "_AMODE")
         self.up = self._find_up()
-        self.clear = self.reference + self.up * abs(self._length("SDIS"))
+        self.clear = self.reference + self.up * abs(self._read_length("SDIS"))
         self.bottom = self._depth("DP", "DPR", self.digits[0])
         if (self.reference - self.bottom) * self.up <= 0:
             raise given.error(
@@ -138,29 +138,29 @@ class _Hole:
                 "RTP and RFP are one height, and a depth below it has no direction; give DP, the absolute depth, alone",
                 "RTP",
             )
-        return 1.0 if self._length("DP") < self.reference else -1.0
+        return 1.0 if self._read_length("DP") < self.reference else -1.0
 
     def _is_absolute(self, absolute: str, relative: str, digit: int) -> bool:
         """Whether a depth is given as a height."""
         given = self.given
         return digit == 2 or (
-            digit == 0 and given.given(absolute) and not (given.given(relative) and given.number(relative))
+            digit == 0 and given.is_given(absolute) and not (given.is_given(relative) and given.number(relative))
         )
 
     def _depth(self, absolute: str, relative: str, digit: int) -> float:
         """A depth: absolute, or below the reference plane."""
         given = self.given
         if digit == 1:
-            return self.reference - self.up * abs(self._length(absolute if given.given(absolute) else relative))
+            return self.reference - self.up * abs(self._read_length(absolute if given.is_given(absolute) else relative))
         if self._is_absolute(absolute, relative, digit):
-            if not given.given(absolute):
+            if not given.is_given(absolute):
                 raise given.error("VP005", f"{absolute} is needed", absolute)
-            return self._length(absolute)
-        if not given.given(relative):
+            return self._read_length(absolute)
+        if not given.is_given(relative):
             raise given.error("VP005", f"{absolute} or {relative} is needed", absolute)
-        return self.reference - self.up * abs(self._length(relative))
+        return self.reference - self.up * abs(self._read_length(relative))
 
-    def _seconds(self, name: str, digit: int = 0) -> float:
+    def _read_seconds(self, name: str, digit: int = 0) -> float:
         """A dwell: seconds, or turns of the spindle where it is negative or its digit says so."""
         value = self.given.number(name)
         if digit == 2 or (digit == 0 and value < 0):
@@ -181,7 +181,7 @@ class _Hole:
     def drill(self) -> None:
         """Make the hole, and go to the retract plane."""
         name, given = self.given.call.name, self.given
-        here = self.to.motion.programmed(self.normal)
+        here = self.to.motion.find_programmed(self.normal)
         if (here - self.clear) * self.up < -ZERO_LENGTH_MM and (here - self.retract) * self.up < -ZERO_LENGTH_MM:
             raise ProgramError("VP017", f"{name}: the tool stands at {here:g} mm, below the safety clearance {self.clear:g} mm: it would be moved through the part; "
                              "move it to the retract plane before", given.call.column)  # fmt: skip
@@ -191,7 +191,7 @@ class _Hole:
         }[name]()  # fmt: skip
 
     def _execute_cycle_82(self, *, feeds_out: bool = False) -> None:
-        seconds = self._seconds("DTB", self.digits[1])
+        seconds = self._read_seconds("DTB", self.digits[1])
         self.given.refuse_rest()
         self._go(self.clear, rapid=True)
         self._go(self.bottom, rapid=False)
@@ -205,7 +205,7 @@ class _Hole:
 
     def _execute_cycle_85(self) -> None:
         """Ream: FFR in, RFF out."""
-        seconds = self._seconds("DTB", self.digits[1])
+        seconds = self._read_seconds("DTB", self.digits[1])
         feeds = [self.given.number(name) for name in ("FFR", "RFF")]
         self.given.refuse_rest()
         for name, feed in zip(("FFR", "RFF"), feeds, strict=True):
@@ -225,11 +225,11 @@ class _Hole:
     def _execute_cycle_86(self) -> None:
         """Bore: stop the spindle at an angle, lift off, out in rapid traverse."""
         given, to = self.given, self.to
-        seconds = self._seconds("DTB", self.digits[1])
-        direction = given.whole("SDIR", 3)
+        seconds = self._read_seconds("DTB", self.digits[1])
+        direction = given.read_whole("SDIR", 3)
         if direction not in _DIRECTIONS:
             raise given.error("VP007", f"SDIR {direction}: the spindle turns with 3 or 4", "SDIR")
-        lift = [self._length(name) for name in ("RPA", "RPO", "RPAP")]
+        lift = [self._read_length(name) for name in ("RPA", "RPO", "RPAP")]
         angle = given.number("POSS")
         given.refuse_rest()
         plane = PLANES[to.state.plane][:2]
@@ -239,11 +239,11 @@ class _Hole:
         self._go(self.bottom, rapid=False)
         self._dwell(seconds)
         to.core.auxiliary.orient_spindle(self.block, angle)
-        hole = {axis: to.motion.programmed(axis) for axis in plane}
+        hole = {axis: to.motion.find_programmed(axis) for axis in plane}
         to.motion.run_line(
             self.block,
             MoveKind.RAPID,
-            {axis: to.motion.programmed(axis) + size for axis, size in zip(axes, lift, strict=True)},
+            {axis: to.motion.find_programmed(axis) + size for axis, size in zip(axes, lift, strict=True)},
         )
         self._go(self.clear, rapid=True)
         to.motion.run_line(self.block, MoveKind.RAPID, hole)
@@ -257,10 +257,10 @@ class _Hole:
             raise ProgramError(
                 "VP017", "CYCLE840 needs a turning spindle; give S and M3 or M4 first", given.call.column
             )
-        seconds = self._seconds("DTB", self.digits[1])
-        out, after = given.whole("SDR"), given.whole("SDAC", 3)
+        seconds = self._read_seconds("DTB", self.digits[1])
+        out, after = given.read_whole("SDR"), given.read_whole("SDAC", 3)
         pitch = self._find_pitch()
-        encoder = given.whole("ENC")
+        encoder = given.read_whole("ENC")
         given.refuse_rest()
         if encoder not in (0, 1):
             raise given.error("VP002", f"ENC {encoder}: 0 and 1 are executed (1: feed rate as programmed)", "ENC")
@@ -292,7 +292,7 @@ class _Hole:
                     "VP007", f"MPIT {size:g}: no coarse thread of this size is known; give PIT, its pitch", "MPIT"
                 )
             return math.copysign(_METRIC_PITCH[abs(size)], size)
-        unit = given.whole("_PITA") if "_PITA" in given.names else 0
+        unit = given.read_whole("_PITA") if "_PITA" in given.names else 0
         if unit not in _PITCH_UNITS:
             raise given.error("VP002", f"_PITA {unit} is not executed: 1 mm, 2 turns an inch, 3 inch", "_PITA")
         if unit == _TURNS_AN_INCH and pitch:
@@ -303,9 +303,17 @@ class _Hole:
         """Tap without a compensating chuck: in at SST and out at SST1, in one cut, or in several of _DAM."""
         given, to, here = self.given, self.to, self.given.call.column
         check_tapping(to.core, here)
-        seconds, after, pitch = self._seconds("DTB", self.digits[1]), given.whole("SDAC", 5), self._find_pitch()
+        seconds, after, pitch = (
+            self._read_seconds("DTB", self.digits[1]),
+            given.read_whole("SDAC", 5),
+            self._find_pitch(),
+        )
         speeds = given.number("SST"), given.number("SST1") or given.number("SST")
-        variant, step, back = given.whole("_VARI"), abs(self._length("_DAM")), abs(self._length("_VRT")) or _CHIP_MM
+        variant, step, back = (
+            given.read_whole("_VARI"),
+            abs(self._read_length("_DAM")),
+            abs(self._read_length("_VRT")) or _CHIP_MM,
+        )
         angle = given.number("POSS")
         given.refuse_rest(("_TECHNO",))
         if not pitch or min(speeds) <= 0 or after not in (3, 4, 5):
@@ -335,21 +343,23 @@ class _Hole:
         """Deep holes: down in strokes that grow smaller by DAM, out after each (VARI 1), or back a little to break the chip (VARI 0)."""
         given = self.given
         first = (
-            self._depth("FDEP", "FDPR", self.digits[4]) if given.given("FDEP") or given.given("FDPR") else self.bottom
+            self._depth("FDEP", "FDPR", self.digits[4])
+            if given.is_given("FDEP") or given.is_given("FDPR")
+            else self.bottom
         )
-        amount, least = given.number("DAM"), self._length("_MDEP")
+        amount, least = given.number("DAM"), self._read_length("_MDEP")
         if self.digits[5] == 2:  # a percentage: each stroke is that share of the one before
             if not 0 < amount <= 100:
                 raise given.error("VP007", f"DAM {amount:g}: a percentage is more than 0, and at most 100", "DAM")
             amount = -0.01 * amount
         elif self.digits[5] == 1 and amount < 0:
             raise given.error("VP007", f"DAM {amount:g}: _AMODE says that it is a length, which is not negative", "DAM")
-        dwells = [self._seconds("DTB", self.digits[1]), self._seconds("DTS", self.digits[3])]
-        last_dwell = self._seconds("_DTD", self.digits[2]) if given.number("_DTD") else dwells[0]
+        dwells = [self._read_seconds("DTB", self.digits[1]), self._read_seconds("DTS", self.digits[3])]
+        last_dwell = self._read_seconds("_DTD", self.digits[2]) if given.number("_DTD") else dwells[0]
         factor = given.number("FRF") or 1.0
         factor = 0.01 * factor if 1.0 < factor <= 100.0 else factor  # a percentage
-        out = given.whole("VARI")
-        back, near = self._length("_VRT"), self._length("_DIS1")
+        out = given.read_whole("VARI")
+        back, near = self._read_length("_VRT"), self._read_length("_DIS1")
         given.refuse_rest()
         if out not in (0, 1):
             raise given.error("VP002", f"VARI {out} is not executed; 0 breaks the chip, 1 takes it out", "VARI")

@@ -89,9 +89,9 @@ class Executor:
         """Moves recorded so far."""
         return self.interpreter.recorder.count
 
-    def event(self, line: int, kind: str, **data: object) -> None:
+    def record_event(self, line: int, kind: str, **data: object) -> None:
         """Record something that is no motion."""
-        self.interpreter.recorder.event(line, kind, **data)
+        self.interpreter.recorder.record_event(line, kind, **data)
 
     def read(self, cursor: Cursor, line: int) -> Words:
         """Read the words of a block."""
@@ -213,7 +213,7 @@ class Executor:
                 "VP002", f"{call.name} with MCALL {self.modal.name}: patterns call cycles alone", call.column
             )
         is_placed = to.state.is_known(first) and to.state.is_known(second)
-        here = (to.motion.programmed(first), to.motion.programmed(second)) if is_placed else None
+        here = (to.motion.find_programmed(first), to.motion.find_programmed(second)) if is_placed else None
         places = list(list_pattern_places(call, self.variables, self.modes.length, here))
         for u, v in places:
             to.motion.run_line(block, MoveKind.RAPID, {first: u, second: v})

@@ -11,7 +11,7 @@ from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
 from verne_post.gcode.siemens.program import SiemensText, split_line
-from verne_post.gcode.siemens.values import read_value, shown
+from verne_post.gcode.siemens.values import read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_arguments
 
@@ -105,7 +105,7 @@ class Flow:
         self.executor.finish()
         self.ended = True
         if not self.executor.ended:
-            self.executor.event(self.calls.show(line), "end", code="M17")
+            self.executor.record_event(self.calls.show(line), "end", code="M17")
 
     def _return(self, cursor: Cursor, line: int) -> None:
         """RET, M17."""
@@ -141,7 +141,7 @@ class Flow:
             executor.restore(frame.saved)
         if frame.modal is not None:
             executor.modal = frame.modal
-        executor.event(self.calls.show(max(called_by, 1)), "return", label=frame.section.name)
+        executor.record_event(self.calls.show(max(called_by, 1)), "return", label=frame.section.name)
         end_stretch(self, called_by)
 
     # --- calls ----------------------------------------------------------------------------------------------
@@ -169,7 +169,7 @@ class Flow:
             where = f"PROC of {section.name}, line {error.line}"
             raise ProgramError(error.code, f"{where}: {error.message}", call.column) from None
         scope, results = bind_arguments(call, procedure, executor.variables)
-        executor.event(self.calls.show(line), "call", label=section.name)
+        executor.record_event(self.calls.show(line), "call", label=section.name)
         saved = executor.modes.copy() if procedure.save else None
         kept = copy_scope(scope) if repeats > 1 else {}
         frame = Frame(section, repeats, saved, results=results, scope=kept)
@@ -227,22 +227,26 @@ class Flow:
         refuse_leftover(cursor)
         texts = [argument for argument in arguments if argument.text.strip()]
         for argument in texts[:1]:
-            self.executor.event(
-                self.calls.show(line), "message", text=shown(read_value(argument.cursor(), self.executor.variables))
+            self.executor.record_event(
+                self.calls.show(line),
+                "message",
+                text=spell_value(read_value(argument.make_cursor(), self.executor.variables)),
             )
 
     def _raise_alarm(self, cursor: Cursor, line: int) -> None:
         arguments = read_arguments(cursor) if cursor.skip() == "(" else ()
         refuse_leftover(cursor)
         values = [
-            read_value(argument.cursor(), self.executor.variables) for argument in arguments if argument.text.strip()
+            read_value(argument.make_cursor(), self.executor.variables)
+            for argument in arguments
+            if argument.text.strip()
         ]
         if not values or isinstance(values[0], str):
             raise cursor.error("VP005", "SETAL takes the number of an alarm, and a text", 0)
-        shown_values = " ".join(shown(value) for value in values)
+        shown_values = " ".join(spell_value(value) for value in values)
         if any(round(values[0]) in numbers for numbers in _STOPPING_ALARMS):
             raise ProgramError("VP027", f"the program asks to stop: alarm {shown_values}")
-        self.executor.event(self.calls.show(line), "message", text=f"alarm {shown_values}")
+        self.executor.record_event(self.calls.show(line), "message", text=f"alarm {shown_values}")
 
 
 _Handler = Callable[[Flow, Cursor, int], None]

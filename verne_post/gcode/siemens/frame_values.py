@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.gcode.offsets import vector9
+from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.frames import Frames, build_rotation_about, split
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -115,9 +115,9 @@ class FrameValues:
     def _stored(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Frame:
         number = index[0]
         systems = self.to.state.systems
-        if not isinstance(number, int) or number < 0 or self.to.frame_words.system_number(number) not in systems:
+        if not isinstance(number, int) or number < 0 or self.to.frame_words.find_system(number) not in systems:
             raise cursor.error("VP025", f"{name}[{number}]: there is no such work offset", at)
-        return systems[self.to.frame_words.system_number(number)]
+        return systems[self.to.frame_words.find_system(number)]
 
     @staticmethod
     def _work_offset(value: Frames, frame: Frame, name: str, cursor: Cursor, at: int) -> Frame:
@@ -133,5 +133,5 @@ class FrameValues:
                 f"{name}: a work offset here is shifted, and turned about Z; write the rest as {_PROGRAMMABLE}",
                 at,
             )
-        origin = vector9([*value.program.shift, *value.rotary, *ZERO9[6:]])
+        origin = make_vector9([*value.program.shift, *value.rotary, *ZERO9[6:]])
         return replace(frame, origin=origin, turn=turn, g92=ZERO9)

@@ -19,13 +19,13 @@ class SiemensFrameWords:
         self.keys = motion.keys
 
     @staticmethod
-    def system_number(number: int) -> int:
+    def find_system(number: int) -> int:
         """Work system of a settable offset: 1 to 4 are G54 to G57, 5 and on G505 and on."""
         return number if number <= 9 else ADDITIONAL_SYSTEMS + number - 9
 
     def run_frame_word(self, words: Words, block: At) -> None:
         """Execute TRANS, ROT, SCALE, MIRROR or an additive one."""
-        word = words.code("frame")
+        word = words.find_code("frame")
         assert word is not None
         kind = word[1:] if word in ("ATRANS", "AROT", "ASCALE", "AMIRROR") else word
         values = {axis: item for axis, letter in enumerate(AXES[:6]) if (item := words.take(letter)) is not None}

@@ -61,7 +61,7 @@ class SiemensInterpreter:
         block = At(words.line, {name: word.column for name, word in words.words.items()})
         self.motion.has_feed = False
         for name, _column in words.no_effect:
-            self.recorder.event(words.line, "without effect", word=name)
+            self.recorder.record_event(words.line, "without effect", word=name)
         self.splines.end_spline(words)
         self.motion.corners.begin_block(words, self.modes)
         self.motion.note_numbers()
@@ -75,15 +75,17 @@ class SiemensInterpreter:
             self._run_groups(words, block)
         self.motion.block_numbers = []  # what follows the motion belongs to it
         named = self._run_motion(words, block)
-        if words.code("exact stop of the block") is not None:
+        if words.find_code("exact stop of the block") is not None:
             self.set_path_control()
         self._refuse_unused(words)
         self._run_stops(words)
         return named
 
     def _refuse_motion_beside(self, words: Words, group: str) -> None:
-        if words.code("motion") is not None or words.code("suppression") is not None:
-            raise ProgramError("VP003", f"{words.code(group)} stands in a block without motion", words.column(group))
+        if words.find_code("motion") is not None or words.find_code("suppression") is not None:
+            raise ProgramError(
+                "VP003", f"{words.find_code(group)} stands in a block without motion", words.find_column(group)
+            )
 
     @staticmethod
     def _refuse_unused(words: Words) -> None:
@@ -94,15 +96,15 @@ class SiemensInterpreter:
 
     def _run_groups(self, words: Words, block: At) -> None:
         """Functions that change frames, offsets and the transformation, and the dwell."""
-        if words.code("frame") is not None:
+        if words.find_code("frame") is not None:
             self._refuse_motion_beside(words, "frame")
             self.frame_words.run_frame_word(words, block)
-        if words.code("pole") is not None:
+        if words.find_code("pole") is not None:
             self._refuse_motion_beside(words, "pole")
             self.places.set_pole(words, block)
         self._select_offset(words)
         self._select_transformation(words)
-        if words.code("dwell") is not None:
+        if words.find_code("dwell") is not None:
             self._run_dwell(words, block)
 
     # --- modes ------------------------------------------------------------------------------------------
@@ -111,30 +113,30 @@ class SiemensInterpreter:
         modes, state = self.modes, self.state
         if not words.groups and words.words.keys().isdisjoint(_TOLERANCES):
             return
-        if (plane := words.code("plane")) is not None:
+        if (plane := words.find_code("plane")) is not None:
             number = int(plane[1:]) - 17
             if number != state.plane:
                 modes.angle = None
             self.core.set_plane(number)
             modes.plane = number
-        if (units := words.code("units")) is not None:
+        if (units := words.find_code("units")) is not None:
             modes.units = units
-        if (distance := words.code("distance")) is not None:
+        if (distance := words.find_code("distance")) is not None:
             modes.absolute = distance == "G90"
         for group, name in (("orientation reference", "reference"), ("orientation path", "path")):
-            if (word := words.code(group)) is not None:
+            if (word := words.find_code(group)) is not None:
                 setattr(modes, name, word)
-        if (arc_feed := words.code("feed on arcs")) is not None:
+        if (arc_feed := words.find_code("feed on arcs")) is not None:
             modes.arc_feed = ARC_FEEDS[arc_feed]
             self.core.set_arc_feed(modes.arc_feed)
-        if (motion := words.code("motion")) is not None:
+        if (motion := words.find_code("motion")) is not None:
             modes.motion = motion
         for name in _TOLERANCES:
             if (tolerance := words.take(name)) is not None:
                 setattr(modes, name.lower(), self._tolerance(tolerance))
-        if (exact := words.code("exact stop")) is not None:
+        if (exact := words.find_code("exact stop")) is not None:
             modes.exact = exact
-        once = words.code("exact stop of the block") is not None
+        once = words.find_code("exact stop of the block") is not None
         if once or exact is not None or not words.words.keys().isdisjoint(_TOLERANCES):
             self.set_path_control(once=once)
 
@@ -163,20 +165,20 @@ class SiemensInterpreter:
     # --- work offsets, transformation -------------------------------------------------------------------
 
     def _select_offset(self, words: Words) -> None:
-        code = words.code("offset")
+        code = words.find_code("offset")
         if code is None:
             return
         number = 0 if code == "G500" else int(code[1:]) - 53 if len(code) == 3 else int(code[1:]) - 500
-        system = self.frame_words.system_number(number)
+        system = self.frame_words.find_system(number)
         if system not in self.state.systems:
             raise ProgramError(
-                "VP007", f"{code}: work offsets here are G54 to G57 and G505 to G557", words.column("offset")
+                "VP007", f"{code}: work offsets here are G54 to G57 and G505 to G557", words.find_column("offset")
             )
         self.modes.system, self.modes.offset = system, self.state.systems[system]
         self.motion.set_chain()
 
     def _select_transformation(self, words: Words) -> None:
-        code = words.code("transformation")
+        code = words.find_code("transformation")
         if code is None or self.modes.tcp == (code == "TRAORI"):
             return
         self.core.refuse_compensation(code)
@@ -200,7 +202,7 @@ class SiemensInterpreter:
         seconds, turns = words.take("F"), words.take("S")
         if (seconds is None) == (turns is None):
             raise ProgramError(
-                "VP005", "G4 takes F, the time in seconds, or S, turns of the spindle", words.column("dwell")
+                "VP005", "G4 takes F, the time in seconds, or S, turns of the spindle", words.find_column("dwell")
             )
         if turns is not None:
             self.dwell(block, self.convert_turns_to_seconds(turns.value))
@@ -223,13 +225,13 @@ class SiemensInterpreter:
         """The motion of a block; True where axes were named."""
         modes = self.modes
         if not words.groups.keys() <= _OF_MOTION:
-            if words.code("dwell") or words.code("frame") or words.code("pole"):
+            if words.find_code("dwell") or words.find_code("frame") or words.find_code("pole"):
                 return False
             self._switch_compensation(words, block)
-            if words.code("fixed point") is not None:
+            if words.find_code("fixed point") is not None:
                 self._go_to_fixed_point(words, block)
                 return False
-            suppressed = words.code("suppression")
+            suppressed = words.find_code("suppression")
             if suppressed is not None:
                 self._run_in_machine(words, block, suppressed)
                 return False
@@ -259,7 +261,7 @@ class SiemensInterpreter:
 
     def _run_in_machine(self, words: Words, block: At, code: str) -> None:
         if self.modes.motion not in ("G0", "G1"):
-            raise ProgramError("VP017", f"{code} needs G0 or G1", words.column("suppression"))
+            raise ProgramError("VP017", f"{code} needs G0 or G1", words.find_column("suppression"))
         places = {}
         for axis, letter in enumerate(AXES):
             if (word := words.take(letter)) is None:
@@ -276,7 +278,7 @@ class SiemensInterpreter:
         number = words.take("FP")
         point = 1 if number is None else number.value
         home = self.state.home if point == 1 else self.state.home2 if point == 2 else None
-        column = words.column("fixed point")
+        column = words.find_column("fixed point")
         if home is None:
             raise ProgramError(
                 "VP015", f"G75 FP={point:g}: the machine file gives fixed points 1 and 2 as [home] g28 and g30", column
@@ -309,7 +311,7 @@ class SiemensInterpreter:
                 word = words.take(name)
                 if word is not None and word.mode in ("DC", "ACP", "ACN"):
                     raise word.error("VP017", f"{word.mode} is about rotary axes; {name} is a length")
-                here = self.motion.programmed(axis)
+                here = self.motion.find_programmed(axis)
                 value = 0.0 if word is None else word.value * self.modes.length
                 relative = word is not None and (word.mode == "IC" or (not word.mode and not self.modes.absolute))
                 point.append(here if word is None else here + value if relative else value)
@@ -318,7 +320,7 @@ class SiemensInterpreter:
             self.motion.run_spatial_arc(block, point, places)
 
     def _switch_compensation(self, words: Words, block: At) -> None:
-        code = words.code("compensation")
+        code = words.find_code("compensation")
         if code is None:
             return
         first, second = {0: (0, 1), 1: (2, 0), 2: (1, 2)}[self.state.plane]

@@ -9,7 +9,7 @@ from verne_post.gcode.siemens.calls import Frame, Repeat
 from verne_post.gcode.siemens.cursor import Cursor, strip_zeros
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.program import SiemensText, split_line
-from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, shown
+from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
 
 
@@ -45,7 +45,7 @@ def _if(flow: Running, cursor: Cursor, line: int) -> None:
     structure = flow.calls.text.structure
     branch = structure.branch[line]
     if not holds and branch in structure.end:  # ELSE
-        item = split_line(flow.calls.text.line(branch))
+        item = split_line(flow.calls.text.read_line(branch))
         other = Cursor(item.text, item.begin)
         other.name()
         refuse_leftover(other)
@@ -131,7 +131,7 @@ def _read_target(flow: Running, cursor: Cursor) -> str:
         cursor.name()
         return _read_block_number(name)
     value: Value = read_value(cursor, flow.executor.variables)
-    return _read_block_number(shown(value).upper())
+    return _read_block_number(spell_value(value).upper())
 
 
 def _read_block_number(name: str) -> str:
@@ -174,7 +174,7 @@ def _read_loop_value(flow: Running, line: int, cursor: Cursor) -> float:
 
 
 def _read_loop_variable(flow: Running, line: int) -> tuple[str, int, Cursor]:
-    item = split_line(flow.calls.text.line(line))
+    item = split_line(flow.calls.text.read_line(line))
     cursor = Cursor(item.text, item.begin)
     cursor.name()
     cursor.skip()

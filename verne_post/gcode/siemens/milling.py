@@ -90,7 +90,7 @@ class _Work:
     def _mill_one(self) -> Iterator[Stroke]:
         """A pocket or spigot about its reference point."""
         given, is_stud = self.given, self.values.name in _STUDS
-        mode = given.whole("_GMODE") if "_GMODE" in given.names else 0
+        mode = given.read_whole("_GMODE") if "_GMODE" in given.names else 0
         round_one = "PRAD" in given.names
         corner = mode // 1000 % 10
         rest = mode // 10_000 * 1000 + mode // 100 % 10 * 100 + mode % 100
@@ -104,7 +104,10 @@ class _Work:
                     "VP002", "PA and PO beside MCALL are not executed: the cycle is at each place; leave them out", "PA"
                 )
             self.to.core.require_known(self.at, list(self.values.plane[:2]), f"MCALL {self.values.name}")
-            center = self.to.motion.programmed(self.values.plane[0]), self.to.motion.programmed(self.values.plane[1])
+            center = (
+                self.to.motion.find_programmed(self.values.plane[0]),
+                self.to.motion.find_programmed(self.values.plane[1]),
+            )
         shape: Outline
         if round_one:
             shape, middle, angle = Circle(self.values.measure("PRAD", positive=True)), (0.0, 0.0), 0.0
@@ -138,17 +141,17 @@ class _Work:
     def _mill_slots(self) -> Iterator[Iterator[Stroke]]:
         """Slots on a circle: along its rays, from RAD outwards, or along itself."""
         given, plan = self.given, self.values.plan()
-        if given.whole("_GMODE"):
+        if given.read_whole("_GMODE"):
             raise given.error(
                 "VP002",
-                f"_GMODE {given.whole('_GMODE')} is not executed: a slot begins at RAD; write _GMODE 0",
+                f"_GMODE {given.read_whole('_GMODE')} is not executed: a slot begins at RAD; write _GMODE 0",
                 "_GMODE",
             )
         if "SSF" in given.names and given.number("SSF") not in (0.0, self.to.state.spindle_speed):
             raise given.error(
                 "VP002", "SSF is not executed: the speed stays; write S and a call of its own for finishing", "SSF"
             )
-        count, radius, first = given.whole("NUM"), self.values.measure("RAD"), given.number("STA1")
+        count, radius, first = given.read_whole("NUM"), self.values.measure("RAD"), given.number("STA1")
         if not 1 <= count <= MAX_HOLES:
             raise given.error("VP007", f"NUM {count}: there are 1 to {MAX_HOLES} slots", "NUM")
         step, center = given.number("INDA") or 360.0 / count, (self.values.measure("PA"), self.values.measure("PO"))
@@ -177,14 +180,16 @@ class _Work:
 
     def _mill_face(self) -> Iterator[Stroke]:
         """CYCLE61 and CYCLE71: strokes from the corner PA, PO."""
-        given, kind = self.given, self.given.whole("VARI")
-        if "LIM" in given.names and given.whole("LIM"):
+        given, kind = self.given, self.given.read_whole("VARI")
+        if "LIM" in given.names and given.read_whole("LIM"):
             raise given.error(
-                "VP002", f"LIM {given.whole('LIM')} is not executed: the strokes go beyond all edges", "LIM"
+                "VP002", f"LIM {given.read_whole('LIM')} is not executed: the strokes go beyond all edges", "LIM"
             )
         if self.values.digits[2]:
             raise given.error(
-                "VP002", f"_AMODE {given.whole('_AMODE')} is not executed: LENG and WID count from PA and PO", "_AMODE"
+                "VP002",
+                f"_AMODE {given.read_whole('_AMODE')} is not executed: LENG and WID count from PA and PO",
+                "_AMODE",
             )
         work = self.values.refuse_digits("VARI", kind % 10, (1, 2), "the last digit is 1 roughing, 2 finishing")
         way = self.values.refuse_digits(
@@ -245,7 +250,9 @@ class _Work:
         )
         self._follow(
             Stroke(
-                (motion.programmed(u), motion.programmed(v)), max(motion.programmed(w), self.values.retract), "rapid"
+                (motion.find_programmed(u), motion.find_programmed(v)),
+                max(motion.find_programmed(w), self.values.retract),
+                "rapid",
             )
         )
         for strokes in pockets:
@@ -255,7 +262,7 @@ class _Work:
 
     def _follow(self, stroke: Stroke) -> None:
         motion, (u, v, w) = self.to.motion, self.values.plane
-        here = motion.programmed(u), motion.programmed(v)
+        here = motion.find_programmed(u), motion.find_programmed(v)
         if stroke.pace != "rapid":
             self.to.core.set_feed(self.values.feeds[stroke.pace])
         if stroke.center is not None:
@@ -265,5 +272,5 @@ class _Work:
             )
             return
         kind = MoveKind.RAPID if stroke.pace == "rapid" else MoveKind.FEED
-        for point, height in list_stops(here, motion.programmed(w), stroke):
+        for point, height in list_stops(here, motion.find_programmed(w), stroke):
             motion.run_line(self.at, kind, {u: point[0], v: point[1], w: height})

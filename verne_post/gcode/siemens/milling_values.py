@@ -97,16 +97,16 @@ class MillingValues:
     def _read_heights(self) -> None:
         given = self.given
         for name in ("RTP", "RFP"):
-            if not given.given(name):
+            if not given.is_given(name):
                 raise given.error("VP005", f"{name} is needed", name)
         self.retract, self.top = self.measure("RTP"), self.measure("RFP")
         self.clear = self.top + abs(self.measure("SDIS"))
-        modes = given.whole("_AMODE")
+        modes = given.read_whole("_AMODE")
         self.digits = [modes // 10**place % 10 for place in range(5)]
-        has_height = given.given("DP")
-        takes_dpr = "DPR" in given.names and given.given("DPR") and (given.number("DPR") != 0 or not has_height)
+        has_height = given.is_given("DP")
+        takes_dpr = "DPR" in given.names and given.is_given("DPR") and (given.number("DPR") != 0 or not has_height)
         relative = "DPR" if takes_dpr else "DP"
-        if not given.given(relative):
+        if not given.is_given(relative):
             raise given.error("VP005", "DP is needed", "DP")
         is_relative = relative == "DPR" or self.digits[0] == 1
         if modes < 0 or self.digits[0] > 2 or self.digits[1] > 1 or any(self.digits[3:]):
@@ -126,7 +126,7 @@ class MillingValues:
 
     def _read_feeds(self) -> dict[str, float]:
         given, plane = self.given, 0.0
-        mode = given.whole("_DMODE") if "_DMODE" in given.names else 0
+        mode = given.read_whole("_DMODE") if "_DMODE" in given.names else 0
         if mode % 10 not in (0, self.to.state.plane + 1) or not 0 <= mode < 20:
             raise given.error("VP002", f"_DMODE {mode} is not executed; it names the plane in force", "_DMODE")
         found = {}
@@ -151,13 +151,13 @@ class MillingValues:
 
     def refuse_digits(self, name: str, value: int, allowed: Iterable[int], what: str) -> int:
         if value not in allowed:
-            raise self.given.error("VP002", f"{name} {self.given.whole(name)} is not executed: {what}", name)
+            raise self.given.error("VP002", f"{name} {self.given.read_whole(name)} is not executed: {what}", name)
         return value
 
     def plan(self, *, inside: bool = True) -> Milling:
         """How the values of the cycle mill."""
         given, name = self.given, self.name
-        kind = given.whole("VARI")
+        kind = given.read_whole("VARI")
         if kind < 0 or kind > 99:
             raise given.error("VP002", f"VARI {kind} is not executed: it has two digits", "VARI")
         work = self.refuse_digits(
@@ -193,12 +193,12 @@ class MillingValues:
                     f"{angle} {given.number(angle):g}: the angle to plunge at is more than 0 and less than 90 degrees",
                     angle,
                 )
-            given.given("DP1")
+            given.is_given("DP1")
             return math.tan(math.radians(given.number(angle))), 0.0, 0.0
         if entry == "helix":
             return 0.0, self.measure("DP1", positive=True), self.measure("RAD1", positive=True)
         for name in (angle, "DP1"):
-            given.given(name)  # they say nothing where the tool plunges straight
+            given.is_given(name)  # they say nothing where the tool plunges straight
         return 0.0, 0.0, 0.0
 
     def read_step(self) -> float:
@@ -214,7 +214,7 @@ class MillingValues:
 
     def _read_sense(self, *, inside: bool) -> int:
         """1: counter-clockwise."""
-        direction = self.given.whole("CDIR") if "CDIR" in self.given.names else 0
+        direction = self.given.read_whole("CDIR") if "CDIR" in self.given.names else 0
         if direction not in (0, 1, 2, 3):
             raise self.given.error("VP007", f"CDIR {direction}: 0 is climb, 1 up-cut, 2 G2, 3 G3", "CDIR")
         if direction >= 2:

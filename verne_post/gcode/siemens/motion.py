@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ARC_RADIUS_MM, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES, build_arc_from_center, build_arc_from_radius
-from verne_post.gcode.lengths import length_of
+from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.spatial_arc import build_arc_through
 from verne_post.gcode.machining.state import State
@@ -91,7 +91,7 @@ class SiemensMotion:
 
     def note_numbers(self) -> None:
         """Keep where all axes stand, before offsets may change."""
-        self.block_numbers = [self.programmed(axis) for axis in range(len(AXES))]
+        self.block_numbers = [self.find_programmed(axis) for axis in range(len(AXES))]
 
     def change_frame(self, frame: Frame) -> None:
         """Put a frame of the core in force; where axes stood is kept, for G91."""
@@ -101,7 +101,7 @@ class SiemensMotion:
     def keep_numbers(self) -> None:
         """Keep the numbers of axes from before their offsets changed."""
         for axis, before in enumerate(self.block_numbers):
-            if abs(self.programmed(axis) - before) > ZERO_LENGTH_MM:
+            if abs(self.find_programmed(axis) - before) > ZERO_LENGTH_MM:
                 self.shifted.setdefault(axis, before)
 
     def _plane(self, base: Frame, position: list[float]) -> Feature | None:
@@ -129,7 +129,7 @@ class SiemensMotion:
         """What a programmed value of an axis is multiplied with."""
         return self._split.scale[axis] if axis < 3 else 1.0
 
-    def programmed(self, axis: int) -> float:
+    def find_programmed(self, axis: int) -> float:
         """Where an axis stands, as the program would say it (mm, degrees)."""
         value = self.state.position[axis] / self.scale(axis)
         return value - self.modes.frames.rotary[axis - 3] if 3 <= axis < 6 else value
@@ -242,7 +242,7 @@ class SiemensMotion:
     def turn_vectors(self, vectors: Array) -> Array:
         """Tool axes (..., 3) of the program, of any length, as unit vectors of the interpreter of all dialects."""
         turned = vectors * np.sign(self._split.scale)
-        return np.asarray(turned / length_of(turned)[..., None])
+        return np.asarray(turned / measure_length(turned)[..., None])
 
     def _take_rotary(self, end: list[float], places: dict[int, float]) -> None:
         """A and C words hold: as they are, or as a tool axis that goes on a great circle."""

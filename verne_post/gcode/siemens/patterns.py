@@ -40,7 +40,7 @@ def list_pattern_places(
 
 
 def _count(given: Arguments, name: str) -> int:
-    number = given.whole(name)
+    number = given.read_whole(name)
     if not 1 <= number <= MAX_HOLES:
         raise given.error("VP007", f"{name} {number}: a pattern has 1 to {MAX_HOLES} holes", name)
     return number

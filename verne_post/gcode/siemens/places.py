@@ -8,7 +8,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.lengths import length_of
+from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.siemens.motion import SiemensMotion
@@ -63,7 +63,7 @@ class SiemensPlaces:
         """
         before = self.motion.shifted.pop(axis, None)
         if before is None or self.keys.offsets_in_g91 == "kept":
-            return self.motion.programmed(axis)
+            return self.motion.find_programmed(axis)
         if self.keys.offsets_in_g91 == "travelled":
             return before
         raise word.error("VP017", f"{word.name} is incremental, and its offset has changed: whether a control travels the change with it is "
@@ -71,7 +71,7 @@ class SiemensPlaces:
 
     def _resolve_rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
-        here = self.motion.programmed(axis)
+        here = self.motion.find_programmed(axis)
         turned = math.fmod(value - here, 360.0)
         if word.mode == "DC":
             return here + turned - 360.0 * round(turned / 360.0)
@@ -88,9 +88,9 @@ class SiemensPlaces:
     def set_pole(self, words: Words, block: At) -> None:
         """G110, G111, G112: the pole from the last place, from zero, from the last pole."""
         first, second, *_ = PLANES[self.state.plane]
-        code = words.code("pole")
+        code = words.find_code("pole")
         base = {
-            "G110": (self.motion.programmed(first), self.motion.programmed(second)),
+            "G110": (self.motion.find_programmed(first), self.motion.find_programmed(second)),
             "G111": (0.0, 0.0),
             "G112": self.motion.modes.pole,
         }[code or ""]
@@ -101,7 +101,9 @@ class SiemensPlaces:
         values = [words.take(AXES[axis]) for axis in (first, second)]
         if radius is not None or angle is not None:
             if radius is None or angle is None or any(values):
-                raise ProgramError("VP005", f"{code} takes two axes of the plane, or RP= and AP=", words.column("pole"))
+                raise ProgramError(
+                    "VP005", f"{code} takes two axes of the plane, or RP= and AP=", words.find_column("pole")
+                )
             size, turn = radius.value * self.motion.modes.length, math.radians(angle.value)
             self.motion.modes.pole = base[0] + size * math.cos(turn), base[1] + size * math.sin(turn)
             return
@@ -153,7 +155,7 @@ class SiemensPlaces:
         if not self.motion.modes.tcp:
             raise first.error("VP017", "A3= B3= C3= without TRAORI")
         vector = np.array([0.0 if word is None else word.value for word in given])
-        size = float(length_of(vector))
+        size = float(measure_length(vector))
         if size < NO_AXIS:
             raise first.error("VP007", "A3= B3= C3= of length 0 are no tool axis")
         if self.motion.modes.reference == "ORIMKS" and not self.motion.modes.frames.total.is_identity:
@@ -174,7 +176,7 @@ class SiemensPlaces:
         if wrong is not None:
             raise wrong.error("VP006", f"{wrong.name} does not belong to an arc in this plane")
         given = [words.take(letter) for letter in letters]
-        here = [self.motion.programmed(axis) for axis in (first, second)]
+        here = [self.motion.find_programmed(axis) for axis in (first, second)]
         center: tuple[float, float] | None = None
         if any(word is not None for word in given):
             center = self._read_center(given, here)
@@ -248,14 +250,14 @@ class SiemensPlaces:
         scale = self.motion.scale(first), self.motion.scale(second)
         du, dv = self.motion.heading[first] / scale[0], self.motion.heading[second] / scale[1]
         size = math.hypot(du, dv)
-        here = self.motion.programmed(first), self.motion.programmed(second)
+        here = self.motion.find_programmed(first), self.motion.find_programmed(second)
         end = places.get(first, here[0]), places.get(second, here[1])
         u, v = end[0] - here[0], end[1] - here[1]
         chord = math.hypot(u, v)
         if (
             size < NO_AXIS
             or chord < ZERO_LENGTH_MM
-            or (normal in places and abs(places[normal] - self.motion.programmed(normal)) > ZERO_LENGTH_MM)
+            or (normal in places and abs(places[normal] - self.motion.find_programmed(normal)) > ZERO_LENGTH_MM)
         ):
             raise ProgramError("VP008", "CT needs a direction and an end point in the active plane")
         du, dv = du / size, dv / size

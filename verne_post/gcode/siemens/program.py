@@ -183,7 +183,7 @@ class SiemensText(ProgramText):
             line += chunk.count(b"\n")
         before = starts[0][0] - 1 if starts else self.n_lines
         # comments before the first header belong to no program
-        if any(take_code(decode_line(self.line(number))).strip() for number in range(1, before + 1)):
+        if any(take_code(decode_line(self.read_line(number))).strip() for number in range(1, before + 1)):
             starts.insert(0, (0, "", True))
         if not starts:
             return [Section(self, (self.name or "").partition(".")[0].upper(), 1, self.n_lines, True)]

@@ -38,12 +38,12 @@ class _SiemensRun:
     def find_chunk(self) -> Chunk | None:
         """The chunk of the next line; None where the section ends."""
         line = self.calls.line
-        return self.calls.text.chunk(line) if line <= self.calls.frame.section.last else None
+        return self.calls.text.find_chunk(line) if line <= self.calls.frame.section.last else None
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next line, or a stretch at once; a line that only follows from an error before it is passed."""
         flow, line = self.flow, self.calls.line
-        raw = chunk.raw(line - chunk.first_line)
+        raw = chunk.read_raw(line - chunk.first_line)
         try:
             last = execute_stretch(flow, chunk, stop, in_main=self.calls.in_main)
             if last is None:
@@ -57,5 +57,5 @@ class _SiemensRun:
         if self.flow.end_section():
             return True
         self.flow.executor.finish()
-        execution.recorder.event(max(self.calls.line - 1, 1), "end", code="end of file")
+        execution.recorder.record_event(max(self.calls.line - 1, 1), "end", code="end of file")
         return False

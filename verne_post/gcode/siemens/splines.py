@@ -75,7 +75,7 @@ class SiemensSplines:
 
     def add_spline_point(self, words: Words, block: At) -> None:
         """Read a block under BSPLINE."""
-        if self.draft is None and not words.words.keys() & _POINT_WORDS - {"F"} and words.code("motion") is None:
+        if self.draft is None and not words.words.keys() & _POINT_WORDS - {"F"} and words.find_code("motion") is None:
             return  # such a block neither begins a spline nor goes on with one
         if not self.motion.modes.absolute:
             raise ProgramError("VP017", "BSPLINE in G91: control points are absolute; write G90")
@@ -157,7 +157,7 @@ def _is_point(words: Words) -> bool:
     return (
         set(words.words) <= _POINT_WORDS
         and words.groups.keys() <= {"motion"}
-        and words.code("motion") in (None, "BSPLINE")
+        and words.find_code("motion") in (None, "BSPLINE")
         and not (words.m or words.calls or words.modal_call)
     )
 

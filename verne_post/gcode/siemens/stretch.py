@@ -8,7 +8,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.gcode import plain
 from verne_post.gcode.execution import StopConditions
-from verne_post.gcode.lengths import length_of
+from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.plain_arcs import find_arcs
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.interpreter import MOTIONS, SiemensInterpreter
@@ -98,7 +98,7 @@ def _end_of_vectors(to: SiemensInterpreter, lines: plain.PlainLines, first: int,
     if not modes.tcp or of_machine or False in to.state.known:
         return first
     assert lines.offsets is not None
-    other = ~lines.has_offsets[first:last] | (length_of(np.nan_to_num(lines.offsets[first:last])) < NO_AXIS)
+    other = ~lines.has_offsets[first:last] | (measure_length(np.nan_to_num(lines.offsets[first:last])) < NO_AXIS)
     return first + int(np.argmax(other)) if other.any() else last
 
 
@@ -106,7 +106,7 @@ def _point(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Arr
     """Turn A and C of ends (n, 9) to the tool axes of the lines; returns these (n, 3), or None where A and C go linearly."""
     assert lines.offsets is not None
     vectors = np.nan_to_num(lines.offsets[first : first + len(end)])
-    axes = to.motion.turn_vectors(vectors / length_of(vectors)[:, None])
+    axes = to.motion.turn_vectors(vectors / measure_length(vectors)[:, None])
     plain.turn_to_axes(to.core, end, axes)
     linear = to.motion.has_linear_axes("vector") and to.setup.machine
     to.core.hold_tool_axis(None if linear else axes[-1])

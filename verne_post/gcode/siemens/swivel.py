@@ -57,7 +57,7 @@ class Swivel:
         given = read_cycle(call, _SWIVEL, self.variables)
         block = At(line)
         self.to.core.refuse_compensation("CYCLE800")
-        if not given.values or given.text("_TC") == "0":
+        if not given.values or given.read_text("_TC") == "0":
             self._end()
             return
         if not self.to.modes.frames.program.is_identity:
@@ -65,10 +65,10 @@ class Swivel:
                              "without axes first, and the offset as _X0 _Y0 _Z0", call.column)  # fmt: skip
         self._retract(given, block)
         self._set_plane(given)
-        direction = given.whole("_DIR")
+        direction = given.read_whole("_DIR")
         if direction not in (-1, 0, 1):
             raise given.error("VP007", f"_DIR {direction}: -1, 0 or 1", "_DIR")
-        given.given("_TC")
+        given.is_given("_TC")
         given.refuse_rest(("_DMODE",))
         if direction:
             self._turn_table(block, direction)
@@ -83,7 +83,7 @@ class Swivel:
 
     def _retract(self, given: Arguments, block: At) -> None:
         """_FR: 1 lifts Z, 2 lifts Z and then moves X and Y, to the home position of the machine; 5 goes back along the tool."""
-        kind, to = given.whole("_FR"), self.to
+        kind, to = given.read_whole("_FR"), self.to
         way = given.number("_FR_I") * to.modes.length
         if kind == 0:
             return
@@ -97,7 +97,7 @@ class Swivel:
                 block,
                 MoveKind.RAPID,
                 {
-                    number: to.motion.programmed(number) + way * float(tool[number]) / to.motion.scale(number)
+                    number: to.motion.find_programmed(number) + way * float(tool[number]) / to.motion.scale(number)
                     for number in range(3)
                 },
             )
@@ -127,7 +127,7 @@ class Swivel:
         unit = modes.length
         before = np.array([given.number(name) * unit for name in ("_X0", "_Y0", "_Z0")])
         after = np.array([given.number(name) * unit for name in ("_X1", "_Y1", "_Z1")])
-        state = given.whole("_ST")
+        state = given.read_whole("_ST")
         if state // 100_000 in (0, 1, 2):  # to which axis the sign of _DIR refers where both sides are possible
             state %= 100_000
         if state // 10 % 10 and not modes.tcp:
@@ -150,7 +150,7 @@ class Swivel:
 
     def _rotation(self, given: Arguments) -> Array:
         """The turn of the plane from _MODE and the angles."""
-        mode = given.whole("_MODE")
+        mode = given.read_whole("_MODE")
         if not 0 <= mode <= 255:
             raise given.error("VP007", f"_MODE {mode}: eight bits are 0 to 255", "_MODE")
         angles = [given.number(name) for name in ("_A", "_B", "_C")]
@@ -252,7 +252,7 @@ class Swivel:
         """CYCLE832: tolerance of the tip, and of the tool axis where the tens digit says so; 0 ends them."""
         given = read_cycle(call, _TOLERANCE, self.variables)
         modes = self.to.modes
-        kind = given.whole("_TOLM")
+        kind = given.read_whole("_TOLM")
         ones, tens = kind % 10, kind // 10 % 10
         if ones > 4 or tens > 1 or not 0 <= kind < _BEYOND_TOLM:
             raise given.error(
@@ -271,7 +271,7 @@ class Swivel:
             modes.otol = axis if tens else None
             modes.exact = "G645"
         given.refuse_rest()
-        self.to.recorder.event(
+        self.to.recorder.record_event(
             line,
             "without effect",
             word="CYCLE832",

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.gcode.missing_setup import check_measured
-from verne_post.gcode.offsets import vector9
+from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.frame_values import FrameValues, holds_frame
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -76,7 +76,7 @@ class SystemVariables:
                 return
             origin = list(frame.origin)
             origin[axis] = value
-            self.to.frame_words.store_offset(replace(frame, origin=vector9(origin)))
+            self.to.frame_words.store_offset(replace(frame, origin=make_vector9(origin)))
             return
         if name in _TOOL_DATA or name in _NO_WEAR:
             self._write_tool(name, index, value, cursor, at)
@@ -92,7 +92,7 @@ class SystemVariables:
 
     def _active(self) -> int:
         system = self.to.modes.system
-        return next((number for number in range(100) if self.to.frame_words.system_number(number) == system), 0)
+        return next((number for number in range(100) if self.to.frame_words.find_system(number) == system), 0)
 
     def _position(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> float:
         letter = index[0] if len(index) == 1 else ""
@@ -104,15 +104,13 @@ class SystemVariables:
         if name == "$AA_IM":
             machine = self.to.setup.coordinates.map_to_machine(np.array(self.to.state.position), self.to.state.frame)
             return float(machine[axis])
-        value = self.to.motion.programmed(axis)
+        value = self.to.motion.find_programmed(axis)
         return value if axis > 2 else value / self.to.modes.length
 
     def _offset(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> tuple[Frame, int, str]:
         number, letter, part = (*index, None, None, None)[:3]
         known = (
-            isinstance(number, int)
-            and number >= 0
-            and self.to.frame_words.system_number(number) in self.to.state.systems
+            isinstance(number, int) and number >= 0 and self.to.frame_words.find_system(number) in self.to.state.systems
         )
         if (
             len(index) != 3
@@ -124,7 +122,7 @@ class SystemVariables:
             raise cursor.error("VP025", f"{name} is read and set as {name}[number, axis, TR]", at)
         assert isinstance(number, int)
         assert isinstance(part, str)
-        return self.to.state.systems[self.to.frame_words.system_number(number)], AXES.index(letter), part
+        return self.to.state.systems[self.to.frame_words.find_system(number)], AXES.index(letter), part
 
     def _tool(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> int:
         flat = self.to.keys.d_numbers == "tools" and len(index) == 1  # numbers of D without those of tools

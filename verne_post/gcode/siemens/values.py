@@ -154,7 +154,7 @@ class _Reader:
             cursor.expect(")", "after an expression")
             return value
         if symbol == '"':
-            text = cursor.string()
+            text = cursor.read_string()
             assert text is not None
             return text
         number = cursor.number()
@@ -198,7 +198,7 @@ class _Reader:
         except (ValueError, OverflowError, ZeroDivisionError):
             shown = ", ".join(f"{number:g}" for number in numbers)
             raise cursor.error("VP007", f"{name}({shown}) has no value", at) from None
-        return cursor.bounded(float(value), at)
+        return cursor.check_size(float(value), at)
 
     def _evaluate_text_function(self, name: str, arguments: list[Value], at: int) -> Value:
         counts, function = TEXT_FUNCTIONS[name]
@@ -216,7 +216,7 @@ class _Reader:
 
     def _apply(self, operator: str, left: Value, right: Value, at: int) -> Value:
         if operator == "<<":
-            text = shown(left) + shown(right)
+            text = spell_value(left) + spell_value(right)
             if len(text) > _MAX_TEXT:
                 raise self.cursor.error("VP007", f"a text of more than {_MAX_TEXT} characters", at)
             return text
@@ -228,13 +228,13 @@ class _Reader:
             value = OPERATORS[operator](left, right)
         except (ZeroDivisionError, OverflowError, ValueError):
             raise self.cursor.error("VP007", f"{left:g} {operator} {right:g} has no value", at) from None
-        return self.cursor.bounded(float(value), at)
+        return self.cursor.check_size(float(value), at)
 
 
 _MAX_TEXT: Final = 10_000
 
 
-def shown(value: Value) -> str:
+def spell_value(value: Value) -> str:
     """A value as ``<<`` writes it."""
     return value if isinstance(value, str) else f"{value:.10g}"
 

@@ -72,7 +72,7 @@ class Argument(Struct, frozen=True):
     text: str
     column: int
 
-    def cursor(self) -> Cursor:
+    def make_cursor(self) -> Cursor:
         """A cursor whose columns are those of the line."""
         return Cursor(" " * (self.column - 1) + self.text, self.column - 1)
 
@@ -104,12 +104,12 @@ class Words(Struct):
             self.used.add(name)
         return word
 
-    def code(self, group: str) -> str | None:
+    def find_code(self, group: str) -> str | None:
         """The G function of a group."""
         found = self.groups.get(group)
         return None if found is None else found[0]
 
-    def column(self, group: str) -> int | None:
+    def find_column(self, group: str) -> int | None:
         """Where it stands."""
         found = self.groups.get(group)
         return None if found is None else found[1]
@@ -364,7 +364,7 @@ def read_argument_values(arguments: tuple[Argument, ...], variables: Variables) 
         if not argument.text.strip():
             values.append(None)
             continue
-        cursor = argument.cursor()
+        cursor = argument.make_cursor()
         values.append(read_value(cursor, variables))
         if not cursor.ended:
             raise cursor.error("VP001", "expected ',' or ')' after a value")

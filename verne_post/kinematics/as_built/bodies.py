@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.kinematics.as_built.forward import rod_vectors
+from verne_post.kinematics.as_built.forward import find_rod_vectors
 from verne_post.kinematics.as_built.geometry import AsBuiltGeometry
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.modules.verne.inverse import solve_inverse
@@ -49,6 +49,6 @@ def place_rod_ends(geometry: AsBuiltGeometry, rho: Array, platform: Platform) ->
     """Ends of the rods at slider and platform for sliders (n, 3), each (n, 6, 3), base frame, mm."""
     rotation = np.moveaxis(platform.matrix(), 0, -1)
     position = platform.position.T
-    vectors, arms = rod_vectors(geometry, rho.T, position, rotation)
+    vectors, arms = find_rod_vectors(geometry, rho.T, position, rotation)
     ends = position[:, None] + arms
     return np.moveaxis(ends - vectors, -1, 0).swapaxes(1, 2), np.moveaxis(ends, -1, 0).swapaxes(1, 2)

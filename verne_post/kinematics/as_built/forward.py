@@ -15,7 +15,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import NEWTON_STEP, ROD_RESIDUAL_MM2
 from verne_post.kinematics.as_built.geometry import FIRST_ROD, LEG, MIRROR, SECOND_ROD, AsBuiltGeometry
-from verne_post.kinematics.as_built.inverse import cross, dot, turn_about, turn_rotation
+from verne_post.kinematics.as_built.inverse import cross, sum_products, turn_about, turn_rotation
 
 #: Newton's steps from the nominal machine's pose; three where the machine works.
 STEPS: Final = 12
@@ -29,7 +29,7 @@ class PlatformPose(Struct, frozen=True, eq=False):
     ok: Mask
 
 
-def rod_vectors(geometry: AsBuiltGeometry, rho: Array, position: Array, rotation: Array) -> tuple[Array, Array]:
+def find_rod_vectors(geometry: AsBuiltGeometry, rho: Array, position: Array, rotation: Array) -> tuple[Array, Array]:
     """Rods from slider to platform, and the arms R a_i, both (3, 6, n), mm."""
     arms = np.matmul(geometry.platform_ends, rotation)
     sliders = geometry.slider_ends.T[:, :, None] + geometry.guides.T[:, :, None] * rho[LEG]
@@ -42,16 +42,16 @@ def solve_rods(geometry: AsBuiltGeometry, rho: Array, position: Array, rotation:
     reach = float(np.linalg.norm(geometry.platform_ends, axis=1).max())
     converged = np.zeros(rho.shape[1], dtype=bool)
     for _ in range(STEPS):
-        rods, arms = rod_vectors(geometry, rho, position, rotation)
-        move, turn = _step(rods, cross(arms, rods), 0.5 * ((geometry.rods**2)[:, None] - dot(rods, rods)))
+        rods, arms = find_rod_vectors(geometry, rho, position, rotation)
+        move, turn = _step(rods, cross(arms, rods), 0.5 * ((geometry.rods**2)[:, None] - sum_products(rods, rods)))
         position, rotation = position + move, turn_rotation(rotation, turn)
         # the equations are quadratic: the square of this step over a rod is what the next one would be
-        moved = np.sqrt(dot(move, move)) / longest + np.sqrt(dot(turn, turn)) * reach / longest
+        moved = np.sqrt(sum_products(move, move)) / longest + np.sqrt(sum_products(turn, turn)) * reach / longest
         converged = moved < NEWTON_STEP
         if bool(converged.all()):
             break
-    rods, _arms = rod_vectors(geometry, rho, position, rotation)
-    miss = np.abs(dot(rods, rods) - (geometry.rods**2)[:, None]).max(axis=0)
+    rods, _arms = find_rod_vectors(geometry, rho, position, rotation)
+    miss = np.abs(sum_products(rods, rods) - (geometry.rods**2)[:, None]).max(axis=0)
     ok = converged & (miss < ROD_RESIDUAL_MM2 * max(longest / 850.0, 1.0) ** 2)
     return PlatformPose(position, rotation, ok)
 
@@ -61,7 +61,7 @@ def _step(rods: Array, moments: Array, miss: Array) -> tuple[Array, Array]:
     rows, others = rods[:, FIRST_ROD], rods[:, SECOND_ROD]
     first, second, third = rows[:, 0], rows[:, 1], rows[:, 2]
     inverse = np.stack([cross(second, third), cross(third, first), cross(first, second)], axis=1)
-    inverse = inverse / dot(first, inverse[:, 0])  # columns (3, 3, n): move for a unit miss of each first rod
+    inverse = inverse / sum_products(first, inverse[:, 0])  # columns (3, 3, n): move for a unit miss of each first rod
     # of the second rods in terms of the first: others . inverse
     share = np.einsum("kin,kjn->ijn", others, inverse)
     rest = moments[:, SECOND_ROD] - np.einsum("ijn,kjn->kin", share, moments[:, FIRST_ROD])
@@ -75,7 +75,7 @@ def solve_three(rows: Array, right: Array) -> Array:
     """Solutions (3, n) of three equations each, given by rows (3 components, 3 rows, n) and right sides (3, n)."""
     first, second, third = rows[:, 0], rows[:, 1], rows[:, 2]
     a, b, c = cross(second, third), cross(third, first), cross(first, second)
-    return np.asarray((a * right[0] + b * right[1] + c * right[2]) / dot(first, a))
+    return np.asarray((a * right[0] + b * right[1] + c * right[2]) / sum_products(first, a))
 
 
 def map_tool_to_table(

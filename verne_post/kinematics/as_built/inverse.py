@@ -73,7 +73,7 @@ def cross(a: Array, b: Array) -> Array:
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def dot(a: Array, b: Array) -> Array:
+def sum_products(a: Array, b: Array) -> Array:
     """Scalar product of components first, (3, ...)."""
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
@@ -118,7 +118,7 @@ def solve_platform(
     done = np.zeros(rotation.shape[-1], dtype=bool)
     for _ in range(STEPS):
         step = _find_step(geometry, pose, rotation, side)
-        size = np.sqrt(dot(step, step))
+        size = np.sqrt(sum_products(step, step))
         measured = before > _ROUNDED_STEP
         bend = np.where(measured & np.isfinite(before), np.maximum(size / before**2, PLATFORM_BEND), bend)
         done = size**2 * bend < PLATFORM_ERROR  # False for NaN
@@ -131,7 +131,7 @@ def solve_platform(
 def turn_rotation(rotation: Array, turn: Array) -> Array:
     """Rotations (3, 3, n) followed by small turns (3, n), exactly orthogonal (Cayley), equal to them up to third order."""
     half = 0.5 * turn
-    scale = 2.0 / (1.0 + dot(half, half))
+    scale = 2.0 / (1.0 + sum_products(half, half))
     once = cross(half[:, None], rotation)
     return np.asarray(rotation + scale * (once + cross(half[:, None], once)))
 
@@ -155,7 +155,7 @@ def _place(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array, sid
     for k in (1, 2):
         spindle = spindle + geometry.spindle[k] * rotation[:, k]
     upright = spindle * -MIRROR[:, None]
-    x, y = dot(upright, pose.axis_upright), dot(upright, pose.axis_turned)
+    x, y = sum_products(upright, pose.axis_upright), sum_products(upright, pose.axis_turned)
     stretch = np.hypot(x, y)
     cosine, sine = x / stretch, y / stretch
     tip = pose.tip_along + pose.tip_upright * cosine + pose.tip_turned * sine + geometry.tilt_origin[:, None]
@@ -163,8 +163,8 @@ def _place(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array, sid
     arms = np.matmul(geometry.platform_ends, rotation)
     free = arms + (position[:, None] - geometry.slider_ends.T[:, :, None])
     guides = geometry.guides.T[:, :, None]
-    height = dot(guides, free)
-    drop = -side[:, None] * np.sqrt(height**2 - dot(free, free) + (geometry.rods**2)[:, None])
+    height = sum_products(guides, free)
+    drop = -side[:, None] * np.sqrt(height**2 - sum_products(free, free) + (geometry.rods**2)[:, None])
     rho = height - drop
     return _Placed(spindle, cosine, sine, stretch, position, arms, drop, free - rho * guides, rho)
 
@@ -179,13 +179,13 @@ def _find_step(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array,
     table = cross(at.spindle, axis_rate) / at.stretch
     gradient = at.rods / at.drop
     by_turn = cross(at.arms - (pose.length * at.spindle)[:, None], gradient)
-    by_table = dot(gradient, tip_rate[:, None])
+    by_table = sum_products(gradient, tip_rate[:, None])
     miss = at.rho[FIRST_ROD] - at.rho[SECOND_ROD]
     rows = by_turn[:, FIRST_ROD] - by_turn[:, SECOND_ROD]
     rows -= table[:, None] * (by_table[FIRST_ROD] - by_table[SECOND_ROD])
     first, second, third = rows[:, 0], rows[:, 1], rows[:, 2]  # gradients (3, n) of the three misses
     a, b, c = cross(second, third), cross(third, first), cross(first, second)
-    return np.asarray(-(a * miss[0] + b * miss[1] + c * miss[2]) / dot(first, a))
+    return np.asarray(-(a * miss[0] + b * miss[1] + c * miss[2]) / sum_products(first, a))
 
 
 def _close_rods(

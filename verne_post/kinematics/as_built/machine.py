@@ -20,14 +20,14 @@ from verne_post.kinematics.as_built.axis_correction import AxisCorrection
 from verne_post.kinematics.as_built.bodies import place_rod_ends
 from verne_post.kinematics.as_built.forward import (
     PlatformPose,
+    find_rod_vectors,
     map_direction_to_table,
     map_point_to_table,
     map_tool_to_table,
-    rod_vectors,
     solve_rods,
 )
 from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry, NominalTable, place_parts
-from verne_post.kinematics.as_built.rotations import solve_angles_of_rotation, tilted
+from verne_post.kinematics.as_built.rotations import make_tilts, solve_angles_of_rotation
 from verne_post.kinematics.five_axis import HybridMachine, check_pose_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.model.deviations import Deviations, RodPlaces
@@ -148,7 +148,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         turn = angles[1]
         with np.errstate(invalid="ignore", divide="ignore"):  # what has no solution is NaN on the way
             pose = inverse.stand_on_table(self.geometry, tip, angles, turn, length)
-            found = inverse.solve_platform(self.geometry, pose, tilted(alpha))
+            found = inverse.solve_platform(self.geometry, pose, make_tilts(alpha))
             if self.correction is not None:
                 share = self.correction.share(angles[0])
                 moved = np.flatnonzero((share > 0) & np.isfinite(found.tilt))
@@ -208,7 +208,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
             pose = inverse.stand_on_table(self.geometry, tip[:, None], angles, turn, length)
             side = np.array(one.signs, dtype=float)[LEG]
             with np.errstate(invalid="ignore", divide="ignore"):
-                found = inverse.solve_platform(self.geometry, pose, tilted(np.array([one.alpha])), side)
+                found = inverse.solve_platform(self.geometry, pose, make_tilts(np.array([one.alpha])), side)
                 share = np.zeros(1) if self.correction is None else self.correction.share(angles[0])
                 if share[0] > 0:
                     turn, found = self._correct(tip[:, None], angles, length, share, found.rotation, side)
@@ -252,7 +252,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
             part = slice(first, first + inverse.CHUNK)
             near, alpha, _closed = self.nominal_machine.module.forward(q[part, :-2])
             with np.errstate(invalid="ignore", divide="ignore"):
-                pose = solve_rods(self.geometry, np.ascontiguousarray(q[part, :-2].T), near.T, tilted(alpha))
+                pose = solve_rods(self.geometry, np.ascontiguousarray(q[part, :-2].T), near.T, make_tilts(alpha))
             position[:, part], rotation[..., part], ok[part] = pose.position, pose.rotation, pose.ok
         position[:, ~ok] = np.nan
         rotation[..., ~ok] = np.nan
@@ -300,7 +300,10 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
             for vector in (axis.T, np.stack([s, c, zero]), np.stack([zero, zero, one]))
         )
         normal = geometry.tilt_axis[:, None]
-        a = np.arctan2(-inverse.dot(seen, inverse.cross(normal, up)), inverse.dot(seen, inverse.cross(normal, across)))
+        a = np.arctan2(
+            -inverse.sum_products(seen, inverse.cross(normal, up)),
+            inverse.sum_products(seen, inverse.cross(normal, across)),
+        )
         a += 2 * np.pi * np.round((q[:, 3] - a) / (2 * np.pi))
         return np.stack([a, q[:, 4]], axis=1)
 
@@ -382,14 +385,14 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         x, _drop = module.find_workspace_middle()
         position = np.array([[x, 0.0, 0.0]])
         rho, alpha, _ok = module.inverse(position)
-        vectors, arms = rod_vectors(self.geometry, rho.T, position.T, tilted(alpha))
+        vectors, arms = find_rod_vectors(self.geometry, rho.T, position.T, make_tilts(alpha))
         whole, hold = margins.compute_scaled_determinants(self.geometry, vectors, arms)
         return float(np.sign(whole[0])), float(np.sign(hold[0]))
 
     def measure_conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the six-rod Jacobians, dimensionless: by the platform's pose, and by sliders and turn."""
         rotation = platform.matrix()
-        vectors, arms = rod_vectors(
+        vectors, arms = find_rod_vectors(
             self.geometry, np.reshape(q, (-1, 5))[:, :3].T, platform.position.reshape(-1, 3).T,
             np.moveaxis(rotation.reshape(-1, 3, 3), 0, -1),
         )  # fmt: skip

@@ -6,9 +6,9 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.kinematics.as_built.forward import rod_vectors
+from verne_post.kinematics.as_built.forward import find_rod_vectors
 from verne_post.kinematics.as_built.geometry import FIRST_ROD, SECOND_ROD, AsBuiltGeometry
-from verne_post.kinematics.as_built.inverse import cross, dot
+from verne_post.kinematics.as_built.inverse import cross, sum_products
 from verne_post.kinematics.modules.solutions import build_determinant_margin, drop_margins
 from verne_post.model.protocols import Margin
 
@@ -49,8 +49,8 @@ def measure_margins(
     side : tuple of 2 floats
         Signs of :func:`compute_scaled_determinants` in the middle of the workspace.
     """
-    rods, arms = rod_vectors(geometry, rho, position, rotation)
-    drop = dot(geometry.guides.T[:, :, None], rods)
+    rods, arms = find_rod_vectors(geometry, rho, position, rotation)
+    drop = sum_products(geometry.guides.T[:, :, None], rods)
     drop = 0.5 * (drop[FIRST_ROD] + drop[SECOND_ROD])
     sliders = geometry.slider_ends[0, 1] - geometry.slider_ends[1, 1]
     apart = 0.5 * (arms[1, 0] - arms[1, 1] - sliders)
@@ -70,10 +70,10 @@ def compute_scaled_determinants(geometry: AsBuiltGeometry, rods: Array, arms: Ar
     rows, others = rods[:, FIRST_ROD], rods[:, SECOND_ROD]
     first, second, third = rows[:, 0], rows[:, 1], rows[:, 2]
     block = np.stack([cross(second, third), cross(third, first), cross(first, second)], axis=1)
-    volume = dot(first, block[:, 0])
+    volume = sum_products(first, block[:, 0])
     share = np.einsum("kin,kjn->ijn", others, block / volume)
     rest = moments[:, SECOND_ROD] - np.einsum("ijn,kjn->kin", share, moments[:, FIRST_ROD])
-    whole = volume * dot(rest[:, 0], cross(rest[:, 1], rest[:, 2]))
+    whole = volume * sum_products(rest[:, 0], cross(rest[:, 1], rest[:, 2]))
     ends = geometry.platform_ends
     spacing = [float(np.linalg.norm(ends[k] - ends[k + 1])) for k in (2, 4)]
     turn2, turn3 = (cross(arms[:, k] - arms[:, k + 1], 0.5 * (rods[:, k] + rods[:, k + 1])) for k in (2, 4))

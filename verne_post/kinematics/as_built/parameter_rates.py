@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.kinematics.as_built.forward import PlatformPose, rod_vectors
+from verne_post.kinematics.as_built.forward import PlatformPose, find_rod_vectors
 from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry
 from verne_post.model.deviations import ENTRIES
 
@@ -84,7 +84,7 @@ def _compute_unit_rates(unit: Array, free: tuple[int, int]) -> Array:
 
 def _compute_pose_rates(geometry: AsBuiltGeometry, pose: PlatformPose, rho: Array) -> Array:
     """P (mm) and the turn of the platform (rad), (n, 6), by the 58 parameters and the five joints: (n, 6, 63)."""
-    rods, arms = rod_vectors(geometry, rho, pose.position, pose.rotation)
+    rods, arms = find_rod_vectors(geometry, rho, pose.position, pose.rotation)
     moments = np.cross(arms, rods, axis=0)
     matrix = np.concatenate([rods, moments]).transpose(2, 1, 0)  # (n, rods, 6)
     n = len(matrix)

@@ -5,7 +5,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 
 
-def tilted(alpha: Array) -> Array:
+def make_tilts(alpha: Array) -> Array:
     """Rotations (3, 3, n) about x by tilts (n,)."""
     c, s = np.cos(alpha), np.sin(alpha)
     one, zero = np.ones_like(c), np.zeros_like(c)

@@ -98,7 +98,7 @@ class _ClearanceCheck:
         clearance = self.clearance
         element, w = part.samples()
         owner = element.ravel()
-        margins, points = clearance.evaluate(self.joints.bodies(owner, self.joints.solve(owner, w.ravel())))
+        margins, points = clearance.evaluate(self.joints.place_bodies(owner, self.joints.solve(owner, w.ravel())))
         margins = margins.reshape(*w.shape, -1)
         moved = {group: _bound_travel(values.reshape(*w.shape, -1)) for group, values in points.items()}
         seen = margins.min(axis=0) - self.limits

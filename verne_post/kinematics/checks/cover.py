@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from verne_post.base import spans
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.columns import blocks
+from verne_post.base.columns import iterate_blocks
 from verne_post.base.ragged import number_parts
 from verne_post.model.contour import Contour
 
@@ -64,7 +64,7 @@ class Spans(Struct, frozen=True, eq=False):
 
 def split_elements(n: int) -> Iterator[Ints]:
     """The numbers of n elements, so many as are checked at a time."""
-    for begin, end in blocks(n):
+    for begin, end in iterate_blocks(n):
         for first in range(begin, end, CHUNK):
             yield np.arange(first, min(first + CHUNK, end))
 

@@ -18,7 +18,7 @@ from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.kinematics.checks.mesh_distances import measure_distances
 from verne_post.kinematics.checks.moving import FAR_MM, Bar, Moving
 from verne_post.kinematics.checks.separation import bound_distance, measure_cylinder_to_box
-from verne_post.model.findings import InputError, finding
+from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame, Moves
 from verne_post.model.options import Options
@@ -65,7 +65,7 @@ class Placed(Struct, frozen=True, eq=False):
     with_part: bool = False
     mesh: Mesh | None = None
 
-    def inside(self, point: Array) -> Array:
+    def map_inside(self, point: Array) -> Array:
         """Points (n, 3) of the table frame in its own frame."""
         return rotate_z(point - self.middle, -self.turn)
 
@@ -107,7 +107,7 @@ class KeepOut:
         )
         self.group: tuple[str, ...] = tuple(moving.group_of(body) for body, _one in self.pairs)
 
-    def moved(self, shift: Array) -> "KeepOut":
+    def move_part(self, shift: Array) -> "KeepOut":
         """The same where the part stands elsewhere on the table by ``shift`` (3,), mm: bodies of work systems go with it."""
         obstacles = [one.move(shift) if one.with_part else one for one in self.obstacles]
         return KeepOut(obstacles, self.moving, self.entering)
@@ -144,7 +144,7 @@ def _measure_to_box(box: Placed, bar: Bar, there: Mask | None) -> Array:
     row = np.flatnonzero(
         np.isfinite(bar.radius) & np.isfinite(bar.start).all(axis=1) & (True if there is None else there)
     )
-    start, end, radius = box.inside(bar.start[row]), box.inside(bar.end[row]), bar.radius[row]
+    start, end, radius = box.map_inside(bar.start[row]), box.map_inside(bar.end[row]), bar.radius[row]
     value = bound_distance(start, end, radius, box.half) - bar.skin
     near = np.flatnonzero(value < box.distance + NEAR_MM)
     value[near] = measure_cylinder_to_box(start[near], end[near], radius[near], box.half) - bar.skin
@@ -214,7 +214,7 @@ def refuse_leaning_part(machine: Machine, name: str) -> None:
     """Refuse (VP018) a body on a machine that turns the part about another axis than z: it would lean in the table frame."""
     if not np.isclose(machine.coordinates.part_frame[2, 2], 1.0):
         text = f"{name}: bodies on the part are not executed on a machine whose joints do not turn about z of the part"
-        raise InputError(finding("VP018", text))
+        raise InputError(make_finding("VP018", text))
 
 
 def place_body(
@@ -238,12 +238,12 @@ def place_body(
         return machine.coordinates.part_frame @ point, float(np.arctan2(y, x))
     if system not in options.wcs:
         text = f"{name} is given in {SYSTEM_NAMES[system]}, and {SYSTEM_NAMES[system]} is not: give it with --wcs or --measured-offset, or {name} on the table"
-        raise InputError(finding("VP018", text))
+        raise InputError(make_finding("VP018", text))
     given = frames[system]
     place = (given.origin, given.turn, given.part_turn)
     if any(one.system == system and (one.origin, one.turn, one.part_turn) != place for one in moves.frames):
         text = f"{name} is given in {SYSTEM_NAMES[system]}, which the program moves (G10); give {name} on the table"
-        raise InputError(finding("VP018", text))
+        raise InputError(make_finding("VP018", text))
     direction = machine.coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), given)
     on_table = machine.coordinates.map_to_table(np.concatenate([point, np.zeros(6)]), given)[0]
     return on_table, float(np.arctan2(direction[1], direction[0]))

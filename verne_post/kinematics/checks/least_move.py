@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.checks.line_measures import grid, is_solvable, measure, shift_line
+from verne_post.kinematics.checks.line_measures import is_solvable, list_samples, measure, shift_line
 from verne_post.kinematics.checks.violations import Check
 from verne_post.kinematics.joint_path import JointPath
 
@@ -56,21 +56,21 @@ class MoveProblem(Struct, frozen=True, eq=False):
     also_warnings: bool
     farthest: float
 
-    def moved(self, shift: Array) -> JointPath:
+    def move_part(self, shift: Array) -> JointPath:
         """The line after a move (3,), mm."""
         return shift_line(self.line, shift, self.end_only)
 
 
 def find_start(problem: MoveProblem) -> Array | None:
     """A small combination of the basis (3,) at which all of the line can be solved: zero, or the first that is found."""
-    if is_solvable(problem.moved(np.zeros(3))):
+    if is_solvable(problem.move_part(np.zeros(3))):
         return np.zeros(3)
     basis = problem.basis
     directions = np.array([signs for signs in product((-1, 0, 1), repeat=len(basis)) if any(signs)]) @ basis
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     for distance in SOUGHT_MM:
         for direction in directions:
-            there = problem.moved(distance * direction)
+            there = problem.move_part(distance * direction)
             # the ends and the middle first: most directions fail there
             few = there.solve(np.zeros(3, dtype=int), np.array([0.0, 0.5, 1.0]))
             if few.ok.all() and is_solvable(there):
@@ -83,11 +83,11 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
 
     ``reserve`` is how far inside its limit each quantity is brought, in its unit.
     """
-    element, w = grid(problem.line)
+    element, w = list_samples(problem.line)
     at, best = start, None
     visited = {tuple(start.tolist())}
     for _ in range(NEWTON_STEPS):
-        values, _solved = measure(problem.moved(at), element, w)
+        values, _solved = measure(problem.move_part(at), element, w)
         inside, slope = _linearise(problem, at, values, element, w)
         inside = inside - reserve
         if (inside > -KEPT_RESERVE * reserve).all() and (best is None or np.linalg.norm(at) < np.linalg.norm(best)):
@@ -98,7 +98,7 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
             return best
         goal = np.round(share @ problem.basis, SHIFT_DECIMALS)
         for _half in range(NEWTON_STEPS):  # back towards where the line can be solved
-            if is_solvable(problem.moved(goal)):
+            if is_solvable(problem.move_part(goal)):
                 break
             goal = np.round(0.5 * (goal + at), SHIFT_DECIMALS)
         else:
@@ -121,15 +121,15 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
         check.sign * (values[k, check.quantity] - (check.warn if problem.also_warnings else check.limit))
         for check, k in zip(checks, row, strict=True)
     ])  # fmt: skip
-    tip, angles = problem.moved(at).pose(line.contour, element[row], w[row])
-    rates = line.machine.five_axis.find_jacobian(tip, angles, line.contour.tool_length(element[row]))[..., :3]
+    tip, angles = problem.move_part(at).pose(line.contour, element[row], w[row])
+    rates = line.machine.five_axis.find_jacobian(tip, angles, line.contour.find_tool_lengths(element[row]))[..., :3]
     slope = np.empty((len(checks), 3))
     column = np.array([check.quantity for check in checks])
     each = np.arange(len(checks))
     for axis in range(3):
         step = DIFFERENCE_MM * np.eye(3)[axis]
-        plus = measure(problem.moved(at + step), element[row], w[row])[0]
-        minus = measure(problem.moved(at - step), element[row], w[row])[0]
+        plus = measure(problem.move_part(at + step), element[row], w[row])[0]
+        minus = measure(problem.move_part(at - step), element[row], w[row])[0]
         with np.errstate(invalid="ignore"):  # infinite beside the table
             slope[:, axis] = (plus[each, column] - minus[each, column]) / (2 * DIFFERENCE_MM)
     for k, check in enumerate(checks):

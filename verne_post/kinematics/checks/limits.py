@@ -92,7 +92,7 @@ def check_limits(
         every.extend(**derivatives.largest)
         if progress:
             progress(int(chunk[-1]) + 1)
-    bounds = JointBounds(**every.columns(), axis_error_deg=limits.axis_error_deg)
+    bounds = JointBounds(**every.freeze(), axis_error_deg=limits.axis_error_deg)
     return bounds, sorted(limits.findings(), key=lambda item: (item.line or 0, item.code))
 
 
@@ -125,7 +125,7 @@ class _Derivatives:
             turn = SPAN_ANGLE / np.maximum(contour.rotation[element[short]], NO_TURN)
             half = np.maximum(0.5 * np.minimum(MIN_SPAN_MM / contour.length[element[short]], turn), present)
             around = 0.5 * (part.low + part.high)[short] - half + spans.SAMPLES[:, None] * (2 * half)
-            q = self.joints.q(np.tile(element[short], spans.NODES), around.ravel()).reshape(*around.shape, -1)
+            q = self.joints.find_joints(np.tile(element[short], spans.NODES), around.ravel()).reshape(*around.shape, -1)
             solved = np.isfinite(q).all(axis=(0, 2))
             values, width = values.copy(), width.copy()
             values[:, short[solved]], width[short[solved]] = q[:, solved], 2 * half[solved]
@@ -164,7 +164,7 @@ class _LimitCheck:
         element, w = part.samples()
         solved = self.joints.solve(element.ravel(), w.ravel())
         solvable = solved.ok.reshape(w.shape).all(axis=0)
-        margins = self.joints.margins(solved)
+        margins = self.joints.find_margins(solved)
         quantities = np.concatenate([solved.q, margins], axis=1).reshape(*w.shape, -1)
         if not solvable.all():
             self._note_unreachable(part.element, solved)
@@ -202,14 +202,14 @@ class _LimitCheck:
             return legal
         element, w = part.take(some).samples(spans.FEW_SAMPLES)
         solved = self.joints.solve(element.ravel(), w.ravel())
-        values = np.concatenate([solved.q, self.joints.margins(solved)], axis=1).reshape(*w.shape, -1)
+        values = np.concatenate([solved.q, self.joints.find_margins(solved)], axis=1).reshape(*w.shape, -1)
         lower, upper = _bound(values)
         # not a number where a sample cannot be solved: not legal
         enough = [
             lower[:, one.quantity] >= one.warn if one.sign > 0 else upper[:, one.quantity] <= one.warn
             for one in self.checks
         ]
-        axis, tool_length = self.joints.find_tool_axis(solved)[:, 2], contour.tool_length(element.ravel())
+        axis, tool_length = self.joints.find_tool_axis(solved)[:, 2], contour.find_tool_lengths(element.ravel())
         heights = (solved.tip[:, 2] + along * axis for along in (self.joints.lift, tool_length))
         enough += [_bound(height.reshape(*w.shape, 1))[0][:, 0] >= 0.0 for height in heights]
         legal[some] = np.all(enough, axis=0)
@@ -225,7 +225,7 @@ class _LimitCheck:
         """Check joints and margins: samples (m, n, k) of spans; those that have to be halved (n,)."""
         n_joints = len(self.tails)
         values = quantities[: spans.NODES]
-        tail = spans.tail(values)
+        tail = spans.bound_tail(values)
         coarse = find_row_max(tail[:, :n_joints] - self.tails) > 0.0
         deep = part.depth >= MAX_DEPTH
         halve = coarse & ~deep
@@ -257,7 +257,7 @@ class _LimitCheck:
         radius = self.joints.machine.table_radius
         halve = np.zeros(len(part), dtype=bool)
         shape = (len(spans.WITH_ENDS), len(part), 1)
-        tool_length = self.joints.contour.tool_length(np.tile(part.element, shape[0]))
+        tool_length = self.joints.contour.find_tool_lengths(np.tile(part.element, shape[0]))
         axis = self.joints.find_tool_axis(solved)
         for along in (np.full(len(axis), self.joints.lift), tool_length):
             height = (solved.tip[:, 2] + along * axis[:, 2]).reshape(shape)
@@ -291,12 +291,12 @@ class _LimitCheck:
             return
         rows = bad[first[fresh]]
         codes = self.joints.machine.five_axis.explain_unreachable(
-            solved.tip[rows], solved.angles[rows], self.joints.contour.tool_length(elements[fresh])
+            solved.tip[rows], solved.angles[rows], self.joints.contour.find_tool_lengths(elements[fresh])
         )
         self.unreachable.update(zip(elements[fresh].tolist(), codes, strict=True))
 
 
 def _bound(values: Array) -> tuple[Array, Array]:
     """Lower and upper bound (n, k) of samples (m, n, k), by what the polynomial may be off."""
-    (lower, upper), tail = spans.enclose_derivative(values), spans.tail(values)
+    (lower, upper), tail = spans.enclose_derivative(values), spans.bound_tail(values)
     return lower - tail, upper + tail

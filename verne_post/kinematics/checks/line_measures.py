@@ -32,7 +32,7 @@ class _MovedPose(Struct, frozen=True):
         tip, angles = self.joints.pose(contour, element, w)
         share = w[:, None] if self.end_only else 1.0
         tilted = angles + w[:, None] * np.array([self.end_tilt, 0.0])
-        return tip + share * np.array(self.shift), self.branch.of(tilted)
+        return tip + share * np.array(self.shift), self.branch.apply_to(tilted)
 
 
 def put_on_branch(line: JointPath, branch: Branch) -> JointPath:
@@ -48,7 +48,7 @@ def tilt_line_end(line: JointPath, tilt: float) -> JointPath:
 def shift_line(line: JointPath, shift: Array, end_only: bool = False) -> JointPath:
     """The line with its part, or the end of a straight line alone, moved on the table by ``shift`` (3,), mm."""
     x, y, z = (float(value) for value in shift)
-    keep_out = line.keep_out if end_only or line.keep_out is None else line.keep_out.moved(shift)
+    keep_out = line.keep_out if end_only or line.keep_out is None else line.keep_out.move_part(shift)
     return replace(line, pose=_MovedPose(line, (x, y, z), end_only), keep_out=keep_out)
 
 
@@ -68,9 +68,9 @@ def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
     """Joints, margins, clearances and height over the table face (infinite beside it) of points: (n, m), NaN unsolved."""
     machine = line.machine
     solved = line.solve(element, w)
-    parts = [solved.q, line.margins(solved)]
-    tool = line.contour.tool_length(element)
-    parts += [model.evaluate(line.bodies(element, solved))[0] for model in clearances(line, meshes=True)]
+    parts = [solved.q, line.find_margins(solved)]
+    tool = line.contour.find_tool_lengths(element)
+    parts += [model.evaluate(line.place_bodies(element, solved))[0] for model in clearances(line, meshes=True)]
     axis = line.find_tool_axis(solved)
     nose, tip = solved.tip + tool[:, None] * axis, solved.tip + line.lift * axis
     heights = [
@@ -81,7 +81,7 @@ def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
     return np.concatenate(parts, axis=1), solved
 
 
-def grid(line: JointPath) -> tuple[Ints, Array]:
+def list_samples(line: JointPath) -> tuple[Ints, Array]:
     """Element and parameter (n,) of the samples of a line."""
     n = len(line.contour)
     return np.repeat(np.arange(n), len(GRID)), np.tile(GRID, n)
@@ -89,4 +89,4 @@ def grid(line: JointPath) -> tuple[Ints, Array]:
 
 def is_solvable(line: JointPath) -> bool:
     """Whether all samples of the line can be solved."""
-    return bool(line.solve(*grid(line)).ok.all())
+    return bool(line.solve(*list_samples(line)).ok.all())

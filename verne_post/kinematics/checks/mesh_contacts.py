@@ -108,7 +108,7 @@ def _sample(joints: JointPath, moving: Moving) -> Iterator[_Rows]:
         if sum(len(one[0]) for one in waiting) >= _BLOCK or k == len(chunks) - 1:
             element, w, linked = (np.concatenate(one) for one in zip(*waiting, strict=True))
             waiting = []
-            pose = joints.bodies(element, joints.solve(element, w))
+            pose = joints.place_bodies(element, joints.solve(element, w))
             same = np.abs(np.diff(pose.q, axis=0)).max(axis=1, initial=0.0) < _SAME
             linked[:-1] |= same
             yield _Rows(element, pose, linked)
@@ -119,7 +119,7 @@ def _count_chords(joints: JointPath, moving: Moving, part: Spans) -> Ints:
     element, w = part.samples(spans.SAMPLES)
     owner = element.ravel()
     off = np.zeros(len(part))
-    for one in moving.carry(joints.bodies(owner, joints.solve(owner, w.ravel()))):
+    for one in moving.carry(joints.place_bodies(owner, joints.solve(owner, w.ravel()))):
         (shift, bend), (turn, sway) = (_bound_rates(values.reshape(*w.shape, 3)) for values in (one.origin, one.axis))
         # a chord of both ends, then the axis made a unit vector again; and what the chord itself bows
         chord = bend / 8.0 + 2.0 * one.far * sway / 8.0

@@ -15,7 +15,14 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.least_move import MoveProblem, find_least_move, find_start
-from verne_post.kinematics.checks.line_measures import GRID, grid, list_checks, measure, put_on_branch, tilt_line_end
+from verne_post.kinematics.checks.line_measures import (
+    GRID,
+    list_checks,
+    list_samples,
+    measure,
+    put_on_branch,
+    tilt_line_end,
+)
 from verne_post.kinematics.checks.violations import Check
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.branch import Branch
@@ -56,9 +63,9 @@ class Shift(Struct, frozen=True):
     leaves: tuple[str, ...]
 
 
-def of_line(joints: JointPath, line: int) -> JointPath:
+def select_line(joints: JointPath, line: int) -> JointPath:
     """The elements of one source line alone, in their order; none when the line has no motion."""
-    return replace(joints, contour=joints.contour.select(np.flatnonzero(joints.contour.line() == line)))
+    return replace(joints, contour=joints.contour.select(np.flatnonzero(joints.contour.find_lines() == line)))
 
 
 def is_movable(line: JointPath) -> bool:
@@ -73,7 +80,7 @@ def is_movable(line: JointPath) -> bool:
     )
 
 
-def straight(line: JointPath) -> bool:
+def is_straight(line: JointPath) -> bool:
     """Whether the line is one straight motion, whose end can be named elsewhere."""
     path, segment = line.contour.path, line.contour.segment
     return len(segment) == 1 and bool(path.kind[segment[0]] == SegmentKind.LINE)
@@ -82,9 +89,9 @@ def straight(line: JointPath) -> bool:
 # --- where a quantity is worst ---------------------------------------------------------------
 
 
-def worst_places(line: JointPath, checks: list[Check]) -> list[tuple[Place, float] | None]:
+def find_worst_places(line: JointPath, checks: list[Check]) -> list[tuple[Place, float] | None]:
     """Where each bound is worst along the line, and the value there; None where nothing of the line can be solved."""
-    element, w = grid(line)
+    element, w = list_samples(line)
     values, _solved = measure(line, element, w)
     places: list[tuple[Place, float] | None] = []
     for check in checks:
@@ -115,13 +122,13 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
         if (check.code, check.axis) == (item.code, item.axis) and (item.code != "VP215" or item.message.startswith(check.name))
     ]  # fmt: skip
     by_distance = [(abs(best[1] * check.factor - item.value), best[0])
-            for check, best in zip(checks, worst_places(line, checks), strict=True) if best is not None]  # fmt: skip
+            for check, best in zip(checks, find_worst_places(line, checks), strict=True) if best is not None]  # fmt: skip
     return min(by_distance, key=lambda one: one[0])[1] if by_distance else None
 
 
 def _find_first_unsolved(line: JointPath) -> Place | None:
     """The first point of the line from which on the machine cannot follow."""
-    element, w = grid(line)
+    element, w = list_samples(line)
     bad = np.flatnonzero(~line.solve(element, w).ok)
     if not len(bad):
         return None
@@ -139,7 +146,7 @@ def _find_first_unsolved(line: JointPath) -> Place | None:
 # --- another branch, another turn of C ------------------------------------------------------------
 
 
-def errors_of(line: JointPath) -> tuple[str, ...]:
+def find_errors(line: JointPath) -> tuple[str, ...]:
     """Codes of the errors of a line, each once."""
     findings = check_constraints(line)[1]
     return tuple(dict.fromkeys(item.code for item in findings if item.severity == "error"))
@@ -150,7 +157,7 @@ def find_legal_branches(line: JointPath) -> Iterator[Branch]:
     limited = bool(np.isfinite([line.machine.limits.lower[-1], line.machine.limits.upper[-1]]).any())
     turns = sorted(range(-TURNS, TURNS + 1), key=abs) if limited else [0]
     for flip, turn in sorted(product((0, 1), turns), key=lambda one: (abs(one[1]), one[0])):
-        if (flip, turn) != (0, 0) and not errors_of(put_on_branch(line, Branch(flip, turn))):
+        if (flip, turn) != (0, 0) and not find_errors(put_on_branch(line, Branch(flip, turn))):
             yield Branch(flip, turn)
 
 
@@ -165,7 +172,7 @@ def find_legal_tilt(line: JointPath, place: Place) -> float | None:
     machine = line.machine
     solved = line.solve(np.array([place.element]), np.array([place.w]))
     tip, angles = solved.tip[0], solved.angles[0].copy()
-    tool = float(line.contour.tool_length(np.array([place.element]))[0])
+    tool = float(line.contour.find_tool_lengths(np.array([place.element]))[0])
     low, high = float(machine.limits.lower[-2]), float(machine.limits.upper[-2])
     goal = min(max(float(solved.q[0, -2]), low + TILT_RESERVE), high - TILT_RESERVE)
     for _ in range(NEWTON_STEPS):
@@ -190,7 +197,7 @@ def find_legal_end_tilt(line: JointPath, place: Place) -> float | None:
         return None
     _tip, angles = line.pose(line.contour, np.array([0, 0]), np.array([place.w, 1.0]))
     change = (inside - float(angles[0, 0])) / place.w
-    return None if errors_of(tilt_line_end(line, change)) else float(angles[1, 0]) + change
+    return None if find_errors(tilt_line_end(line, change)) else float(angles[1, 0]) + change
 
 
 # --- a move of the part --------------------------------------------------------------------------------
@@ -223,7 +230,7 @@ def find_smallest_shift(
         vector = find_least_move(problem, start, reserve)
         if vector is None:
             continue
-        findings = check_constraints(problem.moved(vector))[1]
+        findings = check_constraints(problem.move_part(vector))[1]
         left = [item for item in findings if item.severity == "error" or also_warnings]
         if all(item.code in ROTARY_CODES for item in left):
             x, y, z = (float(value) for value in vector)

@@ -7,11 +7,11 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.codes import CODES
 from verne_post.model.contour import Contour
-from verne_post.model.findings import Finding, finding
+from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Severity
 
@@ -116,7 +116,9 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
             at = min(group, key=lambda element: check.sign * value_of[element])
             value, bound = value_of[at] * check.factor, limit * check.factor
             side = "below" if value < bound else "above"
-            message = f"{what} {fixed(value, 6)}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
+            message = (
+                f"{what} {format_fixed(value, 6)}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
+            )
             message += "" if cause is None else _describe_stretches(contour, group)
             findings.append(
                 _make_finding(contour, group, at, check.code, message, severity=severity, axis=check.axis, value=value,
@@ -131,7 +133,7 @@ def report_table(contour: Contour, below: Worst) -> list[Finding]:
     for group in _split_stretches(below.by_element):
         at = min(group, key=lambda element: below.by_element[element][0])
         value = below.by_element[at][1]
-        message = f"tip or spindle nose {fixed(-value, 6)} mm below the table face, inside the table's radius"
+        message = f"tip or spindle nose {format_fixed(-value, 6)} mm below the table face, inside the table's radius"
         findings.append(_make_finding(contour, group, at, "VP210", message, value=value, limit=0.0, unit="mm"))
     return findings
 
@@ -147,9 +149,9 @@ def report_unreachable(contour: Contour, unreachable: dict[int, str]) -> list[Fi
 
 def _make_finding(contour: Contour, group: list[int], worst: int, code: str, message: str, **values: object) -> Finding:
     """A finding on the lines of a group of elements; it counts their programmed segments."""
-    first, last, at = contour.line(np.array([group[0], group[-1], worst])).tolist()
+    first, last, at = contour.find_lines(np.array([group[0], group[-1], worst])).tolist()
     count = len(np.unique(contour.segment[group]))
-    return finding(code, message, line=first, last_line=last, worst_line=at, count=count, **values)
+    return make_finding(code, message, line=first, last_line=last, worst_line=at, count=count, **values)
 
 
 def _split_causes(elements: Iterable[int], cause: Ints) -> Iterator[list[int]]:
@@ -165,7 +167,9 @@ def _describe_stretches(contour: Contour, group: list[int]) -> str:
     stretches = list(_split_stretches(group))
     if len(stretches) == 1:
         return ""
-    ends = contour.line(np.array([(one[0], one[-1]) for one in stretches[:NAMED_STRETCHES]]).ravel()).reshape(-1, 2)
+    ends = contour.find_lines(np.array([(one[0], one[-1]) for one in stretches[:NAMED_STRETCHES]]).ravel()).reshape(
+        -1, 2
+    )
     named = [f"{first}-{last}" if last > first else f"{first}" for first, last in ends.tolist()]
     left = " and on" if len(stretches) > NAMED_STRETCHES else ""
     return f", in {len(stretches)} stretches: lines {', '.join(dict.fromkeys(named))}{left}"

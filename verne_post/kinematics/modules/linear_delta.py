@@ -19,7 +19,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.kinematics.modules.solutions import build_determinant_margin, drop_margins, place_upright, triple
+from verne_post.kinematics.modules.solutions import build_determinant_margin, drop_margins, make_triple, place_upright
 from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
 _BEYOND = "beyond a parallel singularity: the platform is not below the plane of the slider joints"
@@ -148,7 +148,7 @@ class LinearDeltaModule(Struct, frozen=True):
         solutions = []
         for signs in product((-1, 1), repeat=3):
             rho = point[2] + np.array(signs) * np.sqrt(radicands)
-            solutions.append(InverseSolution(0.0, signs, triple(rho), self._find_refusal(point, rho)))
+            solutions.append(InverseSolution(0.0, signs, make_triple(rho), self._find_refusal(point, rho)))
         return sorted(solutions, key=lambda one: (one.refused is not None, one.signs))
 
     def forward_all(self, rho: Array) -> list[ForwardSolution]:
@@ -161,7 +161,7 @@ class LinearDeltaModule(Struct, frozen=True):
         solutions = []
         for side in (1.0, -1.0):
             position = foot + side * np.sqrt(height2) * normal
-            solutions.append(ForwardSolution(triple(position), 0.0, self._find_refusal(position, sliders)))
+            solutions.append(ForwardSolution(make_triple(position), 0.0, self._find_refusal(position, sliders)))
         return sorted(solutions, key=lambda one: one.refused is not None)
 
     def _find_refusal(self, position: Array, rho: Array) -> str | None:

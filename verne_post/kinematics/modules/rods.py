@@ -24,7 +24,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import rotate_x, rotate_x_rate
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.modules.rod_geometry import CLOSED, RodGeometry
-from verne_post.kinematics.modules.solutions import place_upright, triple
+from verne_post.kinematics.modules.solutions import make_triple, place_upright
 from verne_post.model.poses import Platform
 from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
@@ -232,12 +232,12 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
 
     def _list_solution(self, rho: Array, alpha: Array, ok: Mask) -> list[InverseSolution]:
         signs = tuple(int(-side) for side in self.sides[self.first_rods])
-        return [InverseSolution(float(alpha), signs, triple(rho), None)] if ok else []
+        return [InverseSolution(float(alpha), signs, make_triple(rho), None)] if ok else []
 
     def forward_all(self, rho: Array) -> list[ForwardSolution]:
         """The assembly in use of one set of sliders (3,)."""
         position, alpha, ok = self.forward(rho)
-        return [ForwardSolution(triple(position), float(alpha), None)] if ok else []
+        return [ForwardSolution(make_triple(position), float(alpha), None)] if ok else []
 
     # --- velocities, margins -------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.kinematics.modules.solutions import place_upright, triple
+from verne_post.kinematics.modules.solutions import make_triple, place_upright
 from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
 _UPRIGHT = np.array([1.0, -1.0, -1.0])
@@ -49,12 +49,12 @@ class SerialModule(Struct, frozen=True):
     def inverse_all(self, position: Array) -> list[InverseSolution]:
         """The only solution of one position (3,)."""
         rho, _alpha, ok = self.inverse(position)
-        return [InverseSolution(0.0, (), triple(rho), None)] if ok else []
+        return [InverseSolution(0.0, (), make_triple(rho), None)] if ok else []
 
     def forward_all(self, rho: Array) -> list[ForwardSolution]:
         """The only position of one set of axis positions (3,)."""
         position, _alpha, ok = self.forward(rho)
-        return [ForwardSolution(triple(position), 0.0, None)] if ok else []
+        return [ForwardSolution(make_triple(position), 0.0, None)] if ok else []
 
     def solve_coupled_all(self, pivot: Array, gauge: Array) -> list[InverseSolution]:
         """As :meth:`inverse_all` for ``pivot + F gauge``, because nothing tilts."""

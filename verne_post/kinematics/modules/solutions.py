@@ -11,7 +11,7 @@ def place_upright(pivot: Array, gauge: Array) -> Array:
     return np.asarray(gauge, dtype=float) * [1.0, -1.0, -1.0] + np.asarray(pivot, dtype=float)
 
 
-def triple(values: Array) -> tuple[float, float, float]:
+def make_triple(values: Array) -> tuple[float, float, float]:
     """Three numbers of an array (3,)."""
     a, b, c = (float(value) for value in values)
     return a, b, c

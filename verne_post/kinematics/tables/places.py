@@ -25,7 +25,7 @@ def place_on_part(program: Array, frame: Frame, machine_zero: Array) -> tuple[Ar
     """
     shifted = np.array(program, dtype=float)
     if frame.feature is not None:
-        shifted[..., :3] = frame.feature.outside(shifted[..., :3])
+        shifted[..., :3] = frame.feature.map_outside(shifted[..., :3])
     shifted += np.asarray(frame.g92)
     origin = np.asarray(frame.origin)
     return machine_zero + origin[:3] + rotate_z(shifted[..., :3], turn_of(frame)), shifted, origin
@@ -42,7 +42,7 @@ def place_in_program(
         program[..., axis] = word - origin[axis]
     program -= np.asarray(frame.g92)
     if frame.feature is not None:
-        program[..., :3] = frame.feature.inside(program[..., :3])
+        program[..., :3] = frame.feature.map_inside(program[..., :3])
     return program
 
 

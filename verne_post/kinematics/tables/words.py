@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import solve_angles_of_axis
 from verne_post.base.tolerances import POLE_CROSSING, POLE_SINE
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
@@ -98,8 +98,8 @@ class RotaryWords(Struct, frozen=True):
         tilting, turning = (AXES[axis] for axis in self.axes)
         raise ProgramError(
             "VP110",
-            f"the tool axis is at {fixed(DEG_PER_RAD * tilt, 4)} degrees to the axis of {turning}, {fixed(DEG_PER_RAD * miss, 4)} outside what "
-            f"{tilting} reaches: {fixed(low, 4)} to {fixed(high, 4)}",
+            f"the tool axis is at {format_fixed(DEG_PER_RAD * tilt, 4)} degrees to the axis of {turning}, {format_fixed(DEG_PER_RAD * miss, 4)} outside what "
+            f"{tilting} reaches: {format_fixed(low, 4)} to {format_fixed(high, 4)}",
         )
 
     def find_other_side(self, machine: Array) -> Array | None:

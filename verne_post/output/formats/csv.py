@@ -11,7 +11,7 @@ from verne_post.output.spool import WrittenRows
 def write(rows: WrittenRows) -> Iterator[bytes]:
     """Write what ``verify`` reads."""
     yield write_csv_header(rows.columns, rows.format.drives).encode()
-    yield from (write_csv_rows(block).encode() for block in rows.blocks())
+    yield from (write_csv_rows(block).encode() for block in rows.iterate_blocks())
 
 
 FORMAT: Final = FileFormat(write, ".csv")

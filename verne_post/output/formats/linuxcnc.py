@@ -10,7 +10,7 @@ from verne_post.output.spool import WrittenRows
 
 def write(rows: WrittenRows) -> Iterator[bytes]:
     """Write fixed-point text."""
-    return (format_rows(block.written.T, rows.format.decimals, " ").encode() for block in rows.blocks())
+    return (format_rows(block.written.T, rows.format.decimals, " ").encode() for block in rows.iterate_blocks())
 
 
 FORMAT: Final = FileFormat(write, ".txt")

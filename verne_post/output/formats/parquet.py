@@ -23,7 +23,7 @@ def write(rows: WrittenRows) -> Iterator[bytes]:
     schema = pa.schema(list(zip(names, types, strict=True)), metadata=about)
     buffer = io.BytesIO()
     with pq.ParquetWriter(buffer, schema) as writer:
-        for block in rows.blocks():
+        for block in rows.iterate_blocks():
             arrays = [pa.array(column) for column in take_columns(block)]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
     yield buffer.getvalue()

@@ -11,7 +11,7 @@ from verne_post.output.spool import WrittenRows
 
 def write(rows: WrittenRows) -> Iterator[bytes]:
     """Write raw float64."""
-    for block in rows.blocks():
+    for block in rows.iterate_blocks():
         yield np.ascontiguousarray(block.written, dtype="<f8").tobytes()
 
 

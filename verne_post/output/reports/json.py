@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from verne_post.base.printable import format_json
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import Verdict, counts, find_exit_status, find_verdict
+from verne_post.model.verdict import Verdict, count_findings, find_exit_status, find_verdict
 from verne_post.output.findings import Report, record_of
 
 
@@ -13,7 +13,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
     """One document: each program with its verdict and its findings."""
     programs = []
     for report in reports:
-        errors, warnings = counts(report.findings)
+        errors, warnings = count_findings(report.findings)
         programs.append(
             {
                 "program": report.program,

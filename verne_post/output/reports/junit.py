@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import Verdict, is_about_pose, worst
+from verne_post.model.verdict import Verdict, find_worst, is_about_pose
 from verne_post.output.findings import Report, format_finding, quote_line
 
 #: Characters that XML cannot hold, made visible.
@@ -47,7 +47,7 @@ def _make_case(report: Report) -> ElementTree.Element:
     for item in report.findings:
         lines += [format_finding(report.program, item), *quote_line(item, report.source, report.program)]
     text = _clean("\n".join(lines))
-    if worst(report.findings) == "error":
+    if find_worst(report.findings) == "error":
         first = next(item for item in report.findings if item.severity == "error")
         kind = "failure" if is_about_pose(first.code) else "error"
         ElementTree.SubElement(case, kind, type=first.code, message=make_printable(first.message)).text = text

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.ragged import number_parts
-from verne_post.kinematics.modules.solutions import triple
+from verne_post.kinematics.modules.solutions import make_triple
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.modules.verne.rods import (
     CLOSED,
@@ -97,7 +97,7 @@ def forward_all(geometry: VerneGeometry, rho: Array) -> list[ForwardSolution]:
     solutions = []
     for position, alpha in zip(modes.position[0], modes.alpha[0].tolist(), strict=True):
         drops = compute_leg_drops(geometry, position[2], alpha, sliders)
-        solutions.append(ForwardSolution(triple(position), alpha, refuse_mode(geometry, alpha, drops)))
+        solutions.append(ForwardSolution(make_triple(position), alpha, refuse_mode(geometry, alpha, drops)))
     return sorted(solutions, key=lambda one: (one.refused is not None, one.alpha))
 
 

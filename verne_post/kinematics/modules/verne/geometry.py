@@ -46,7 +46,7 @@ class VerneGeometry(Struct, frozen=True):
             np.array([self.L1, self.L1, self.L2, self.L3]),
         )
 
-    def radicands(self, x: Array, y: Array, cos_alpha: Array) -> Array:
+    def find_radicands(self, x: Array, y: Array, cos_alpha: Array) -> Array:
         """Radicands of (11), (12), (13), shape (3, ...): squared vertical drops of the three legs, mm2."""
         x1, x2 = x + self.leg1_x_offset, x + self.leg23_x_offset
         arm = self.R2 * cos_alpha - self.r4

@@ -32,15 +32,15 @@ class PointOfTilt(NamedTuple):
     zc: Array
     zs: Array
 
-    def y(self, c: Array, s: Array) -> Array:
+    def find_y(self, c: Array, s: Array) -> Array:
         """The y of P at a tilt given by its cosine and sine, mm."""
         return self.y0 + self.yc * c + self.ys * s
 
-    def z(self, c: Array, s: Array) -> Array:
+    def find_z(self, c: Array, s: Array) -> Array:
         """The z of P at a tilt given by its cosine and sine, mm."""
         return self.z0 + self.zc * c + self.zs * s
 
-    def rows(self, which: slice | Ints | int) -> "PointOfTilt":
+    def select(self, which: slice | Ints | int) -> "PointOfTilt":
         """Some of the rows."""
         return PointOfTilt(*(field[which] for field in self))
 
@@ -81,7 +81,7 @@ def _solve(geometry: VerneGeometry, points: PointOfTilt) -> tuple[Array, Array, 
     alpha = np.empty(n)
     for first in range(0, n, CHUNK):
         part = slice(first, first + CHUNK)
-        rho[part], alpha[part] = _solve_chunk(geometry, points.rows(part))
+        rho[part], alpha[part] = _solve_chunk(geometry, points.select(part))
     solved = np.isfinite(rho)
     if solved.all():
         return rho, alpha, np.ones(n, dtype=bool)
@@ -99,18 +99,18 @@ def _solve_chunk(geometry: VerneGeometry, point: PointOfTilt) -> tuple[Array, Ar
         alpha[~converged] = np.nan
         finite = np.isfinite(point.x) & np.isfinite(point.y0) & np.isfinite(point.yc) & np.isfinite(point.ys)
         bad = np.flatnonzero(~converged & finite)
-        alpha[bad] = _bracket_tilt(geometry, point.rows(bad))
+        alpha[bad] = _bracket_tilt(geometry, point.select(bad))
         s = np.sin(alpha)
     c = np.sqrt(1.0 - s * s)  # the tilt is less than a quarter turn
-    y = point.y(c, s)
-    radicands = geometry.radicands(point.x, y, c)
+    y = point.find_y(c, s)
+    radicands = geometry.find_radicands(point.x, y, c)
     closed = _choose_closed_legs(geometry, alpha, radicands, point)
     if closed is not None:
         alpha = closed
         c, s = np.cos(alpha), np.sin(alpha)
-        y = point.y(c, s)
-        radicands = geometry.radicands(point.x, y, c)
-    z = point.z(c, s)
+        y = point.find_y(c, s)
+        radicands = geometry.find_radicands(point.x, y, c)
+    z = point.find_z(c, s)
     unclosed = _find_unclosed(geometry, radicands[0], alpha, y)
     alpha[unclosed] = radicands[0, unclosed] = np.nan
     drop = np.sqrt(radicands)
@@ -176,7 +176,7 @@ def _bracket_tilt(geometry: VerneGeometry, point: PointOfTilt) -> Array:
     alpha[lost] = np.nan
     # the roots are found one by one: not for the thousands of points of a path that is far out of reach
     for row in np.flatnonzero(lost & _is_within_leg_1(geometry, point)).tolist():
-        inside = _find_working_tilts(geometry, point.rows(row))
+        inside = _find_working_tilts(geometry, point.select(row))
         if len(inside):
             alpha[row] = inside[np.argmin(np.abs(inside))]
     return alpha
@@ -187,7 +187,7 @@ def _is_within_leg_1(geometry: VerneGeometry, point: PointOfTilt) -> Mask:
     ends = np.array([[-geometry.crossing_angle], [geometry.crossing_angle]])
     # y0 + yc cos a + ys sin a is largest and smallest at the ends, or where a is the direction of (yc, ys)
     swing, direction = np.hypot(point.yc, point.ys), np.arctan2(point.ys, point.yc)
-    y = point.y(np.cos(ends), np.sin(ends))
+    y = point.find_y(np.cos(ends), np.sin(ends))
     highest = np.where(np.abs(direction) < ends[1], point.y0 + swing, y.max(axis=0))
     lowest = np.where(np.pi - np.abs(direction) < ends[1], point.y0 - swing, y.min(axis=0))
     nearest = np.maximum(np.maximum(lowest, -highest), 0.0)
@@ -206,11 +206,11 @@ def _choose_closed_legs(geometry: VerneGeometry, alpha: Array, radicands: Array,
     near = radicands[0] < (SECOND_TILT * geometry.L1) ** 2
     open_ = np.isfinite(alpha) & ~(radicands > 0).all(axis=0) & near
     for row in np.flatnonzero(open_).tolist():
-        one = point.rows(row)
+        one = point.select(row)
         others = _find_working_tilts(geometry, one)
         c = np.cos(others)
-        y = one.y(c, np.sin(others))
-        closed = (geometry.radicands(np.full_like(others, one.x), y, c) > 0).all(axis=0)
+        y = one.find_y(c, np.sin(others))
+        closed = (geometry.find_radicands(np.full_like(others, one.x), y, c) > 0).all(axis=0)
         if closed.any():
             better = alpha.copy() if better is None else better
             better[row] = others[closed][np.argmin(np.abs(others[closed]))]
@@ -229,7 +229,7 @@ def _evaluate_loop(geometry: VerneGeometry, alpha: Array, point: PointOfTilt) ->
     """Equation (14) in the working mode with the radicand of (11) cut off at zero, and the radicand."""
     R1, r1 = geometry.R1, geometry.r1
     c, s = np.cos(alpha), np.sin(alpha)
-    y = point.y(c, s)
+    y = point.find_y(c, s)
     x_leg1 = point.x + geometry.leg1_x_offset
     radicand = geometry.L1**2 - (R1**2 + r1**2 - 2 * R1 * r1 * c) - x_leg1**2 - y * y
     return y * (R1 * c - r1) + R1 * s * np.sqrt(np.maximum(radicand, 0.0)), radicand
@@ -249,7 +249,7 @@ def find_tilts(geometry: VerneGeometry, point: PointOfTilt, near_circle: float =
         return np.empty(0)
     a = 2 * np.pi * np.arange(7) / 7
     c, s = np.cos(a), np.sin(a)
-    y = point.y(c, s)
+    y = point.find_y(c, s)
     arm = geometry.R1**2 + geometry.r1**2 - 2 * geometry.R1 * geometry.r1 * c
     value = arm * y**2 - (geometry.R1 * s) ** 2 * (geometry.L1**2 - arm - x_leg1**2)
     coefficients = np.fft.fft(value) / 7  # orders 0, 1, 2, 3, -3, -2, -1
@@ -279,9 +279,9 @@ def explain_unreachable(geometry: VerneGeometry, pivot: Array, gauge: Array) -> 
     codes = []
     points = place_coupled_point(pivot, np.asarray(gauge, dtype=float))
     for row in range(len(points.x)):
-        point = points.rows(row)
+        point = points.select(row)
         a = find_tilts(geometry, point)
         c = np.cos(a)
-        real = (geometry.radicands(np.full_like(a, point.x), point.y(c, np.sin(a)), c) > 0).all(axis=0)
+        real = (geometry.find_radicands(np.full_like(a, point.x), point.find_y(c, np.sin(a)), c) > 0).all(axis=0)
         codes.append("VP201" if bool(np.any(real & (geometry.R1 * c <= geometry.r1))) else "VP110")
     return codes

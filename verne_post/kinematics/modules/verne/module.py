@@ -53,7 +53,7 @@ class VerneModule(VerneGeometry, frozen=True, dict=True):
         The determinant counts positive on the side of the middle of the workspace.
         """
         c, s = np.cos(alpha), np.sin(alpha)
-        drops = np.sqrt(np.maximum(self.radicands(position[..., 0], position[..., 1], c), 0.0))
+        drops = np.sqrt(np.maximum(self.find_radicands(position[..., 0], position[..., 1], c), 0.0))
         determinant = self._determinant_side * rods.compute_parallel_determinant(self, position, (c, s), drops)
         return np.stack([drops[0], drops[1], drops[2], self.R1 * c - self.r1, determinant], axis=-1)
 
@@ -62,7 +62,7 @@ class VerneModule(VerneGeometry, frozen=True, dict=True):
         """Sign of the parallel determinant in the middle of the workspace."""
         x, _drop = self.find_workspace_middle()
         middle, upright = np.array([x, 0.0, 0.0]), (np.array(1.0), np.array(0.0))
-        drops = np.sqrt(np.maximum(self.radicands(middle[0], middle[1], upright[0]), 0.0))
+        drops = np.sqrt(np.maximum(self.find_radicands(middle[0], middle[1], upright[0]), 0.0))
         return 1.0 if rods.compute_parallel_determinant(self, middle, upright, drops) >= 0 else -1.0
 
     def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:

@@ -27,7 +27,7 @@ POLISH_STEPS: Final = 40
 POLISHED: Final = 1e-15
 
 
-def rod_vectors(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> Array:
+def find_rod_vectors(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> Array:
     """Vectors along the rods from slider to platform, shape (..., 4, 3), mm.
 
     Parameters
@@ -40,7 +40,7 @@ def rod_vectors(geometry: VerneGeometry, position: Array, alpha: Array, rho: Arr
 
 
 def vectors(offset: Array, radius: Array, base: Array, position: Array, alpha: Array, rho: Array) -> Array:
-    """:func:`rod_vectors` for the x offsets, platform radii and base radii (4,) of the equations, mm."""
+    """:func:`find_rod_vectors` for the x offsets, platform radii and base radii (4,) of the equations, mm."""
     alpha = np.asarray(alpha)[..., None]
     return np.stack(
         [
@@ -67,13 +67,13 @@ def sketch(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -
         ],
         axis=-1,
     )
-    return np.stack([platform - rod_vectors(geometry, position, alpha, rho), platform], axis=-2)
+    return np.stack([platform - find_rod_vectors(geometry, position, alpha, rho), platform], axis=-2)
 
 
 def compute_rod_residuals(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> Array:
     """Left-hand sides of (3), (4), (5), (6), shape (..., 4), mm2."""
     rod = geometry.group_lengths_by_equation()[3]
-    return np.asarray((rod_vectors(geometry, position, alpha, rho) ** 2).sum(axis=-1) - rod**2)
+    return np.asarray((find_rod_vectors(geometry, position, alpha, rho) ** 2).sum(axis=-1) - rod**2)
 
 
 def compute_rod_jacobians(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
@@ -89,7 +89,7 @@ def compute_rod_jacobians(geometry: VerneGeometry, position: Array, alpha: Array
         By the sliders, mm.
     """
     _offset, radius, _base, _rod = geometry.group_lengths_by_equation()
-    d = rod_vectors(geometry, position, alpha, rho)
+    d = find_rod_vectors(geometry, position, alpha, rho)
     c, s = np.cos(alpha)[..., None], np.sin(alpha)[..., None]
     turn = SIDE * radius * (d[..., 2] * c - d[..., 1] * s)
     parallel = np.concatenate([d, turn[..., None]], axis=-1)

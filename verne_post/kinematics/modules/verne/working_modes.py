@@ -32,7 +32,7 @@ def inverse_all(geometry: VerneGeometry, position: Array) -> list[InverseSolutio
     position : ndarray, shape (3,)
         P in the base frame, mm.
     """
-    return _solve_all(geometry, place_fixed_point(np.asarray(position, dtype=float)[None]).rows(0))
+    return _solve_all(geometry, place_fixed_point(np.asarray(position, dtype=float)[None]).select(0))
 
 
 def solve_coupled_all(geometry: VerneGeometry, pivot: Array, gauge: Array) -> list[InverseSolution]:
@@ -45,7 +45,7 @@ def solve_coupled_all(geometry: VerneGeometry, pivot: Array, gauge: Array) -> li
     gauge : ndarray, shape (3,)
         Upright frame at alpha = 0, mm; the platform point is ``pivot + F Rx(alpha) gauge``.
     """
-    return _solve_all(geometry, place_coupled_point(pivot, np.asarray(gauge, dtype=float)[None]).rows(0))
+    return _solve_all(geometry, place_coupled_point(pivot, np.asarray(gauge, dtype=float)[None]).select(0))
 
 
 def _solve_all(geometry: VerneGeometry, point: PointOfTilt) -> list[InverseSolution]:
@@ -53,8 +53,8 @@ def _solve_all(geometry: VerneGeometry, point: PointOfTilt) -> list[InverseSolut
     solutions = []
     for alpha, s1 in _find_tilts_and_sides(geometry, point):
         c, s = np.cos(alpha), np.sin(alpha)
-        z = point.z(c, s)
-        radicands = geometry.radicands(point.x, point.y(c, s), c)
+        z = point.find_z(c, s)
+        radicands = geometry.find_radicands(point.x, point.find_y(c, s), c)
         if not (radicands[1:] >= 0).all():
             continue
         drop = np.sqrt(np.maximum(radicands, 0.0))
@@ -124,7 +124,7 @@ def _polish_tilt(geometry: VerneGeometry, point: PointOfTilt, alpha: float, s1: 
     x1, yc, ys = (float(value) for value in (point.x + geometry.leg1_x_offset, point.yc, point.ys))
     for last in range(POLISH_STEPS + 1):
         c, s = np.cos(alpha), np.sin(alpha)
-        y = float(point.y(c, s))
+        y = float(point.find_y(c, s))
         radicand = _compute_leg1_radicand(geometry, x1, y, alpha)
         if radicand <= 0:
             return None
