@@ -26,13 +26,12 @@ from verne_post.gcode.rs274.corners import FanucCorners
 from verne_post.gcode.rs274.fanuc_codes import (
     ADDITIONAL,
     ALONE,
-    ARC_OF_HOLES,
-    CIRCLE_OF_HOLES,
     HIGH_SPEED,
     MIRROR,
     MIRROR_OFF,
     NAMES_AXES,
     OF_FRAMES,
+    PATTERNS,
     PLANE,
     POCKETS,
     TABLE,
@@ -348,7 +347,7 @@ class FanucInterpreter(Rs274):
             self.fanuc_offsets.store_offset(block)
         elif code in (520, 920):
             self.fanuc_offsets.shift_system(block, code)
-        elif code in (*POCKETS, CIRCLE_OF_HOLES, ARC_OF_HOLES):
+        elif code in (*POCKETS, *PATTERNS):
             self.haas.execute(block, code)
         else:
             super()._execute_non_modal(block, code)
