@@ -1,5 +1,6 @@
 """Which limit governs and what it costs, the spectrum, the modal state and the set-up sheet: each by a route of its own."""
 
+import hashlib
 import re
 from dataclasses import replace
 from typing import Any
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post.base.printable import make_printable
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.output.summary import format_summary
@@ -15,6 +17,7 @@ from verne_post.report.governing import HIGHER, OTHERS
 from verne_post.report.modal import collect_modal_states
 from verne_post.report.sheet import (
     worst_places,
+    write_css_string,
     write_reached_html,
     write_sheet_html,
     write_times_html,
@@ -296,12 +299,25 @@ def test_modal_states_are_those_of_the_text() -> None:
     assert said[14]["coolant"] == "off"
     assert said[14]["work offset"] == "G55"
     assert said[14]["corners"] == "exact path"
-    sheet = re.sub("<[^>]*>", " ", write_sheet_html(MACHINE, seen))
-    assert re.search(r"T3\s+70\s+8 ", sheet)
+    sheet = re.sub("<[^>]*>", " ", write_sheet_html("states.nc", STATES.encode(), MACHINE, seen))
+    assert re.search(rf"T3\s+70\s+8\s+900\s+{seen.x[-1]:.3f} ", sheet)
+    assert re.search(r"program\s+states.nc, 15 lines ", sheet)
+    assert re.search(rf"SHA-256\s+{hashlib.sha256(STATES.encode()).hexdigest()[:16]}\s", sheet)
+    assert re.search(rf"machine\s+{MACHINE.name}\s+its SHA-256\s+{MACHINE.sha256[:16]}\s", sheet)
     assert re.search(r"G54\s+0\s+0\s+40\s+0\s+given", sheet)
     assert re.search(r"G55\s+1\s+2\s+45", sheet)
     assert re.search(r"2\s+.*put in tool 3", sheet)
     assert f"{seen.q[0, 0]:.4f} mm" in sheet
+
+
+@pytest.mark.parametrize(
+    "name", ["a.nc", 'a"; } body { display: none } /* .nc', "</style><script>alert(1)</script>", "\\22 \n;é"]
+)
+def test_no_name_ends_a_string_of_the_style_sheet(name: str) -> None:
+    written = write_css_string(name)
+    assert re.fullmatch(r'"(?:[A-Za-z0-9]|\\[0-9a-f]+ )*"', written)
+    read = re.sub(r"\\([0-9a-f]+) ", lambda code: chr(int(code[1], 16)), written[1:-1])
+    assert read == make_printable(name)
 
 
 def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:

@@ -23,6 +23,7 @@ from verne_post.report.pack import Pack
 from verne_post.report.scene import describe_scene
 from verne_post.report.sheet import (
     escaped,
+    write_css_string,
     write_findings_html,
     write_governing_html,
     write_places_html,
@@ -79,6 +80,7 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
     here = Path(__file__).parent
     parts = {
         "title": escaped(f"{program} on {machine.name}"),
+        "foot": write_css_string(f"{program} on {machine.name}, page "),
         "verdict": write_verdict_html(machine, study),
         "heading": write_title_html(program, machine),
         "findings": write_findings_html(study),
@@ -86,7 +88,7 @@ def page(program: str, source: Text, machine: Machine, study: Study) -> str:
         "governing": write_governing_html(machine, study),
         "times": write_times_html(study),
         "reached": write_reached_html(study),
-        "sheet": write_sheet_html(machine, study),
+        "sheet": write_sheet_html(program, source, machine, study),
         "data": _write_json_in_html(data),
         "bytes": pack.text(),
         "library": library(),

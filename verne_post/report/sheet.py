@@ -9,12 +9,13 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
+from verne_post.base.long_text import Text, sha256
 from verne_post.base.numbers import fixed
 from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, tool_names, tool_of_event
+from verne_post.model.moves import Event, MoveKind, tool_names, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.findings import describe
@@ -28,6 +29,8 @@ _SLOW_STRETCHES: Final = 2
 _WORTH_A_WORD: Final = 0.005
 #: So many operations are shown, the longest; the rest of each tool stands in one row.
 _OPERATIONS: Final = 200
+#: So many digits tell one file from another for people.
+_DIGEST: Final = 16
 #: So many tools and work offsets are in the head.
 _IN_HEAD: Final = 2
 #: What verification accepts of each limit, for the differences of rounded rows.
@@ -67,7 +70,10 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
     else:
         shown = [("program", "refused, nothing is laid out")]
     if study.program is not None:
-        tools = [f"{tool}: {length} mm".removeprefix("not named: ") for tool, length, _diameter in _list_tools(study)]
+        tools = [
+            f"{tool}: {length} mm".removeprefix("not named: ")
+            for _number, tool, length, _diameter in _list_tools(study)
+        ]
         offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in _list_offsets(machine, study)]
         shown += [("tool length", _join_few(tools)), ("work offset", _join_few(offsets))]
     shown.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
@@ -82,10 +88,10 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
     return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
 
 
-def _join_few(texts: list[str]) -> str:
+def _join_few(texts: list[str], more: str = "more on the set-up sheet") -> str:
     """Join as many texts as the head has room for; the set-up sheet has all."""
     rest = len(texts) - _IN_HEAD
-    return "; ".join([*texts[:_IN_HEAD], *([f"{rest} more on the set-up sheet"] if rest > 0 else [])]) or "none"
+    return "; ".join([*texts[:_IN_HEAD], *([f"{rest} {more}"] if rest > 0 else [])]) or "none"
 
 
 def _count(number: int, what: str) -> str:
@@ -93,6 +99,12 @@ def _count(number: int, what: str) -> str:
 
 
 # --- findings and worst places --------------------------------------------------------------------------
+
+
+def write_css_string(text: str) -> str:
+    """Write text as a string of a style sheet: what is no plain letter or digit is escaped, so nothing ends it or the sheet."""
+    text = "".join(one if one.isascii() and one.isalnum() else f"\\{ord(one):x} " for one in make_printable(text))
+    return f'"{text}"'
 
 
 def write_title_html(program: str, machine: Machine) -> str:
@@ -278,16 +290,29 @@ def write_reached_html(study: Study) -> str:
 # --- set-up sheet ------------------------------------------------------------------------------------------
 
 
-def write_sheet_html(machine: Machine, study: Study) -> str:
-    """Tools, work offsets, fixtures and stock, start position, and what a person does."""
+def write_sheet_html(program: str, source: Text, machine: Machine, study: Study) -> str:
+    """Which program and machine; tools, work offsets, fixtures and stock, start position, and what a person does."""
+    from verne_post import __version__
+
+    lines = source.count(b"\n") + (not source.endswith(b"\n"))
+    made = (
+        ("program", f"{program}, {_count(lines, 'line')}"),
+        ("its SHA-256", sha256(source)[:_DIGEST]),
+        ("machine", machine.name),
+        ("its SHA-256", machine.sha256[:_DIGEST]),
+        ("made by", f"verne-post {__version__}"),
+    )
+    parts = [_write_titled_table("Program and machine", ("what", "which"), made)]
     if study.program is None:
-        return "<p>The program was refused before it was laid out on the machine.</p>"
-    parts = [
-        _write_titled_table("Tools", ("tool", "length, mm", "diameter, mm"), _list_tools(study)),
-        _write_titled_table("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _list_offsets(machine, study)),
+        return parts[0] + "<p>The program was refused before it was laid out on the machine.</p>"
+    parts += [
         _write_titled_table("Start position", ("joint", "value"), [
             (column.joint, f"{fixed(value, 4)} {column.unit}") for column, value in zip(machine.columns, study.q[0], strict=True)
         ]),
+        _write_titled_table("Tools", ("tool", "length, mm", "diameter, mm", "spindle, 1/min", "time, s"), [
+            (tool, length, diameter, *_describe_use(study, number)) for number, tool, length, diameter in _list_tools(study)
+        ]),
+        _write_titled_table("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _list_offsets(machine, study)),
         _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study)),
     ]  # fmt: skip
     boxes = [box.name for box in study.program.options.keep_out]
@@ -310,19 +335,33 @@ def _write_table(heads: Row, body: str) -> str:
     return f"<table><thead><tr>{''.join(f'<th scope=col>{head}</th>' for head in heads)}</tr></thead><tbody>{body}</tbody></table>"
 
 
-def _list_tools(study: Study) -> list[Row]:
+def _describe_use(study: Study, tool: int) -> tuple[str, str]:
+    """At which spindle speeds a tool cuts, and how long it is in the spindle."""
+    program = study.program
+    assert program is not None
+    moves = program.moves
+    used = find_tool_of_moves(np.arange(len(moves)), program.path.first_move, moves) == tool
+    used &= np.isfinite(moves.feed) & (moves.kind != MoveKind.DWELL)
+    speeds = [f"{speed:g}" for speed in np.unique(moves.spindle[used]).tolist() if speed > 0]
+    seconds = sum(one.seconds for one in study.operations if one.tool == tool)
+    return _join_few(speeds, "more") if speeds else "stands", f"{seconds:.3f}" if study.timed else ""
+
+
+def _list_tools(study: Study) -> list[tuple[int, str, str, str]]:
+    """Number, name, length and diameter of each tool in use; once for each length."""
     program = study.program
     assert program is not None
     numbers = find_tool_of_moves(program.path.move_reached, program.path.first_move, program.moves)
     pairs = np.unique(np.stack([numbers, np.round(program.path.tool_length - program.options.lift, 6)], axis=1), axis=0)
     listed = program.options.tools or {}
     names = tool_names(program.moves.events)
-    rows: list[Row] = []
+    rows = []
     for number, length in pairs.tolist():
         tool = listed.get(int(number))
         known = tool is not None and tool.diameter > 0
         rows.append(
             (
+                int(number),
                 spell_tool_word(int(number), names) if number else "not named",
                 f"{length:g}",
                 f"{tool.diameter:g}" if tool and known else "not given",
