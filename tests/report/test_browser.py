@@ -1,5 +1,6 @@
 """The report page in a real browser: nothing is cropped, one cursor moves everything, and everybody can read it."""
 
+import base64
 import io
 import json
 import re
@@ -27,6 +28,7 @@ webdriver = pytest.importorskip("selenium.webdriver")
 WHOLE_MACHINE = ("fit", "top", "front", "tool")
 #: A4 without the margins of 12 mm, in pixels of the page.
 PAPER_WIDTH = 703
+PAPER_HEIGHT = 1032
 SIZES = {"desktop": (1400, 900), "tablet": (1024, 768), "phone": (390, 844)}
 
 
@@ -202,8 +204,6 @@ def pixels(browser: Any, name: str) -> np.ndarray:
 
 def canvas_pixels(browser: Any) -> np.ndarray:
     """The scene alone, RGBA from 0 to 1: alpha is 0 where nothing is drawn."""
-    import base64
-
     import matplotlib.image
 
     settle(browser)
@@ -299,12 +299,31 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
             assert aspect == 0 or box["width"] / box["height"] == pytest.approx(aspect, rel=0.02)
         lines = len(PROGRAMS[name][0].splitlines())
         assert len(browser.find_elements("css selector", "#code-lines div")) == min(lines + 1, 50)
+        # what a person needs at the machine is on the first page
+        assert js(browser, "document.getElementById('places').getBoundingClientRect().bottom") < PAPER_HEIGHT
+        sheet = browser.find_element("id", "sheet").text
+        assert f"program {name}, {lines} lines" in sheet
+        assert "SHA-256" in sheet
+        # the badge is white on its colour: it must not depend on whether backgrounds are printed
+        for part in ("#verdict strong", "#findings li", *(["#reached i"] if name == "pocket" else [])):
+            style = js(browser, f"getComputedStyle(document.querySelector('{part}')).printColorAdjust")
+            assert style == "exact", part
         if name == "pocket":
             assert "assumed" in browser.find_element("css selector", "#sheet .whole").text
         assert canvas_pixels(browser)[..., :3].std() > 0.02  # the machine is drawn before the paper is taken
     finally:
         js(browser, "window.dispatchEvent(new Event('afterprint'))")
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_pages_are_a4(browser: Any, show: Callable[..., Any]) -> None:
+    show("travel")
+    raw = base64.b64decode(browser.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"])
+    boxes = re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", raw)
+    assert 2 <= len(boxes) <= 4
+    for width, height in boxes:
+        assert float(width) / 72 * 25.4 == pytest.approx(210.0, abs=0.5)
+        assert float(height) / 72 * 25.4 == pytest.approx(297.0, abs=0.5)
 
 
 def test_many_findings_are_few_on_the_screen_until_one_asks(browser: Any, show: Callable[..., Any]) -> None:

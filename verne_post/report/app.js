@@ -207,7 +207,7 @@
       if (beyond) byId("governing-note").textContent = "rapids are faster than the curve shows";
       // rapids would flatten the feed moves, which are compared here
       charts.add(byId("chart-speed"), { title: "Tip, mm/s", digits: 2, series: speeds, bounds: beyond ? [0, 1.4 * most] : null });
-    } else byId("chart-governing").closest("section").remove();
+    } else for (const id of ["chart-governing", "times"]) byId(id).closest("section").remove();
     for (const [name, title] of [["velocity", "Velocity, % of limit"], ["acceleration", "Acceleration, % of limit"], ["jerk", "Jerk, % of limit"]]) {
       addChart(title, 1, curves(name), [-100, 100]);
     }

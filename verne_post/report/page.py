@@ -23,10 +23,13 @@ from verne_post.report.pack import Pack
 from verne_post.report.scene import describe_scene, list_fixture_meshes
 from verne_post.report.sheet import (
     escape_text,
+    write_css_string,
     write_findings_html,
     write_governing_html,
     write_places_html,
+    write_reached_html,
     write_sheet_html,
+    write_times_html,
     write_title_html,
     write_verdict_html,
 )
@@ -78,12 +81,15 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
     here = Path(__file__).parent
     parts = {
         "title": escape_text(f"{program} on {machine.name}"),
+        "foot": write_css_string(f"{program} on {machine.name}, page "),
         "verdict": write_verdict_html(machine, study),
         "heading": write_title_html(program, machine),
         "findings": write_findings_html(study),
         "places": write_places_html(machine, study),
-        "governing": write_governing_html(study),
-        "sheet": write_sheet_html(machine, study),
+        "governing": write_governing_html(machine, study),
+        "times": write_times_html(study),
+        "reached": write_reached_html(study),
+        "sheet": write_sheet_html(program, source, machine, study),
         "data": _write_json_in_html(data),
         "bytes": pack.encode(),
         "library": library(),

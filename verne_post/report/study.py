@@ -25,8 +25,9 @@ from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.report.governing import GoverningLimits
+from verne_post.report.operations import OperationTimes
 from verne_post.report.spectrum import spectrum
-from verne_post.report.table import Curve, Governing, Spectrum, Study, Trail
+from verne_post.report.table import Curve, Governing, Operation, Spectrum, Study, Trail
 from verne_post.toolpath.margins import list_margin_functions
 
 #: A program is cut into so many stretches at most, with a frame at the beginning of each and one at the end: more than a screen
@@ -57,7 +58,7 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
             return _study_findings(machine, refuse_program(error).findings)
         result = convert_program(source, program, take, progress)
     if result.ok:
-        return _study_rows(program, result, **table.freeze())
+        return _study_rows(source, program, result, **table.freeze())
     if not len(program.contour):
         return _study_findings(machine, result.findings)
     return _study_path(program, result)
@@ -70,7 +71,7 @@ def choose_frames(last: int, line: Ints) -> Ints:
     return np.union1d(frames, starts) if len(starts) <= FRAMES else frames
 
 
-def _study_rows(program: Program, result: Result, values: Array, line: Ints, segment: Ints) -> Study:
+def _study_rows(source: Text, program: Program, result: Result, values: Array, line: Ints, segment: Ints) -> Study:
     """Take rows at a constant interval as frames, and the first rows of blocks."""
     assert result.summary is not None
     machine, path = program.machine, program.path
@@ -78,7 +79,7 @@ def _study_rows(program: Program, result: Result, values: Array, line: Ints, seg
     frames = choose_frames(n - 1, line)
     factor = np.array([column.factor for column in machine.columns])
     collector = _Collector(program, result.findings)
-    governing = GoverningLimits(program, cycle, len(frames))
+    governing, operations = GoverningLimits(program, cycle, len(frames)), OperationTimes(source, program)
     for first, last in iterate_blocks(n):
         row = np.arange(first, last)
         recent = values[np.maximum(np.arange(first - 3, last), 0)]
@@ -95,12 +96,13 @@ def _study_rows(program: Program, result: Result, values: Array, line: Ints, seg
         speed = np.linalg.norm(tip - before, axis=1) / cycle
         turning = np.linalg.norm(np.remainder(angles - angles_before + np.pi, 2 * np.pi) - np.pi, axis=1) / cycle
         stretch = np.searchsorted(frames, row, side="right") - 1
-        feed = governing.add(stretch, of, speed, turning, rates)
+        feed, spent = governing.add(stretch, of, speed, turning, rates)
+        operations.add(line[first:last], of, stretch, spent)
         collector.add(
             _Samples(np.asarray(row * cycle), line[first:last], q[3:], of, tip, angles, ok, speed, stretch),
             frames[stretch] == row, {"position": recent[3:], **rates, "speed": speed[:, None], "feed": feed[:, None]},
         )  # fmt: skip
-    return collector.finish(result, governing.finish(), spectrum(values, cycle))
+    return collector.finish(result, governing.finish(), operations.finish(), spectrum(values, cycle))
 
 
 def _study_path(program: Program, result: Result) -> Study:
@@ -132,7 +134,7 @@ def _study_path(program: Program, result: Result) -> Study:
             _Samples(x, line[element], solved.q, contour.segment[element], solved.tip, solved.angles, solved.ok, speed, stretch),
             frame, {"position": solved.q * factor},
         )  # fmt: skip
-    return collector.finish(result, None, None)
+    return collector.finish(result, None, (), None)
 
 
 class _Samples(Struct, frozen=True, eq=False):
@@ -198,7 +200,9 @@ class _Collector:
             if line not in self._worst or margin[k] < self._worst[line][0]:
                 self._worst[line] = float(margin[k]), float(samples.x[k]), samples.tip[k]
 
-    def finish(self, result: Result, governing: Governing | None, bands: Spectrum | None) -> Study:
+    def finish(
+        self, result: Result, governing: Governing | None, operations: tuple[Operation, ...], bands: Spectrum | None
+    ) -> Study:
         """Solve the mechanism at the frames, and join all blocks."""
         machine, timed = self.machine, result.ok
         x, line, q, tool_length, tip, angles, speed, margin, nearest, move, alpha_deg = _join(self._frames)
@@ -218,7 +222,7 @@ class _Collector:
         stretch, on_line, at, how_fast, how_far = _join(self._trail)
         trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
         return Study(
-            self.findings, result.summary if timed else None, self.program, governing, bands, timed, x, line.astype(np.int64),
+            self.findings, result.summary if timed else None, self.program, governing, operations, bands, timed, x, line.astype(np.int64),
             q * [column.factor for column in machine.columns], curves, trail,
             tip @ part, find_axis_of_angles(angles[:, 0], angles[:, 1]) @ part, speed, margin, nearest, self._margin_names, move,
             alpha_deg, nose @ up, position @ up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip @ part,
@@ -280,7 +284,7 @@ def _study_findings(machine: Machine, findings: tuple[Finding, ...]) -> Study:
     joints = np.empty((0, len(machine.columns)))
     curves = {"position": (Curve(none, none),) * len(machine.columns)}
     return Study(
-        findings, None, None, None, None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none, whole > 0), three,
+        findings, None, None, None, (), None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none, whole > 0), three,
         three, none, none, whole, (), whole, none, three, three, np.empty((0, 2, 3)), np.empty((0, 0, 2, 3)), none, none, none,
         np.full(len(findings), -1), np.full((len(findings), 3), np.nan),
     )  # fmt: skip

@@ -61,6 +61,14 @@ class Governing(Struct, frozen=True, eq=False):
         Seconds that feed moves take longer from each frame to the next than at the programmed feed rate.
     seconds, rapid, lost : ndarray, shape (k,)
         How long each governs, how much of this are rapids, and what it costs on feed moves, s.
+    at_stops : ndarray, shape (k,)
+        How much of ``lost`` is before and after a stop, s.
+    won : ndarray, shape (k,)
+        Seconds that the program would be shorter were this limit alone higher by :data:`verne_post.report.governing.HIGHER`: an
+        estimate from each row by itself.
+    reached : ndarray, shape (b,)
+        Seconds of feed moves by the share of the programmed feed rate that they reach: bands of equal width, and last what is at
+        the feed rate (:data:`verne_post.report.governing.AT_FEED`), which belongs to no other band.
     """
 
     names: tuple[str, ...]
@@ -69,6 +77,37 @@ class Governing(Struct, frozen=True, eq=False):
     seconds: Array
     rapid: Array
     lost: Array
+    at_stops: Array
+    won: Array
+    reached: Array
+
+
+class Operation(Struct, frozen=True):
+    """What one operation takes with one tool.
+
+    Attributes
+    ----------
+    tool : int
+        Its number, 0 where the program names none.
+    name : str
+        The remark that heads the operation; empty before the first one.
+    first_line, last_line : int
+        Of the lines that move there, the first and the last one of the text.
+    frame : int
+        Where it begins.
+    seconds, rapid, standing, lost : float
+        All of it, and of this rapids and standstills; what feed moves lose against their feed rate, s.
+    """
+
+    tool: int
+    name: str
+    first_line: int
+    last_line: int
+    frame: int
+    seconds: float
+    rapid: float
+    standing: float
+    lost: float
 
 
 class Spectrum(Struct, frozen=True, eq=False):
@@ -95,6 +134,8 @@ class Study(Struct, frozen=True, eq=False):
     program : Program or None
         None where it cannot be read.
     governing : Governing or None
+    operations : tuple of Operation
+        In the order in which they begin; none where the program is refused.
     spectrum : Spectrum or None
         Of rows alone.
     timed : bool
@@ -139,6 +180,7 @@ class Study(Struct, frozen=True, eq=False):
     summary: Summary | None
     program: Program | None
     governing: Governing | None
+    operations: tuple[Operation, ...]
     spectrum: Spectrum | None
     timed: bool
     x: Array
