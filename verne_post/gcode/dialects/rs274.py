@@ -1,6 +1,6 @@
 """RS274/NGC as LinuxCNC speaks it, the language of the interpreter itself; and as other controls of the family do.
 
-What they do alike is the interpreter's; what differs is named here; docs/gcode.md and docs/fanuc.md have the tables.
+What they do alike is the interpreter's; what differs is named here, and docs/gcode.md has the table.
 """
 
 from collections.abc import Mapping
