@@ -1,7 +1,7 @@
 """G-code of Fanuc controls (and of those that speak like them), with tool-centre-point and tilted-plane codes.
 
 What means the same as in RS274/NGC is executed by the same interpreter; here stands what differs: times in
-milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact stops. docs/gcode.md has the table.
+milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact stops. docs/fanuc.md has the table.
 """
 
 import re
