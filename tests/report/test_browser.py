@@ -438,7 +438,9 @@ def test_one_cursor_moves_everything(browser: Any, show: Callable[..., Any]) -> 
     assert "12000/min clockwise" in modal
     for name, old in before.items():
         browser.execute_script("document.getElementById(arguments[0]).scrollIntoView()", name)
-        assert np.abs(pixels(browser, name) - old).max() > 0.1, name
+        now = pixels(browser, name)
+        rows = min(len(now), len(old))  # a screenshot of half a pixel more or less has a row more or less
+        assert np.abs(now[:rows] - old[:rows]).max() > 0.1, name
     # a click on a line leads to its first frame
     row = browser.find_element("css selector", "#code [data-line='20']")
     browser.execute_script("arguments[0].click()", row)
