@@ -30,6 +30,13 @@ def test_the_first_page_is_short_and_names_every_page_of_a_control() -> None:
         assert f"](docs/{page}.md)" in text, page
 
 
+@pytest.mark.parametrize("name", ["gcode", "fanuc", "heidenhain", "siemens"])
+def test_tables_of_words_are_those_of_the_program(name: str) -> None:
+    text = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+    assert "<!-- words: " in text
+    assert load_maker("make_words").refresh_page(text) == text, "run python docs/make_words.py"
+
+
 def test_every_promise_names_tests_that_exist() -> None:
     page = (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
     named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page)

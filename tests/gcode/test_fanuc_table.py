@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from verne_post.app.assemble import build_interpreter_setup
+from verne_post.gcode.codes import RS274, spell_g_code
+from verne_post.gcode.plain_setup import build_plain_setup
 from verne_post.gcode.read import interpret_program
+from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
@@ -86,3 +89,16 @@ def test_refused(outcome, example):
     assert first.code in {"VP002", "VP005", "VP006", "VP007", "VP012", "VP015", "VP017", "VP023", "VP025"}
     words = set(re.findall(r"[A-Z]+|\d+", " ".join(example)))
     assert words & set(re.findall(r"[A-Z]+|\d+", first.message)), first.message
+
+
+@pytest.mark.parametrize("table", [RS274, make_table()], ids=["rs274", "fanuc"])
+def test_refused_codes_are_refused_with_the_reason_of_the_vocabulary(table):
+    dialect = "rs274" if table is RS274 else "fanuc"
+    codes = {spell_g_code(code): why for code, why in table.refused_g.items()}
+    codes |= {f"M{code}": why for code, why in table.refused_m.items()}
+    for code, why in codes.items():
+        with pytest.raises(InputError) as caught:
+            interpret_program(f"G0 X1.\n{code}\nM30\n".encode(), build_plain_setup(dialect=dialect))
+        (found,) = caught.value.findings
+        assert (found.code, found.line) == ("VP002", 2)
+        assert why in found.message

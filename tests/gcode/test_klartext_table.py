@@ -7,6 +7,19 @@ import numpy as np
 import pytest
 
 from verne_post.app.assemble import build_interpreter_setup
+from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
+from verne_post.gcode.klartext.settings import SETTINGS
+from verne_post.gcode.klartext.vocabulary import (
+    AT_BEGIN,
+    AT_END,
+    CYCLES_WITHOUT_EFFECT,
+    FUNCTIONS_WITHOUT_EFFECT,
+    OWN,
+    REFUSED_CYCLES,
+    REFUSED_FN,
+    REFUSED_FUNCTIONS,
+    REFUSED_STATEMENTS,
+)
 from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -105,35 +118,39 @@ def test_refused(outcome, example):
     assert words & set(re.findall(r"[A-Z]+|\d+", first.message)), first.message
 
 
-def test_the_tables_name_every_function_and_cycle():
-    """No number of an M function or cycle that the code knows is missing in the page."""
-    from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS, REFUSED_CYCLES
-    from verne_post.gcode.klartext.cycle_words import WITHOUT_EFFECT as CYCLES_WITHOUT_EFFECT
-    from verne_post.gcode.klartext.m_functions import AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
-    from verne_post.gcode.klartext.settings import SETTINGS
+#: Words of the vocabulary, each as a statement.
+WITHOUT_EFFECT = [
+    *(f"M{number}" for number in FUNCTIONS_WITHOUT_EFFECT), *(f"CYCL DEF {number} X Q240=0" for number in CYCLES_WITHOUT_EFFECT),
+]  # fmt: skip
+NOT_EXECUTED = {
+    **{f"{word} X": why for word, why in REFUSED_STATEMENTS.items()}, **{f"M{number}": why for number, why in REFUSED_FUNCTIONS.items()},
+    **{f"CYCL DEF {number}.0 X": why for number, why in REFUSED_CYCLES.items()}, **{f"FN {number}: X": why for number, why in REFUSED_FN.items()},
+}  # fmt: skip
 
-    def numbers(title, pattern):
-        section = PAGE.read_text(encoding="utf-8").split(f"## {title}\n")[1].split("\n## ")[0]
+
+@pytest.mark.parametrize("statement", WITHOUT_EFFECT)
+def test_words_without_effect(outcome, statement):
+    assert outcome([statement]) == outcome([])
+
+
+@pytest.mark.parametrize(("statement", "why"), NOT_EXECUTED.items(), ids=str)
+def test_refused_words(outcome, statement, why):
+    done, findings = outcome([statement])
+    assert done is None
+    assert (findings[0].code, findings[0].line) == ("VP002", len(BEFORE) + 1)
+    assert why in findings[0].message
+
+
+def test_the_first_table_names_every_function_and_cycle():
+    """No number of an M function or cycle that is executed is missing in the page."""
+    section = PAGE.read_text(encoding="utf-8").split("## Executed\n")[1].split("\n## ")[0]
+    cells = [line.split("|")[1] for line in section.splitlines() if line.startswith("| ")]
+
+    def numbers(pattern, begin):
         found = set()
-        for cells in (line.split("|") for line in section.splitlines() if line.startswith("| ") and "---" not in line):
-            for first, last in re.findall(pattern, cells[1]):
-                found |= set(range(int(first), int(last or first) + 1))
+        for first, last in (pair for cell in cells if cell.startswith(begin) for pair in re.findall(pattern, cell)):
+            found |= set(range(int(first), int(last or first) + 1))
         return found
 
-    functions = r"M(\d+)(?: to M(\d+))?"
-    assert numbers("Executed", functions) == {*AT_BEGIN, *AT_END, *OWN}
-    assert numbers("Without effect", functions) == set(WITHOUT_EFFECT)
-    assert numbers("Refused", functions) == set(REFUSED)
-    cycles = r"(?<![\w.=])(\d+)(?: to (\d+))?(?!\.?\d)"
-
-    def cycle_numbers(title):
-        section = PAGE.read_text(encoding="utf-8").split(f"## {title}\n")[1].split("\n## ")[0]
-        found = set()
-        for cells in (line.split("|") for line in section.splitlines() if line.startswith("| cycle")):
-            for first, last in re.findall(cycles, cells[1]):
-                found |= set(range(int(first), int(last or first) + 1))
-        return found
-
-    assert cycle_numbers("Executed") == {*MACHINING, *PATTERNS, *SETTINGS}
-    assert cycle_numbers("Without effect") == set(CYCLES_WITHOUT_EFFECT)
-    assert cycle_numbers("Refused") == set(REFUSED_CYCLES)
+    assert numbers(r"M(\d+)(?: to M(\d+))?", "") == {*AT_BEGIN, *AT_END, *OWN}
+    assert numbers(r"(?<![\w.=])(\d+)(?: to (\d+))?(?!\.?\d)", " cycle") == {*MACHINING, *PATTERNS, *SETTINGS}

@@ -138,6 +138,22 @@ class KlartextContour:
             self.change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
             self.core.set_feed(self._convert_feed(value))
 
+    def set_cycle_feed(self, feed: float) -> None:
+        """The next moves of a cycle cut at this feed rate, a minute."""
+        self.core.set_feed(self.read_feed_word(feed))
+        self.change_feed_mode(FeedMode.PER_MINUTE)
+        self.check_feed()
+
+    def go_straight(self, end: list[float], rapid: bool, feed: float | None = None) -> None:
+        """To a place (9) of the frame; where no feed rate of a cycle is given, at the one in force."""
+        if not rapid and feed is not None:
+            self.set_cycle_feed(feed)
+        elif not rapid:
+            self.check_feed()
+        kind = MoveKind.RAPID if rapid else MoveKind.FEED
+        self.core.start_of_motion(kind, absolute=True, machine=False)
+        self.frames.run_line(self.frames.block, kind, end, [0, 1, 2])
+
     def change_feed_mode(self, mode: FeedMode) -> None:
         """What F means; the number in force is already one of this meaning."""
         self.core.set_feed_mode(mode, keep_feed=True)

@@ -6,7 +6,7 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
-from verne_post.gcode.klartext.statements import PROBING, SL, Statement
+from verne_post.gcode.klartext.statements import Statement
 
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
 FMAX_VALUE: Final = 99_999.0
@@ -50,20 +50,6 @@ PATTERNS: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
     220: ((216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301), {365: 0.0}),
     221: ((225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301), {}),
 }
-#: Cycles that tune the drives for a tolerance or the weight of the part, which setpoints here do not know.
-WITHOUT_EFFECT: Final = (332, 392)
-REFUSED_CYCLES: Final = {
-    1: "pecking of older controls; write cycle 200", 2: "tapping of older controls; write cycle 206",
-    3: "slot milling of older controls; write cycle 253", 4: "pocket milling of older controls; write cycle 251", 5: "circular pocket of older controls; write cycle 252",
-    6: SL, 12: "program call as a cycle; write CALL PGM", 14: SL, 15: SL, 16: SL, 17: "rigid tapping of older controls; write cycle 207", 18: "thread cutting: setpoints cannot wait for the spindle; write cycle 207",
-    **dict.fromkeys((20, 21, 22, 23, 24, 25, 270, 271, 272, 273, 274, 275, 276), SL), **dict.fromkeys((285, 286, 287), "gears; let the CAM system write the moves"),
-    26: "axis-specific scaling: circles would become ellipses; let the CAM system scale the contour", **dict.fromkeys((27, 28, 29, 39), "cylinder surface; let the CAM system write X Y Z A C"),
-    30: "3-D data from files; let the CAM system write the lines",
-    225: "engraving; let the CAM system write the lines of the letters", 230: "multipass milling of older controls; write cycle 233",
-    231: "ruled surface; let the CAM system write the moves", 239: "weighs the workpiece; take it out",
-    258: "polygon stud; write its sides with RL or RR", **dict.fromkeys((262, 263, 264, 265, 267), "thread milling; let the CAM system write the helix"),
-    **dict.fromkeys(range(400, 500), PROBING), **dict.fromkeys(range(800, 900), "turning and gear cycles; let the CAM system write the moves of a mill"),
-}  # fmt: skip
 
 
 class Head(Struct, frozen=True):

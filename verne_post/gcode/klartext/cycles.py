@@ -10,12 +10,12 @@ from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.milling import KlartextMilling
+from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.elements import Point, make_arc
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import MAX_DWELL_S
 from verne_post.gcode.program_error import ProgramError
-from verne_post.model.moves import MoveKind
 
 _Q = dict[int, float]
 #: Q403 of cycle 209, as the control bounds it.
@@ -56,7 +56,7 @@ class KlartextCycles:
         self.waiting.refuse("a cycle call")
         self.frames.refuse_beside(f"cycle {number}")
         self.core.require_known(self.frames.block, [0, 1], f"cycle {number}")
-        self.core.frames.stand_at({2: self.find_height(q[203] + q[200])})
+        self.core.frames.stand_at({2: self.frames.find_height(q[Q.SURFACE] + q[Q.CLEARANCE])})
         self._check_hole(number, q)
         with self.core.keep_feed(), self.state.follow_exactly():
             if number in HOLES:
@@ -70,62 +70,44 @@ class KlartextCycles:
             raise ProgramError(
                 "VP017", f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; position the rotary axes first (PLANE ... MOVE or TURN)",
             )  # fmt: skip
-        for name in (200, 204, 258, 259):
+        for name in (Q.CLEARANCE, Q.SECOND_CLEARANCE, Q.UPPER_STOP, Q.LOWER_STOP):
             if q.get(name, 0.0) < 0:
                 raise ProgramError("VP007", f"Q{name}={q[name]:g}: a distance is not negative")
-        for name in (210, 211, 255):
+        for name in (Q.DWELL_ABOVE, Q.DWELL_BELOW, Q.BORE_DWELL):
             if not 0 <= q.get(name, 0.0) <= MAX_DWELL_S:
                 raise ProgramError("VP007", f"Q{name}={q[name]:g}: a dwell lies between 0 and a day")
-        for name in (206, 254) if number in HOLES else ():
+        for name in (Q.PLUNGE_FEED, Q.BORE_FEED) if number in HOLES else ():
             if not 0 < q.get(name, 1.0) < FMAX_VALUE:
                 raise ProgramError(
                     "VP009", f"Q{name}={q[name]:g}: the tool cuts at this feed rate; it is greater than 0, and not FMAX"
                 )
-        for name in (208, 253):
+        for name in (Q.RETRACT_FEED, Q.POSITIONING_FEED):
             if q.get(name, 0.0) < 0:
                 raise ProgramError("VP007", f"Q{name}={q[name]:g}: a feed rate is not negative")
-        if q.get(395):
+        if q.get(Q.DEPTH_OF_SHANK):
             raise ProgramError("VP002", "Q395=1 is not executed: the angle of the tool's point is not known")
-        if q.get(201, -1.0) > 0:
-            raise ProgramError("VP007", f"Q201={q[201]:g}: a depth is negative, below Q203")
+        if q.get(Q.DEPTH, -1.0) > 0:
+            raise ProgramError("VP007", f"Q201={q[Q.DEPTH]:g}: a depth is negative, below Q203")
 
     # --- moves in heights of the input system --------------------------------------------------------------
-
-    def find_height(self, height: float) -> float:
-        """Input height as Z of the frame, mm."""
-        return height * float(self.frames.factors[2]) * self.frames.convert_length(1.0)
 
     def go_to_height(self, height: float, feed: float) -> None:
         """Along Z; a feed rate of 0 or MAX is rapid traverse."""
         rapid = not 0 < feed < FMAX_VALUE
         end = list(self.state.position)
-        end[2] = self.find_height(height)
-        self.go_straight(end, rapid, feed)
-
-    def go_straight(self, end: list[float], rapid: bool, feed: float | None = None) -> None:
-        """To a place of the frame; where no feed rate of a cycle is given, at the one in force."""
-        kind = MoveKind.RAPID if rapid else MoveKind.FEED
-        if not rapid:
-            if feed is not None:
-                self.core.set_feed(self.contour.read_feed_word(feed))
-                self._change_feed_mode_to_minutes()
-            self.contour.check_feed()
-        self.core.start_of_motion(kind, absolute=True, machine=False)
-        self.frames.run_line(self.frames.block, kind, end, [0, 1, 2])
-
-    def _change_feed_mode_to_minutes(self) -> None:
-        self.contour.change_feed_mode(type(self.state.feed_mode).PER_MINUTE)
+        end[2] = self.frames.find_height(height)
+        self.contour.go_straight(end, rapid, feed)
 
     def _start_height(self, q: _Q) -> tuple[float, float]:
         """Rapid to the set-up clearance over the surface; returns it and the height of the surface."""
-        surface = q[203]
-        clear = surface + q[200]
+        surface = q[Q.SURFACE]
+        clear = surface + q[Q.CLEARANCE]
         self.go_to_height(clear, 0.0)
         return clear, surface
 
     def _leave(self, q: _Q, clear: float) -> None:
         """To the second set-up clearance, where it lies higher."""
-        second = q[203] + q[204]
+        second = q[Q.SURFACE] + q[Q.SECOND_CLEARANCE]
         if second > clear:
             self.go_to_height(second, 0.0)
 
@@ -144,49 +126,49 @@ class KlartextCycles:
     def _drill(self, q: _Q) -> None:
         """200: pecks with full retract."""
         clear, surface = self._start_height(q)
-        bottom, step = surface + q[201], q[202]
+        bottom, step = surface + q[Q.DEPTH], q[Q.INFEED]
         depth = surface
-        if q[201] < 0:
-            self._check_pecks(-q[201], step)
+        if q[Q.DEPTH] < 0:
+            self._check_pecks(-q[Q.DEPTH], step)
             while depth - step > bottom + ZERO_LENGTH_MM:
                 depth -= step
-                self.go_to_height(depth, q[206])
+                self.go_to_height(depth, q[Q.PLUNGE_FEED])
                 self.go_to_height(clear, 0.0)
-                self._wait(q[210])
-                self.go_to_height(depth + q[200], 0.0)
-        if q[201] != 0:
-            self.go_to_height(bottom, q[206])
-            self._wait(q[211])
+                self._wait(q[Q.DWELL_ABOVE])
+                self.go_to_height(depth + q[Q.CLEARANCE], 0.0)
+        if q[Q.DEPTH] != 0:
+            self.go_to_height(bottom, q[Q.PLUNGE_FEED])
+            self._wait(q[Q.DWELL_BELOW])
         self.go_to_height(clear, 0.0)
         self._leave(q, clear)
 
     def _ream(self, q: _Q) -> None:
         """201: back at Q208, or at Q206 where that is 0."""
         clear, surface = self._start_height(q)
-        if q[201] != 0:
-            self._finish_hole(q, clear, surface + q[201])
+        if q[Q.DEPTH] != 0:
+            self._finish_hole(q, clear, surface + q[Q.DEPTH])
         else:
             self._leave(q, clear)
 
     def _bore(self, q: _Q) -> None:
         """202: orients the spindle at the bottom and leaves the wall by Q357, where Q214 says to which side."""
-        direction = _DIRECTIONS.get(int(q[214])) if q[214] == int(q[214]) else None
+        direction = _DIRECTIONS.get(int(q[Q.DIRECTION])) if q[Q.DIRECTION] == int(q[Q.DIRECTION]) else None
         if direction is None:
-            raise ProgramError("VP007", f"Q214={q[214]:g}: directions are 0 to 4")
+            raise ProgramError("VP007", f"Q214={q[Q.DIRECTION]:g}: directions are 0 to 4")
         self._need_spindle(202)
         clear, surface = self._start_height(q)
-        self.go_to_height(surface + q[201], q[206])
-        self._wait(q[211])
+        self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])
+        self._wait(q[Q.DWELL_BELOW])
         backwards = self.state.spindle_reversed
-        self._stop_oriented(q[336])
+        self._stop_oriented(q[Q.SPINDLE_ANGLE])
         hole = list(self.state.position)
-        self._leave_wall(hole, direction, q[357])
-        self.go_to_height(clear, q[208] or q[206])
+        self._leave_wall(hole, direction, q[Q.SIDE_CLEARANCE])
+        self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
         self._leave(q, clear)
         back = list(self.state.position)
         back[:2] = hole[:2]
         if any(direction):
-            self.go_straight(back, rapid=True)
+            self.contour.go_straight(back, rapid=True)
         self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
 
     def _leave_wall(self, hole: list[float], direction: tuple[float, float], distance: float) -> None:
@@ -196,7 +178,7 @@ class KlartextCycles:
                 end[axis] = hole[axis] + direction[axis] * distance * float(
                     self.frames.factors[axis]
                 ) * self.frames.convert_length(1.0)
-            self.go_straight(end, rapid=True)
+            self.contour.go_straight(end, rapid=True)
 
     def _need_spindle(self, number: int) -> None:
         if not (self.state.spindle_on and self.state.spindle_speed > 0):
@@ -209,75 +191,77 @@ class KlartextCycles:
     def _drill_universal(self, q: _Q) -> None:
         """203: chip breaks by Q256, a full retract after Q213 of them, plunges that get smaller by Q212."""
         clear, surface = self._start_height(q)
-        bottom, step, depth, breaks = surface + q[201], q[202], surface, 0
-        if q[201] < 0:
-            self._check_pecks(-q[201], min(step, q[205]) if q[212] and q[205] > 0 else step)
+        bottom, step, depth, breaks = surface + q[Q.DEPTH], q[Q.INFEED], surface, 0
+        if q[Q.DEPTH] < 0:
+            self._check_pecks(
+                -q[Q.DEPTH], min(step, q[Q.SMALLEST_INFEED]) if q[Q.DECREMENT] and q[Q.SMALLEST_INFEED] > 0 else step
+            )
             while depth - step > bottom + ZERO_LENGTH_MM:
                 depth -= step
-                self.go_to_height(depth, q[206])
-                if breaks < q[213]:
+                self.go_to_height(depth, q[Q.PLUNGE_FEED])
+                if breaks < q[Q.BREAKS]:
                     breaks += 1
-                    self.go_to_height(depth + q[256], 0.0)
+                    self.go_to_height(depth + q[Q.CHIP_RETRACT], 0.0)
                 else:
                     breaks = 0
-                    self.go_to_height(clear, q[208] or q[206])
-                    self._wait(q[210])
-                    self.go_to_height(depth + q[200], 0.0)
+                    self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
+                    self._wait(q[Q.DWELL_ABOVE])
+                    self.go_to_height(depth + q[Q.CLEARANCE], 0.0)
                 step = _shorten_step(q, step)
         self._finish_hole(q, clear, bottom)
 
     def _finish_hole(self, q: _Q, clear: float, bottom: float) -> None:
         """To the bottom, where the depth is not zero, wait there, and out."""
-        if q[201] != 0:
-            self.go_to_height(bottom, q[206])
-            self._wait(q[211])
-        self.go_to_height(clear, q[208] or q[206])
+        if q[Q.DEPTH] != 0:
+            self.go_to_height(bottom, q[Q.PLUNGE_FEED])
+            self._wait(q[Q.DWELL_BELOW])
+        self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
         self._leave(q, clear)
 
     def _bore_back(self, q: _Q) -> None:
         """204: a counterbore from below."""
-        direction = _DIRECTIONS.get(int(q[214])) if q[214] == int(q[214]) else None
+        direction = _DIRECTIONS.get(int(q[Q.DIRECTION])) if q[Q.DIRECTION] == int(q[Q.DIRECTION]) else None
         if direction is None or not any(direction):
-            raise ProgramError("VP007", f"Q214={q[214]:g}: cycle 204 needs a direction, 1 to 4")
+            raise ProgramError("VP007", f"Q214={q[Q.DIRECTION]:g}: cycle 204 needs a direction, 1 to 4")
         self._need_spindle(204)
         clear, surface = self._start_height(q)
-        below = surface - q[250]
+        below = surface - q[Q.THICKNESS]
         hole, backwards = list(self.state.position), self.state.spindle_reversed
-        self._stop_oriented(q[336])
-        self._leave_wall(hole, direction, q[251])
-        self.go_to_height(below - q[200] - q[252], q[253])
+        self._stop_oriented(q[Q.SPINDLE_ANGLE])
+        self._leave_wall(hole, direction, q[Q.OFFSET])
+        self.go_to_height(below - q[Q.CLEARANCE] - q[Q.EDGE_HEIGHT], q[Q.POSITIONING_FEED])
         centre = [*hole[:2], *self.state.position[2:]]
-        self.go_straight(centre, rapid=False, feed=q[253])
+        self.contour.go_straight(centre, rapid=False, feed=q[Q.POSITIONING_FEED])
         self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
-        self.go_to_height(below + q[249] - q[252], q[254])
-        self._wait(q[255])
-        self.go_to_height(below - q[200] - q[252], q[253])
-        self._stop_oriented(q[336])
-        self._leave_wall(hole, direction, q[251])
-        self.go_to_height(clear, q[253])
+        self.go_to_height(below + q[Q.BORE_DEPTH] - q[Q.EDGE_HEIGHT], q[Q.BORE_FEED])
+        self._wait(q[Q.BORE_DWELL])
+        self.go_to_height(below - q[Q.CLEARANCE] - q[Q.EDGE_HEIGHT], q[Q.POSITIONING_FEED])
+        self._stop_oriented(q[Q.SPINDLE_ANGLE])
+        self._leave_wall(hole, direction, q[Q.OFFSET])
+        self.go_to_height(clear, q[Q.POSITIONING_FEED])
         self._leave(q, clear)
-        self.go_straight([*hole[:2], *self.state.position[2:]], rapid=True)
+        self.contour.go_straight([*hole[:2], *self.state.position[2:]], rapid=True)
         self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
 
     def _drill_universal_pecks(self, q: _Q) -> None:
         """205: pecks to full retracts each Q202, chip breaks each Q257 between them, stop distances Q258 to Q259, a deeper start Q379."""
         clear, surface = self._start_height(q)
-        bottom = surface + q[201]
-        depth = surface - abs(q[379])
+        bottom = surface + q[Q.DEPTH]
+        depth = surface - abs(q[Q.START_DEPTH])
         if depth < surface:
-            self.go_to_height(depth + q[200], q[253])
-        step, total = q[202], max(depth - bottom, 0.0)
+            self.go_to_height(depth + q[Q.CLEARANCE], q[Q.POSITIONING_FEED])
+        step, total = q[Q.INFEED], max(depth - bottom, 0.0)
         if total > 0:
-            smallest = max(q[205], 0.0) if q[212] else step
-            self._check_pecks(total, min(step, smallest, q[257] or step) or step)
+            smallest = max(q[Q.SMALLEST_INFEED], 0.0) if q[Q.DECREMENT] else step
+            self._check_pecks(total, min(step, smallest, q[Q.CHIP_DEPTH] or step) or step)
             count = max(math.ceil(total / step) - 1, 1)
             done = 0
             while depth - step > bottom + ZERO_LENGTH_MM:
                 self._break_chips(q, depth, depth - step)
                 depth -= step
-                self.go_to_height(depth, q[206])
-                stop = q[258] + (q[259] - q[258]) * min(done / count, 1.0)
-                self.go_to_height(clear, q[208] or q[206])
+                self.go_to_height(depth, q[Q.PLUNGE_FEED])
+                stop = q[Q.UPPER_STOP] + (q[Q.LOWER_STOP] - q[Q.UPPER_STOP]) * min(done / count, 1.0)
+                self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
                 self.go_to_height(depth + stop, 0.0)
                 done += 1
                 step = _shorten_step(q, step)
@@ -286,10 +270,10 @@ class KlartextCycles:
 
     def _break_chips(self, q: _Q, depth: float, end: float) -> None:
         """Drill from a depth towards its end, and break the chip each Q257 before it by going up Q256."""
-        while q[257] > 0 and depth - q[257] > end + ZERO_LENGTH_MM:
-            depth -= q[257]
-            self.go_to_height(depth, q[206])
-            self.go_to_height(depth + q[256], 0.0)
+        while q[Q.CHIP_DEPTH] > 0 and depth - q[Q.CHIP_DEPTH] > end + ZERO_LENGTH_MM:
+            depth -= q[Q.CHIP_DEPTH]
+            self.go_to_height(depth, q[Q.PLUNGE_FEED])
+            self.go_to_height(depth + q[Q.CHIP_RETRACT], 0.0)
 
     def _tap(self, q: _Q) -> None:
         """206: with a floating tap holder; the spindle turns back at the bottom."""
@@ -297,10 +281,10 @@ class KlartextCycles:
         note_tapping(self.core, self.frames.block)
         clear, surface = self._start_height(q)
         backwards = self.state.spindle_reversed
-        self.go_to_height(surface + q[201], q[206])
+        self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])
         self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=not backwards)
-        self._wait(q[211])
-        self.go_to_height(clear, q[206])
+        self._wait(q[Q.DWELL_BELOW])
+        self.go_to_height(clear, q[Q.PLUNGE_FEED])
         self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
         self._leave(q, clear)
 
@@ -309,8 +293,19 @@ class KlartextCycles:
         goes out Q403 times as fast.
         """
         check_tapping(self.core)
-        speed, pitch, bottom, step = self.state.spindle_speed, q[239], q[203] + q[201], q.get(257, 0.0)
-        if not speed or not pitch or step < 0 or q.get(256, 0.0) < 0 or not 0 < q.get(403, 1.0) <= _MOST_FASTER:
+        speed, pitch, bottom, step = (
+            self.state.spindle_speed,
+            q[Q.PITCH],
+            q[Q.SURFACE] + q[Q.DEPTH],
+            q.get(Q.CHIP_DEPTH, 0.0),
+        )
+        if (
+            not speed
+            or not pitch
+            or step < 0
+            or q.get(Q.CHIP_RETRACT, 0.0) < 0
+            or not 0 < q.get(Q.RETRACT_FACTOR, 1.0) <= _MOST_FASTER
+        ):
             raise ProgramError(
                 "VP007",
                 f"rigid tapping needs the speed S, Q239 other than 0, Q257 and Q256 not below 0, and Q403 up to {_MOST_FASTER}",
@@ -319,45 +314,45 @@ class KlartextCycles:
         before = self.state.spindle_on, self.state.spindle_reversed
         places, depth = list[float](), surface - step
         if step:
-            self._check_pecks(-q[201], step)
+            self._check_pecks(-q[Q.DEPTH], step)
         while step and depth > bottom + ZERO_LENGTH_MM:
-            places += [depth, min(depth + q[256] * abs(pitch), clear) if q[256] else clear]
+            places += [depth, min(depth + q[Q.CHIP_RETRACT] * abs(pitch), clear) if q[Q.CHIP_RETRACT] else clear]
             depth -= step
-        if 336 in q:
-            self._stop_oriented(q[336])
-        thread = Thread(abs(pitch) * self.frames.unit, pitch < 0, speed, speed * q.get(403, 1.0))
-        if q[201] != 0:
+        if Q.SPINDLE_ANGLE in q:
+            self._stop_oriented(q[Q.SPINDLE_ANGLE])
+        thread = Thread(abs(pitch) * self.frames.unit, pitch < 0, speed, speed * q.get(Q.RETRACT_FACTOR, 1.0))
+        if q[Q.DEPTH] != 0:
             tap(self.core, self.frames.block, thread, (*places, bottom, clear), self._go_at_feed, before)
         self._leave(q, clear)
 
     def _go_at_feed(self, height: float) -> None:
         """Along Z at the feed rate in force."""
         end = list(self.state.position)
-        end[2] = self.find_height(height)
-        self.go_straight(end, rapid=False)
+        end[2] = self.frames.find_height(height)
+        self.contour.go_straight(end, rapid=False)
 
     def _mill_bore(self, q: _Q) -> None:
         """208: a helix to the depth, one full circle there, back to the centre."""
-        if q[351] not in (1.0, -1.0):
-            raise ProgramError("VP007", f"Q351={q[351]:g}: 1 for climb milling, -1 for up-cut")
-        bore = 0.5 * q[335] * self.frames.unit
+        if q[Q.CLIMB] not in (1.0, -1.0):
+            raise ProgramError("VP007", f"Q351={q[Q.CLIMB]:g}: 1 for climb milling, -1 for up-cut")
+        bore = 0.5 * q[Q.HOLE_DIAMETER] * self.frames.unit
         radius = bore - self.contour.tool_radius()
-        if radius <= ZERO_LENGTH_MM or q[334] <= 0 or q[370]:
+        if radius <= ZERO_LENGTH_MM or q[Q.HELIX_PITCH] <= 0 or q[Q.OVERLAP]:
             raise ProgramError(
                 "VP007", "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
             )
         clear, surface = self._start_height(q)
-        self._check_pecks(-q[201], q[334])
+        self._check_pecks(-q[Q.DEPTH], q[Q.HELIX_PITCH])
         hole = (self.state.position[0], self.state.position[1])
-        sense = int(q[351]) * (-1 if self.frames.flips else 1)
+        sense = int(q[Q.CLIMB]) * (-1 if self.frames.flips else 1)
         wall = (hole[0] + radius, hole[1])
-        self._arc(wall, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, clear, q[206])
-        depth, bottom = clear, surface + q[201]
-        turns = math.ceil((depth - bottom) / q[334] - 1e-9)
+        self._arc(wall, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, clear, q[Q.PLUNGE_FEED])
+        depth, bottom = clear, surface + q[Q.DEPTH]
+        turns = math.ceil((depth - bottom) / q[Q.HELIX_PITCH] - 1e-9)
         for turn in range(turns):
-            self._arc(wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[206], bore)
-        self._arc(wall, hole, sense * 360.0, bottom, q[206], bore)
-        self._arc(hole, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, bottom, q[206])
+            self._arc(wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[Q.PLUNGE_FEED], bore)
+        self._arc(wall, hole, sense * 360.0, bottom, q[Q.PLUNGE_FEED], bore)
+        self._arc(hole, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, bottom, q[Q.PLUNGE_FEED])
         self.go_to_height(clear, 0.0)
         self._leave(q, clear)
 
@@ -365,11 +360,9 @@ class KlartextCycles:
         self, place: Point, center: Point, sweep: float, height: float, feed: float, bore: float | None = None
     ) -> None:
         """A helix to a place at an input height; ``bore`` is the radius (mm) of the wall that it cuts, where it cuts one."""
-        self.core.set_feed(self.contour.read_feed_word(feed))
-        self._change_feed_mode_to_minutes()
-        self.contour.check_feed()
+        self.contour.set_cycle_feed(feed)
         start = list(self.state.position)
-        end = [place[0], place[1], self.find_height(height), *start[3:]]
+        end = [place[0], place[1], self.frames.find_height(height), *start[3:]]
         if bore is not None:
             lengths = [measure_helix(radius, sweep, end[2] - start[2]) for radius in (math.dist(place, center), bore)]
             self.core.set_feed(self.state.feed * self.core.find_arc_feed_share(lengths[0] / lengths[1]))
@@ -377,46 +370,50 @@ class KlartextCycles:
 
     def _drill_single_lip(self, q: _Q) -> None:
         """241: into the pilot hole at the speed Q427, to the depth at Q428 with coolant, and out as it came in."""
-        if q[435]:
+        if q[Q.DWELL_DEPTH]:
             raise ProgramError("VP002", "Q435 is not executed: the dwell is at the bottom; write Q435=0")
-        if q[202] > 0 and q[202] < -q[201]:
+        if q[Q.INFEED] > 0 and q[Q.INFEED] < -q[Q.DEPTH]:
             raise ProgramError(
                 "VP002", "Q202 is not executed in cycle 241 where it is less than the depth; write cycle 205 for pecks"
             )
-        turning = {3.0: False, 4.0: True, 5.0: None}.get(q[426])
-        if q[426] not in (3.0, 4.0, 5.0) or q[429] not in (7.0, 8.0, 9.0) or q[430] not in (7.0, 8.0, 9.0):
+        turning = {3.0: False, 4.0: True, 5.0: None}.get(q[Q.ENTRY_SENSE])
+        if (
+            q[Q.ENTRY_SENSE] not in (3.0, 4.0, 5.0)
+            or q[Q.COOLANT_IN] not in (7.0, 8.0, 9.0)
+            or q[Q.COOLANT_OUT] not in (7.0, 8.0, 9.0)
+        ):
             raise ProgramError("VP007", "cycle 241: Q426 is 3, 4 or 5, Q429 and Q430 are 7, 8 or 9")
-        if q[427] < 0 or q[428] <= 0:
+        if q[Q.ENTRY_SPEED] < 0 or q[Q.DRILLING_SPEED] <= 0:
             raise ProgramError("VP007", "cycle 241: the speed Q427 is not negative, and Q428 is greater than 0")
         auxiliary, at = self.core.auxiliary, self.frames.block
         clear, surface = self._start_height(q)
-        auxiliary.set_speed(at, q[427], switched=True)
+        auxiliary.set_speed(at, q[Q.ENTRY_SPEED], switched=True)
         auxiliary.switch_spindle(at, on=turning is not None, backwards=bool(turning))
-        if q[379]:
-            self.go_to_height(surface - abs(q[379]) + q[200], q[253])
-        auxiliary.set_speed(at, q[428], switched=True)
+        if q[Q.START_DEPTH]:
+            self.go_to_height(surface - abs(q[Q.START_DEPTH]) + q[Q.CLEARANCE], q[Q.POSITIONING_FEED])
+        auxiliary.set_speed(at, q[Q.DRILLING_SPEED], switched=True)
         auxiliary.switch_spindle(at, on=True)
-        auxiliary.switch_coolant(at, round(q[429]))
-        if q[201] != 0:
-            self.go_to_height(surface + q[201], q[206])
-            self._wait(q[211])
-        auxiliary.switch_coolant(at, round(q[430]))
-        auxiliary.set_speed(at, q[427], switched=True)
+        auxiliary.switch_coolant(at, round(q[Q.COOLANT_IN]))
+        if q[Q.DEPTH] != 0:
+            self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])
+            self._wait(q[Q.DWELL_BELOW])
+        auxiliary.switch_coolant(at, round(q[Q.COOLANT_OUT]))
+        auxiliary.set_speed(at, q[Q.ENTRY_SPEED], switched=True)
         auxiliary.switch_spindle(at, on=turning is not None, backwards=bool(turning))
-        self.go_to_height(clear, q[208] or q[206])
+        self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
         self._leave(q, clear)
 
     def _center(self, q: _Q) -> None:
         """240: centring to a depth."""
-        if q[343]:
+        if q[Q.BY_DIAMETER]:
             raise ProgramError(
                 "VP002",
                 "cycle 240 with Q343=1 is not executed: the angle of the tool's point is not known; give the depth, Q343=0",
             )
         clear, surface = self._start_height(q)
-        if q[201] != 0:
-            self.go_to_height(surface + q[201], q[206])
-            self._wait(q[211])
+        if q[Q.DEPTH] != 0:
+            self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])
+            self._wait(q[Q.DWELL_BELOW])
         self.go_to_height(clear, 0.0)
         self._leave(q, clear)
 
@@ -432,11 +429,12 @@ HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
 
 def _shorten_step(q: _Q, step: float) -> float:
     """The plunging depth after one: smaller by Q212, no smaller than Q205."""
-    if not q[212]:
+    if not q[Q.DECREMENT]:
         return step
-    smaller = max(step - q[212], q[205])
+    smaller = max(step - q[Q.DECREMENT], q[Q.SMALLEST_INFEED])
     if smaller <= ZERO_LENGTH_MM:
         raise ProgramError(
-            "VP007", f"Q212={q[212]:g}: no plunging depth is left before the hole is done; give Q205, the smallest one"
+            "VP007",
+            f"Q212={q[Q.DECREMENT]:g}: no plunging depth is left before the hole is done; give Q205, the smallest one",
         )
     return smaller

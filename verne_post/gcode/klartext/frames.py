@@ -77,6 +77,10 @@ class KlartextFrames:
         """Mm of a unit of the program, with the scaling in force."""
         return self.convert_length(1.0) * self.maps.factor
 
+    def find_height(self, height: float) -> float:
+        """A height of the program as Z of the frame, mm."""
+        return height * float(self.factors[2]) * self.convert_length(1.0)
+
     def place(self, point: Array) -> list[float]:
         """Input coordinates (3,) as X, Y, Z of the frame, mm."""
         x, y, z = np.asarray(point) * self.factors * self.convert_length(1.0)

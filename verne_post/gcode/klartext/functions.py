@@ -10,8 +10,15 @@ from verne_post.gcode.codes import RS274, describe_remap
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.frames import KlartextFrames
-from verne_post.gcode.klartext.m_functions import ARC_FEEDS, AT_BEGIN, AT_END, OWN, REFUSED, WITHOUT_EFFECT
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.vocabulary import (
+    ARC_FEEDS,
+    AT_BEGIN,
+    AT_END,
+    FUNCTIONS_WITHOUT_EFFECT,
+    OWN,
+    REFUSED_FUNCTIONS,
+)
 from verne_post.gcode.klartext.words import MWord, Words, read_words
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
@@ -188,9 +195,9 @@ class KlartextFunctions:
                 raise ProgramError("VP006", f"M{number} needs L and coordinates in its block", word.column)
             if number in (89, 99) and beside not in ("", "coordinates"):
                 raise ProgramError("VP017", f"M{number} beside {beside}; write it in a block of its own", word.column)
-            if number in REFUSED and self.core.auxiliary.find_user_meaning("M", number) is None:
-                raise ProgramError("VP002", f"M{number} is not executed ({REFUSED[number]})", word.column)
-            known = number in AT_BEGIN or number in AT_END or number in OWN or number in WITHOUT_EFFECT
+            if number in REFUSED_FUNCTIONS and self.core.auxiliary.find_user_meaning("M", number) is None:
+                raise ProgramError("VP002", f"M{number} is not executed ({REFUSED_FUNCTIONS[number]})", word.column)
+            known = number in AT_BEGIN or number in AT_END or number in OWN or number in FUNCTIONS_WITHOUT_EFFECT
             if not known and self.core.auxiliary.find_user_meaning("M", number) is None:
                 raise ProgramError(
                     "VP002", f"M{number} is not a function of the language; {describe_remap(f'M{number}')}",
@@ -204,7 +211,7 @@ class KlartextFunctions:
         if speed is not None or codes:
             self.run_codes(codes, speed)
         for word in words.functions:
-            if word.number in REFUSED or (
+            if word.number in REFUSED_FUNCTIONS or (
                 word.number not in AT_BEGIN and word.number not in AT_END and word.number not in OWN
             ):
                 self.core.auxiliary.execute_user_code(self.frames.block, "M", word.number, {})

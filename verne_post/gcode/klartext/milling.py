@@ -8,6 +8,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.machining.elements import Point, make_arc
 from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Rectangle, measure_reach
 from verne_post.gcode.machining.pockets import (
@@ -25,7 +26,6 @@ from verne_post.gcode.machining.pockets import (
 from verne_post.gcode.machining.strokes import Placement, Stroke, list_stops, place_strokes, turn_about
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
-from verne_post.model.moves import FeedMode, MoveKind
 
 _Q = dict[int, float]
 _FULL_TURN: Final = 360.0
@@ -56,14 +56,21 @@ class KlartextMilling:
             Before the first move.
         """
         self._check_values(number, q)
-        start, clear = (self.state.position[0], self.state.position[1]), self._find_height(q[203] + q[200])
-        second = max(self._find_height(q[203] + q[204]), clear)
+        start, clear = (
+            (self.state.position[0], self.state.position[1]),
+            self.frames.find_height(q[Q.SURFACE] + q[Q.CLEARANCE]),
+        )
+        second = max(self.frames.find_height(q[Q.SURFACE] + q[Q.SECOND_CLEARANCE]), clear)
         try:
-            pockets = [list(strokes) for strokes in CYCLES[number](self, q)] if q.get(201) != 0 else []
+            pockets = [list(strokes) for strokes in CYCLES[number](self, q)] if q.get(Q.DEPTH) != 0 else []
         except MillingError as error:
             raise ProgramError("VP007", f"cycle {number}: {error}") from None
         self._count_strokes(number, sum(map(len, pockets)))
-        feeds = {"plunge": q[253] if number in FACES else q[206], "mill": q[207], "finish": q.get(385, q[207])}
+        feeds = {
+            "plunge": q[Q.POSITIONING_FEED] if number in FACES else q[Q.PLUNGE_FEED],
+            "mill": q[Q.MILLING_FEED],
+            "finish": q.get(Q.FINISHING_FEED, q[Q.MILLING_FEED]),
+        }
         if any(
             stroke.center is not None and feeds[stroke.pace] >= FMAX_VALUE for strokes in pockets for stroke in strokes
         ):
@@ -88,83 +95,97 @@ class KlartextMilling:
         def refuse(name: int, why: str, code: str = "VP007") -> None:
             raise ProgramError(code, f"cycle {number}: Q{name}={q[name]:g}: {why}")
 
-        for name in (215, 366, 367, 439):
+        for name in (Q.OPERATION, Q.PLUNGING, Q.POSITION, Q.FEED_REFERENCE):
             if q.get(name, 0.0) not in (
-                (0.0, 1.0, 2.0, 3.0, 4.0) if name == 367 else (0.0, 1.0, 2.0, 3.0) if name == 439 else (0.0, 1.0, 2.0)
+                (0.0, 1.0, 2.0, 3.0, 4.0)
+                if name == Q.POSITION
+                else (0.0, 1.0, 2.0, 3.0)
+                if name == Q.FEED_REFERENCE
+                else (0.0, 1.0, 2.0)
             ):
                 refuse(name, "no such choice")
-        if q.get(351, 1.0) not in (0.0, 1.0, -1.0):
-            refuse(351, "1 for climb milling, -1 for up-cut")
-        if q.get(439, 0.0) not in (0.0, 3.0):
-            refuse(439, "F counts on the path of the tool's centre here; write Q439=0", "VP002")
-        for name in (207, 385, 206, 253):
-            if not 0 < q.get(name, 1.0) <= FMAX_VALUE or (q.get(name) == FMAX_VALUE and name in (207, 385)):
+        if q.get(Q.CLIMB, 1.0) not in (0.0, 1.0, -1.0):
+            refuse(Q.CLIMB, "1 for climb milling, -1 for up-cut")
+        if q.get(Q.FEED_REFERENCE, 0.0) not in (0.0, 3.0):
+            refuse(Q.FEED_REFERENCE, "F counts on the path of the tool's centre here; write Q439=0", "VP002")
+        for name in (Q.MILLING_FEED, Q.FINISHING_FEED, Q.PLUNGE_FEED, Q.POSITIONING_FEED):
+            if not 0 < q.get(name, 1.0) <= FMAX_VALUE or (
+                q.get(name) == FMAX_VALUE and name in (Q.MILLING_FEED, Q.FINISHING_FEED)
+            ):
                 refuse(name, "a feed rate greater than 0 is needed, and not FMAX where the tool cuts", "VP009")
-        for name in (202, 370):
+        for name in (Q.INFEED, Q.OVERLAP):
             if q.get(name, 1.0) <= 0:
                 refuse(name, "an infeed is greater than 0")
-        for name in (200, 204, 338, 357, 368, 369, 220):
+        for name in (
+            Q.CLEARANCE,
+            Q.SECOND_CLEARANCE,
+            Q.FINISHING_INFEED,
+            Q.SIDE_CLEARANCE,
+            Q.SIDE_ALLOWANCE,
+            Q.FLOOR_ALLOWANCE,
+            Q.CORNER,
+        ):
             if q.get(name, 0.0) < 0:
                 refuse(name, "it is not negative")
-        if q.get(370, 1.0) > _MOST_OVERLAP:
-            refuse(370, f"the overlap of paths is at most {_MOST_OVERLAP}")
-        for name in (218, 219, 222, 223, 375, 424, 425):
+        if q.get(Q.OVERLAP, 1.0) > _MOST_OVERLAP:
+            refuse(Q.OVERLAP, f"the overlap of paths is at most {_MOST_OVERLAP}")
+        for name in (Q.LENGTH, Q.WIDTH, Q.BLANK_DIAMETER, Q.DIAMETER, Q.PITCH_DIAMETER, Q.BLANK_LENGTH, Q.BLANK_WIDTH):
             if number not in FACES and q.get(name, 1.0) <= 0:
                 refuse(name, "a length is greater than 0")
-        for name in (347, 348, 349, 437) + ((220, 338, 367, 368) if number == 233 else ()):
+        for name in (Q.FIRST_LIMIT, Q.SECOND_LIMIT, Q.THIRD_LIMIT, Q.APPROACH) + (
+            (Q.CORNER, Q.FINISHING_INFEED, Q.POSITION, Q.SIDE_ALLOWANCE) if number == 233 else ()
+        ):
             if q.get(name):
                 refuse(name, "only 0 is executed", "VP002")
-
-    def _find_height(self, height: float) -> float:
-        """A height of the program as Z of the frame, mm."""
-        return height * float(self.frames.factors[2]) * self.frames.convert_length(1.0)
 
     def _plan(self, q: _Q, *, inside: bool = True, even: bool = False) -> Milling:
         """How the parameters of a cycle mill, heights and lengths in mm of the frame."""
         unit = self.frames.unit
-        top, clear = self._find_height(q[203]), self._find_height(q[203] + q[200])
-        bottom = self._find_height(q[203] + q[201])
-        side, floor = q.get(368, 0.0) * unit, q.get(369, 0.0) * unit
-        kind = q.get(215, 0.0)
+        top, clear = self.frames.find_height(q[Q.SURFACE]), self.frames.find_height(q[Q.SURFACE] + q[Q.CLEARANCE])
+        bottom = self.frames.find_height(q[Q.SURFACE] + q[Q.DEPTH])
+        side, floor = q.get(Q.SIDE_ALLOWANCE, 0.0) * unit, q.get(Q.FLOOR_ALLOWANCE, 0.0) * unit
+        kind = q.get(Q.OPERATION, 0.0)
         if kind == 2.0 and not side and not floor:
             raise ProgramError("VP007", "Q215=2 finishes what Q368 and Q369 have left, and both are 0")
         rough, fine = kind != 2.0, kind != 1.0
         levels: list[float] = []
         if rough and top - bottom - floor > ZERO_LENGTH_MM:
-            levels = (spread_levels if even else list_levels)(top, bottom + floor, q[202] * unit)
-        climb = -1 if q.get(351) == -1.0 else 1
+            levels = (spread_levels if even else list_levels)(top, bottom + floor, q[Q.INFEED] * unit)
+        climb = -1 if q.get(Q.CLIMB) == -1.0 else 1
         sense = climb * (1 if inside else -1) * (-1 if self.state.spindle_reversed else 1)
         radius = self.contour.tool_radius()
         if radius <= 0:
             raise ProgramError("VP012", "milling cycles need the radius of the tool, and it is 0")
         return Milling(
-            radius, clear, levels, bottom, radius * q.get(370, 1.0), sense, side,
-            walls=list_levels(top, bottom, q.get(338, 0.0) * unit) if fine and side else (), floor=bool(fine and floor),
-            entry=_ENTRIES[q.get(366, 0.0)], slope=math.tan(math.radians(self.keys.plunge_angle)), helix=radius, near=q[200] * unit,
+            radius, clear, levels, bottom, radius * q.get(Q.OVERLAP, 1.0), sense, side,
+            walls=list_levels(top, bottom, q.get(Q.FINISHING_INFEED, 0.0) * unit) if fine and side else (), floor=bool(fine and floor),
+            entry=_ENTRIES[q.get(Q.PLUNGING, 0.0)], slope=math.tan(math.radians(self.keys.plunge_angle)), helix=radius, near=q[Q.CLEARANCE] * unit,
         )  # fmt: skip
 
     # --- cycles -------------------------------------------------------------------------------------------
 
     def _mill_pocket(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """251: a rectangle."""
-        length, width, corner = (q[name] * self.frames.unit for name in (218, 219, 220))
+        length, width, corner = (q[name] * self.frames.unit for name in (Q.LENGTH, Q.WIDTH, Q.CORNER))
         yield self._place(
-            mill_pocket(_check_corner(Rectangle(length, width, corner)), self._plan(q)), q[224], self._find_middle(q)
+            mill_pocket(_check_corner(Rectangle(length, width, corner)), self._plan(q)),
+            q[Q.ROTATION],
+            self._find_middle(q),
         )
 
     def _mill_round_pocket(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """252: a circle."""
-        if q[366] == 2.0:
+        if q[Q.PLUNGING] == 2.0:
             raise ProgramError("VP007", "cycle 252: Q366=2: it plunges straight (0) or on a helix (1)")
-        yield self._place(mill_pocket(Circle(0.5 * q[223] * self.frames.unit), self._plan(q)), 0.0)
+        yield self._place(mill_pocket(Circle(0.5 * q[Q.DIAMETER] * self.frames.unit), self._plan(q)), 0.0)
 
     def _mill_slot(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """253: a straight slot."""
-        length, width = (q[name] * self.frames.unit for name in (218, 219))
+        length, width = (q[name] * self.frames.unit for name in (Q.LENGTH, Q.WIDTH))
         if length < width:
             raise ProgramError(
                 "VP007",
-                f"cycle 253: the slot is {q[218]:g} long and {q[219]:g} wide; its length Q218 is no less than its width",
+                f"cycle 253: the slot is {q[Q.LENGTH]:g} long and {q[Q.WIDTH]:g} wide; its length Q218 is no less than its width",
             )
         shift = {
             0.0: 0.0,
@@ -172,92 +193,102 @@ class KlartextMilling:
             2.0: 0.5 * (length - width),
             3.0: 0.5 * (width - length),
             4.0: -0.5 * length,
-        }[q[367]]
-        yield self._place(mill_pocket(Rectangle(length, width, 0.5 * width), self._plan_slot(q)), q[374], (shift, 0.0))
+        }[q[Q.POSITION]]
+        yield self._place(
+            mill_pocket(Rectangle(length, width, 0.5 * width), self._plan_slot(q)), q[Q.SLOT_ROTATION], (shift, 0.0)
+        )
 
     def _plan_slot(self, q: _Q) -> Milling:
         """A slot has room to and fro alone, and is roughed up to two diameters of the tool wide."""
-        plan = self._plan({**q, 366: 2.0 if q[366] else 0.0})
-        if plan.levels and q[219] * self.frames.unit > 4.0 * plan.radius + ZERO_LENGTH_MM:
+        plan = self._plan({**q, Q.PLUNGING: 2.0 if q[Q.PLUNGING] else 0.0})
+        if plan.levels and q[Q.WIDTH] * self.frames.unit > 4.0 * plan.radius + ZERO_LENGTH_MM:
             raise MillingError(
-                f"Q219={q[219]:g}: a slot is roughed up to two diameters of the tool wide; write cycle 251"
+                f"Q219={q[Q.WIDTH]:g}: a slot is roughed up to two diameters of the tool wide; write cycle 251"
             )
         return plan
 
     def _mill_curved_slots(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """254: slots along a circle, one after the other."""
-        if q[367]:
+        if q[Q.POSITION]:
             raise ProgramError(
-                "VP002", f"cycle 254: Q367={q[367]:g} is not executed; give the centre with Q216 and Q217, and Q367=0"
+                "VP002",
+                f"cycle 254: Q367={q[Q.POSITION]:g} is not executed; give the centre with Q216 and Q217, and Q367=0",
             )
-        count, radius, width = q[377], 0.5 * q[375] * self.frames.unit, q[219] * self.frames.unit
+        count, radius, width = q[Q.SLOTS], 0.5 * q[Q.PITCH_DIAMETER] * self.frames.unit, q[Q.WIDTH] * self.frames.unit
         if count != round(count) or not 1 <= count <= MAX_STROKES:
             raise ProgramError("VP007", f"cycle 254: Q377={count:g}: a number of slots is whole, and at least 1")
         if width >= 2 * radius:
-            raise ProgramError("VP007", f"cycle 254: the slot is {q[219]:g} wide on a circle of diameter {q[375]:g}")
+            raise ProgramError(
+                "VP007", f"cycle 254: the slot is {q[Q.WIDTH]:g} wide on a circle of diameter {q[Q.PITCH_DIAMETER]:g}"
+            )
         if (
-            not 0 < q[248] < _FULL_TURN
-            or 2 * radius * math.sin(math.radians(min(_FULL_TURN - q[248], 180.0)) / 2) <= width
+            not 0 < q[Q.OPENING] < _FULL_TURN
+            or 2 * radius * math.sin(math.radians(min(_FULL_TURN - q[Q.OPENING], 180.0)) / 2) <= width
         ):
             raise ProgramError(
-                "VP007", f"cycle 254: Q248={q[248]:g}: the ends of the slot meet; write cycle 252 and 257 for a ring"
+                "VP007",
+                f"cycle 254: Q248={q[Q.OPENING]:g}: the ends of the slot meet; write cycle 252 and 257 for a ring",
             )
-        x, y, _z = self.frames.place([q[216], q[217], 0.0])  # type: ignore[arg-type]
+        x, y, _z = self.frames.place([q[Q.CENTER_X], q[Q.CENTER_Y], 0.0])  # type: ignore[arg-type]
         for number in range(round(count)):
-            slot = CurvedSlot(radius, q[376] + number * q[378], q[248], width)
+            slot = CurvedSlot(radius, q[Q.FIRST_ANGLE] + number * q[Q.SLOT_STEP], q[Q.OPENING], width)
             yield self._place(mill_pocket(slot, self._plan_slot(q)), 0.0, origin=(x, y))
 
     def _mill_stud(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """256: a rectangle; the tool comes from the right, which is below where the sides are exchanged."""
         stud, blank = (
-            Rectangle(q[v] * self.frames.unit, q[u] * self.frames.unit, 0.0) for u, v in ((218, 219), (424, 425))
+            Rectangle(q[v] * self.frames.unit, q[u] * self.frames.unit, 0.0)
+            for u, v in ((Q.LENGTH, Q.WIDTH), (Q.BLANK_LENGTH, Q.BLANK_WIDTH))
         )
-        stud = _check_corner(Rectangle(stud.length, stud.width, q[220] * self.frames.unit))
+        stud = _check_corner(Rectangle(stud.length, stud.width, q[Q.CORNER] * self.frames.unit))
         if blank.length < stud.length or blank.width < stud.width:
             raise ProgramError("VP007", "cycle 256: the blank, Q424 and Q425, is smaller than the stud, Q218 and Q219")
         strokes = mill_stud(stud, self._plan(q, inside=False), measure_reach(stud, blank), 0.5 * blank.width)
         u, v = self._find_middle(q)
-        yield self._place(strokes, q[224] + 90.0, (v, -u))
+        yield self._place(strokes, q[Q.ROTATION] + 90.0, (v, -u))
 
     def _mill_round_stud(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """257: a circle; the tool comes from the angle Q376."""
-        radius, blank = (0.5 * q[name] * self.frames.unit for name in (223, 222))
+        radius, blank = (0.5 * q[name] * self.frames.unit for name in (Q.DIAMETER, Q.BLANK_DIAMETER))
         if blank < radius:
             raise ProgramError("VP007", "cycle 257: the blank, Q222, is smaller than the stud, Q223")
-        angle = 0.0 if q[376] == -1.0 else q[376]
+        angle = 0.0 if q[Q.FIRST_ANGLE] == -1.0 else q[Q.FIRST_ANGLE]
         yield self._place(mill_stud(Circle(radius), self._plan(q, inside=False), blank - radius, blank), angle + 90.0)
 
     def _mill_face(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """232 and 233: strokes over a face from one of its corners."""
-        if q[389] not in (0.0, 2.0):
+        if q[Q.STRATEGY] not in (0.0, 2.0):
             raise ProgramError(
-                "VP002", f"Q389={q[389]:g} is not executed: strokes go beyond the edges, to and fro (0) or one way (2)"
+                "VP002",
+                f"Q389={q[Q.STRATEGY]:g} is not executed: strokes go beyond the edges, to and fro (0) or one way (2)",
             )
-        if q.get(350, 1.0) not in (1.0, 2.0):
-            raise ProgramError("VP007", f"Q350={q[350]:g}: strokes go along the axis 1 or 2")
-        plan = self._plan({**q, 201: q[386] - q[227], 206: q[253]}, even=True)
+        if q.get(Q.AXIS, 1.0) not in (1.0, 2.0):
+            raise ProgramError("VP007", f"Q350={q[Q.AXIS]:g}: strokes go along the axis 1 or 2")
+        plan = self._plan({**q, Q.DEPTH: q[Q.END_Z] - q[Q.START_Z], Q.PLUNGE_FEED: q[Q.POSITIONING_FEED]}, even=True)
         corner = (self.state.position[0], self.state.position[1])
-        if 225 in q:
-            x, y, _z = self.frames.place([q[225], q[226], 0.0])  # type: ignore[arg-type]
+        if Q.START_X in q:
+            x, y, _z = self.frames.place([q[Q.START_X], q[Q.START_Y], 0.0])  # type: ignore[arg-type]
             corner = (x, y)
-        if q[386] > q[227]:
-            raise ProgramError("VP007", f"Q386={q[386]:g} lies above the surface Q227={q[227]:g}")
-        length, width = q[218] * self.frames.unit, q[219] * self.frames.unit
+        if q[Q.END_Z] > q[Q.START_Z]:
+            raise ProgramError("VP007", f"Q386={q[Q.END_Z]:g} lies above the surface Q227={q[Q.START_Z]:g}")
+        length, width = q[Q.LENGTH] * self.frames.unit, q[Q.WIDTH] * self.frames.unit
         if not length or not width:
             raise ProgramError("VP007", "Q218 and Q219, the sides of the face, are not 0")
         signs = math.copysign(1.0, length), math.copysign(1.0, width)
         first, second = (signs[0], 0.0), (0.0, signs[1])
-        if q.get(350, 1.0) == 2.0:
+        if q.get(Q.AXIS, 1.0) == 2.0:
             length, width, first, second = width, length, second, first
-        face = Face(abs(length), abs(width), plan.radius + q[357] * self.frames.unit, zigzag=q[389] == 0.0)
+        face = Face(
+            abs(length), abs(width), plan.radius + q[Q.SIDE_CLEARANCE] * self.frames.unit, zigzag=q[Q.STRATEGY] == 0.0
+        )
         yield self._put_in_frame(mill_face(face, plan), Placement(corner, first, second))
 
     # --- places -------------------------------------------------------------------------------------------
 
     def _find_middle(self, q: _Q) -> Point:
         """The middle of a rectangle from where the tool stands, in its own directions, mm (Q367)."""
-        u, v = _CORNERS[q[367]]
-        return 0.5 * u * q[218] * self.frames.unit, 0.5 * v * q[219] * self.frames.unit
+        u, v = _CORNERS[q[Q.POSITION]]
+        return 0.5 * u * q[Q.LENGTH] * self.frames.unit, 0.5 * v * q[Q.WIDTH] * self.frames.unit
 
     def _place(
         self, strokes: Iterable[Stroke], angle: float, middle: Point = (0.0, 0.0), origin: Point | None = None
@@ -282,25 +313,12 @@ class KlartextMilling:
         if stroke.center is None:
             is_rapid = feed is None or feed >= FMAX_VALUE
             for point, height in list_stops((start[0], start[1]), start[2], stroke):
-                self._go_straight([*point, height, *start[3:]], None if is_rapid else feed)
+                self.contour.go_straight([*point, height, *start[3:]], is_rapid, feed)
             return
-        self._set_feed(feed or 0.0)
+        self.contour.set_cycle_feed(feed or 0.0)
         sweep = -stroke.sweep if self.frames.flips else stroke.sweep
         end = [*stroke.end, stroke.height, *start[3:]]
         self.core.arc(self.frames.block, start, end, make_arc(start, 0, stroke.center, sweep), [0, 1, 2])
-
-    def _set_feed(self, feed: float) -> None:
-        self.core.set_feed(self.contour.read_feed_word(feed))
-        self.contour.change_feed_mode(FeedMode.PER_MINUTE)
-        self.contour.check_feed()
-
-    def _go_straight(self, end: list[float], feed: float | None) -> None:
-        """Straight to a place (9) of the frame; without a feed rate in rapid traverse."""
-        kind = MoveKind.RAPID if feed is None else MoveKind.FEED
-        if feed is not None:
-            self._set_feed(feed)
-        self.core.start_of_motion(kind, absolute=True, machine=False)
-        self.frames.run_line(self.frames.block, kind, end, [0, 1, 2])
 
 
 def _check_corner(shape: Rectangle) -> Rectangle:

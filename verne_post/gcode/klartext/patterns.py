@@ -10,8 +10,6 @@ from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import (
     MACHINING,
     PATTERNS,
-    REFUSED_CYCLES,
-    WITHOUT_EFFECT,
     complete,
     read_head,
     read_parameters,
@@ -24,6 +22,7 @@ from verne_post.gcode.klartext.milling import FACES
 from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.settings import KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.vocabulary import CYCLES_WITHOUT_EFFECT, REFUSED_CYCLES, Q
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.machining.patterns import place_circle, place_grid, place_row
@@ -91,7 +90,7 @@ class KlartextPatterns:
         if self.settings.execute_setting(statement, head):
             return
         table = MACHINING.get(number) or PATTERNS.get(number)
-        if number in WITHOUT_EFFECT:
+        if number in CYCLES_WITHOUT_EFFECT:
             for name, value in read_parameters(statement, head, self.q, self.contour.call_feed).items():
                 self.q.set(f"Q{name}", value)
             return
@@ -102,7 +101,7 @@ class KlartextPatterns:
         given = read_parameters(statement, head, self.q, self.contour.call_feed)
         q = complete(statement, number, given, *table)
         if number in FACES:
-            q |= {203: q[227]}
+            q |= {Q.SURFACE: q[Q.START_Z]}
         for name, value in given.items():
             self.q.set(f"Q{name}", value)
         if number in MACHINING:
@@ -175,7 +174,7 @@ class KlartextPatterns:
             if not self.q.has(f"Q{name}", value):
                 raise ProgramError("VP017", f"Q{name} has been changed since CYCL DEF {self.cycle.number}; whether a call takes the new value "
                                  "depends on the control: write CYCL DEF again")  # fmt: skip
-        q = self.cycle.q if not z else {**self.cycle.q, 203: self.cycle.q[203] + z}
+        q = self.cycle.q if not z else {**self.cycle.q, Q.SURFACE: self.cycle.q[Q.SURFACE] + z}
         self.cycles.run_cycle(self.cycle.number, q)
 
     def call_cycles(self, *, moved: bool) -> None:
@@ -227,14 +226,14 @@ class KlartextPatterns:
         self.frames.refuse_beside("a cycle call")
         x, y, z = place
         placed = self.frames.place([x, y, 0.0])  # type: ignore[arg-type]
-        clear = max(self.cycles.find_height(self.cycle.q[203] + z + self.cycle.q[200]), least)
+        clear = max(self.frames.find_height(self.cycle.q[Q.SURFACE] + z + self.cycle.q[Q.CLEARANCE]), least)
         self.core.frames.stand_at({0: placed[0], 1: placed[1], 2: clear})
         height = max(self.state.position[2], clear)
         if self.state.position[2] < height:
-            self.cycles.go_straight([*self.state.position[:2], height, *self.state.position[3:]], rapid=True)
+            self.contour.go_straight([*self.state.position[:2], height, *self.state.position[3:]], rapid=True)
         end = [placed[0], placed[1], height, *self.state.position[3:]]
         self.frames.check_upright("a motion")
-        self.cycles.go_straight(end, rapid)
+        self.contour.go_straight(end, rapid)
         self.call_cycle(z)
 
     # --- 220, 221 -----------------------------------------------------------------------------------------------
@@ -244,22 +243,36 @@ class KlartextPatterns:
             return
         if self.cycle is None:
             raise statement.error("VP017", f"CYCL DEF {number}, and no machining cycle is defined before it")
-        if q.get(365):
+        if q.get(Q.ALONG_CIRCLE):
             raise statement.error("VP002", "Q365=1 is not executed: between holes the tool goes straight; write Q365=0")
-        if q[301] not in (0.0, 1.0):
-            raise statement.error("VP007", f"Q301={q[301]:g}: 0 or 1")
+        if q[Q.GO_HIGH] not in (0.0, 1.0):
+            raise statement.error("VP007", f"Q301={q[Q.GO_HIGH]:g}: 0 or 1")
         places = _circle(statement, q) if number == 220 else _grid(statement, q)
         kept = self.cycle
-        second = q[204] if q[301] else 0.0
-        self.cycle = DefinedCycle(kept.number, {**kept.q, 200: q[200], 203: q[203], 204: second})
+        second = q[Q.SECOND_CLEARANCE] if q[Q.GO_HIGH] else 0.0
+        self.cycle = DefinedCycle(
+            kept.number, {**kept.q, Q.CLEARANCE: q[Q.CLEARANCE], Q.SURFACE: q[Q.SURFACE], Q.SECOND_CLEARANCE: second}
+        )
         try:
             with self.cycles.expect_holes(len(places)):
                 for k, place in enumerate(places):
-                    self._run_at(place, rapid=True, least=-math.inf if k else self.cycles.find_height(q[203] + q[204]))
-            if not q[301] and q[204] > q[200]:
-                self.cycles.go_to_height(q[203] + q[204], 0.0)
+                    self._run_at(
+                        place,
+                        rapid=True,
+                        least=-math.inf if k else self.frames.find_height(q[Q.SURFACE] + q[Q.SECOND_CLEARANCE]),
+                    )
+            if not q[Q.GO_HIGH] and q[Q.SECOND_CLEARANCE] > q[Q.CLEARANCE]:
+                self.cycles.go_to_height(q[Q.SURFACE] + q[Q.SECOND_CLEARANCE], 0.0)
         finally:
-            self.cycle = DefinedCycle(kept.number, {**kept.q, 200: q[200], 203: q[203], 204: q[204]})
+            self.cycle = DefinedCycle(
+                kept.number,
+                {
+                    **kept.q,
+                    Q.CLEARANCE: q[Q.CLEARANCE],
+                    Q.SURFACE: q[Q.SURFACE],
+                    Q.SECOND_CLEARANCE: q[Q.SECOND_CLEARANCE],
+                },
+            )
 
 
 def _count(statement: Statement, value: float) -> int:
@@ -270,16 +283,22 @@ def _count(statement: Statement, value: float) -> int:
 
 def _circle(statement: Statement, q: dict[int, float]) -> list[Place]:
     """220: on a circle; without a step from the start angle to the stop angle."""
-    n, step = _count(statement, q[241]), q[247]
+    n, step = _count(statement, q[Q.HOLES]), q[Q.ANGLE_STEP]
     if step == 0:
-        span = q[246] - q[245]
+        span = q[Q.STOP_ANGLE] - q[Q.START_ANGLE]
         whole = abs(abs(span) - _FULL_TURN) < 1e-9
         step = span / n if whole else span / max(n - 1, 1)
-    return [(*place, 0.0) for place in place_circle(q[216], q[217], 0.5 * q[244], q[245], step, n)]
+    return [
+        (*place, 0.0)
+        for place in place_circle(q[Q.CENTER_X], q[Q.CENTER_Y], 0.5 * q[Q.CIRCLE], q[Q.START_ANGLE], step, n)
+    ]
 
 
 def _grid(statement: Statement, q: dict[int, float]) -> list[Place]:
     """221: rows, to and fro, turned as a whole about the first place."""
-    columns, rows = _count(statement, q[242]), _count(statement, q[243])
+    columns, rows = _count(statement, q[Q.COLUMNS]), _count(statement, q[Q.ROWS])
     _count(statement, float(columns * rows))
-    return [(*place, 0.0) for place in place_grid(q[225], q[226], q[224], (q[237], q[238]), columns, rows)]
+    return [
+        (*place, 0.0)
+        for place in place_grid(q[Q.START_X], q[Q.START_Y], q[Q.ROTATION], (q[Q.STEP_X], q[Q.STEP_Y]), columns, rows)
+    ]

@@ -8,6 +8,7 @@ from msgspec import Struct, field
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
+from verne_post.gcode.klartext.vocabulary import REFUSED_FN
 from verne_post.gcode.program_error import ProgramError
 
 _ASSIGNED: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
@@ -27,12 +28,6 @@ _STRING_PART: Final = re.compile(
 #: So many numbers of Q, QL, QR, QS there are.
 _LAST: Final = {"Q": 1999, "QL": 499, "QR": 499, "QS": 1999}
 _MAX_STRING: Final = 10_000
-#: What the functions of FN that are not executed would do.
-REFUSED_FUNCTIONS: Final = {
-    17: "SYSWRITE changes data of the control", 19: "PLC: values of the machine", 20: "WAIT FOR: conditions of the machine",
-    26: "tables are not read", 27: "tables are not written", 28: "tables are not read", 29: "PLC: values of the machine",
-    37: "EXPORT: cycles of the user", 38: "SEND: data to other computers",
-}  # fmt: skip
 
 
 class QParameters(Struct):
@@ -190,8 +185,8 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
             raise ProgramError("VP001", "expected FN 18: SYSREAD Q1 = ID...")
         parameters.forget(read.group(1))
         return FnAnswer(message=f"FN 18: {rest}")
-    if number in REFUSED_FUNCTIONS:
-        raise ProgramError("VP002", f"FN {number} is not executed ({REFUSED_FUNCTIONS[number]})")
+    if number in REFUSED_FN:
+        raise ProgramError("VP002", f"FN {number} is not executed ({REFUSED_FN[number]})")
     if number == 0:
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})()"
     elif number in (5, 6, 7):

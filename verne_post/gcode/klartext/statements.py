@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
+from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line
@@ -19,16 +20,6 @@ KEYWORDS: Final = (
     "CALL SELECTED PGM", "SEL TABLE", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "APPR", "DEP", "RND", "CHF",
     "CTP", "CT", "CP", "CR", "CC", "LP", "LN", "L", "C", "M", "Q", "F", "S", "R0", "RL", "RR",
 )  # fmt: skip
-#: Why contours of cycles, and probing, are refused.
-SL: Final = "contours of SL cycles; write cycles 251 to 257, or the contour with RL or RR, or let the CAM system write the moves"
-PROBING: Final = (
-    "touch probes: where the tool touches is only known at the machine; take them out, and give the datum with --wcs"
-)
-#: Words that begin statements which are not executed, and why.
-_REFUSED: Final = {
-    "TCH": PROBING, "CONTOUR": SL, **dict.fromkeys(("FPOL", "FL", "FLT", "FC", "FCT"), "free contour programming; let the CAM system write lines and arcs"),
-    "SEL": "files of the control; write CALL PGM for a program, cycles 251 to 257 for a contour", **dict.fromkeys(("OPEN", "POLARKIN"), "files and kinematics of the control"), "ERROR": "the control has marked this block as one that it could not read",
-}  # fmt: skip
 _NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
 _KEYWORD: Final = re.compile(
     "|".join(
@@ -222,7 +213,11 @@ def read_statement(parts: list[str], line: int) -> Statement:
     if keyword is None:
         word = re.match(r"[^\s+\-=]*", text[begin:])
         shown = (word.group() if word else "") or text[begin : begin + 10]
-        why = f"executed ({_REFUSED[shown]})" if shown in _REFUSED else "a statement that is executed here"
+        why = (
+            f"executed ({REFUSED_STATEMENTS[shown]})"
+            if shown in REFUSED_STATEMENTS
+            else "a statement that is executed here"
+        )
         raise ProgramError("VP002", f"{shown[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
     name = " ".join(keyword.group().split())
     tail = " ".join(_upper(part) for part in parts[1:])
