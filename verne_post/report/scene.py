@@ -12,7 +12,7 @@ from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Box
-from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, thin_surface
+from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study
 
 #: Sizes for a picture, mm, where the machine file and the options name none.
@@ -65,13 +65,17 @@ def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
     return () if keep_out is None else keep_out.obstacles
 
 
-def list_fixture_meshes(study: Study) -> list[Surface]:
-    """Fixtures that are meshes, where they stand."""
+def list_surfaces(study: Study) -> list[Surface]:
+    """Fixtures that are meshes, and the nominal part with its deviations, where they stand."""
     meshes = [(one, one.mesh) for one in _list_obstacles(study.program) if one.mesh is not None]
     most = FIXTURE_VERTICES // max(len(meshes), 1)
-    return [
-        Surface(one.name, *thin_surface(mesh.vertices, mesh.facets, most), one.middle, one.turn) for one, mesh in meshes
+    surfaces = [
+        Surface(one.name, "fixture", *thin_surface(mesh.vertices, mesh.facets, most), one.middle, one.turn)
+        for one, mesh in meshes
     ]
+    if study.part is not None and study.part.judged and study.program is not None:
+        surfaces.append(make_part(study.program, study.part.judged[0]))
+    return surfaces
 
 
 def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
