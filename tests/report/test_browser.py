@@ -21,6 +21,7 @@ from verne_post.model.part_setup import Box, FixtureMesh, WorkOffset
 
 from ..builders import SAMPLES
 from .test_report import NASTY_PROGRAM, ONE_IN_3000, embedded
+from .test_surfaces import FLOOR, make_options
 
 pytest.importorskip("jupyter_threejs_sage")
 webdriver = pytest.importorskip("selenium.webdriver")
@@ -54,6 +55,7 @@ VISE_STL = VISE["pack_stl"](VISE["unite_boxes"]([VISE["BASE"], *VISE["JAWS"], VI
 PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "pocket": sample("pocket_3axis.nc", 80.0, (-10.0, 15.0, 60.0), stock=Box("the stock", (-40.0, -20.0, 40.0), (30.0, 50.0, 60.0))),
     "vise": (VISE["PROGRAM"].partition("T2")[0] + "M2\n", "verne", Options(tool_length=100.0, wcs={1: WorkOffset((0.0, 0.0, 70.0))}, keep_out=(FixtureMesh("vise", VISE_STL),))),
+    "floor": (FLOOR, "verne", make_options(stock=Box("the stock", (-10.0, -5.0, -8.0), (10.0, 5.0, 0.0), 1))),
     "blade": sample("blade_5axis.nc", 120.0, (0.0, 0.0, 10.0)),
     "travel": sample("violates_slider_travel.nc", 50.0, (0.0, 0.0, 420.0)),
     "tilt": sample("violates_tilt.nc", 120.0, (0.0, 0.0, 60.0)),
@@ -265,6 +267,44 @@ def test_fixtures_that_are_meshes_are_drawn(browser: Any, show: Callable[..., An
     js(browser, "report.view('part')")
     assert without == 0
     assert count_in_colour(canvas_pixels(browser), teal) > 20_000  # of half a million
+
+
+#: Where a click meets the part where it is cut into, in the picture of the path.
+_DEEP = """
+const canvas = document.getElementById('scene');
+for (let x = 4; x < canvas.clientWidth; x += 4) for (let y = 4; y < canvas.clientHeight; y += 4) {
+  const found = report.scene.probe(x, y);
+  if (found && found.value < -0.19) return [x, y];
+}
+"""
+
+
+def test_the_part_shows_where_it_is_cut_and_a_click_leads_there(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("floor")
+    js(browser, "report.view('part')")
+    assert [option.text for option in browser.find_elements("css selector", "#body option")] == [
+        "part, deviation",
+        "stock",
+    ]
+    x, y = browser.execute_script(_DEEP)
+    press(browser, webdriver.Keys.HOME)
+    canvas = browser.find_element("id", "scene")
+    webdriver.ActionChains(browser).move_to_element_with_offset(
+        canvas, x - canvas.size["width"] // 2, y - canvas.size["height"] // 2
+    ).click().perform()
+    assert data["line"][cursor(browser)] in (8, 9)
+    assert re.fullmatch(r"there: 0\.(19\d|200) mm cut into, line [89]", browser.find_element("id", "probe").text)
+    # the stock in its place
+    browser.execute_script(
+        "const body = document.getElementById('body'); body.value = 'stock'; body.dispatchEvent(new Event('change'));"
+    )
+    assert not browser.find_element("id", "part-legend").is_displayed()
+    assert browser.execute_script(_DEEP) is None
+    # the button of the finding leads to its line
+    press(browser, webdriver.Keys.HOME)
+    [button] = [one for one in browser.find_elements("css selector", "#findings button") if "VP218" in one.text]
+    button.click()
+    assert data["line"][cursor(browser)] in (8, 9)
 
 
 def test_paper_is_white(browser: Any, show: Callable[..., Any]) -> None:

@@ -275,12 +275,12 @@ def test_the_plate_between_the_struts_is_not_the_spindle() -> None:
 def test_the_slice_is_for_the_tool_axis_of_the_frame() -> None:
     """On a head that leans, the picture of the reach names the words, and lets the tool lean."""
     pytest.importorskip("jupyter_threejs_sage")
-    from verne_post.report.page import page
+    from verne_post.report.page import make_page
 
     loaded = verne_post.load_machine("ca_fork_head")
     source = b"G21 G90\nG0 X0 Y0 Z50 A30 C20\nG1 X30 F900\nM2\n"
     options = Options(tool_length=100.0, wcs={1: WorkOffset(PLACES["ca_fork_head"])})
-    data = embedded(page("part.nc", source, loaded, study(source, loaded, options)))
+    data = embedded(make_page("part.nc", source, loaded, study(source, loaded, options)))
     assert data["slice"]["title"].endswith("A 30.0, C 20.0 deg")
     x, y = (np.linspace(*data["slice"][axis], 61) for axis in "xy")
     tip = np.array([x[0], y[-1], float(data["tip"][0, 2])])

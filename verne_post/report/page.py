@@ -20,7 +20,7 @@ from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
 from verne_post.report.modal import collect_modal_states
 from verne_post.report.pack import Pack
-from verne_post.report.scene import describe_scene, list_fixture_meshes
+from verne_post.report.scene import describe_scene, list_surfaces
 from verne_post.report.sheet import (
     escape_text,
     write_css_string,
@@ -156,9 +156,20 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         "modal": modal,
         "toolNumbers": tools,
         "bands": study.spectrum.edges.tolist() if study.spectrum is not None else [],
-        "scene": describe_scene(machine, study) | {"meshes": pack_surfaces(pack, list_fixture_meshes(study, machine.coordinates.part_frame))},
+        "wanted": _describe_wanted(study),
+        "scene": describe_scene(machine, study) | {
+            "meshes": pack_surfaces(pack, list_surfaces(machine, study), study.tip, study.line)
+        },
         "slice": _pack_slice(pack, machine, study),
     }  # fmt: skip
+
+
+def _describe_wanted(study: Study) -> dict[str, float] | None:
+    """What is asked of the nominal part, mm."""
+    if study.part is None or not study.part.judged:
+        return None
+    wanted = study.part.judged[0].comparison.wanted
+    return {"gouge": wanted.gouge, "excess": wanted.excess, "search": wanted.search}
 
 
 def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int]]:

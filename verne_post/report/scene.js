@@ -25,7 +25,14 @@ const Scene = (() => {
     const rods = makeRods(solids, model, rodCount), tool = new THREE.Group(), plate = makeOwnPlate(solids, model), triad = makeTriad();
     solids.add(tool);
     const stock = makeBoxes(table.part, model);
-    makeMeshes(table.part, model, arrays);
+    // the nominal part, what is left of the stock, and the stock: one of them is seen
+    const bodies = { ...makeMeshes(table.part, model, arrays), ...(stock.length ? { stock: { mesh: stock[0] } } : {}) };
+    let bodyNow = null;
+    function showBody(name) {
+      bodyNow = name;
+      for (const [kind, body] of Object.entries(bodies)) body.mesh.visible = kind === name;
+      draw();
+    }
     // the path turns with the table, and stays when the machine is hidden
     const onTable = new THREE.Group(), carrier = new THREE.Group();
     carrier.matrixAutoUpdate = false;
@@ -234,12 +241,16 @@ const Scene = (() => {
       stand(tipInScene(), new THREE.Vector3(0.75, -1.2, 0.45).normalize(), Math.max(5 * Math.min(size, 160), 500));
     }
     // the end of the tool, the whole path and the stock are seen, however near somebody has come
-    const part = stock.reduce((all, one) => all.union(one), pathBox.clone());
+    const around = Object.values(bodies).reduce((all, one) => {
+      one.mesh.updateMatrix();
+      one.mesh.geometry.computeBoundingBox();
+      return all.union(one.mesh.geometry.boundingBox.clone().applyMatrix4(one.mesh.matrix));
+    }, pathBox.clone());
     let needed = 1;
     function follow() {
       const end = tipInScene(), shank = end.clone();
       if (reached) shank.addScaledVector(blend("basis", frameNow, frameNow, 0, 3, 6).normalize(), Math.max(0.2 * size, 30));
-      const points = [end, shank, ...corners(part).map(p => p.applyMatrix4(carrier.matrix))];
+      const points = [end, shank, ...corners(around).map(p => p.applyMatrix4(carrier.matrix))];
       const centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
       const forward = follower.position.clone().sub(following.target), nearness = forward.length() / needed;
       needed = Math.max(distanceToSee(points, centre, forward.normalize(), follower), 240);
@@ -316,6 +327,16 @@ const Scene = (() => {
       }
       return best;
     }
+    // what is known of the part under a place of the picture: deviation (NaN: no cutter comes near) and the frame that does it
+    const ray = new THREE.Raycaster();
+    function probe(x, y, isClose = false) {
+      const [eye, element] = isClose ? [follower, close] : [camera, canvas], body = bodies[bodyNow];
+      if (!body || !body.value || !solids.visible) return null;
+      eye.updateMatrixWorld();
+      ray.setFromCamera({ x: 2 * x / element.clientWidth - 1, y: 1 - 2 * y / element.clientHeight }, eye);
+      const [hit] = ray.intersectObject(body.mesh);
+      return hit ? { value: body.value[hit.faceIndex], frame: body.frame[hit.faceIndex], place: hit.point.toArray() } : null;
+    }
     // points in the canvas: -1 to 1
     function onScreen(points) {
       camera.updateMatrixWorld();
@@ -323,7 +344,7 @@ const Scene = (() => {
     }
 
     return {
-      pose, draw, render, paint, resize, pick, look, camera, tipInScene, reached: () => reached,
+      pose, draw, render, paint, resize, pick, probe, showBody, bodies: Object.keys(bodies), look, camera, tipInScene, reached: () => reached,
       view: name => VIEWS[name](), show: on => { solids.visible = on; draw(); }, showAxes: on => { axes.visible = on; draw(); },
       dark: on => { for (const [light, strength] of lights) light.intensity = (on ? 0.75 : 1) * strength; tip.material.color.setHex(on ? 0xffffff : 0x111111); axes.material.color.setHex(on ? 0x9aa7b4 : 0x5a636c); draw(); },
       machineOnScreen: () => onScreen(corners(machineBox())), tipOnScreen: () => onScreen([tipInScene()])[0], tipInCloseUp: () => { follow(); follower.updateMatrixWorld(); return tipInScene().project(follower).toArray(); },

@@ -13,7 +13,7 @@ from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Box
-from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, thin_surface
+from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study
 
 #: Sizes for a picture, mm, where the machine file and the options name none.
@@ -32,7 +32,7 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
     coordinates: Any = machine.coordinates
     lean = 0.0 if coordinates.nutation is None else 0.5 * math.pi - coordinates.nutation.near
     part, carried = coordinates.part_frame, isinstance(machine.five_axis, CarriedMachine)
-    boxes = [*(_describe_box(one, _find_x(one), part) for one in _list_obstacles(study.program) if one.mesh is None),
+    boxes = [*(_describe_box(one, _find_x(one.turn), part) for one in _list_obstacles(study.program) if one.mesh is None),
              *_list_program_stock(study.program)]  # fmt: skip
     bodies = machine.bodies
     spindle = bodies.spindle_radius if bodies else None
@@ -77,16 +77,18 @@ def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
     return () if keep_out is None else keep_out.obstacles
 
 
-def list_fixture_meshes(study: Study, part: Array) -> list[Surface]:
-    """Fixtures that are meshes, where they stand."""
+def list_surfaces(machine: Machine, study: Study) -> list[Surface]:
+    """Fixtures that are meshes, and the nominal part with its deviations, where they stand, in directions of the part."""
     meshes = [(one, one.mesh) for one in _list_obstacles(study.program) if one.mesh is not None]
     most = FIXTURE_VERTICES // max(len(meshes), 1)
-    return [
-        Surface(
-            one.name, *thin_surface(mesh.vertices, mesh.facets, most), one.middle @ part, _find_turn(_find_x(one), part)
-        )
+    surfaces = [
+        Surface(one.name, "fixture", *thin_surface(mesh.vertices, mesh.facets, most), one.middle, one.turn)
         for one, mesh in meshes
     ]
+    if study.part is not None and study.part.judged and study.program is not None:
+        surfaces.append(make_part(study.program, study.part.judged[0]))
+    part = machine.coordinates.part_frame
+    return [one.turn_to_part(part, _find_turn(_find_x(one.turn), part)) for one in surfaces]
 
 
 def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
@@ -103,9 +105,9 @@ def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
     return [{**placed, "round": stock.round, "bore": 0.5 * stock.bore}]
 
 
-def _find_x(box: Placed) -> Array:
-    """The direction of x of a box, table frame."""
-    return np.array([math.cos(box.turn), math.sin(box.turn), 0.0])
+def _find_x(turn: float) -> Array:
+    """The direction (3,) of x of what is turned about the table's normal, rad, table frame."""
+    return np.array([math.cos(turn), math.sin(turn), 0.0])
 
 
 def _find_turn(along: Array, part: Array) -> float:

@@ -8,10 +8,12 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
+from verne_post.app.machined import place_on_table
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import make_printable
+from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.machine import Machine
@@ -20,7 +22,10 @@ from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.findings import describe
 from verne_post.output.summary import list_facts
+from verne_post.part.sweep import Nearest
+from verne_post.part.verdict import find_line, find_tip
 from verne_post.report.governing import AT_FEED, FEED_BANDS, HIGHER
+from verne_post.report.surfaces import find_frames
 from verne_post.report.table import Governing, Operation, Study
 
 #: Stretches that lose time against the programmed feed, shown among the worst places.
@@ -150,6 +155,7 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         at = int(np.abs(share).argmax())
         what = f"peak {name}: {machine.columns[joint].joint}, allowed {100.0 * allowed:g} %"
         yield Place(what, f"{abs(share[at]):.1f} %", _find_frame(study, float(x[at])))
+    yield from _find_part_places(study)
     if study.governing is not None:
         yield from _find_slow_stretches(study, study.governing)
     if study.summary is not None and (within := study.summary.stops_within).count:
@@ -158,6 +164,28 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
     if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
         yield Place("peak platform tilt", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)
+
+
+def _find_part_places(study: Study) -> Iterator[Place]:
+    """Where the part is cut into most, and where most stays on it."""
+    if study.part is None or not study.part.judged or study.program is None:
+        return
+    judged, program = study.part.judged[0], study.program
+    found, asked, frame_of_part = judged.comparison, program.options.part, program.machine.coordinates.part_frame
+    assert asked is not None
+    origin, turn = place_on_table(program, asked.name, asked.system)
+
+    def make(what: str, value: float, nearest: Nearest, k: int) -> Place:
+        tip, line = rotate_z(find_tip(judged, nearest, k)[None], turn) + origin, find_line(judged, nearest, k)
+        frame = find_frames(study.tip, study.line, tip @ frame_of_part, np.array([line]))[0]
+        return Place(f"{what} {asked.name}: line {line}", f"{value:.3f} mm", int(frame))
+
+    if len(found.gouges.depth):
+        k = int(found.gouges.depth.argmax())
+        yield make("cut into", float(found.gouges.depth[k]), found.gouges.nearest, k)
+    if (np.nan_to_num(found.deviation, nan=0.0) > 0).any():
+        k = int(np.nanargmax(found.deviation))
+        yield make("left on", float(found.deviation[k]), found.nearest, k)
 
 
 def _find_slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:

@@ -197,7 +197,7 @@ const Solids = (() => {
     return solid(geometry, what);
   }
 
-  // also returns the boxes of the stock
+  // also returns the solids of the stock
   function makeBoxes(part, model) {
     const stock = [];
     for (const one of model.boxes) {
@@ -210,7 +210,7 @@ const Solids = (() => {
       part.add(mesh);
       mesh.updateMatrix();
       mesh.geometry.computeBoundingBox();
-      if (one.stock) stock.push(mesh.geometry.boundingBox.clone().applyMatrix4(mesh.matrix));
+      if (one.stock) stock.push(mesh);
     }
     return stock;
   }
@@ -227,12 +227,24 @@ const Solids = (() => {
     return mesh;
   }
 
-  function makeMeshes(turning, model, arrays) {
+  // also returns the nominal part and what is left of the stock
+  function makeMeshes(part, model, arrays) {
+    const bodies = {};
     model.meshes.forEach((one, k) => {
-      const mesh = makeMesh(one, arrays[`surface.${k}.vertex`], arrays[`surface.${k}.facet`], material("fixture", { transparent: true, opacity: 0.85 }));
-      mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 20), new THREE.LineBasicMaterial({ color: 0x1f5f56 })));
-      turning.add(mesh);
+      const fixed = one.kind === "fixture", colour = arrays[`surface.${k}.colour`];
+      const what = fixed ? material("fixture", { transparent: true, opacity: 0.85 })
+        : colour ? new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide }) : material("stock", { side: THREE.DoubleSide });
+      const mesh = makeMesh(one, arrays[`surface.${k}.vertex`], arrays[`surface.${k}.facet`], what);
+      if (fixed) mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 20), new THREE.LineBasicMaterial({ color: 0x1f5f56 })));
+      else bodies[one.kind] = { mesh, value: arrays[`surface.${k}.value`], frame: arrays[`surface.${k}.frame`] };
+      if (colour) {
+        const corner = new Uint8Array(3 * colour.length);
+        for (let f = 0; f < colour.length; f += 3) for (let c = 0; c < 9; c++) corner[3 * f + c] = colour[f + c % 3];
+        mesh.geometry.setAttribute("color", new THREE.BufferAttribute(corner, 3, true));
+      }
+      part.add(mesh);
     });
+    return bodies;
   }
 
   function label(text, colour) {

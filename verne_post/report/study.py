@@ -13,20 +13,23 @@ from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.convert import convert_program
+from verne_post.app.machined import place_on_table
 from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, iterate_blocks, sum_running
 from verne_post.base.long_text import Text
-from verne_post.base.rotations import find_axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles, rotate_z
 from verne_post.base.team import work_together
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock
+from verne_post.part.verdict import Machined
 from verne_post.report.governing import GoverningLimits
 from verne_post.report.operations import OperationTimes
 from verne_post.report.spectrum import spectrum
+from verne_post.report.surfaces import find_frames
 from verne_post.report.table import Curve, Governing, Operation, Spectrum, Study, Trail
 from verne_post.toolpath.margins import list_margin_functions
 
@@ -218,18 +221,18 @@ class _Collector:
         basis = np.stack([platform.turn(axis) for axis in (aside / np.linalg.norm(aside), -along)], axis=1) @ up
         rods = sketch_rods(machine, q, platform) @ up
         curves = {name: tuple(Curve(*_join(part)) for part in parts) for name, parts in self._curves.items()}
-        place, place_tip = self._find_places(x, line)
+        place, place_tip = self._find_places(x, line.astype(np.int64), tip, result.part)
         stretch, on_line, at, how_fast, how_far = _join(self._trail)
         trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
         return Study(
             self.findings, result.summary if timed else None, self.program, governing, operations, bands, timed, x, line.astype(np.int64),
             q * [column.factor for column in machine.columns], curves, trail,
             tip @ part, find_axis_of_angles(angles[:, 0], angles[:, 1]) @ part, speed, margin, nearest, self._margin_names, move,
-            alpha_deg, nose @ up, position @ up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip @ part,
+            alpha_deg, nose @ up, position @ up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip @ part, result.part,
         )  # fmt: skip
 
-    def _find_places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:
-        """Find the frame and the tip of each finding."""
+    def _find_places(self, x: Array, line: Ints, tip: Array, part: Machined | None) -> tuple[NDArray[np.intp], Array]:
+        """Find the frame and the tip of each finding; of a gouge or excess the place on the part."""
         place, tips = np.full(len(self.findings), -1, dtype=np.intp), np.full((len(self.findings), 3), np.nan)
         for index, item in enumerate(self.findings):
             worst = self._worst.get(_find_worst_line(item))
@@ -237,6 +240,14 @@ class _Collector:
                 on_line = np.flatnonzero(line == _find_worst_line(item))
                 candidates = on_line if len(on_line) else np.arange(len(x))
                 place[index], tips[index] = candidates[np.abs(x[candidates] - worst[1]).argmin()], worst[2]
+        asked = self.program.options.part
+        if part is not None and asked is not None:
+            origin, turn = place_on_table(self.program, asked.name, asked.system)
+            of = {id(spot.finding): spot for spot in part.spots}
+            for index, item in enumerate(self.findings):
+                if (spot := of.get(id(item))) is not None:
+                    at, tips[index] = rotate_z(np.stack([spot.tip, spot.place]), turn) + origin
+                    place[index] = find_frames(tip, line, at[None], np.array([_find_worst_line(item)]))[0]
         return place, tips
 
 

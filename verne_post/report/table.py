@@ -8,6 +8,7 @@ from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.findings import Finding
 from verne_post.model.summary import Summary
+from verne_post.part.verdict import Machined
 
 
 class Curve(Struct, frozen=True, eq=False):
@@ -173,7 +174,9 @@ class Study(Struct, frozen=True, eq=False):
     place : ndarray of int, shape (n_findings,)
         The frame that shows each finding: the nearest to its worst point, on its line if that has a frame; -1 for none.
     place_tip : ndarray, shape (n_findings, 3)
-        The tip at the worst point itself; NaN where there is none.
+        The tip at the worst point itself, or the place on the part where it is cut; NaN where there is none.
+    part : Machined or None
+        What the rows leave of the nominal part.
     """
 
     findings: tuple[Finding, ...]
@@ -205,3 +208,4 @@ class Study(Struct, frozen=True, eq=False):
     tool_length: Array
     place: NDArray[np.intp]
     place_tip: Array
+    part: Machined | None = None
