@@ -4,6 +4,7 @@ vise.nc faces a block, mills a step around it above the jaws of the vise, and a 
 stock.stl and part.stl, the part as it should be, are in G54.
 """
 
+import itertools
 import struct
 import sys
 from collections.abc import Sequence
@@ -19,8 +20,8 @@ BASE, JAWS = (
 )
 STOP = ((20.0, 32.0, 62.0), (40.0, 60.0, 84.0))
 STOCK = ((-40.0, -20.0, -30.0), (40.0, 20.0, 1.0))
-STEP, POCKET = ((-38.0, -18.0, -6.0), (38.0, 18.0, 0.0)), ((-15.0, -8.0, -12.0), (15.0, 8.0, 0.0))
-LOWER = ((-40.0, -20.0, -30.0), (40.0, 20.0, -6.0))
+#: Half sizes of the part below the step, above it, and of the pocket, whose corners have the radius of the tool.
+LOWER, STEP, POCKET, CORNER = (40.0, 20.0), (38.0, 18.0), (15.0, 8.0), 3.0
 
 PROGRAM = """%
 (A block in a vise: face, step, pocket)
@@ -87,17 +88,22 @@ file = "vise.stl"
 min = [-40.0, -20.0, -30.0]
 max = [40.0, 20.0, 1.0]
 system = "G54"
+
+[part]
+nominal = "part.stl"
+system = "G54"
+grid_mm = 1.0
 """
 
 
-def unite_boxes(boxes: Boxes, removed: Boxes = ()) -> np.ndarray:
-    """Facets (m, 3, 3) of the surface of boxes together, counter-clockwise from outside, less other boxes."""
-    corner = np.array([*boxes, *removed])
+def unite_boxes(boxes: Boxes) -> np.ndarray:
+    """Facets (m, 3, 3) of the surface of boxes together, counter-clockwise from outside."""
+    corner = np.array(boxes)
     grid = [np.unique(corner[:, :, k]) for k in range(3)]
     middle = np.stack(np.meshgrid(*(0.5 * (one[1:] + one[:-1]) for one in grid), indexing="ij"), axis=-1)
     full = np.zeros(middle.shape[:3], dtype=bool)
-    for k, (low, high) in enumerate(corner):
-        full[((middle > low) & (middle < high)).all(axis=-1)] = k < len(boxes)
+    for low, high in corner:
+        full |= ((middle > low) & (middle < high)).all(axis=-1)
     facets = []
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
@@ -114,6 +120,39 @@ def unite_boxes(boxes: Boxes, removed: Boxes = ()) -> np.ndarray:
     return np.array(facets)
 
 
+def make_part() -> np.ndarray:
+    """Facets (m, 3, 3) of the part: strips between outlines that have their points in the same directions from the middle."""
+    turns = np.radians(np.arange(0.0, 91.0, 7.5))
+    arcs = [
+        (np.array(POCKET) - CORNER) * sign
+        + CORNER * np.stack([np.cos(turns + k * np.pi / 2), np.sin(turns + k * np.pi / 2)], axis=1)
+        for k, sign in enumerate(([1, 1], [-1, 1], [-1, -1], [1, -1]))
+    ]
+    pocket = np.concatenate(arcs)
+    corners = [np.array(half) * sign for half in (LOWER, STEP) for sign in ([1, 1], [-1, 1], [-1, -1], [1, -1])]
+    angle = np.unique(np.arctan2(*np.concatenate([pocket, corners]).T[::-1]).round(12))
+    direction = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+    def outline(polygon: np.ndarray, z: float) -> np.ndarray:
+        edge = np.roll(polygon, -1, axis=0) - polygon
+        normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1)
+        reach = direction @ normal.T
+        far = np.where(reach > 0, (normal * polygon).sum(axis=1) / np.where(reach > 0, reach, 1.0), np.inf).min(axis=1)
+        return np.column_stack([far[:, None] * direction, np.full(len(angle), z)])
+
+    lower, step = np.array(corners[:4]), np.array(corners[4:])
+    levels = [
+        outline(pocket, -12.0) * [0, 0, 1], outline(pocket, -12.0), outline(pocket, 0.0), outline(step, 0.0), outline(step, -6.0),
+        outline(lower, -6.0), outline(lower, -30.0), outline(lower, -30.0) * [0, 0, 1],
+    ]  # fmt: skip
+    facets = []
+    for inner, outer in itertools.pairwise(levels):
+        a, b, c, d = inner, outer, np.roll(outer, -1, axis=0), np.roll(inner, -1, axis=0)
+        facets += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    facet = np.concatenate(facets)
+    return facet[np.linalg.norm(np.cross(facet[:, 1] - facet[:, 0], facet[:, 2] - facet[:, 0]), axis=1) > 1e-9]
+
+
 def pack_stl(facets: np.ndarray) -> bytes:
     """A binary STL."""
     rows = b"".join(struct.pack("<12fH", 0, 0, 0, *one.ravel(), 0) for one in facets)
@@ -125,7 +164,7 @@ def main(folder: Path) -> None:
     for name, facets in (
         ("vise", unite_boxes([BASE, *JAWS, STOP])),
         ("stock", unite_boxes([STOCK])),
-        ("part", unite_boxes([LOWER, STEP], [POCKET])),
+        ("part", make_part()),
     ):
         (folder / f"{name}.stl").write_bytes(pack_stl(facets))
     for name, text in (("vise.nc", PROGRAM), ("vise.nc.toml", SETUP), ("tools.tbl", TOOLS), ("shapes.toml", SHAPES)):

@@ -24,13 +24,13 @@ give go group guard halve happens has hold holds identify ignore improve index i
 intersect invoke is iterate join judge jump keep know label lay lead leave lies lift limit linearise list load locate
 lock look lose lower make map mark match may measure meet meets merge mill minimise mirror move multiply name need nest
 normalise normalize note number open order orient pack pad paint parse pass peek perturb picture place plan polish
-predict prepare preset print probe project propose put quote raise rate reach reaches read ream rebuild recognise record
-reduce refine reflect refresh refuse release reload remove renumber repair repeat replace replay report require resample
-reset resolve restart restore retime retract return rotate round run sample save say scale scan search select send sends
-separate serve set settle shape share shift shorten show simulate sketch skip slice smooth solve sort space span spell
-split spread stack stand stands start starts stay step stop store straighten strip study suggest sum summarise suspend
-sweep switch take tap taper test thin tick tidy tilt touch trace transform translate trim try turn unpack update
-validate verify view wait wake warn watch whiten widen work wrap write
+predict prepare preset print probe project propose put quote raise rank rate reach reaches read ream rebuild recognise
+record reduce refine reflect refresh refuse release reload remove renumber repair repeat replace replay report require
+resample reset resolve restart restore retime retract return rotate round run sample save say scale scan search select
+send sends separate serve set settle shape share shift shorten show simulate sketch skip slice smooth solve sort space
+span spell split spread stack stand stands start starts stay step stop store straighten strip study suggest sum
+summarise suspend sweep switch take tap taper test thin tick tidy tilt touch trace transform translate trim try turn
+unpack update validate verify view wait wake warn watch whiten widen work wrap write
 """
 VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.

@@ -240,7 +240,7 @@ def main() -> None:
         table(["reader", "lines/s", "peak memory MiB", "ours is faster by"], rates),
         "Other lines that are read in bulk:",
         table(["lines", "lines/s"], bulk),
-        "One line in a hundred is another one; us for each such line, good to some five:",
+        "Files in which one line in a hundred is of another kind: microseconds for each such line, to about five microseconds:",
         table(["dialect", "plain lines/s", *LANGUAGES["rs274"].kinds], mixed),
     ])  # fmt: skip
     print(text)

@@ -154,7 +154,7 @@ def arc_programs(draw):
     return "\n".join([*lines, "M2"]).encode()
 
 
-@settings(SETTINGS, max_examples=250)
+@settings(SETTINGS, max_examples=120)
 @given(arc_programs())
 def test_generated_arcs_as_an_interpreter(source):
     fast, usual, general = fast_and_general(as_interpreter, source)
@@ -162,7 +162,7 @@ def test_generated_arcs_as_an_interpreter(source):
     assert usual == general
 
 
-@settings(SETTINGS, max_examples=100)
+@settings(SETTINGS, max_examples=50)
 @given(arc_programs())
 def test_generated_arcs_on_the_machine(machine, source):
     fast, usual, general = fast_and_general(as_machine, source, machine, tool_length=60.0)
@@ -202,7 +202,7 @@ def vector_programs(draw):
     return "\n".join([*lines, "M2"]).encode()
 
 
-@settings(SETTINGS, max_examples=250)
+@settings(SETTINGS, max_examples=100)
 @given(vector_programs())
 @example(b"G17 G49 F300\nG0 X0 Y0\nG49\nG43.5\n I0 J0 K1\nG1 X2 F99\n I0.198669 J0 K0.980067\nG2 X5 I2\nM2")
 def test_generated_vectors(machine, source):

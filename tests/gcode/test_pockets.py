@@ -315,13 +315,18 @@ def test_a_circle_of_haas_worked_out_by_hand(view):
 
 
 @pytest.mark.parametrize("mode", ["G90", "G91", "G20"])
-def test_holes_on_a_circle_of_haas(view, mode):
-    """Five at 15 + 72 k degrees about X10 Y20, and three 20 degrees apart: the same as holes written out in G81."""
+def test_holes_on_a_circle_and_in_a_row_of_haas(view, mode):
+    """Five at 15 + 72 k degrees about X10 Y20, three 20 degrees apart, and four in a row at 30 degrees: the same as holes written out in G81."""
     given = {"G90": ("X10. Y20.", "8.", ""), "G91": ("", "8.", "G91"), "G20": ("", f"{8 / 25.4:.12f}", "")}[mode]
     unit = 25.4 if mode == "G20" else 1.0
     begin = f"{mode.replace('91', '90')} G99 G81 Z{-4 / unit:.12f} R{1 / unit:.12f} L0 F90\n"
     circle_of_holes = run_haas(view, f"{begin}{given[2]}\nG70 {given[0]} I{given[1]} J15. L5\nG80 G21 G90")[0]
     arc_of_holes = run_haas(view, f"{begin}{given[2]}\nG71 {given[0]} I{given[1]} J15. K-20. L3\nG80 G21 G90")[0]
+    row = run_haas(view, f"{begin}{given[2]}\nG72 {given[0]} I{given[1]} J30. L4\nG80 G21 G90")[0]
+    away, angle = 8.0 * np.arange(4), np.radians(30)
+    bottoms = row.end[np.abs(row.end[:, 2] + 4) < 1e-9, :2]
+    expected = np.column_stack([10 + away * np.cos(angle), 20 + away * np.sin(angle)])
+    np.testing.assert_allclose(bottoms, expected, atol=1e-9)
     for moves, angles in ((circle_of_holes, 15 + 72 * np.arange(5)), (arc_of_holes, 15 - 20 * np.arange(3))):
         bottoms = moves.end[np.abs(moves.end[:, 2] + 4) < 1e-9, :2]
         angles = np.radians(angles)
@@ -334,7 +339,7 @@ def test_holes_on_a_circle_of_haas(view, mode):
     ("G13 I3. D1", "VP007", "no room"), ("G13 I9.", "VP005", "needs D"), ("G12 D1", "VP005", "needs I"), ("G13 I9. K12. D1", "VP005", "together"), ("G13 I9. K7. Q1. D1", "VP007", "K7"),
     ("G13 I9. D1 L2", "VP007", "G91"), ("G13 I9. X1. D1", "VP006", "X"), ("G18 G13 I9. D1", "VP017", "G17"), ("G13 I6. K20. Q0.0001 D1", "VP007", "more than"), ("G41 D1 G1 X40.\nG13 I9. D1", "VP017", "compensation"),
     ("G13 Z-1.", "VP005", "needs I"), ("G70 I8. L5", "VP005", "L0"), ("G81 Z-4. R1. L0\nG70 I8.", "VP005", "needs L"), ("G81 Z-4. R1. L0\nG71 I8. L3", "VP005", "needs K"), ("G81 Z-4. R1. L0\nG70 I-8. L3", "VP007", "I-8"),
-    ("G81 Z-4. R1. L0\nG70 I8. L99999", "VP007", "holes"), ("G51 X0 Y0 Z0 P2.\nG81 Z-4. R1. L0\nG70 I8. L3", "VP017", "G5"),
+    ("G81 Z-4. R1. L0\nG70 I8. L99999", "VP007", "holes"), ("G81 Z-4. R1. L0\nG72 J30. L3", "VP005", "distance"), ("G72 I8. J30. L3", "VP005", "L0"), ("G51 X0 Y0 Z0 P2.\nG81 Z-4. R1. L0\nG70 I8. L3", "VP017", "G5"),
 ])  # fmt: skip
 def test_what_circles_of_haas_need(view, text, code, part):
     findings = run_haas(view, text)[1]

@@ -81,7 +81,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
 
 @pytest.mark.parametrize(("line", "code", "part"), [
     ("X1 X2", "VP004", "twice"), ("G0 G1 X1", "VP003", "group"), ("G64 G60", "VP003", "group"), ("G5 X1", "VP002", "G5"), ("BSPLINE X1", "VP031", "needs"), ("BSPLINE X1 SD=5", "VP031", "SD"), ("BSPLINE G91 X1", "VP017", "G90"), ("BSPLINE X1 Y2 PL=2\nX3\nX5\nX7\nG1", "VP031", "PL="), ("BSPLINE X1 PW=0", "VP031", "PW"), ("BSPLINE PW=2", "VP005", "PW"), ("CSPLINE X1", "VP002", "splines"),
-    ("POLY PO[X]=(1,2)", "VP002", "polynomials"), ("DIAMON", "VP002", "lathe"), ("G96 S100", "VP002", "lathe"), ("POCKET3(1,2)", "VP005", "DP"), ("CYCLE72(1)", "VP002", "cycle"),
+    ("POLY PO[X]=(1,2)", "VP002", "polynomials"), ("DIAMON", "VP002", "lathe"), ("G96 S100", "VP002", "lathe"), ("POCKET3(1,2)", "VP005", "DP"), ("CYCLE63(1)", "VP002", "contour"),
     ("CYCLE84(1,2)", "VP005", "DP or DPR"), ("RND=2", "VP017", "G1, G2, G3"), ("G33 Z1", "VP002", "synchronised"), ("A4=1", "VP002", "surface"), ("WHEN TRUE DO X=1", "VP002", "synchronised"), ("TRACYL(40)", "VP002", "other machines"),
     ("X=FOO", "VP025", "FOO"), ("FOO=1", "VP002", "FOO"), ("FOO(1)", "VP002", "FOO"), ("X=1/0", "VP007", "no value"), ("X=SQRT(-1)", "VP007", "no value"), ("X=1+", "VP001", "end of the line"),
     ("X=\"A\"", "VP007", "text"), ("X=(1", "VP001", "')'"), ("X1.2.3", "VP001", "point"), ("?", "VP001", "?"), ("MSG(\"a", "VP001", "bracket"), ("Q5", "VP002", "Q"),

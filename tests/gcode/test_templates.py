@@ -11,7 +11,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.templates import find_word_columns, read_by_template
 from verne_post.gcode.words import split_words
 
-SETTINGS = settings(max_examples=600, deadline=None, database=None, derandomize=True)
+SETTINGS = settings(max_examples=300, deadline=None, database=None, derandomize=True)
 
 
 class Values:

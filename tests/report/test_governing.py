@@ -1,5 +1,6 @@
 """Which limit governs and what it costs, the spectrum, the modal state and the set-up sheet: each by a route of its own."""
 
+import hashlib
 import re
 from dataclasses import replace
 from typing import Any
@@ -8,12 +9,20 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post.base.printable import make_printable
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.output.summary import format_summary
-from verne_post.report.governing import OTHERS
+from verne_post.report.governing import HIGHER, OTHERS
 from verne_post.report.modal import collect_modal_states
-from verne_post.report.sheet import find_worst_places, write_sheet_html, write_verdict_html
+from verne_post.report.sheet import (
+    find_worst_places,
+    write_css_string,
+    write_reached_html,
+    write_sheet_html,
+    write_times_html,
+    write_verdict_html,
+)
 from verne_post.report.spectrum import spectrum
 from verne_post.report.study import study
 from verne_post.report.table import Study
@@ -35,7 +44,7 @@ def test_a_slow_straight_move_is_governed_by_its_feed() -> None:
     by_name = dict(zip(seen.governing.names, seen.governing.seconds, strict=True))
     assert by_name["programmed feed"] == pytest.approx(10.0, abs=0.1)
     assert seen.governing.lost.sum() < 0.1
-    assert seen.governing.seconds.sum() == pytest.approx(seen.x[-1] + CYCLE, abs=1e-9)  # every row once
+    assert seen.governing.seconds.sum() == pytest.approx(seen.x[-1], abs=1e-9)  # every cycle once
     feed = seen.curves["feed"][0].values
     assert np.nanmax(np.abs(feed - 1.0)) < 1e-12
 
@@ -81,6 +90,152 @@ def test_seconds_below_the_feed_are_those_of_the_verification() -> None:
         seen.governing.of_frame, np.diff(np.append(seen.x, seen.x[-1] + CYCLE)), len(seen.governing.names)
     )
     assert np.abs(shown - seen.governing.seconds).max() < 0.2
+
+
+TWO_TOOLS = """(PLATE)
+G21 G90 G64 P0.01
+T1 M6
+G43 H1 G54
+G0 X-30 Y-20 Z50 A0 C0
+Z20
+(FACE)
+G1 Z5 F2400
+X30
+Y-10
+G0 Z30
+(RIM)
+T2 M6
+G43 H2
+G0 X-25
+G4 P0.25
+G1 Y15 F600
+(DRILL)
+G81 X-20 Y-10 Z-8 R2 F300
+G80
+T1 M6
+G43 H1
+G0 Z60
+M2
+"""
+TOOLS = {number: Tool(number, 1, (0.0, 0.0, 70.0, 0, 0, 0, 0, 0, 0), 8.0) for number in (1, 2)}
+
+
+def test_time_by_tool_and_operation_is_that_of_the_rows() -> None:
+    """A remark before a tool change heads what comes; a change after motion ends the operation before it."""
+    options = {"tools": TOOLS, "tool_length": None, "split_at_stops": True}
+    seen = study_of(TWO_TOOLS, **options)
+    assert seen.program is not None
+    assert seen.governing is not None
+    found = {(one.tool, one.name): one for one in seen.operations}
+    assert list(found) == [(1, "PLATE"), (1, "FACE"), (2, "RIM"), (2, "DRILL"), (1, "")]
+    rows = verne_post.convert(TWO_TOOLS.encode(), MACHINE, seen.program.options).setpoints
+    assert rows is not None
+    lines = {
+        (1, "PLATE"): (5, 6),
+        (1, "FACE"): (8, 11),
+        (2, "RIM"): (13, 17),
+        (2, "DRILL"): (19, 20),
+        (1, ""): (21, 23),
+    }
+    for key, (first, last) in lines.items():
+        one = found[key]
+        assert first <= one.first_line <= one.last_line <= last, key
+        of_rows = CYCLE * np.count_nonzero((rows.line[1:] >= first) & (rows.line[1:] <= last))
+        assert one.seconds == pytest.approx(of_rows, abs=1e-9), key
+        assert seen.line[one.frame] == one.first_line
+    assert found[2, "RIM"].standing == pytest.approx(0.25, abs=0.005)
+    assert found[1, "PLATE"].rapid == pytest.approx(found[1, "PLATE"].seconds, abs=0.005)
+    assert found[1, "FACE"].lost > 0.0
+    for name, column in (("seconds", "seconds"), ("lost", "lost")):
+        together = sum(getattr(one, name) for one in seen.operations)
+        assert together == pytest.approx(getattr(seen.governing, column).sum(), abs=1e-9), name
+    page = re.sub("<[^>]*>+", "|", write_times_html(seen))
+    assert re.search(rf"\|T2\|+{found[2, 'RIM'].seconds + found[2, 'DRILL'].seconds:.3f}\|", page)
+    assert re.search(rf"\|RIM\|+13 to 17\|+{found[2, 'RIM'].seconds:.3f}\|", page)
+
+
+def test_of_many_operations_the_longest_are_shown_and_the_rest_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("verne_post.report.sheet._OPERATIONS", 2)
+    seen = study_of(
+        "G21 G90 F900\nG0 X0 Y0 Z0 A0 C0\n" + "".join(f"(CUT {k})\nG1 X{k * k}\n" for k in range(1, 6)) + "M2\n"
+    )
+    text = re.sub("<[^>]*>+", "|", write_times_html(seen))
+    assert re.findall(r"CUT \d|without a remark", text) == ["CUT 4", "CUT 5"]
+    short = [one.seconds for one in seen.operations if one.name not in ("CUT 4", "CUT 5")]
+    assert re.search(rf"\|3 shorter operations\|+{sum(short):.3f}\|", text)
+
+
+def test_what_is_lost_at_stops_and_at_corners_is_told_apart() -> None:
+    """Squares with exact stops lose everything there; blended ones next to nothing, but at begin and end and in the corners."""
+    body = "G0 X0 Y0 Z0 A0 C0\nG1 X20 F3000\nY20\nX0\nY0\nM2\n"
+    exact, blended = (study_of(f"G21 G90 {mode}\n{body}").governing for mode in ("G61.1", "G64 P0.05"))
+    assert exact is not None
+    assert blended is not None
+    assert exact.at_stops.sum() == pytest.approx(exact.lost.sum(), abs=1e-9)
+    assert 0.0 < blended.at_stops.sum() < 0.6 * exact.at_stops.sum()
+    assert blended.lost.sum() - blended.at_stops.sum() > 0.02
+    assert (blended.at_stops <= blended.lost + 1e-12).all()
+
+
+@pytest.mark.parametrize("block", [7, 23])
+def test_blocks_of_rows_change_nothing(monkeypatch: pytest.MonkeyPatch, block: int) -> None:
+    """Stretches below the feed rate go on from block to block."""
+    options = {"tools": TOOLS, "tool_length": None, "split_at_stops": True}
+    whole = study_of(TWO_TOOLS, **options)
+    monkeypatch.setattr("verne_post.base.columns.BLOCK_ROWS", block)
+    parts = study_of(TWO_TOOLS, **options)
+    for name in ("seconds", "rapid", "lost", "at_stops", "won", "reached"):
+        ours, theirs = getattr(whole.governing, name), getattr(parts.governing, name)
+        assert ours == pytest.approx(theirs, abs=1e-9), name
+    for one, other in zip(whole.operations, parts.operations, strict=True):
+        assert (one.tool, one.name, one.first_line, one.last_line, one.frame) == (
+            other.tool, other.name, other.first_line, other.last_line, other.frame
+        )  # fmt: skip
+        assert one.seconds == pytest.approx(other.seconds)
+
+
+@pytest.mark.parametrize(
+    ("limit", "joint", "within"), [("velocity", "c", 0.1), ("jerk", "c", 0.8), ("acceleration", "c", 0.8)]
+)
+def test_what_more_of_a_limit_would_win_is_what_planning_with_it_wins(limit: str, joint: str, within: float) -> None:
+    """The estimate takes each row by itself. Where one limit costs much it is good; of small sums it says the size."""
+    source, options = (
+        (SAMPLES / "blade_5axis.nc").read_bytes(),
+        Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))}),
+    )
+    seen = study(source, MACHINE, options)
+    assert seen.governing is not None
+    more = getattr(MACHINE.limits, limit).copy()
+    more[[column.joint for column in MACHINE.columns].index(joint)] *= HIGHER
+    faster = study(source, replace(MACHINE, limits=replace(MACHINE.limits, **{limit: more})), options)
+    won = seen.governing.won[seen.governing.names.index(f"{limit} of {joint}")]
+    assert won == pytest.approx(seen.x[-1] - faster.x[-1], rel=within)
+    assert won > 0.01
+
+
+def test_a_higher_feed_rate_wins_what_the_table_says() -> None:
+    source = (SAMPLES / "pocket_3axis.nc").read_text()
+    options = Options(tool_length=80.0, wcs={1: WorkOffset((-10.0, 15.0, 60.0))})
+    seen = study(source.encode(), MACHINE, options)
+    faster = study(re.sub(r"F(\d+)", lambda word: f"F{HIGHER * float(word[1]):g}", source).encode(), MACHINE, options)
+    assert seen.governing is not None
+    won = seen.governing.won[seen.governing.names.index("programmed feed")]
+    assert won == pytest.approx(seen.x[-1] - faster.x[-1], rel=0.02)
+
+
+def test_the_reached_feed_is_a_histogram_of_all_feed_moves() -> None:
+    seen = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG61.1\nG1 X10 F600\nX20 F60000\nG4 P1\nG0 X0\nM2\n")
+    governing = seen.governing
+    assert governing is not None
+    rows = seen.curves["feed"][0]
+    assert np.isfinite(rows.values).any()
+    # the first move is at its 10 mm/s for a second; the second never comes near its 1000 mm/s, and standstills do not count
+    assert governing.reached[-1] == pytest.approx(1.0, abs=0.05)
+    spent = {one.name: one for one in seen.operations}[""]
+    assert governing.reached.sum() == pytest.approx(spent.seconds - spent.rapid - spent.standing, abs=1e-9)
+    assert governing.reached[:4].sum() > 0.05
+    text = re.sub("<[^>]*>+", "|", write_reached_html(seen))
+    assert re.search(rf"\|reached\|+{governing.reached[-1]:.3f}\|", text)
 
 
 # --- the spectrum ----------------------------------------------------------------------------------
@@ -144,12 +299,25 @@ def test_modal_states_are_those_of_the_text() -> None:
     assert said[14]["coolant"] == "off"
     assert said[14]["work offset"] == "G55"
     assert said[14]["corners"] == "exact path"
-    sheet = re.sub("<[^>]*>", " ", write_sheet_html(MACHINE, seen))
-    assert re.search(r"T3\s+70\s+8 ", sheet)
+    sheet = re.sub("<[^>]*>", " ", write_sheet_html("states.nc", STATES.encode(), MACHINE, seen))
+    assert re.search(rf"T3\s+70\s+8\s+900\s+{seen.x[-1]:.3f} ", sheet)
+    assert re.search(r"program\s+states.nc, 15 lines ", sheet)
+    assert re.search(rf"SHA-256\s+{hashlib.sha256(STATES.encode()).hexdigest()[:16]}\s", sheet)
+    assert re.search(rf"machine\s+{MACHINE.name}\s+its SHA-256\s+{MACHINE.sha256[:16]}\s", sheet)
     assert re.search(r"G54\s+0\s+0\s+40\s+0\s+given", sheet)
     assert re.search(r"G55\s+1\s+2\s+45", sheet)
     assert re.search(r"2\s+.*put in tool 3", sheet)
     assert f"{seen.q[0, 0]:.4f} mm" in sheet
+
+
+@pytest.mark.parametrize(
+    "name", ["a.nc", 'a"; } body { display: none } /* .nc', "</style><script>alert(1)</script>", "\\22 \n;é"]
+)
+def test_no_name_ends_a_string_of_the_style_sheet(name: str) -> None:
+    written = write_css_string(name)
+    assert re.fullmatch(r'"(?:[A-Za-z0-9]|\\[0-9a-f]+ )*"', written)
+    read = re.sub(r"\\([0-9a-f]+) ", lambda code: chr(int(code[1], 16)), written[1:-1])
+    assert read == make_printable(name)
 
 
 def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:

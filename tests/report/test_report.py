@@ -11,15 +11,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import verne_post
 from verne_post.config import list_machine_files
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
+from verne_post.report.scene import describe_scene
 from verne_post.report.study import study
 from verne_post.toolpath.margins import list_margin_functions
 
+from ..benchmarks.random_chains import PLACES
 from ..builders import MACHINE, SAMPLES
+from ..kinematics.test_chain import CHAINS
 
 POCKET = (SAMPLES / "pocket_3axis.nc", "--tool-length", 80, "--wcs", "G54=-10,15,60")
 TRAVEL = (SAMPLES / "violates_slider_travel.nc", "--tool-length", 50, "--wcs", "G54=0,0,420")
@@ -30,6 +34,7 @@ TYPES = {
     "Float32Array": "<f4",
     "Int32Array": "<i4",
     "Uint32Array": "<u4",
+    "Uint16Array": "<u2",
     "Int8Array": "|i1",
     "Uint8Array": "|u1",
 }
@@ -225,6 +230,66 @@ def test_other_machines_have_a_page_too(tmp_path: Path, run: Callable[..., Any],
     assert answer.code == 0, answer.err
     data = embedded((tmp_path / "r.html").read_text("utf-8"))
     assert data["rods"].shape[1] == len(data["scene"]["guides"]) == (3 if machine == "linear_delta" else 0)
+
+
+@pytest.mark.parametrize("machine", ["verne", *CHAINS, "tricept", "urane_sx"])
+def test_the_drawn_tool_ends_on_the_drawn_path(machine: str) -> None:
+    """The tip, carried by the drawn table or bed, is the nose less the tool; the bed lies level, under the part, as its x says."""
+    loaded = verne_post.load_machine(machine)
+    tilt, turn = loaded.rotary_letters
+    place, length = {**PLACES, "tricept": (300.0, 100.0, 50.0)}.get(machine, (0.0, 0.0, 50.0)), 100.0
+    source = f"G21 G90\nG0 X10 Y0 Z50 {tilt}0 {turn}0\nG1 X30 Y-20 {tilt}12 {turn}20 F900\nM2\n".encode()
+    seen = study(source, loaded, Options(tool_length=length, wcs={1: WorkOffset(place)}))
+    assert seen.timed, seen.findings
+    scene = describe_scene(loaded, seen)
+    table = [Rotation.from_rotvec(np.outer(turned, scene[name]))
+             for name, turned in (("tiltAxis", seen.tilt), ("turnAxis", seen.turn))]  # fmt: skip
+    drawn = scene["pivot"] + table[0].apply(scene["offset"] + table[1].apply(np.array(scene["part"]) + seen.tip))
+    assert np.abs(seen.nose - length * seen.basis[:, 1] - drawn).max() < 1e-6
+    assert np.abs(seen.tip[[0, -1]] - place - [[10, 0, 50], [30, -20, 50]]).max() < 1e-4
+    assert np.abs(table[0].apply(table[1].apply(seen.axis)) - seen.basis[:, 1]).max() < 1e-9
+    assert np.abs((seen.basis[:, 0] * seen.basis[:, 1]).sum(axis=1)).max() < 1e-12
+    if (bed := scene["bed"]) is not None:
+        low, high = (np.array(bed["middle"][:2]) + side * np.array(bed["half"]) for side in (-1, 1))
+        assert ((seen.tip[:, :2] > low) & (seen.tip[:, :2] < high)).all()
+        assert bed["middle"][2] <= seen.tip[:, 2].min()
+    assert scene["carries"] == {"ca_fork_head": 0, "nutating_head": 0, "tricept": 0, "b_head_c_table": 1}.get(
+        machine, 2
+    )
+
+
+def test_the_plate_between_the_struts_is_not_the_spindle() -> None:
+    """The wrist turns against it; its outline is that of the struts' ends at every frame."""
+    loaded, options = verne_post.load_machine("tricept"), Options(tool_length=100.0, wcs={1: WorkOffset((300, 100, 0))})
+    seen = study(b"G21 G90\nG0 X0 Y0 Z50 A20 C0\nG1 X90 A40 C60 F900\nM2\n", loaded, options)
+    scene, ends = describe_scene(loaded, seen), seen.rods[:, :, 1]
+    assert scene["joints"] == []
+    outline = np.array(scene["plate"])
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        wanted = np.linalg.norm(outline[one] - outline[other])
+        assert np.abs(np.linalg.norm(ends[:, one] - ends[:, other], axis=1) - wanted).max() < 1e-3
+    # the central leg ends in the wrist's centre, 100 mm above the gauge line
+    assert np.abs(ends[:, 3] - (seen.nose + 100.0 * seen.basis[:, 1])).max() < 1e-6
+
+
+def test_the_slice_is_for_the_tool_axis_of_the_frame() -> None:
+    """On a head that leans, the picture of the reach names the words, and lets the tool lean."""
+    pytest.importorskip("jupyter_threejs_sage")
+    from verne_post.report.page import make_page
+
+    loaded = verne_post.load_machine("ca_fork_head")
+    source = b"G21 G90\nG0 X0 Y0 Z50 A30 C20\nG1 X30 F900\nM2\n"
+    options = Options(tool_length=100.0, wcs={1: WorkOffset(PLACES["ca_fork_head"])})
+    data = embedded(make_page("part.nc", source, loaded, study(source, loaded, options)))
+    assert data["slice"]["title"].endswith("A 30.0, C 20.0 deg")
+    x, y = (np.linspace(*data["slice"][axis], 61) for axis in "xy")
+    tip = np.array([x[0], y[-1], float(data["tip"][0, 2])])
+    axis = np.array(data["axis"][0], dtype=float)
+    joints, ok = loaded.inverse(tip, axis, 100.0)
+    assert ok
+    limits = loaded.limits
+    spare = np.minimum(joints - limits.lower, limits.upper - joints)[:3].min()
+    assert data["reach"][-1, 0] == pytest.approx(spare, abs=1e-2)
 
 
 #: What a page could take for its own: markup, comments, places of the template, ends of lines of JavaScript, quotes.

@@ -291,7 +291,7 @@ def programs(draw):
     return "\n".join(lines)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     programs(),
     st.sampled_from(["verne", "serial"]),

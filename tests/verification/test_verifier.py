@@ -620,7 +620,7 @@ def small_programs(draw: st.DrawFn) -> bytes:
     return program("\n".join(blocks))
 
 
-@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+@settings(max_examples=25, deadline=None, derandomize=True, database=None)
 @given(source=small_programs(), place=st.floats(0, 1), column=st.integers(0, 4), sign=st.sampled_from([1, -1]))
 def test_any_program_passes_and_any_moved_row_fails(source: bytes, place: float, column: int, sign: int) -> None:
     result = verne_post.convert(source, MACHINE, OPTIONS)

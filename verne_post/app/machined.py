@@ -130,8 +130,8 @@ def judge_rows(
             both.append(Judged(name, "fit", shift, motions, second))
             found += [] if mesh.open_edges else _find_starts_inside(mesh, motions, "VP218")
         judged += both if datum == "table" else both[::-1]
-    found += list_findings(judged[0]) if judged else []
-    return Machined(tuple(judged), tuple(contacts), tuple(found), tuple(notes))
+    findings, spots = list_findings(judged[0]) if judged else ([], [])
+    return Machined(tuple(judged), tuple(contacts), (*found, *findings), tuple(notes), tuple(spots))
 
 
 def _check_surface(mesh: Mesh) -> list[str]:

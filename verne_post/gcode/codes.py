@@ -17,7 +17,7 @@ CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890)
 #: M codes with which LinuxCNC's examples of switchable kinematics select one, and what it is there.
 _KINEMATICS: Final = {428: "tcp on", 429: "tcp off", 430: "tcp off"}
 #: Non-modal codes that take the axis words of the block away from the motion; those of Haas too, which one dialect has.
-TAKES_AXES: Final = (100, 280, 300, 520, 920, 120, 130, 700, 710)
+TAKES_AXES: Final = (100, 280, 300, 520, 920, 120, 130, 700, 710, 720)
 
 
 class CodeTable(Struct, frozen=True, dict=True):

@@ -41,6 +41,17 @@ class Repeats(Struct):
             self._reached[text] = last
         if first <= seen:
             self.repeated += max(min(last, seen) - first + 1, moves)
+        self.add(0)
+
+    def add(self, blocks: int) -> None:
+        """Count so many blocks that are executed again.
+
+        Raises
+        ------
+        ProgramError
+            VP024, as above.
+        """
+        self.repeated += blocks
         if self.repeated > self.most:
             raise ProgramError(
                 "VP024",

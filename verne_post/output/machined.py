@@ -15,6 +15,8 @@ _FULL: Final = 2.0
 _FINE, _CUT, _LEFT, _UNTOUCHED, _OPEN = np.array(
     [[190, 190, 190], [200, 20, 20], [30, 60, 210], [120, 110, 100], [230, 200, 40]], dtype=float
 )
+#: Every gouge ranks before every excess, whose shares are smaller.
+_GOUGED: Final = 1e6
 #: Rows of the table of worst places.
 WORST: Final = 200
 #: A picture has no more triangles than this: the worst of each group are drawn.
@@ -108,14 +110,28 @@ def list_worst(judged: Judged) -> str:
     return "\n".join(rows) + "\n"
 
 
+def rank_cells(judged: Judged) -> Array:
+    """How bad the cells (n,) are: gouges before excess before what is not decided before what is well before what no cutter comes near."""
+    found = judged.comparison
+    share = _find_share(judged)
+    rank = share + _GOUGED * ((found.deviation < 0) & (share > 1.0))
+    rank = np.where((found.state == UNDECIDED)[found.cells.facet], np.maximum(rank, 1.0), rank)
+    return np.where(np.isnan(found.deviation), -1.0, rank)
+
+
+def _find_share(judged: Judged) -> Array:
+    """Deviations (n,) as shares of what is asked for."""
+    value = np.nan_to_num(judged.comparison.deviation, nan=0.0)
+    wanted = judged.comparison.wanted
+    return np.abs(value) / np.where(value < 0, wanted.gouge, wanted.excess)
+
+
 def paint_cells(judged: Judged) -> Array:
     """Colours (n, 3) of the cells, 0 to 255: grey where all is well, red cut into, blue left, brown untouched, yellow not decided."""
     found = judged.comparison
-    value = np.nan_to_num(found.deviation, nan=0.0)
-    limit = np.where(value < 0, found.wanted.gouge, found.wanted.excess)
-    share = np.clip((np.abs(value) / limit - 1.0) / (_FULL - 1.0), 0.0, 1.0)[:, None]
+    share = np.clip((_find_share(judged) - 1.0) / (_FULL - 1.0), 0.0, 1.0)[:, None]
     shade = np.where(share > 0, 0.3 + 0.7 * share, 0.0)
-    colour = (1.0 - shade) * _FINE + shade * np.where(value[:, None] < 0, _CUT, _LEFT)
+    colour = (1.0 - shade) * _FINE + shade * np.where(found.deviation[:, None] < 0, _CUT, _LEFT)
     colour[np.isnan(found.deviation)] = _UNTOUCHED
     colour[(found.state == UNDECIDED)[found.cells.facet] & (share[:, 0] == 0)] = _OPEN
     return colour
@@ -143,7 +159,7 @@ def draw_map(judged: Judged, suffix: str) -> bytes:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     found = judged.comparison
-    chosen = _choose_drawn(found.deviation)
+    chosen = _choose_drawn(rank_cells(judged))
     corner, colour = found.cells.corner[chosen], paint_cells(judged)[chosen] / 255.0
     low, high = found.cells.corner.min(axis=(0, 1)), found.cells.corner.max(axis=(0, 1))
     figure = Figure(figsize=(11, 5.5))
@@ -164,11 +180,10 @@ def draw_map(judged: Judged, suffix: str) -> bytes:
     return picture(figure, suffix)
 
 
-def _choose_drawn(deviation: Array) -> Ints:
+def _choose_drawn(rank: Array) -> Ints:
     """Cells that are drawn: all, or of each group of neighbours the worst."""
-    step = -(-len(deviation) // _MOST_DRAWN)
+    step = -(-len(rank) // _MOST_DRAWN)
     if step == 1:
-        return np.arange(len(deviation))
-    size = np.abs(np.nan_to_num(deviation, nan=0.0))
-    padded = np.append(size, np.full(-len(size) % step, -1.0)).reshape(-1, step)
+        return np.arange(len(rank))
+    padded = np.append(rank, np.full(-len(rank) % step, -np.inf)).reshape(-1, step)
     return np.arange(len(padded)) * step + padded.argmax(axis=1)

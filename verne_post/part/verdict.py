@@ -1,5 +1,6 @@
 """The verdict on a part: every comparison that was made, and its findings."""
 
+from collections.abc import Iterator
 from typing import Final, Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ from verne_post.model.verdict import find_exit_status
 from verne_post.part.clearance import Contacts
 from verne_post.part.compare import UNDECIDED, Comparison
 from verne_post.part.motion import Motion
+from verne_post.part.sweep import Nearest
 
 Datum = Literal["table", "fit"]
 #: Lines that are no farther apart belong to one finding.
@@ -38,6 +40,24 @@ class Judged(Struct, frozen=True, eq=False):
     comparison: Comparison
 
 
+class Spot(Struct, frozen=True, eq=False):
+    """The worst place of a finding.
+
+    Attributes
+    ----------
+    finding : Finding
+        The object itself that stands among the findings.
+    place : ndarray, shape (3,)
+        On the surface, mm, in the frame of the part.
+    tip : ndarray, shape (3,)
+        Where the tool is then.
+    """
+
+    finding: Finding
+    place: Array
+    tip: Array
+
+
 class Machined(Struct, frozen=True, eq=False):
     """What rows leave of a part.
 
@@ -49,6 +69,8 @@ class Machined(Struct, frozen=True, eq=False):
         Of each fixture, with the machine that counts.
     findings : tuple of Finding
     notes : tuple of str
+    spots : tuple of Spot
+        Where the gouges and the excess among the findings are worst.
     text : str
         Findings and summary, as ``machined`` says them: what is printed.
     """
@@ -57,6 +79,7 @@ class Machined(Struct, frozen=True, eq=False):
     contacts: tuple[Contacts, ...]
     findings: tuple[Finding, ...]
     notes: tuple[str, ...] = ()
+    spots: tuple[Spot, ...] = ()
     text: str = ""
 
     @property
@@ -78,42 +101,51 @@ def describe_place(point: Array) -> str:
     return "({:.3f}, {:.3f}, {:.3f})".format(*(point + 0.0))
 
 
-def list_findings(judged: Judged) -> list[Finding]:
-    """VP218 to VP220 of a comparison, one for each stretch of neighbouring lines with one body."""
-    comparison, motions, wanted = judged.comparison, judged.motions, judged.comparison.wanted
+def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
+    """VP218 to VP220 of a comparison, one for each stretch of neighbouring lines with one body, and their worst places."""
+    comparison, wanted = judged.comparison, judged.comparison.wanted
     gouges, mesh = comparison.gouges, comparison.mesh
-    found = []
-    body, line = _name_nearest(motions, gouges.nearest.motion, gouges.nearest.piece, gouges.nearest.row)
-    for rows in _group(body, line):
+    spots = []
+    for body, rows, lines in _group(judged, gouges.nearest):
         worst = rows[int(np.argmax(gouges.depth[rows]))]
         deep = gouges.depth[worst]
         or_more = " or more" if deep >= wanted.search else ""
-        text = f"the {body[worst]} cuts {deep:.3f} mm{or_more} into {mesh.name}, along the normal, at {describe_place(gouges.place[worst])}"
-        found.append(_make_finding("VP218", text, line[rows], int(line[worst]), float(deep), wanted.gouge))
-    cells, deviation = comparison.cells, comparison.deviation
-    high = np.flatnonzero(np.nan_to_num(deviation, nan=0.0) > wanted.excess)
+        text = f"the {body} cuts {deep:.3f} mm{or_more} into {mesh.name}, along the normal, at {describe_place(gouges.place[worst])}"
+        found = _make_finding("VP218", text, lines, find_line(judged, gouges.nearest, worst), float(deep), wanted.gouge)
+        spots.append(Spot(found, gouges.place[worst], find_tip(judged, gouges.nearest, worst)))
+    high = np.flatnonzero(np.nan_to_num(comparison.deviation, nan=0.0) > wanted.excess)
+    nearest, left = comparison.nearest.select(high), comparison.deviation[high]
     excess = []
-    nearest = comparison.nearest.select(high)
-    body, line = _name_nearest(motions, nearest.motion, nearest.piece, nearest.row)
-    for rows in _group(body, line):
-        worst = rows[int(np.argmax(deviation[high[rows]]))]
-        place = cells.corner[high[worst]].mean(axis=0)
-        text = f"{deviation[high[worst]]:.3f} mm stay on {mesh.name} at {describe_place(place)}; nearest comes the {body[worst]}"
-        excess.append(
-            _make_finding("VP219", text, line[rows], int(line[worst]), float(deviation[high[worst]]), wanted.excess)
+    for body, rows, lines in _group(judged, nearest):
+        worst = rows[int(np.argmax(left[rows]))]
+        place = comparison.cells.corner[high[worst]].mean(axis=0)
+        text = f"{left[worst]:.3f} mm stay on {mesh.name} at {describe_place(place)}; nearest comes the {body}"
+        found = _make_finding(
+            "VP219", text, lines, find_line(judged, nearest, worst), float(left[worst]), wanted.excess
         )
-    found = _shorten(found) + _shorten(excess)
+        excess.append(Spot(found, place, find_tip(judged, nearest, worst)))
+    findings = _shorten([one.finding for one in spots]) + _shorten([one.finding for one in excess])
     open_facets = np.flatnonzero(comparison.state == UNDECIDED)
     if len(open_facets):
         deepest = float(comparison.deepest[open_facets].max())
         severity = "warning" if len(gouges.depth) else "error"
         text = f"{len(open_facets)} facets of {mesh.name} are not decided: no gouge deeper than {wanted.gouge:g} mm was found there, and none is deeper than {deepest:.3f} mm"
-        found.append(
+        findings.append(
             make_finding(
                 "VP220", text, severity=severity, value=deepest, limit=wanted.gouge, unit="mm", count=len(open_facets)
             )
         )
-    return found
+    return findings, [*spots, *excess]
+
+
+def find_line(judged: Judged, nearest: Nearest, k: int) -> int:
+    """The source line in which the tool comes nearest to place k."""
+    return int(judged.motions[nearest.motion[k]].line[nearest.row[k]])
+
+
+def find_tip(judged: Judged, nearest: Nearest, k: int) -> Array:
+    """The tip (3,) when the tool comes nearest to place k, mm, in the frame of the part."""
+    return np.asarray(judged.motions[nearest.motion[k]].tip[nearest.row[k]])
 
 
 def list_contacts(contacts: Contacts, motions: tuple[Motion, ...]) -> list[Finding]:
@@ -126,25 +158,20 @@ def list_contacts(contacts: Contacts, motions: tuple[Motion, ...]) -> list[Findi
     return found
 
 
-def _name_nearest(motions: tuple[Motion, ...], motion: Ints, piece: Ints, row: Ints) -> tuple[list[str], Ints]:
-    """Body and source line of places (n,)."""
-    body = [
-        f"{motions[m].pieces[p].part} of {motions[m].name}"
-        for m, p in zip(motion.tolist(), piece.tolist(), strict=True)
-    ]
-    line = np.array([motions[m].line[k] for m, k in zip(motion.tolist(), row.tolist(), strict=True)], dtype=np.int64)
-    return body, line
-
-
-def _group(body: list[str], line: Ints) -> list[Ints]:
-    """Indices of places with one body and neighbouring lines."""
-    groups: list[Ints] = []
-    names = np.array(body)
-    for name in dict.fromkeys(body):
-        rows = np.flatnonzero(names == name)
+def _group(judged: Judged, nearest: Nearest) -> Iterator[tuple[str, Ints, Ints]]:
+    """Places with one body and neighbouring lines: the body, which places (n,), and the lines in which it comes nearest to them."""
+    pairs = zip(nearest.motion.tolist(), nearest.piece.tolist(), nearest.row.tolist(), strict=True)
+    names, lines = [], []
+    for m, p, row in pairs:
+        motion = judged.motions[m]
+        names.append(f"{motion.pieces[p].part} of {motion.name}")
+        lines.append(int(motion.line[row]))
+    body, line = np.array(names), np.array(lines, dtype=np.int64)
+    for name in dict.fromkeys(names):
+        rows = np.flatnonzero(body == name)
         rows = rows[np.argsort(line[rows], kind="stable")]
-        groups += np.split(rows, np.flatnonzero(np.diff(line[rows]) > _GAP) + 1)
-    return groups
+        for part in np.split(rows, np.flatnonzero(np.diff(line[rows]) > _GAP) + 1):
+            yield name, part, line[part]
 
 
 def _make_finding(code: str, text: str, lines: Ints, worst_line: int, value: float, limit: float) -> Finding:

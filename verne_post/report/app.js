@@ -134,6 +134,7 @@
     catch (error) { byId("note").textContent = "No picture of the machine: this browser does not offer WebGL. " + error.message; }
   }
   const trail = arrays["trail.frame"], colours = new Float32Array(3 * trail.length);
+  const entry = (colour, name) => { const row = document.createElement("div"), box = document.createElement("i"); box.style.background = colour; row.append(box, name); return row; };
   function paint() {
     if (!scene) return;
     const kind = byId("colour").value, margin = arrays["trail.margin"], speed = arrays["trail.speed"];
@@ -151,7 +152,7 @@
     for (let k = 0; k < trail.length; k++) channels(of(k)).forEach((value, c) => { colours[3 * k + c] = value / 255; });
     scene.paint(colours);
     scene.draw();
-    const legend = byId("legend"), entry = (colour, name) => { const row = document.createElement("div"), box = document.createElement("i"); box.style.background = colour; row.append(box, name); return row; };
+    const legend = byId("legend");
     if (kind === "margin" || kind === "speed") {
       const scale = text("span", ""), ends = kind === "margin" ? ["0 at a limit", "1"] : ["0", fastest.toFixed(1) + " mm/s"];
       scale.className = "scale";
@@ -159,6 +160,32 @@
       legend.replaceChildren(text("span", kind === "margin" ? "margin to any limit:" : "speed of the tip:"), text("span", ends[0]), scale, text("span", ends[1]));
     } else legend.replaceChildren(...[...used].sort((a, b) => a - b).map(k => kind === "limit" ? entry(limitColour(k) || "#9aa7b4", data.limits[k]) : entry(tools[k % tools.length], data.toolNumbers[k] ? "tool " + data.toolNumbers[k] : "the tool")));
     if (arrays["trail.bad"].some(value => value)) legend.append(entry("#d32f2f", "violation"));
+  }
+  // --- the part and the stock on the table ----------------------------------------------------------------
+  const BODIES = { part: "part, deviation", left: "stock that is left", stock: "stock" };
+  function showBody(name) {
+    scene.showBody(name);
+    for (const id of ["part-legend", "probe"]) byId(id).hidden = name !== "part";
+    byId("probe").textContent = "a click on the part says what it has there";
+  }
+  if (scene && scene.bodies.length) {
+    const select = byId("body"), { gouge, excess, search } = data.wanted || {};
+    for (const [name, title] of Object.entries(BODIES)) if (scene.bodies.includes(name)) select.add(new Option(title, name));
+    byId("body-choice").hidden = select.options.length < 2;
+    select.addEventListener("change", () => showBody(select.value));
+    if (data.wanted) byId("part-legend").replaceChildren(text("span", "part:"), ...[
+      ["#c81414", `cut deeper than ${gouge} mm`], ["#1e3cd2", `more than ${excess} mm stay`], ["#bebebe", "within both"],
+      ["#786e64", `no cutter within ${search} mm`], ["#e6c828", "not decided"]].map(([colour, name]) => entry(colour, name)));
+    showBody(select.value);
+  }
+  // what is under a place of the picture; the cursor goes to the row that comes nearest to it
+  function probe(x, y, isClose) {
+    const found = scene.probe(x, y, isClose);
+    if (!found) return false;
+    const { value, frame } = found, size = fixed(Math.abs(value), 3) + " mm ";
+    byId("probe").textContent = "there: " + (Number.isFinite(value) ? size + (value < 0 ? "cut into" : "stay") + ", line " + arrays.line[frame] : "no cutter comes near");
+    if (frame >= 0) setCursor(frame);
+    return true;
   }
   if (n && scene) byId("note").textContent = "Assumed sizes: " + data.scene.assumed.join(", ") + ".";
   const options = byId("colour").options;
@@ -179,6 +206,7 @@
     canvas.addEventListener("pointerdown", event => { pressed = [event.offsetX, event.offsetY]; });
     canvas.addEventListener("pointerup", event => {
       if (!scene || !pressed || Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) > 4) return;
+      if (probe(event.offsetX, event.offsetY, isClose)) return;
       const point = scene.pick(event.offsetX, event.offsetY, isClose);
       if (point >= 0) setCursor(trail[point]);
     });
@@ -207,7 +235,7 @@
       if (beyond) byId("governing-note").textContent = "rapids are faster than the curve shows";
       // rapids would flatten the feed moves, which are compared here
       charts.add(byId("chart-speed"), { title: "Tip, mm/s", digits: 2, series: speeds, bounds: beyond ? [0, 1.4 * most] : null });
-    } else byId("chart-governing").closest("section").remove();
+    } else for (const id of ["chart-governing", "times"]) byId(id).closest("section").remove();
     for (const [name, title] of [["velocity", "Velocity, % of limit"], ["acceleration", "Acceleration, % of limit"], ["jerk", "Jerk, % of limit"]]) {
       addChart(title, 1, curves(name), [-100, 100]);
     }

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from verne_post.report.table import Curve
 
 #: Names of typed arrays in a browser, by ours.
-_TYPES = {"<f8": "Float64Array", "<f4": "Float32Array", "<i4": "Int32Array", "<u4": "Uint32Array", "|i1": "Int8Array",
-          "|u1": "Uint8Array"}  # fmt: skip
+_TYPES = {"<f8": "Float64Array", "<f4": "Float32Array", "<i4": "Int32Array", "<u4": "Uint32Array", "<u2": "Uint16Array",
+          "|i1": "Int8Array", "|u1": "Uint8Array"}  # fmt: skip
 #: Typed arrays begin at whole multiples of their elements.
 _ALIGN = 8
 #: Of zlib: level 9 takes three times as long, for pages that are less than 1 % smaller.
@@ -32,7 +32,7 @@ class Pack(Struct):
     _bytes: bytearray = field(default_factory=bytearray)
 
     def add(self, name: str, values: NDArray[Any], kind: str = "<f4") -> None:
-        """Add an array in one of the types of numpy: "<f4", "<f8", "<i4", "<u4", "|i1", "|u1"."""
+        """Add an array in one of the types of numpy: "<f4", "<f8", "<i4", "<u4", "<u2", "|i1", "|u1"."""
         raw = np.ascontiguousarray(values).astype(kind)
         self.contents[name] = {"type": _TYPES[kind], "begin": len(self._bytes), "shape": list(raw.shape)}
         self._bytes += raw.tobytes() + bytes(-raw.nbytes % _ALIGN)

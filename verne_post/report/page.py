@@ -20,16 +20,20 @@ from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
 from verne_post.report.modal import collect_modal_states
 from verne_post.report.pack import Pack
-from verne_post.report.scene import describe_scene
+from verne_post.report.scene import describe_scene, list_surfaces
 from verne_post.report.sheet import (
     escape_text,
+    write_css_string,
     write_findings_html,
     write_governing_html,
     write_places_html,
+    write_reached_html,
     write_sheet_html,
+    write_times_html,
     write_title_html,
     write_verdict_html,
 )
+from verne_post.report.surfaces import pack_surfaces
 from verne_post.report.table import Study
 
 #: Points along each side of the slice of the workspace.
@@ -77,12 +81,15 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
     here = Path(__file__).parent
     parts = {
         "title": escape_text(f"{program} on {machine.name}"),
+        "foot": write_css_string(f"{program} on {machine.name}, page "),
         "verdict": write_verdict_html(machine, study),
         "heading": write_title_html(program, machine),
         "findings": write_findings_html(study),
         "places": write_places_html(machine, study),
-        "governing": write_governing_html(study),
-        "sheet": write_sheet_html(machine, study),
+        "governing": write_governing_html(machine, study),
+        "times": write_times_html(study),
+        "reached": write_reached_html(study),
+        "sheet": write_sheet_html(program, source, machine, study),
         "data": _write_json_in_html(data),
         "bytes": pack.encode(),
         "library": library(),
@@ -149,9 +156,20 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         "modal": modal,
         "toolNumbers": tools,
         "bands": study.spectrum.edges.tolist() if study.spectrum is not None else [],
-        "scene": describe_scene(machine, study),
+        "wanted": _describe_wanted(study),
+        "scene": describe_scene(machine, study) | {
+            "meshes": pack_surfaces(pack, list_surfaces(machine, study), study.tip, study.line)
+        },
         "slice": _pack_slice(pack, machine, study),
     }  # fmt: skip
+
+
+def _describe_wanted(study: Study) -> dict[str, float] | None:
+    """What is asked of the nominal part, mm."""
+    if study.part is None or not study.part.judged:
+        return None
+    wanted = study.part.judged[0].comparison.wanted
+    return {"gouge": wanted.gouge, "excess": wanted.excess, "search": wanted.search}
 
 
 def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int]]:
@@ -186,8 +204,8 @@ def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | 
         return None
     reached = np.flatnonzero(np.isfinite(study.margin))
     at = int(reached[len(reached) // 2]) if len(reached) else len(study.x) // 2
-    alpha = 0.0 if np.isnan(study.alpha_deg[at]) else np.radians(study.alpha_deg[at])
-    angles = np.array([study.tilt[at] - alpha, study.turn[at]])
+    q = study.q[at] / [column.factor for column in machine.columns]
+    _tip, angles, _ok = machine.five_axis.find_nominal_pose(q, float(study.tool_length[at]))
     angles = np.where(np.isfinite(angles), angles, 0.0)
     height = float(study.tip[at, 2])
     path = study.trail.tip[:, :2]
@@ -196,10 +214,9 @@ def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | 
     x, y = (np.linspace(middle - side, middle + side, _SLICE_POINTS) for middle in (0.5 * (low + high)).tolist())
     across, up = np.meshgrid(x, y)
     tips = np.stack([across.ravel(), up.ravel(), np.full(across.size, height)], axis=1)
-    reach = classify(machine, tips, angles, float(study.tool_length[at]))
+    reach = classify(machine, tips @ machine.coordinates.part_frame.T, angles, float(study.tool_length[at]))
     pack.add("reach", np.where(reach.reached, reach.margin, np.nan).reshape(across.shape))
-    a, c = np.degrees(angles)
     return {
         "x": [float(x[0]), float(x[-1])], "y": [float(y[0]), float(y[-1])],
-        "title": f"z {format_fixed(height, 1)} mm, A {format_fixed(a, 1)}, C {format_fixed(c, 1)} deg (workpiece sense)",
+        "title": f"z {format_fixed(height, 1)} mm, {machine.name_angles(angles, 1)} deg",
     }  # fmt: skip

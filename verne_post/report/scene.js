@@ -1,6 +1,6 @@
 // The machine and the tool path on its table: one scene at the cursor, drawn when something has changed.
 const Scene = (() => {
-  const { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeRods, makeBoxes, makeTriad } = Solids;
+  const { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeOwnPlate, makeRods, makeBoxes, makeMeshes, makeTriad } = Solids;
 
   function make(canvas, close, data, arrays) {
     const model = data.scene, rodCount = data.shapes.rods[1];
@@ -22,9 +22,17 @@ const Scene = (() => {
     for (const [light] of lights) scene.add(light);
     scene.add(solids);
     const table = makeTable(solids, model), guides = makeGuides(solids, model), platform = makePlatform(solids, model);
-    const rods = makeRods(solids, model, rodCount), tool = new THREE.Group(), triad = makeTriad();
+    const rods = makeRods(solids, model, rodCount), tool = new THREE.Group(), plate = makeOwnPlate(solids, model), triad = makeTriad();
     solids.add(tool);
-    const stock = makeBoxes(table.turning, model);
+    const stock = makeBoxes(table.part, model);
+    // the nominal part, what is left of the stock, and the stock: one of them is seen
+    const bodies = { ...makeMeshes(table.part, model, arrays), ...(stock.length ? { stock: { mesh: stock[0] } } : {}) };
+    let bodyNow = null;
+    function showBody(name) {
+      bodyNow = name;
+      for (const [kind, body] of Object.entries(bodies)) body.mesh.visible = kind === name;
+      draw();
+    }
     // the path turns with the table, and stays when the machine is hidden
     const onTable = new THREE.Group(), carrier = new THREE.Group();
     carrier.matrixAutoUpdate = false;
@@ -130,12 +138,12 @@ const Scene = (() => {
       if (!reached || !Number.isFinite(arrays.tilt[j])) { j = i; share = 0; }
       const beyond = k => joints[k].low !== null && (q(k) < joints[k].low - 1e-6) || joints[k].high !== null && (q(k) > joints[k].high + 1e-6);
       if (Number.isFinite(arrays.tilt[i])) {
-        table.tilting.quaternion.setFromAxisAngle(table.axis, number("tilt", i, j, share));
-        table.turning.rotation.z = number("turn", i, j, share);
+        table.tilting.quaternion.setFromAxisAngle(table.tiltAxis, number("tilt", i, j, share));
+        table.turning.quaternion.setFromAxisAngle(table.turnAxis, number("turn", i, j, share));
       }
       const n = joints.length;
       table.face.color.setHex(beyond(n - 2) || beyond(n - 1) ? COLOURS.bad : COLOURS.table);
-      const moving = [platform, tool, ...rods.flatMap(rod => [rod.bar, ...rod.ends]), ...guides.map(guide => guide.slider)];
+      const moving = [platform, tool, plate, ...rods.flatMap(rod => [rod.bar, ...rod.ends]), ...guides.map(guide => guide.slider)];
       for (const part of moving) part.visible = reached;
       if (reached) {
         const x = blend("basis", i, j, share, 0, 6).normalize(), z = blend("basis", i, j, share, 3, 6).normalize();
@@ -145,22 +153,28 @@ const Scene = (() => {
         tool.position.copy(blend("nose", i, j, share, 0));
         tool.quaternion.copy(platform.quaternion);
         placeTool(i);
-        const starts = [];
+        const starts = [], ends = [];
         rods.forEach((rod, k) => {
           const a = blend("rods", i, j, share, 6 * k, 6 * rodCount), b = blend("rods", i, j, share, 6 * k + 3, 6 * rodCount);
           starts.push(a);
+          ends.push(b);
           orient(rod.bar, a, b, spare);
           rod.ends[0].position.copy(a);
           rod.ends[1].position.copy(b);
         });
+        if (model.plate.length) {
+          const along = ends[1].clone().sub(ends[0]).normalize(), normal = along.clone().cross(ends[2].clone().sub(ends[0])).normalize();
+          plate.position.copy(ends[0]);
+          plate.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(along, normal.clone().cross(along), normal));
+        }
         for (const guide of guides) {
           guide.slider.position.set(0, 0, 0);
           for (const rod of guide.rods) guide.slider.position.addScaledVector(starts[rod], 1 / guide.rods.length);
           guide.what.color.setHex(beyond(guide.joint) ? COLOURS.bad : COLOURS.slider);
         }
       }
-      table.turning.updateWorldMatrix(true, false);
-      carrier.matrix.copy(table.turning.matrixWorld);
+      table.part.updateWorldMatrix(true, false);
+      carrier.matrix.copy(table.part.matrixWorld);
       carrier.updateMatrixWorld(true);
       tip.position.copy(blend("tip", i, j, share, 0));
     }
@@ -204,7 +218,7 @@ const Scene = (() => {
     }
     const pathPoints = () => corners(pathBox.clone().expandByScalar(Math.max(0.08 * size, 12))).map(p => p.applyMatrix4(carrier.matrix));
     // near the path, what carries the tool is glass: it hangs over the part
-    const carriers = [platform, ...rods.flatMap(rod => [rod.bar, ...rod.ends])];
+    const carriers = [platform, plate, ...rods.flatMap(rod => [rod.bar, ...rod.ends])];
     function glass(on) {
       for (const part of carriers) part.traverse(one => {
         if (!one.material) return;
@@ -227,12 +241,16 @@ const Scene = (() => {
       stand(tipInScene(), new THREE.Vector3(0.75, -1.2, 0.45).normalize(), Math.max(5 * Math.min(size, 160), 500));
     }
     // the end of the tool, the whole path and the stock are seen, however near somebody has come
-    const part = stock.reduce((all, one) => all.union(one), pathBox.clone());
+    const around = Object.values(bodies).reduce((all, one) => {
+      one.mesh.updateMatrix();
+      one.mesh.geometry.computeBoundingBox();
+      return all.union(one.mesh.geometry.boundingBox.clone().applyMatrix4(one.mesh.matrix));
+    }, pathBox.clone());
     let needed = 1;
     function follow() {
       const end = tipInScene(), shank = end.clone();
       if (reached) shank.addScaledVector(blend("basis", frameNow, frameNow, 0, 3, 6).normalize(), Math.max(0.2 * size, 30));
-      const points = [end, shank, ...corners(part).map(p => p.applyMatrix4(carrier.matrix))];
+      const points = [end, shank, ...corners(around).map(p => p.applyMatrix4(carrier.matrix))];
       const centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
       const forward = follower.position.clone().sub(following.target), nearness = forward.length() / needed;
       needed = Math.max(distanceToSee(points, centre, forward.normalize(), follower), 240);
@@ -309,6 +327,16 @@ const Scene = (() => {
       }
       return best;
     }
+    // what is known of the part under a place of the picture: deviation (NaN: no cutter comes near) and the frame that does it
+    const ray = new THREE.Raycaster();
+    function probe(x, y, isClose = false) {
+      const [eye, element] = isClose ? [follower, close] : [camera, canvas], body = bodies[bodyNow];
+      if (!body || !body.value || !solids.visible) return null;
+      eye.updateMatrixWorld();
+      ray.setFromCamera({ x: 2 * x / element.clientWidth - 1, y: 1 - 2 * y / element.clientHeight }, eye);
+      const [hit] = ray.intersectObject(body.mesh);
+      return hit ? { value: body.value[hit.faceIndex], frame: body.frame[hit.faceIndex], place: hit.point.toArray() } : null;
+    }
     // points in the canvas: -1 to 1
     function onScreen(points) {
       camera.updateMatrixWorld();
@@ -316,7 +344,7 @@ const Scene = (() => {
     }
 
     return {
-      pose, draw, render, paint, resize, pick, look, camera, tipInScene, reached: () => reached,
+      pose, draw, render, paint, resize, pick, probe, showBody, bodies: Object.keys(bodies), look, camera, tipInScene, reached: () => reached,
       view: name => VIEWS[name](), show: on => { solids.visible = on; draw(); }, showAxes: on => { axes.visible = on; draw(); },
       dark: on => { for (const [light, strength] of lights) light.intensity = (on ? 0.75 : 1) * strength; tip.material.color.setHex(on ? 0xffffff : 0x111111); axes.material.color.setHex(on ? 0x9aa7b4 : 0x5a636c); draw(); },
       machineOnScreen: () => onScreen(corners(machineBox())), tipOnScreen: () => onScreen([tipInScene()])[0], tipInCloseUp: () => { follow(); follower.updateMatrixWorld(); return tipInScene().project(follower).toArray(); },

@@ -7,11 +7,13 @@ import numpy as np
 
 from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.base.arrays import Array
+from verne_post.kinematics.chain.carried import CarriedMachine
 from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, find_tool_of_moves, place_box
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Box
+from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study
 
 #: Sizes for a picture, mm, where the machine file and the options name none.
@@ -19,40 +21,52 @@ _SPINDLE_RADIUS: Final = 42.0
 _SPINDLE_TOP: Final = 190.0
 _ROD_RADIUS: Final = 11.0
 _TOOL_RADIUS: Final = 5.0
-_UP: Final = np.array([1.0, -1.0, -1.0])
+_UP: Final = np.diag([1.0, -1.0, -1.0])
+#: A bed that is drawn under a part that stands still goes so far beyond the path, mm.
+_BED_BORDER: Final = 120.0
 _DIGITS: Final = 4
 
 
 def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
-    """Sizes and places with z up, mm, for the script of the page."""
+    """Sizes and places in directions of the part with all rotary joints at 0, mm, for the script of the page."""
     coordinates: Any = machine.coordinates
     lean = 0.0 if coordinates.nutation is None else 0.5 * math.pi - coordinates.nutation.near
+    part, carried = coordinates.part_frame, isinstance(machine.five_axis, CarriedMachine)
+    boxes = [*(_describe_box(one, _find_x(one.turn), part) for one in _list_obstacles(study.program) if one.mesh is None),
+             *_list_program_stock(study.program)]  # fmt: skip
     bodies = machine.bodies
     spindle = bodies.spindle_radius if bodies else None
     rods = bodies.rod_radius if bodies else None
     tools, thin = _describe_tools(study)
-    assumed = ["table body and frame"] + (["platform plate"] if study.rods.shape[1] else [])
+    assumed = ["table body and frame" if machine.table_radius else "bed"] + (
+        ["platform plate"] if study.rods.shape[1] else []
+    )
     assumed += [] if spindle else ["spindle"]
     assumed += [] if rods is not None or not study.rods.shape[1] else ["thickness of the rods"]
     assumed += ["diameter of the tool"] if thin else []
     return {
-        "pivot": (np.asarray(coordinates.pivot) * _UP).tolist(),
-        "offset": np.asarray(coordinates.rotary_offset).tolist(),
-        "tiltAxis": [math.cos(lean), 0.0, math.sin(lean)],
+        "carries": sum(axis not in coordinates.head for axis in coordinates.rotary),
+        "pivot": (np.asarray(coordinates.pivot) @ _UP @ part).tolist(),
+        "offset": (np.asarray(coordinates.rotary_offset) @ part).tolist(),
+        "part": (coordinates.part_offset @ part).tolist(),
+        "tiltAxis": ([math.cos(lean), 0.0, math.sin(lean)] @ part).tolist(),
+        "turnAxis": part[2].tolist(),
         "radius": machine.table_radius,
+        "bed": None if machine.table_radius else _place_bed(study, boxes),
         "spindleRadius": spindle or _SPINDLE_RADIUS,
         "spindleTop": bodies.spindle_top if bodies and spindle else _SPINDLE_TOP,
         "rodRadius": float(np.max(rods)) if rods is not None else _ROD_RADIUS,
         "guides": _list_guides(machine, study),
-        "joints": _place_joints_on_platform(study),
+        "joints": [] if carried else _place_joints_on_platform(study),
+        "plate": _draw_plate(study) if carried else [],
         "tools": tools,
-        "boxes": [*map(_describe_box, _list_boxes(study.program)), *_list_program_stock(study.program)],
+        "boxes": boxes,
         "assumed": assumed,
     }  # fmt: skip
 
 
-def _list_boxes(program: Program | None) -> tuple[Placed, ...]:
-    """Fixtures and stock on the table."""
+def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
+    """Fixtures and stock on the table, boxes and meshes."""
     if program is None:
         return ()
     try:
@@ -60,7 +74,21 @@ def _list_boxes(program: Program | None) -> tuple[Placed, ...]:
         keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
     except InputError:  # among the findings already
         return ()
-    return () if keep_out is None else keep_out.boxes
+    return () if keep_out is None else keep_out.obstacles
+
+
+def list_surfaces(machine: Machine, study: Study) -> list[Surface]:
+    """Fixtures that are meshes, and the nominal part with its deviations, where they stand, in directions of the part."""
+    meshes = [(one, one.mesh) for one in _list_obstacles(study.program) if one.mesh is not None]
+    most = FIXTURE_VERTICES // max(len(meshes), 1)
+    surfaces = [
+        Surface(one.name, "fixture", *thin_surface(mesh.vertices, mesh.facets, most), one.middle, one.turn)
+        for one, mesh in meshes
+    ]
+    if study.part is not None and study.part.judged and study.program is not None:
+        surfaces.append(make_part(study.program, study.part.judged[0]))
+    part = machine.coordinates.part_frame
+    return [one.turn_to_part(part, _find_turn(_find_x(one.turn), part)) for one in surfaces]
 
 
 def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
@@ -73,13 +101,37 @@ def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
     middle = coordinates.map_to_table(np.concatenate([centre, np.zeros(6)]), stock.frame)[0]
     along = coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), stock.frame)
     box = Box("the stock of the program", stock.low, stock.high)
-    placed = _describe_box(place_box(box, middle, float(np.arctan2(along[1], along[0])), stock=True))
+    placed = _describe_box(place_box(box, middle, 0.0, stock=True), along, coordinates.part_frame)
     return [{**placed, "round": stock.round, "bore": 0.5 * stock.bore}]
 
 
-def _describe_box(box: Placed) -> dict[str, Any]:
-    return {"name": box.name, "middle": box.middle.tolist(), "half": box.half.tolist(), "turn": box.turn, "stock": box.stock,
-            "round": False, "bore": 0.0}  # fmt: skip
+def _find_x(turn: float) -> Array:
+    """The direction (3,) of x of what is turned about the table's normal, rad, table frame."""
+    return np.array([math.cos(turn), math.sin(turn), 0.0])
+
+
+def _find_turn(along: Array, part: Array) -> float:
+    """By which x is turned about z of the part, rad, that points along a direction (3,) of the table frame."""
+    x, y, _z = along @ part
+    return float(np.arctan2(y, x))
+
+
+def _describe_box(box: Placed, along: Array, part: Array) -> dict[str, Any]:
+    """A box whose x points along a direction (3,) of the table frame, in the part frame."""
+    return {"name": box.name, "middle": (box.middle @ part).tolist(), "half": box.half.tolist(), "turn": _find_turn(along, part),
+            "stock": box.stock, "round": False, "bore": 0.0}  # fmt: skip
+
+
+def _place_bed(study: Study, boxes: list[dict[str, Any]]) -> dict[str, list[float]]:
+    """A bed under the path and what stands there, in directions of the part: the middle of its face, and half its sides."""
+    tips = study.trail.tip[np.isfinite(study.trail.tip).all(axis=1)]
+    points = [*tips] or [np.zeros(3)]
+    for one in boxes:
+        reach = np.array([math.hypot(*one["half"][:2])] * 2 + [one["half"][2]])
+        points += [np.array(one["middle"]) - reach, np.array(one["middle"]) + reach]
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low) + _BED_BORDER
+    return {"middle": [*middle[:2].tolist(), float(low[2])], "half": half[:2].tolist()}
 
 
 def _describe_tools(study: Study) -> tuple[dict[str, list[list[float | None]]], bool]:
@@ -110,6 +162,7 @@ def _list_guides(machine: Machine, study: Study) -> list[dict[str, Any]]:
     factor = np.array([column.factor for column in machine.columns])
     here = study.q[reached[:1]] / factor
     platform, _ok = machine.five_axis.find_platform(here)
+    up = _UP @ machine.coordinates.part_frame
     guides: list[dict[str, Any]] = [{} for _rod in range(study.rods.shape[1])]
     for joint in range(len(machine.columns) - 2):
         seen = study.q[reached, joint] / factor[joint]
@@ -121,13 +174,25 @@ def _list_guides(machine: Machine, study: Study) -> list[dict[str, Any]]:
         q[:, joint] = ends
         both = np.concatenate([_place_sliders(machine, q[:1], platform), _place_sliders(machine, q[1:], platform)])
         for rod in np.flatnonzero(np.abs(both[1] - both[0]).max(axis=1) > 0):
-            guides[rod] = {"joint": joint, "ends": np.round(both[:, rod] * _UP, _DIGITS).tolist()}
+            guides[rod] = {"joint": joint, "ends": np.round(both[:, rod] @ up, _DIGITS).tolist()}
     return guides
 
 
 def _place_sliders(machine: Machine, q: Array, platform: Any) -> Array:
     """Where the rods begin (1, k, 3), base frame."""
     return sketch_rods(machine, q, platform)[:, :, 0]
+
+
+def _draw_plate(study: Study) -> list[list[float]]:
+    """The first three rods' ends in a plane of their own: the first at 0, the second on x. They carry a plate that is no spindle."""
+    reached = np.flatnonzero(np.isfinite(study.rods).all(axis=(1, 2, 3)))
+    if not len(reached):
+        return []
+    first, *others = study.rods[reached[0], :3, 1]
+    along, aside = (end - first for end in others)
+    x = along / np.linalg.norm(along)
+    width = float(np.linalg.norm(aside - (aside @ x) * x))
+    return np.round([[0.0, 0.0], [along @ x, 0.0], [aside @ x, width]], _DIGITS).tolist()
 
 
 def _place_joints_on_platform(study: Study) -> list[list[float]]:

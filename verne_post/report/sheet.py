@@ -1,27 +1,41 @@
 """What a person reads first: the verdict, the worst places, and the set-up sheet, as parts of the page."""
 
 import html
-from collections.abc import Iterable, Iterator
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
 from msgspec import Struct
 
+from verne_post.app.machined import place_on_table
 from verne_post.base.arrays import Array
+from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import make_printable
+from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, name_tools, tool_of_event
+from verne_post.model.moves import Event, MoveKind, name_tools, tool_of_event
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.findings import describe
 from verne_post.output.summary import list_facts
-from verne_post.report.table import Governing, Study
+from verne_post.part.sweep import Nearest
+from verne_post.part.verdict import find_line, find_tip
+from verne_post.report.governing import AT_FEED, FEED_BANDS, HIGHER
+from verne_post.report.surfaces import find_frames
+from verne_post.report.table import Governing, Operation, Study
 
 #: Stretches that lose time against the programmed feed, shown among the worst places.
 _SLOW_STRETCHES: Final = 2
+#: A way to win time is named where it concerns such a share of the program.
+_WORTH_A_WORD: Final = 0.005
+#: So many operations are shown, the longest; the rest of each tool stands in one row.
+_OPERATIONS: Final = 200
+#: So many digits tell one file from another for people.
+_DIGEST: Final = 16
 #: So many tools and work offsets are in the head.
 _IN_HEAD: Final = 2
 #: What verification accepts of each limit, for the differences of rounded rows.
@@ -61,7 +75,10 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
     else:
         shown = [("program", "refused, nothing is laid out")]
     if study.program is not None:
-        tools = [f"{tool}: {length} mm".removeprefix("not named: ") for tool, length, _diameter in _list_tools(study)]
+        tools = [
+            f"{tool}: {length} mm".removeprefix("not named: ")
+            for _number, tool, length, _diameter in _list_tools(study)
+        ]
         offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in _list_offsets(machine, study)]
         shown += [("tool length", _join_few(tools)), ("work offset", _join_few(offsets))]
     shown.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
@@ -76,10 +93,10 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
     return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
 
 
-def _join_few(texts: list[str]) -> str:
+def _join_few(texts: list[str], more: str = "more on the set-up sheet") -> str:
     """Join as many texts as the head has room for; the set-up sheet has all."""
     rest = len(texts) - _IN_HEAD
-    return "; ".join([*texts[:_IN_HEAD], *([f"{rest} more on the set-up sheet"] if rest > 0 else [])]) or "none"
+    return "; ".join([*texts[:_IN_HEAD], *([f"{rest} {more}"] if rest > 0 else [])]) or "none"
 
 
 def _count(number: int, what: str) -> str:
@@ -87,6 +104,12 @@ def _count(number: int, what: str) -> str:
 
 
 # --- findings and worst places --------------------------------------------------------------------------
+
+
+def write_css_string(text: str) -> str:
+    """Write text as a string of a style sheet: what is no plain letter or digit is escaped, so nothing ends it or the sheet."""
+    text = "".join(one if one.isascii() and one.isalnum() else f"\\{ord(one):x} " for one in make_printable(text))
+    return f'"{text}"'
 
 
 def write_title_html(program: str, machine: Machine) -> str:
@@ -132,6 +155,7 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         at = int(np.abs(share).argmax())
         what = f"peak {name}: {machine.columns[joint].joint}, allowed {100.0 * allowed:g} %"
         yield Place(what, f"{abs(share[at]):.1f} %", _find_frame(study, float(x[at])))
+    yield from _find_part_places(study)
     if study.governing is not None:
         yield from _find_slow_stretches(study, study.governing)
     if study.summary is not None and (within := study.summary.stops_within).count:
@@ -140,6 +164,28 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
     if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
         yield Place("peak platform tilt", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)
+
+
+def _find_part_places(study: Study) -> Iterator[Place]:
+    """Where the part is cut into most, and where most stays on it."""
+    if study.part is None or not study.part.judged or study.program is None:
+        return
+    judged, program = study.part.judged[0], study.program
+    found, asked, frame_of_part = judged.comparison, program.options.part, program.machine.coordinates.part_frame
+    assert asked is not None
+    origin, turn = place_on_table(program, asked.name, asked.system)
+
+    def make(what: str, value: float, nearest: Nearest, k: int) -> Place:
+        tip, line = rotate_z(find_tip(judged, nearest, k)[None], turn) + origin, find_line(judged, nearest, k)
+        frame = find_frames(study.tip, study.line, tip @ frame_of_part, np.array([line]))[0]
+        return Place(f"{what} {asked.name}: line {line}", f"{value:.3f} mm", int(frame))
+
+    if len(found.gouges.depth):
+        k = int(found.gouges.depth.argmax())
+        yield make("cut into", float(found.gouges.depth[k]), found.gouges.nearest, k)
+    if (np.nan_to_num(found.deviation, nan=0.0) > 0).any():
+        k = int(np.nanargmax(found.deviation))
+        yield make("left on", float(found.deviation[k]), found.nearest, k)
 
 
 def _find_slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
@@ -171,37 +217,130 @@ def _find_frame(study: Study, x: float) -> int:
 # --- what governs ------------------------------------------------------------------------------------------
 
 
-def write_governing_html(study: Study) -> str:
-    """Seconds that each limit governs, and what it costs."""
+def write_governing_html(machine: Machine, study: Study) -> str:
+    """Seconds that each limit governs, what it costs, and what more of it would win."""
     governing = study.governing
     if governing is None:
         return ""
     order = [k for k in np.argsort(-governing.seconds) if governing.seconds[k] > 0]
-    rows: list[Row] = [(governing.names[k], f"{governing.seconds[k]:.3f}", f"{governing.rapid[k]:.3f}",
-             f"{governing.lost[k]:.3f}") for k in order]  # fmt: skip
-    rows.append(("all", *(f"{sum(column):.3f}" for column in (governing.seconds, governing.rapid, governing.lost))))
+    columns = (governing.seconds, governing.rapid, governing.lost, governing.at_stops)
+    rows: list[Row] = [
+        (governing.names[k], *(f"{column[k]:.3f}" for column in (*columns, governing.won))) for k in order
+    ]
+    rows.append(("all", *(f"{column.sum():.3f}" for column in columns), ""))
     keys = [*order, None]
     body = "".join(
         f"<tr><th scope=row>{'' if key is None else f'<i data-limit={key}></i>'}{escape_text(row[0])}</th>"
         + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
         for key, row in zip(keys, rows, strict=True)
     )  # fmt: skip
-    return _write_table(("limit", "governs, s", "in rapids, s", "lost, s"), body)
+    more = f"won by {100.0 * (HIGHER - 1.0):.0f} % more, s"
+    table = _write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it at stops, s", more), body)
+    ways = "".join(f"<li>{escape_text(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
+    return table + (f"<ul class=ways>{ways}</ul>" if ways else "")
+
+
+def _list_ways_to_win(machine: Machine, study: Study, governing: Governing) -> Iterator[str]:
+    """What would win lost time back, the largest loss first: one sentence for each kind of limit that costs much."""
+    rotary = {f"velocity of {column.joint}" for column in machine.columns if column.unit == "deg"}
+    between = dict(zip(governing.names, governing.lost - governing.at_stops, strict=True))
+    kinds = {name: "turning" if name in rotary else name.partition(" ")[0] for name in between if " of " in name}
+    sums = {kind: sum(between[name] for name in kinds if kinds[name] == kind) for kind in kinds.values()}
+    ways = (
+        (governing.at_stops.sum(), "before and after stops: blended corners (G64 and its like) have no stop"),
+        (sums["turning"], "to the velocity of rotary axes: a tool axis that turns less for each mm of path"),
+        (sums.get("velocity", 0.0), "to the velocity of other joints: another place of the part (fit)"),
+        (sums["acceleration"] + sums["jerk"], "to acceleration and jerk between stops: a larger corner tolerance, fewer and rounder corners"),
+    )  # fmt: skip
+    for lost, words in sorted(ways, reverse=True):
+        if lost >= _WORTH_A_WORD * study.x[-1]:
+            yield f"{lost:.3f} s are lost {words}."
+
+
+# --- where the time goes -----------------------------------------------------------------------------------
+
+
+def write_times_html(study: Study) -> str:
+    """Time by tool and by operation; an entry leads to where the operation begins."""
+    if not study.operations:
+        return ""
+    program = study.program
+    assert program is not None
+    names, body = name_tools(program.moves.events), []
+    shown = sorted(study.operations, key=lambda one: -one.seconds)[:_OPERATIONS]
+    for tool in dict.fromkeys(one.tool for one in study.operations):
+        of_tool = [one for one in study.operations if one.tool == tool]
+        head = spell_tool_word(tool, names) if tool else "no tool named"
+        body.append(f"<tr class=tool><th scope=row>{escape_text(head)}</th><td></td>{_write_spent(of_tool)}</tr>")
+        body += [
+            f'<tr><th scope=row><button type="button" data-frame="{one.frame}">{escape_text(one.name or "without a remark")}</button></th>'
+            f"<td>{_name_lines(one)}</td>{_write_spent([one])}</tr>"
+            for one in of_tool if one in shown
+        ]  # fmt: skip
+        rest = [one for one in of_tool if one not in shown]
+        if rest:
+            body.append(f"<tr><th scope=row>{len(rest)} shorter operations</th><td></td>{_write_spent(rest)}</tr>")
+    body.append(f"<tr class=tool><th scope=row>all</th><td></td>{_write_spent(study.operations)}</tr>")
+    heads = ("tool and operation", "lines", "time, s", "feed, s", "rapids, s", "stands, s", "lost, s")
+    return _write_table(heads, "".join(body))
+
+
+def _write_spent(operations: Sequence[Operation]) -> str:
+    seconds, rapid, standing, lost = (
+        sum(getattr(one, name) for one in operations) for name in ("seconds", "rapid", "standing", "lost")
+    )
+    cells = (seconds, seconds - rapid - standing, rapid, standing, lost)
+    return "".join(f"<td>{format_fixed(cell, 3)}</td>" for cell in cells)
+
+
+def _name_lines(one: Operation) -> str:
+    if not one.last_line:
+        return "approach"
+    return str(one.first_line) if one.first_line == one.last_line else f"{one.first_line} to {one.last_line}"
+
+
+def write_reached_html(study: Study) -> str:
+    """How long feed moves reach which share of the programmed feed rate, as bars."""
+    governing = study.governing
+    if governing is None or not governing.reached.any():
+        return ""
+    whole, most = governing.reached.sum(), governing.reached.max()
+    ends = [*(100.0 * k / FEED_BANDS for k in range(FEED_BANDS)), 100.0 * AT_FEED]
+    names = [f"{low:.0f} to {high:.0f} %" for low, high in itertools.pairwise(ends)] + ["reached"]
+    rows = "".join(
+        f"<tr><th scope=row>{name}</th><td><i style='width:{100.0 * seconds / most:.1f}%'></i></td>"
+        f"<td>{seconds:.3f}</td><td>{100.0 * seconds / whole:.1f}</td></tr>"
+        for name, seconds in zip(reversed(names), reversed(governing.reached.tolist()), strict=True)
+    )
+    return _write_table(("of the feed rate", "<span class=unseen>bar</span>", "s", "%"), rows)
 
 
 # --- set-up sheet ------------------------------------------------------------------------------------------
 
 
-def write_sheet_html(machine: Machine, study: Study) -> str:
-    """Tools, work offsets, fixtures and stock, start position, and what a person does."""
+def write_sheet_html(program: str, source: Text, machine: Machine, study: Study) -> str:
+    """Which program and machine; tools, work offsets, fixtures and stock, start position, and what a person does."""
+    from verne_post import __version__
+
+    lines = source.count(b"\n") + (not source.endswith(b"\n"))
+    made = (
+        ("program", f"{program}, {_count(lines, 'line')}"),
+        ("its SHA-256", compute_sha256(source)[:_DIGEST]),
+        ("machine", machine.name),
+        ("its SHA-256", machine.sha256[:_DIGEST]),
+        ("made by", f"verne-post {__version__}"),
+    )
+    parts = [_write_titled_table("Program and machine", ("what", "which"), made)]
     if study.program is None:
-        return "<p>The program was refused before it was laid out on the machine.</p>"
-    parts = [
-        _write_titled_table("Tools", ("tool", "length, mm", "diameter, mm"), _list_tools(study)),
-        _write_titled_table("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _list_offsets(machine, study)),
+        return parts[0] + "<p>The program was refused before it was laid out on the machine.</p>"
+    parts += [
         _write_titled_table("Start position", ("joint", "value"), [
             (column.joint, f"{format_fixed(value, 4)} {column.unit}") for column, value in zip(machine.columns, study.q[0], strict=True)
         ]),
+        _write_titled_table("Tools", ("tool", "length, mm", "diameter, mm", "spindle, 1/min", "time, s"), [
+            (tool, length, diameter, *_describe_use(study, number)) for number, tool, length, diameter in _list_tools(study)
+        ]),
+        _write_titled_table("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _list_offsets(machine, study)),
         _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study)),
     ]  # fmt: skip
     boxes = [box.name for box in study.program.options.keep_out]
@@ -225,19 +364,33 @@ def _write_table(heads: Row, body: str) -> str:
     return f"<table><thead><tr>{''.join(f'<th scope=col>{head}</th>' for head in heads)}</tr></thead><tbody>{body}</tbody></table>"
 
 
-def _list_tools(study: Study) -> list[Row]:
+def _describe_use(study: Study, tool: int) -> tuple[str, str]:
+    """At which spindle speeds a tool cuts, and how long it is in the spindle."""
+    program = study.program
+    assert program is not None
+    moves = program.moves
+    used = find_tool_of_moves(np.arange(len(moves)), program.path.first_move, moves) == tool
+    used &= np.isfinite(moves.feed) & (moves.kind != MoveKind.DWELL)
+    speeds = [f"{speed:g}" for speed in np.unique(moves.spindle[used]).tolist() if speed > 0]
+    seconds = sum(one.seconds for one in study.operations if one.tool == tool)
+    return _join_few(speeds, "more") if speeds else "stands", f"{seconds:.3f}" if study.timed else ""
+
+
+def _list_tools(study: Study) -> list[tuple[int, str, str, str]]:
+    """Number, name, length and diameter of each tool in use; once for each length."""
     program = study.program
     assert program is not None
     numbers = find_tool_of_moves(program.path.move_reached, program.path.first_move, program.moves)
     pairs = np.unique(np.stack([numbers, np.round(program.path.tool_length - program.options.lift, 6)], axis=1), axis=0)
     listed = program.options.tools or {}
     names = name_tools(program.moves.events)
-    rows: list[Row] = []
+    rows = []
     for number, length in pairs.tolist():
         tool = listed.get(int(number))
         known = tool is not None and tool.diameter > 0
         rows.append(
             (
+                int(number),
                 spell_tool_word(int(number), names) if number else "not named",
                 f"{length:g}",
                 f"{tool.diameter:g}" if tool and known else "not given",

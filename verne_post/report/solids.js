@@ -34,38 +34,73 @@ const Solids = (() => {
     return [...half(sorted).slice(0, -1), ...half(sorted.reverse()).slice(0, -1)];
   }
 
+  // what carries the part: a round table, or a bed under a part that stands; on a trunnion, on a foot, or on the floor
   function makeTable(scene, model) {
-    const r = model.radius, group = new THREE.Group(), tilting = new THREE.Group(), turning = new THREE.Group();
-    const face = material("table"), cradle = material("cradle"), base = material("base");
-    turning.add(pillar(r, -32, 0, face, r, 64), pillar(0.45 * r, -80, -32, cradle));
-    for (let k = 0; k < 4; k++) {
-      const groove = box(1.9 * r, 10, 2, material("groove"));
-      groove.rotation.z = k * Math.PI / 4;
-      groove.position.z = -0.6;
-      turning.add(groove);
+    const bed = model.bed, r = bed ? Math.max(...bed.half) : model.radius;
+    const group = new THREE.Group(), tilting = new THREE.Group(), turning = new THREE.Group(), part = new THREE.Group();
+    const face = material("table"), cradle = material("cradle"), base = material("base"), tiltAxis = vector(model.tiltAxis);
+    if (bed) {
+      const [x, y] = bed.half, [, , top] = bed.middle, plate = box(2 * x, 2 * y, 40, face);
+      plate.position.set(bed.middle[0], bed.middle[1], top - 20);
+      part.add(plate);
+      for (let k = -1; k <= 1; k++) {
+        const groove = box(1.96 * x, 10, 2, material("groove"));
+        groove.position.set(bed.middle[0], bed.middle[1] + k * y / 2, top - 0.6);
+        part.add(groove);
+      }
+    } else {
+      part.add(pillar(r, -32, 0, face, r, 64), pillar(0.45 * r, -80, -32, cradle));
+      for (let k = 0; k < 4; k++) {
+        const groove = box(1.9 * r, 10, 2, material("groove"));
+        groove.rotation.z = k * Math.PI / 4;
+        groove.position.z = -0.6;
+        part.add(groove);
+      }
+      const marker = box(0.3 * r, 16, 2, material("nose"));
+      marker.position.set(0.8 * r, 0, -0.4);
+      part.add(marker);
     }
-    const marker = box(0.3 * r, 16, 2, material("nose"));
-    marker.position.set(0.8 * r, 0, -0.4);
-    turning.add(marker);
+    part.position.copy(vector(model.part));
     turning.position.copy(vector(model.offset));
-    const yoke = box(2 * r + 90, 0.7 * r, 40, cradle);
-    yoke.position.z = -105;
-    tilting.add(yoke, turning);
-    for (const side of [-1, 1]) {
-      const arm = box(24, 0.5 * r, 150, cradle), pin = pillar(32, -30, 30, material("nose")), post = box(44, 0.6 * r, r + 190, base);
-      arm.position.set(side * (r + 34), 0, -55);
-      pin.rotation.y = Math.PI / 2;
-      pin.position.set(side * (r + 60), 0, 0);
-      post.position.set(side * (r + 84), 0, 40 - (r + 190) / 2);
-      tilting.add(arm, pin);
-      group.add(post);
-    }
+    turning.add(part);
+    tilting.add(turning);
+    group.add(tilting);
     const floor = box(2 * r + 320, 2 * r + 160, 24, base);
-    floor.position.z = -(r + 162);
-    group.add(floor, tilting);
+    if (model.carries === 2 && Math.abs(tiltAxis.z) < 0.1) {
+      const trunnion = new THREE.Group(), stand = new THREE.Group(), yoke = box(2 * r + 90, 0.7 * r, 40, cradle);
+      yoke.position.z = -105;
+      trunnion.add(yoke);
+      for (const side of [-1, 1]) {
+        const arm = box(24, 0.5 * r, 150, cradle), pin = pillar(32, -30, 30, material("nose")), post = box(44, 0.6 * r, r + 190, base);
+        arm.position.set(side * (r + 34), 0, -55);
+        pin.rotation.y = Math.PI / 2;
+        pin.position.set(side * (r + 60), 0, 0);
+        post.position.set(side * (r + 84), 0, 40 - (r + 190) / 2);
+        trunnion.add(arm, pin);
+        stand.add(post);
+      }
+      floor.position.z = -(r + 162);
+      stand.add(floor);
+      trunnion.rotation.z = stand.rotation.z = Math.atan2(tiltAxis.y, tiltAxis.x);
+      tilting.add(trunnion);
+      group.add(stand);
+    } else if (model.carries === 2) {
+      // an axis that is neither level nor upright: its bearing is below the table
+      const down = tiltAxis.clone().multiplyScalar(tiltAxis.z > 0 ? -1 : 1), bearing = pillar(0.4 * r, 0.6 * r, 1.3 * r, cradle);
+      const spin = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), down), block = pillar(0.6 * r, 1.3 * r, 1.6 * r, base);
+      for (const mesh of [bearing, block]) {
+        mesh.quaternion.copy(spin);
+        mesh.position.applyQuaternion(spin);
+        group.add(mesh);
+      }
+    } else if (model.carries === 1) {
+      floor.position.copy(vector(model.offset)).add(vector(model.part));
+      floor.position.z -= 92;
+      group.add(floor);
+    }
     group.position.copy(vector(model.pivot));
     scene.add(group);
-    return { tilting, turning, face, axis: vector(model.tiltAxis) };
+    return { tilting, turning, part, face, tiltAxis, turnAxis: vector(model.turnAxis) };
   }
 
   // one rail and slider for every joint that carries rods
@@ -118,13 +153,25 @@ const Solids = (() => {
     const body = material("platform");
     if (model.joints.length > 2) {
       const heights = model.joints.map(p => p[2]), height = heights.reduce((a, b) => a + b, 0) / heights.length;
-      const shape = new THREE.Shape(outline(model.joints).map(p => new THREE.Vector2(p[0], p[1])));
-      const plate = solid(new THREE.ExtrudeGeometry(shape, { depth: 34, bevelEnabled: true, bevelSize: 18, bevelThickness: 4, bevelSegments: 2 }), body);
-      plate.position.z = height - 17;
-      group.add(plate);
+      group.add(makePlate(outline(model.joints), height, body));
     }
     const r = model.spindleRadius;
     group.add(pillar(r, 30, model.spindleTop, material("spindle")), pillar(0.6 * r, 0, 30, material("nose"), r));
+    scene.add(group);
+    return group;
+  }
+
+  function makePlate(outlined, height, what) {
+    const shape = new THREE.Shape(outlined.map(p => new THREE.Vector2(p[0], p[1])));
+    const plate = solid(new THREE.ExtrudeGeometry(shape, { depth: 34, bevelEnabled: true, bevelSize: 18, bevelThickness: 4, bevelSegments: 2 }), what);
+    plate.position.z = height - 17;
+    return plate;
+  }
+
+  // a plate between rods that is not the spindle's; how it stands follows from their ends
+  function makeOwnPlate(scene, model) {
+    const group = new THREE.Group();
+    if (model.plate.length) group.add(makePlate(model.plate, 0, material("platform")));
     scene.add(group);
     return group;
   }
@@ -150,8 +197,8 @@ const Solids = (() => {
     return solid(geometry, what);
   }
 
-  // also returns the boxes of the stock
-  function makeBoxes(turning, model) {
+  // also returns the solids of the stock
+  function makeBoxes(part, model) {
     const stock = [];
     for (const one of model.boxes) {
       const what = one.stock ? material("stock", { transparent: true, opacity: 0.4, depthWrite: false }) : material("fixture", { transparent: true, opacity: 0.85 });
@@ -160,12 +207,44 @@ const Solids = (() => {
       mesh.rotation.z = one.turn;
       const edges = new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry), new THREE.LineBasicMaterial({ color: one.stock ? 0x9a6527 : 0x1f5f56 }));
       mesh.add(edges);
-      turning.add(mesh);
+      part.add(mesh);
       mesh.updateMatrix();
       mesh.geometry.computeBoundingBox();
-      if (one.stock) stock.push(mesh.geometry.boundingBox.clone().applyMatrix4(mesh.matrix));
+      if (one.stock) stock.push(mesh);
     }
     return stock;
+  }
+
+  // triangles with sharp edges, from packed vertices and facets
+  function makeMesh(one, vertex, facet, what) {
+    const place = new Float32Array(3 * facet.length);
+    facet.forEach((v, k) => { for (let c = 0; c < 3; c++) place[3 * k + c] = one.low[c] + one.step * vertex[3 * v + c]; });
+    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(place, 3));
+    geometry.computeVertexNormals();
+    const mesh = solid(geometry, what);
+    mesh.position.copy(vector(one.middle));
+    mesh.rotation.z = one.turn;
+    return mesh;
+  }
+
+  // also returns the nominal part and what is left of the stock
+  function makeMeshes(part, model, arrays) {
+    const bodies = {};
+    model.meshes.forEach((one, k) => {
+      const fixed = one.kind === "fixture", colour = arrays[`surface.${k}.colour`];
+      const what = fixed ? material("fixture", { transparent: true, opacity: 0.85 })
+        : colour ? new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide }) : material("stock", { side: THREE.DoubleSide });
+      const mesh = makeMesh(one, arrays[`surface.${k}.vertex`], arrays[`surface.${k}.facet`], what);
+      if (fixed) mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 20), new THREE.LineBasicMaterial({ color: 0x1f5f56 })));
+      else bodies[one.kind] = { mesh, value: arrays[`surface.${k}.value`], frame: arrays[`surface.${k}.frame`] };
+      if (colour) {
+        const corner = new Uint8Array(3 * colour.length);
+        for (let f = 0; f < colour.length; f += 3) for (let c = 0; c < 9; c++) corner[3 * f + c] = colour[f + c % 3];
+        mesh.geometry.setAttribute("color", new THREE.BufferAttribute(corner, 3, true));
+      }
+      part.add(mesh);
+    });
+    return bodies;
   }
 
   function label(text, colour) {
@@ -194,5 +273,5 @@ const Solids = (() => {
     return { scene, camera: new THREE.OrthographicCamera(-1.7, 1.7, 1.7, -1.7, 0.1, 10) };
   }
 
-  return { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeRods, makeBoxes, makeTriad };
+  return { COLOURS, material, solid, pillar, makeTable, makeGuides, makePlatform, makeOwnPlate, makeRods, makeBoxes, makeMeshes, makeTriad };
 })();

@@ -13,20 +13,24 @@ from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.convert import convert_program
+from verne_post.app.machined import place_on_table
 from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, iterate_blocks, sum_running
 from verne_post.base.long_text import Text
-from verne_post.base.rotations import find_axis_of_angles
+from verne_post.base.rotations import find_axis_of_angles, rotate_z
 from verne_post.base.team import work_together
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock
+from verne_post.part.verdict import Machined
 from verne_post.report.governing import GoverningLimits
+from verne_post.report.operations import OperationTimes
 from verne_post.report.spectrum import spectrum
-from verne_post.report.table import Curve, Governing, Spectrum, Study, Trail
+from verne_post.report.surfaces import find_frames
+from verne_post.report.table import Curve, Governing, Operation, Spectrum, Study, Trail
 from verne_post.toolpath.margins import list_margin_functions
 
 #: A program is cut into so many stretches at most, with a frame at the beginning of each and one at the end: more than a screen
@@ -35,6 +39,8 @@ FRAMES: Final = 2000
 #: Points of each element of a program that is refused, ends included.
 _ELEMENT_POINTS: Final = 9
 _RATES: Final = ("velocity", "acceleration", "jerk")
+#: Cosine of the angle below which a spindle is taken to lie along a direction: two directions at right angles are never both.
+ALONG: Final = 0.9
 
 
 def study(source: Text, machine: Machine, options: Options, progress: Progress | None = None) -> Study:
@@ -55,7 +61,7 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
             return _study_findings(machine, refuse_program(error).findings)
         result = convert_program(source, program, take, progress)
     if result.ok:
-        return _study_rows(program, result, **table.freeze())
+        return _study_rows(source, program, result, **table.freeze())
     if not len(program.contour):
         return _study_findings(machine, result.findings)
     return _study_path(program, result)
@@ -68,7 +74,7 @@ def choose_frames(last: int, line: Ints) -> Ints:
     return np.union1d(frames, starts) if len(starts) <= FRAMES else frames
 
 
-def _study_rows(program: Program, result: Result, values: Array, line: Ints, segment: Ints) -> Study:
+def _study_rows(source: Text, program: Program, result: Result, values: Array, line: Ints, segment: Ints) -> Study:
     """Take rows at a constant interval as frames, and the first rows of blocks."""
     assert result.summary is not None
     machine, path = program.machine, program.path
@@ -76,7 +82,7 @@ def _study_rows(program: Program, result: Result, values: Array, line: Ints, seg
     frames = choose_frames(n - 1, line)
     factor = np.array([column.factor for column in machine.columns])
     collector = _Collector(program, result.findings)
-    governing = GoverningLimits(program, cycle, len(frames))
+    governing, operations = GoverningLimits(program, cycle, len(frames)), OperationTimes(source, program)
     for first, last in iterate_blocks(n):
         row = np.arange(first, last)
         recent = values[np.maximum(np.arange(first - 3, last), 0)]
@@ -93,12 +99,13 @@ def _study_rows(program: Program, result: Result, values: Array, line: Ints, seg
         speed = np.linalg.norm(tip - before, axis=1) / cycle
         turning = np.linalg.norm(np.remainder(angles - angles_before + np.pi, 2 * np.pi) - np.pi, axis=1) / cycle
         stretch = np.searchsorted(frames, row, side="right") - 1
-        feed = governing.add(stretch, of, speed, turning, rates)
+        feed, spent = governing.add(stretch, of, speed, turning, rates)
+        operations.add(line[first:last], of, stretch, spent)
         collector.add(
             _Samples(np.asarray(row * cycle), line[first:last], q[3:], of, tip, angles, ok, speed, stretch),
             frames[stretch] == row, {"position": recent[3:], **rates, "speed": speed[:, None], "feed": feed[:, None]},
         )  # fmt: skip
-    return collector.finish(result, governing.finish(), spectrum(values, cycle))
+    return collector.finish(result, governing.finish(), operations.finish(), spectrum(values, cycle))
 
 
 def _study_path(program: Program, result: Result) -> Study:
@@ -130,7 +137,7 @@ def _study_path(program: Program, result: Result) -> Study:
             _Samples(x, line[element], solved.q, contour.segment[element], solved.tip, solved.angles, solved.ok, speed, stretch),
             frame, {"position": solved.q * factor},
         )  # fmt: skip
-    return collector.finish(result, None, None)
+    return collector.finish(result, None, (), None)
 
 
 class _Samples(Struct, frozen=True, eq=False):
@@ -196,30 +203,36 @@ class _Collector:
             if line not in self._worst or margin[k] < self._worst[line][0]:
                 self._worst[line] = float(margin[k]), float(samples.x[k]), samples.tip[k]
 
-    def finish(self, result: Result, governing: Governing | None, bands: Spectrum | None) -> Study:
+    def finish(
+        self, result: Result, governing: Governing | None, operations: tuple[Operation, ...], bands: Spectrum | None
+    ) -> Study:
         """Solve the mechanism at the frames, and join all blocks."""
         machine, timed = self.machine, result.ok
         x, line, q, tool_length, tip, angles, speed, margin, nearest, move, alpha_deg = _join(self._frames)
         five_axis = machine.five_axis
         platform, _ok = five_axis.find_platform(np.where(np.isfinite(q), q, 0.0))
-        position, up = platform.position, np.array([1.0, -1.0, -1.0])
-        nose = position + five_axis.nose_offset * platform.turn(five_axis.spindle)
-        # a half turn about x leads from z down to z up, in the base frame as in the platform frame
-        basis = np.stack([platform.turn(np.array(axis)) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0))], axis=1) * up
-        rods = sketch_rods(machine, q, platform) * up
+        part, position = machine.coordinates.part_frame, platform.position
+        up = np.diag([1.0, -1.0, -1.0]) @ part  # from the base frame, z down, to directions of the part
+        along = np.asarray(five_axis.spindle)
+        nose = position + five_axis.nose_offset * platform.turn(along)
+        # across it, what the platform calls x, or y where the spindle lies along x
+        aside = next(unit for unit in np.eye(3) if abs(unit @ along) < ALONG)
+        aside = aside - (aside @ along) * along
+        basis = np.stack([platform.turn(axis) for axis in (aside / np.linalg.norm(aside), -along)], axis=1) @ up
+        rods = sketch_rods(machine, q, platform) @ up
         curves = {name: tuple(Curve(*_join(part)) for part in parts) for name, parts in self._curves.items()}
-        place, place_tip = self._find_places(x, line)
+        place, place_tip = self._find_places(x, line.astype(np.int64), tip, result.part)
         stretch, on_line, at, how_fast, how_far = _join(self._trail)
-        trail = Trail(stretch, on_line, at, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
+        trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
         return Study(
-            self.findings, result.summary if timed else None, self.program, governing, bands, timed, x, line.astype(np.int64),
+            self.findings, result.summary if timed else None, self.program, governing, operations, bands, timed, x, line.astype(np.int64),
             q * [column.factor for column in machine.columns], curves, trail,
-            tip, find_axis_of_angles(angles[:, 0], angles[:, 1]), speed, margin, nearest, self._margin_names, move, alpha_deg,
-            nose * up, position * up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip,
+            tip @ part, find_axis_of_angles(angles[:, 0], angles[:, 1]) @ part, speed, margin, nearest, self._margin_names, move,
+            alpha_deg, nose @ up, position @ up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip @ part, result.part,
         )  # fmt: skip
 
-    def _find_places(self, x: Array, line: Ints) -> tuple[NDArray[np.intp], Array]:
-        """Find the frame and the tip of each finding."""
+    def _find_places(self, x: Array, line: Ints, tip: Array, part: Machined | None) -> tuple[NDArray[np.intp], Array]:
+        """Find the frame and the tip of each finding; of a gouge or excess the place on the part."""
         place, tips = np.full(len(self.findings), -1, dtype=np.intp), np.full((len(self.findings), 3), np.nan)
         for index, item in enumerate(self.findings):
             worst = self._worst.get(_find_worst_line(item))
@@ -227,6 +240,14 @@ class _Collector:
                 on_line = np.flatnonzero(line == _find_worst_line(item))
                 candidates = on_line if len(on_line) else np.arange(len(x))
                 place[index], tips[index] = candidates[np.abs(x[candidates] - worst[1]).argmin()], worst[2]
+        asked = self.program.options.part
+        if part is not None and asked is not None:
+            origin, turn = place_on_table(self.program, asked.name, asked.system)
+            of = {id(spot.finding): spot for spot in part.spots}
+            for index, item in enumerate(self.findings):
+                if (spot := of.get(id(item))) is not None:
+                    at, tips[index] = rotate_z(np.stack([spot.tip, spot.place]), turn) + origin
+                    place[index] = find_frames(tip, line, at[None], np.array([_find_worst_line(item)]))[0]
         return place, tips
 
 
@@ -274,7 +295,7 @@ def _study_findings(machine: Machine, findings: tuple[Finding, ...]) -> Study:
     joints = np.empty((0, len(machine.columns)))
     curves = {"position": (Curve(none, none),) * len(machine.columns)}
     return Study(
-        findings, None, None, None, None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none, whole > 0), three,
+        findings, None, None, None, (), None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none, whole > 0), three,
         three, none, none, whole, (), whole, none, three, three, np.empty((0, 2, 3)), np.empty((0, 0, 2, 3)), none, none, none,
         np.full(len(findings), -1), np.full((len(findings), 3), np.nan),
     )  # fmt: skip

@@ -8,6 +8,7 @@ from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.findings import Finding
 from verne_post.model.summary import Summary
+from verne_post.part.verdict import Machined
 
 
 class Curve(Struct, frozen=True, eq=False):
@@ -61,6 +62,14 @@ class Governing(Struct, frozen=True, eq=False):
         Seconds that feed moves take longer from each frame to the next than at the programmed feed rate.
     seconds, rapid, lost : ndarray, shape (k,)
         How long each governs, how much of this are rapids, and what it costs on feed moves, s.
+    at_stops : ndarray, shape (k,)
+        How much of ``lost`` is before and after a stop, s.
+    won : ndarray, shape (k,)
+        Seconds that the program would be shorter were this limit alone higher by :data:`verne_post.report.governing.HIGHER`: an
+        estimate from each row by itself.
+    reached : ndarray, shape (b,)
+        Seconds of feed moves by the share of the programmed feed rate that they reach: bands of equal width, and last what is at
+        the feed rate (:data:`verne_post.report.governing.AT_FEED`), which belongs to no other band.
     """
 
     names: tuple[str, ...]
@@ -69,6 +78,37 @@ class Governing(Struct, frozen=True, eq=False):
     seconds: Array
     rapid: Array
     lost: Array
+    at_stops: Array
+    won: Array
+    reached: Array
+
+
+class Operation(Struct, frozen=True):
+    """What one operation takes with one tool.
+
+    Attributes
+    ----------
+    tool : int
+        Its number, 0 where the program names none.
+    name : str
+        The remark that heads the operation; empty before the first one.
+    first_line, last_line : int
+        Of the lines that move there, the first and the last one of the text.
+    frame : int
+        Where it begins.
+    seconds, rapid, standing, lost : float
+        All of it, and of this rapids and standstills; what feed moves lose against their feed rate, s.
+    """
+
+    tool: int
+    name: str
+    first_line: int
+    last_line: int
+    frame: int
+    seconds: float
+    rapid: float
+    standing: float
+    lost: float
 
 
 class Spectrum(Struct, frozen=True, eq=False):
@@ -95,6 +135,8 @@ class Study(Struct, frozen=True, eq=False):
     program : Program or None
         None where it cannot be read.
     governing : Governing or None
+    operations : tuple of Operation
+        In the order in which they begin; none where the program is refused.
     spectrum : Spectrum or None
         Of rows alone.
     timed : bool
@@ -108,7 +150,7 @@ class Study(Struct, frozen=True, eq=False):
         "margin"; of rows, "speed" of the tip and "feed", the programmed one (NaN for rapids and where the tip stands still).
         Velocities and so on are differences of a row to those before it.
     tip, axis : ndarray, shape (n, 3)
-        Table frame.
+        Part frame: the table frame of a tilting rotary table.
     speed : ndarray, shape (n,)
         Tip, mm/s; NaN where the program is refused.
     margin : ndarray, shape (n,)
@@ -120,11 +162,11 @@ class Study(Struct, frozen=True, eq=False):
     alpha_deg : ndarray, shape (n,)
         Platform tilt.
     nose, platform : ndarray, shape (n, 3)
-        Spindle nose and P with z up, mm.
+        Spindle nose and P in directions of the part with the table at 0, z up, mm.
     basis : ndarray, shape (n, 2, 3)
-        How x and z of the platform frame point, z up.
+        A direction across the spindle, and from the tip to the spindle, likewise.
     rods : ndarray, shape (n, k, 2, 3)
-        From slider to platform, z up; none where the module cannot be drawn.
+        From slider to platform, likewise; none where the module cannot be drawn.
     tilt, turn : ndarray, shape (n,)
         Where the table stands, rad, workpiece sense.
     tool_length : ndarray, shape (n,)
@@ -132,13 +174,16 @@ class Study(Struct, frozen=True, eq=False):
     place : ndarray of int, shape (n_findings,)
         The frame that shows each finding: the nearest to its worst point, on its line if that has a frame; -1 for none.
     place_tip : ndarray, shape (n_findings, 3)
-        The tip at the worst point itself; NaN where there is none.
+        The tip at the worst point itself, or the place on the part where it is cut; NaN where there is none.
+    part : Machined or None
+        What the rows leave of the nominal part.
     """
 
     findings: tuple[Finding, ...]
     summary: Summary | None
     program: Program | None
     governing: Governing | None
+    operations: tuple[Operation, ...]
     spectrum: Spectrum | None
     timed: bool
     x: Array
@@ -163,3 +208,4 @@ class Study(Struct, frozen=True, eq=False):
     tool_length: Array
     place: NDArray[np.intp]
     place_tip: Array
+    part: Machined | None = None

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -12,9 +13,8 @@ from verne_post.base.long_text import Text
 from verne_post.cli.lsp.places import remove_remarks
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.remarks import BLOCK_NUMBER, list_heads
 from verne_post.model.findings import UsageError
-
-_N: Final = r"^\s*(?:N\d+\s*)?"
 
 
 class _Words(Struct, frozen=True):
@@ -23,33 +23,31 @@ class _Words(Struct, frozen=True):
     subprogram: str
     end: str
     call: str
-    remark: str
     label: str = r"(?!)"
     jump: str = r"(?!)"
     tool: str = r"(?<![A-Z])T\s*=?\s*(\d+|\"[^\"]+\")"
     change: str = r"(?<![A-Z])(M)0*6(?!\d)"
 
 
-_BLOCK_REMARK: Final = _N + r"(?:\(([^)]*)\)|;(.*))\s*$"
 #: Language -> its words.
 _WORDS: Final = {
     "rs274": _Words(
         r"^\s*O\s*(?:<([^>]+)>|(\d+))\s*(?:SUB\b|[(;]|$)", r"\b(?:ENDSUB|M99)\b",
-        r"O\s*(?:<([^>]+)>|(\d+))\s*CALL|M98[^\n(;]*P\s*(\d+)", _BLOCK_REMARK,
+        r"O\s*(?:<([^>]+)>|(\d+))\s*CALL|M98[^\n(;]*P\s*(\d+)",
     ),
     "fanuc": _Words(
-        r"^\s*[O:](\d+)", r"\bM99\b", r"(?:M98|G6[56])[^\n(;]*?P\s*(\d+)", _BLOCK_REMARK, r"^\s*N(\d+)", r"GOTO\s*(\d+)"
+        r"^\s*[O:](\d+)", r"\bM99\b", r"(?:M98|G6[56])[^\n(;]*?P\s*(\d+)", r"^\s*N(\d+)", r"GOTO\s*(\d+)"
     ),
     "siemens": _Words(
-        _N + r"PROC\s+(\w+)", r"\b(?:RET|M17|ENDPROC)\b", _N + r"(?:CALL\s*\"?)?([A-Za-z_]{2}\w*)", _N + r"(?:;(.*)|MSG\s*\(\"(.*)\"\))",
-        _N + r"([A-Za-z_]{2}\w*)\s*:(?!=)|^\s*(N\d+)", r"(?:GOTO[FBCS]?|REPEATB?)\s+(\w+)",
+        BLOCK_NUMBER + r"PROC\s+(\w+)", r"\b(?:RET|M17|ENDPROC)\b", BLOCK_NUMBER + r"(?:CALL\s*\"?)?([A-Za-z_]{2}\w*)",
+        BLOCK_NUMBER + r"([A-Za-z_]{2}\w*)\s*:(?!=)|^\s*(N\d+)", r"(?:GOTO[FBCS]?|REPEATB?)\s+(\w+)",
     ),
     "heidenhain": _Words(
         r"^\s*(?:\d+\s+)?LBL\s*\"?([^\s\";]+)", r"LBL\s*0\b", r"CALL\s+LBL\s*\"?([^\s\";]+)|CALL\s+PGM\s*\"?([^\"\n;~]+)",
-        r"^\s*(?:\d+\s+)?(?:;|\*\s*-)\s*(.*)", tool=r"TOOL\s+CALL\s+(\d+|\"[^\"]+\")", change=r"(TOOL)\s+CALL\s+[\d\"]",
+        tool=r"TOOL\s+CALL\s+(\d+|\"[^\"]+\")", change=r"(TOOL)\s+CALL\s+[\d\"]",
     ),
     "aptcl": _Words(
-        r"DEFSUB\s*/\s*(\w+)|(\w+)\s*=\s*MACRO", r"\b(?:ENDSUB|TERMAC)\b", r"CALSUB\s*/\s*(\w+)|CALL\s*/\s*(\w+)", r"^\s*(?:\$\$|PPRINT\b\s*/?)(.*)",
+        r"DEFSUB\s*/\s*(\w+)|(\w+)\s*=\s*MACRO", r"\b(?:ENDSUB|TERMAC)\b", r"CALSUB\s*/\s*(\w+)|CALL\s*/\s*(\w+)",
         tool=r"LOADTL\s*/\s*(\w+)", change=r"(LOADTL)\s*/",
     ),
 }  # fmt: skip
@@ -96,7 +94,8 @@ class Outline:
 
     def __init__(self, lines: Sequence[str], dialect: str, source: Text, name: str) -> None:
         self.lines = lines
-        self.words = _WORDS[choose_dialect_name(dialect, source, name)]
+        self.dialect = choose_dialect_name(dialect, source, name)
+        self.words = _WORDS[self.dialect]
 
     def _list_subprograms(self) -> list[Named]:
         """Where subprograms begin; label 0 of Klartext ends one."""
@@ -128,15 +127,10 @@ class Outline:
         return sorted([*operations, *found], key=lambda one: one.range.start.line)
 
     def _list_operations(self) -> Iterator[lsp.DocumentSymbol]:
-        """Remarks that stand alone before blocks: the first of several."""
-        remarks = [one for one in find_names(self.words.remark, self.lines) if re.search(r"[^\W\d_]", one.name)]
-        heads = [
-            one
-            for one, before in zip(remarks, [None, *remarks], strict=False)
-            if before is None or before.line < one.line - 1
-        ]
-        for one, after in zip(heads, [*(head.line for head in heads[1:]), len(self.lines)], strict=False):
-            yield self._make_symbol(one.name.strip(), lsp.SymbolKind.Event, one.line, after - 1)
+        """What follows each remark that heads an operation."""
+        heads = list_heads(self.lines, self.dialect)
+        for (begin, name), (after, _name) in pairwise([*heads, (len(self.lines), "")]):
+            yield self._make_symbol(name, lsp.SymbolKind.Event, begin, after - 1)
 
     def _make_symbol(
         self, name: str, kind: lsp.SymbolKind, begin: int, end: int, inside: Sequence[lsp.DocumentSymbol] = ()

@@ -1,7 +1,7 @@
 """G-code of Fanuc controls (and of those that speak like them), with tool-centre-point and tilted-plane codes.
 
 What means the same as in RS274/NGC is executed by the same interpreter; here stands what differs: times in
-milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact stops. docs/gcode.md has the table.
+milliseconds, K for repeats, subprogram words, G54.1, G68.2 with G53.1, exact stops. docs/fanuc.md has the table.
 """
 
 import re
@@ -26,13 +26,12 @@ from verne_post.gcode.rs274.corners import FanucCorners
 from verne_post.gcode.rs274.fanuc_codes import (
     ADDITIONAL,
     ALONE,
-    ARC_OF_HOLES,
-    CIRCLE_OF_HOLES,
     HIGH_SPEED,
     MIRROR,
     MIRROR_OFF,
     NAMES_AXES,
     OF_FRAMES,
+    PATTERNS,
     PLANE,
     POCKETS,
     TABLE,
@@ -347,7 +346,7 @@ class FanucInterpreter(Rs274):
             self.fanuc_offsets.store_offset(block)
         elif code in (520, 920):
             self.fanuc_offsets.shift_system(block, code)
-        elif code in (*POCKETS, CIRCLE_OF_HOLES, ARC_OF_HOLES):
+        elif code in (*POCKETS, *PATTERNS):
             self.haas.execute(block, code)
         else:
             super()._execute_non_modal(block, code)

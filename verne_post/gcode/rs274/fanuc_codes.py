@@ -32,9 +32,10 @@ TWINS: Final = {431: 434, 2340: 434, 1540: ADDITIONAL}
 LOOK_AHEAD: Final = (1870, 1030)
 #: Ends of modes that cannot be begun: nothing to do.
 ENDS: Final = (401, 670, 131, 970)
-#: Round pockets of Haas (G12, G13), and circles of holes.
+#: Round pockets of Haas (G12, G13), and patterns of holes: a circle, an arc, a row.
 POCKETS: Final = (120, 130)
-CIRCLE_OF_HOLES, ARC_OF_HOLES = 700, 710
+CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES = 700, 710, 720
+PATTERNS: Final = (CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES)
 #: Codes that name axes without moving them, and those that take none.
 NAMES_AXES: Final = (51, MIRROR_OFF)
 ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
@@ -45,7 +46,7 @@ CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 880, 890)
 def make_table() -> CodeTable:
     groups = {name: tuple(code for code in codes if code not in (70, 80)) for name, codes in RS274.g_groups.items()}
     del groups["lathe diameter"], groups["spindle mode"]
-    groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921, *POCKETS, CIRCLE_OF_HOLES, ARC_OF_HOLES)
+    groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921, *POCKETS, *PATTERNS)
     groups["motion"] = (0, 10, 20, 30, NURBS, *CYCLES)
     groups["arc distance"] = ()
     groups["tool length"] = (430, 434, 435, 490, 431, 2340)
@@ -79,7 +80,7 @@ def make_table() -> CodeTable:
         refused_g={
             **dict.fromkeys((310, 350, 360, 370, 1360), "probing and tool measurement: where the tool touches is only known at the machine; take it out"),
             1500: "pockets of Haas inside a contour; write G12 or G13 for a round one, or let the CAM system write the moves",
-            470: "engraving; let the CAM system write the lines of the letters", 720: "holes along a line; write their places",
+            470: "engraving; let the CAM system write the lines of the letters",
             770: "back boring of Haas, from below; write the moves", **dict.fromkeys((*range(1100, 1300, 10),), "work offsets of Haas, whose numbers differ between its controls, or polar axes; write G154 P"),
             **dict.fromkeys((1070, 71, 121), "coordinates on a cylinder or by polar axes; let the CAM system write X Y Z A C"),
             **dict.fromkeys((1410, 1430), "offsets for a program that is made for one machine and one tool length; let the CAM system write G43.4 or G234"),
@@ -94,7 +95,7 @@ def make_table() -> CodeTable:
         },
         refused_m={},
         words_of_g={
-            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ", **dict.fromkeys(POCKETS, "DIKLQ"), CIRCLE_OF_HOLES: "IJL", ARC_OF_HOLES: "IJKL",
+            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ", **dict.fromkeys(POCKETS, "DIKLQ"), CIRCLE_OF_HOLES: "IJL", ARC_OF_HOLES: "IJKL", ROW_OF_HOLES: "IJL",
         },
         words_of_m={**RS274.words_of_m, 97: "PL", 99: "P"},
     )  # fmt: skip

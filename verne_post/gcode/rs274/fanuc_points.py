@@ -9,7 +9,7 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.rs274.fanuc_codes import ARC_OF_HOLES, CIRCLE_OF_HOLES, PLANE, POCKETS
+from verne_post.gcode.rs274.fanuc_codes import PATTERNS, PLANE, POCKETS
 from verne_post.gcode.rs274.nurbs import NURBS
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import Finding, make_finding
@@ -121,8 +121,11 @@ def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
             continue  # repeats, knots and weights
         if letter in "IJK" and (state.modes.vectors or 435 in codes):
             continue  # a direction has no unit
-        of_circle = codes & {CIRCLE_OF_HOLES, ARC_OF_HOLES}
-        angle = letter in _ANGLES or (letter in "IJK" and PLANE in codes) or (letter in "JK" and of_circle)
+        angle = (
+            letter in _ANGLES
+            or (letter in "IJK" and PLANE in codes)
+            or (letter in "JK" and codes.intersection(PATTERNS))
+        )
         time = 40 in codes and letter in "XU"
         block.words[letter] *= _INCREMENT_INCH if inch and not angle and not time else INCREMENT
 

@@ -1,4 +1,4 @@
-"""Codes of Haas controls that make many moves: round pockets (G12, G13), and circles of holes (G70, G71)."""
+"""Codes of Haas controls that make many moves: round pockets (G12, G13), and patterns of holes (G70, G71, G72)."""
 
 import math
 from collections.abc import Iterator
@@ -11,12 +11,12 @@ from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.outlines import ROUNDING_SHARE, Circle
-from verne_post.gcode.machining.patterns import place_circle
+from verne_post.gcode.machining.patterns import place_circle, place_row
 from verne_post.gcode.machining.pockets import MAX_STROKES
 from verne_post.gcode.machining.strokes import Placement, Stroke, list_stops, place_strokes
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.cycles import CycleCodes
-from verne_post.gcode.rs274.fanuc_codes import ARC_OF_HOLES, POCKETS
+from verne_post.gcode.rs274.fanuc_codes import ARC_OF_HOLES, POCKETS, ROW_OF_HOLES
 from verne_post.gcode.rs274.modes import NO_MAPS, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.values import WordValues, read_whole
@@ -29,7 +29,7 @@ _STROKES, _STROKES_OF_CIRCLE = 3, 3
 
 
 class HaasCodes:
-    """G12, G13, G70 and G71."""
+    """G12, G13, G70, G71 and G72."""
 
     def __init__(self, core: Machining, values: WordValues, motion: MotionCodes, cycles: CycleCodes) -> None:
         self.core, self.values, self.motion, self.cycles, self.state = core, values, motion, cycles, core.state
@@ -40,7 +40,7 @@ class HaasCodes:
         if code in POCKETS and (code == POCKETS[0] or {"I", "K", "Q", "L", "Z"} & set(block.words)):
             self._mill_circles(block, code)
         elif code not in POCKETS:
-            self._drill_circle(block, code)
+            self._drill_pattern(block, code)
 
     def _check(self, block: Block, code: int) -> None:
         name = spell_g_code(code)
@@ -52,9 +52,10 @@ class HaasCodes:
             if wrong:
                 raise ProgramError("VP017", f"{name} {what} is not executed")
         if "I" not in block.words:
-            raise ProgramError("VP005", f"{name} needs I, the radius of the circle")
+            meaning = "distance between two holes" if code == ROW_OF_HOLES else "radius of the circle"
+            raise ProgramError("VP005", f"{name} needs I, the {meaning}")
         if not block.words["I"] > 0:
-            raise block.error("VP007", f"I{block.words['I']:g}: a radius is greater than 0", "I")
+            raise block.error("VP007", f"I{block.words['I']:g}: a radius or distance is greater than 0", "I")
         self.core.require_known(block, [0, 1, 2], name)
 
     # --- round pockets ------------------------------------------------------------------------------------
@@ -128,10 +129,13 @@ class HaasCodes:
                 yield from (Stroke(leg.end, level, "mill", leg.center, leg.sweep) for leg in circle.legs)
             yield Stroke(_CENTER, level, "mill", (0.0, -0.5 * radii[-1]), sweep)
 
-    # --- circles of holes ---------------------------------------------------------------------------------
+    # --- patterns of holes --------------------------------------------------------------------------------
 
-    def _drill_circle(self, block: Block, code: int) -> None:
-        """G70, G71: holes of the cycle in force on a circle about X Y, from the angle J on; G71 by K degrees, G70 evenly round."""
+    def _drill_pattern(self, block: Block, code: int) -> None:
+        """Holes of the cycle in force about X Y or from there on.
+
+        G70, G71: on a circle of radius I from the angle J on, evenly round or by K degrees. G72: a row at the angle J, I mm apart.
+        """
         name, words, motion = spell_g_code(code), block.words, self.modes.motion
         self._check(block, code)
         if motion not in CYCLES or self.modes.cycle is None:
@@ -144,12 +148,17 @@ class HaasCodes:
         count = read_whole(block, "L")
         if not 1 <= count <= MAX_HOLES:
             raise block.error("VP007", f"L{count}: there are 1 to {MAX_HOLES} holes", "L")
-        radius, step = self.values.convert_length(words["I"]), words["K"] if code == ARC_OF_HOLES else 360.0 / count
+        size, angle = self.values.convert_length(words["I"]), words.get("J", 0.0)
         unit, center = self.values.convert_length(1.0), list(self.state.position[:2])
         for axis, letter in enumerate("XY"):
             if letter in words:
                 center[axis] = self.values.read_axis_value(block, axis) + (0.0 if self.modes.absolute else center[axis])
-        for place in place_circle(center[0], center[1], radius, words.get("J", 0.0), step, count):
+        if code == ROW_OF_HOLES:
+            places = place_row(center[0], center[1], angle, 0.0, size, count)
+        else:
+            step = words["K"] if code == ARC_OF_HOLES else 360.0 / count
+            places = place_circle(center[0], center[1], size, angle, step, count)
+        for place in places:
             before = (0.0, 0.0) if self.modes.absolute else self.state.position[:2]
             hole = Block(block.line)
             hole.words = {letter: (place[axis] - before[axis]) / unit for axis, letter in enumerate("XY")}

@@ -81,7 +81,7 @@ def read_variable(parameters: Shown, key: int) -> float:
     if value is None:
         raise ProgramError(
             "VP025", f"#{key} is a variable of the control itself, whose value is only known at the machine; programs have #1 to #33, #100 to "
-            "#999, and some of the control (docs/gcode.md)",
+            "#999, and some of the control (docs/fanuc.md)",
         )  # fmt: skip
     return value
 

@@ -4,6 +4,8 @@ import re
 from contextlib import suppress
 from typing import Final
 
+from msgspec.structs import replace
+
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.assumptions import (
     assume_feed,
@@ -30,6 +32,7 @@ from verne_post.gcode.siemens.patterns import list_pattern_places
 from verne_post.gcode.siemens.swivel import Swivel
 from verne_post.gcode.siemens.system_variables import SystemVariables
 from verne_post.gcode.siemens.variables import Variables
+from verne_post.gcode.siemens.vocabulary import CYCLES
 from verne_post.gcode.siemens.words import Call, WordReader, Words
 from verne_post.gcode.text import decode_line, take_code
 from verne_post.model.moves import AXES, MoveKind
@@ -39,7 +42,6 @@ _LACKING: Final = ("VP009", "VP012")
 #: Errors that positions lead to, and what may be given by a block that was not executed.
 _OF_POSITIONS: Final = ("VP008", "VP013")
 _NAMED: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
-_OTHERS: Final = ("CYCLE800", "CYCLE832", "WORKPIECE")
 
 
 class Executor:
@@ -176,6 +178,23 @@ class Executor:
 
     # --- cycles ---------------------------------------------------------------------------------------------
 
+    def fork(self, feed: float) -> "Executor":
+        """An executor with a state and a recorder of its own, in which everything but the feed rate holds that holds here.
+
+        R parameters are the same ones. The position of X and Y is not known in it.
+        """
+        state = self.interpreter.state
+        own = replace(
+            state, position=list(state.position), known=[axis > 1 for axis in range(len(AXES))], named=list(state.named),
+            systems=dict(state.systems), first_places=None,
+        )  # fmt: skip
+        fork = Executor(self.setup, own, Recorder())
+        fork.restore(self.modes.copy())
+        fork.interpreter.core.stand(list(state.position))
+        fork.interpreter.core.set_feed(feed)
+        fork.variables.r = self.variables.r
+        return fork
+
     @staticmethod
     def is_modal(name: str) -> bool:
         """True for the cycles that MCALL may call."""
@@ -184,7 +203,7 @@ class Executor:
     @staticmethod
     def is_cycle(name: str) -> bool:
         """True for cycles of the control that are executed."""
-        return name in DRILLING or name in MILLING or name in PATTERNS or name in _OTHERS
+        return name in CYCLES
 
     def run_cycle(self, call: Call, line: int) -> None:
         """Execute a cycle of the control."""

@@ -5,12 +5,15 @@ from typing import Final
 
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, copy_scope, freeze, read_procedure
+from verne_post.gcode.siemens.contour_milling import PARAMETERS as CONTOURS
+from verne_post.gcode.siemens.contour_milling import ContourMilling, build_contour_error, check_first_block
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
-from verne_post.gcode.siemens.program import SiemensText, split_line
+from verne_post.gcode.siemens.program import Section, SiemensText, split_line
 from verne_post.gcode.siemens.values import read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_arguments
@@ -28,15 +31,18 @@ class Flow:
         The line that comes next, and where calls return to.
     ended : bool
         True after the end of the program.
+    is_contour : bool
+        The lines are those of a contour, which calls no cycles.
     """
 
-    def __init__(self, main: SiemensText, executor: Executor) -> None:
-        self.executor = executor
+    def __init__(self, main: SiemensText, executor: Executor, *, is_contour: bool = False) -> None:
+        self.executor, self.is_contour = executor, is_contour
         self.library = Library(executor.setup, main)
         executor.words.is_subprogram = self.is_subprogram
         self.calls = CallStack(main, main.main.first, Frame(main.main))
         self.ended = False
         self.repeats = Repeats(executor.setup.max_repeats)
+        self.contours = ContourMilling(executor, self.library, self.calls, self._run_contour)
 
     def is_subprogram(self, name: str) -> bool:
         """True where a name is that of a subprogram that can be called."""
@@ -150,7 +156,13 @@ class Flow:
         repeats = 1
         if (given := words.words.get("P")) is not None:
             repeats = read_repeats(given.value, call.column)
-        if self.executor.is_cycle(call.name):
+        if self.is_contour and self.executor.is_cycle(call.name):
+            raise ProgramError("VP017", f"{call.name} in a contour, which has lines and arcs alone", call.column)
+        if call.name in CONTOURS:
+            self.executor.interpreter.motion.corners.finish()
+            self.executor.interpreter.motion.note_numbers()
+            self.contours.run(call, self.calls.show(line))
+        elif self.executor.is_cycle(call.name):
             self.executor.run_cycle(call, self.calls.show(line))
         elif repeats:
             self.enter(call, line, repeats)
@@ -175,6 +187,36 @@ class Flow:
         frame = Frame(section, repeats, saved, results=results, scope=kept)
         self.calls.enter(section.text, procedure.line + 1, line, frame)
         executor.variables.scopes.append(scope)
+
+    def _run_contour(self, section: Section, feed: float, call: Call) -> tuple[Recorder, Executor]:
+        """Execute a contour once on a state of its own; its blocks count as repeated ones."""
+        fork = self.executor.fork(feed)
+        flow = Flow(self.calls.main, fork, is_contour=True)
+        begin, begun = read_procedure(section).line + 1, False
+        scopes = self.executor.variables.scopes
+        fork.variables.scopes = [*scopes, {} if section.is_whole else dict(scopes[-1])]
+        flow.calls = CallStack(section.text, begin, Frame(section))
+        is_of_program = self.contours.is_of_program(section)
+        while not flow.ended:
+            line, calls = flow.calls.line, flow.calls
+            if line > calls.frame.section.last:
+                if not flow.end_section():
+                    fork.finish()
+                    break
+                continue
+            try:
+                flow.step(calls.text.read_line(line))
+                self.repeats.add(1)
+                if not begun and fork.move_count:
+                    begun = True
+                    check_first_block(fork)
+                if fork.interpreter.state.compensation is not None:
+                    raise ProgramError(
+                        "VP017", "a contour has no G41 and G42: RL of the cycle says on which side the tool goes"
+                    )
+            except ProgramError as error:
+                raise build_contour_error(error, section, calls.show(line), call, is_of_program) from None
+        return fork.interpreter.recorder, fork
 
     def _call_external(self, cursor: Cursor, line: int) -> None:
         """EXTCALL: the last part of the path names a file beside the program."""

@@ -1,7 +1,7 @@
 """Milling cycles of Siemens programs: the strokes of pockets, slots, spigots and faces, and the moves of these."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
@@ -235,37 +235,48 @@ class _Work:
         if self.values.name not in _STUDS:
             yield Stroke(placement.origin, self.values.clear, "rapid")
 
-    # --- moves --------------------------------------------------------------------------------------------
-
     def execute(self, pockets: list[list[Stroke]]) -> None:
         """Make the strokes, and go to the retract plane after each pocket."""
-        motion, first = self.to.motion, pockets[0][0]
-        self.to.core.set_feed(self.values.feeds["mill"])
-        motion.check_feed("G1")
-        u, v, w = self.values.plane
-        self.to.core.frames.stand_at(
-            {
-                axis: motion.convert_to_core(axis, value)
-                for axis, value in zip(self.values.plane, (*first.end, self.values.retract), strict=True)
-            }
-        )
-        self._follow(
-            Stroke(
-                (motion.find_programmed(u), motion.find_programmed(v)),
-                max(motion.find_programmed(w), self.values.retract),
-                "rapid",
-            )
-        )
+        values = self.values
+        self.to.core.set_feed(values.feeds["mill"])
+        self.to.motion.check_feed("G1")
+        follower = StrokeFollower(self.to, values.plane, values.feeds, self.at)
+        follower.begin(pockets[0][0].end, values.retract)
         for strokes in pockets:
-            for stroke in strokes:
-                self._follow(stroke)
-            self._follow(Stroke(strokes[-1].end, self.values.retract, "rapid"))
+            for stroke in (*strokes, Stroke(strokes[-1].end, values.retract, "rapid")):
+                follower.follow(stroke)
 
-    def _follow(self, stroke: Stroke) -> None:
-        motion, (u, v, w) = self.to.motion, self.values.plane
+
+class StrokeFollower:
+    """Makes the moves of strokes.
+
+    Attributes
+    ----------
+    plane : sequence of int
+        First, second and third axis of the strokes.
+    feeds : mapping
+        Feed rates by the pace of a stroke.
+    """
+
+    def __init__(
+        self, interpreter: SiemensInterpreter, plane: tuple[int, int, int], feeds: Mapping[str, float], at: At
+    ) -> None:
+        self.to, self.plane, self.feeds, self.at = interpreter, plane, feeds, at
+
+    def begin(self, place: Point, retract: float) -> None:
+        """Go up to the retract plane where the tool is lower; axes that nothing has named stand over the first place."""
+        motion, (u, v, w) = self.to.motion, self.plane
+        places = zip(self.plane, (*place, retract), strict=True)
+        self.to.core.frames.stand_at({axis: motion.convert_to_core(axis, value) for axis, value in places})
+        here = motion.find_programmed(u), motion.find_programmed(v)
+        self.follow(Stroke(here, max(motion.find_programmed(w), retract), "rapid"))
+
+    def follow(self, stroke: Stroke) -> None:
+        """Make the moves of one stroke."""
+        motion, (u, v, w) = self.to.motion, self.plane
         here = motion.find_programmed(u), motion.find_programmed(v)
         if stroke.pace != "rapid":
-            self.to.core.set_feed(self.values.feeds[stroke.pace])
+            self.to.core.set_feed(self.feeds[stroke.pace])
         if stroke.center is not None:
             places = {u: stroke.end[0], v: stroke.end[1], w: stroke.height}
             motion.run_arc(

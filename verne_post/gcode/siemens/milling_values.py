@@ -31,6 +31,10 @@ PARAMETERS: Final = {
     "CYCLE61": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "MID", "MIDA", "FALD", "FFP1", "VARI", "LIM", "_DMODE", "_AMODE"),
     "CYCLE71": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "STA", "MID", "MIDA", "FDP", "FALD", "FFP1", "VARI", "FDP1"),
 }  # fmt: skip
+#: _DMODE without its last digit: the tens say in which feed mode the feed rates count, here always that in force; thousands of
+#: CYCLE72, that CYCLE62 names the contour, which an empty name says as well.
+_DISPLAY: Final = (0, 1)
+_DISPLAYS: Final = {"CYCLE72": (0, 1, 100, 101)}
 #: Tens digit of VARI: how the tool plunges. With 0 controls go down in rapid traverse, into a hole that is drilled before.
 _ENTRIES: Final[tuple[Entry, ...]] = ("straight", "straight", "helix", "swing")
 _TENS: Final = {
@@ -90,7 +94,10 @@ class MillingValues:
         value = self.given.number(name) * self.unit
         if positive and value <= 0:
             raise self.given.error("VP007", f"{name} {value / self.unit:g}: a length greater than 0 is needed", name)
-        if name in ("MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1", "DP1", "FDP", "FDP1") and value < 0:
+        if (
+            name in ("MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1", "DP1", "FDP", "FDP1", "LP1", "LP2")
+            and value < 0
+        ):
             raise self.given.error("VP007", f"{name} {value / self.unit:g}: it is not negative", name)
         return value
 
@@ -127,7 +134,7 @@ class MillingValues:
     def _read_feeds(self) -> dict[str, float]:
         given, plane = self.given, 0.0
         mode = given.read_whole("_DMODE") if "_DMODE" in given.names else 0
-        if mode % 10 not in (0, self.to.state.plane + 1) or not 0 <= mode < 20:
+        if mode % 10 not in (0, self.to.state.plane + 1) or mode // 10 not in _DISPLAYS.get(self.name, _DISPLAY):
             raise given.error("VP002", f"_DMODE {mode} is not executed; it names the plane in force", "_DMODE")
         found = {}
         for pace, name in (("mill", "FFP1"), ("plunge", "FFD"), ("finish", "FFP2")):

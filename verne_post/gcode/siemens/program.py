@@ -138,13 +138,14 @@ def split_line(raw: bytes) -> Line:
 
 
 class Section(Struct, frozen=True, eq=False):
-    """One program or subprogram: a stretch of lines of a text, the last one included."""
+    """One program or subprogram: a stretch of lines of a text, the last one included; not ``is_whole``: lines between two labels."""
 
     text: "SiemensText"
     name: str
     first: int
     last: int
     is_main: bool
+    is_whole: bool = True
 
 
 class Structure(Struct):

@@ -289,10 +289,13 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         return conditions, np.ones_like(conditions)
 
     def sketch(self, q: Array, platform: Platform) -> Array:
-        """Struts, and last the central leg (n, 4, 2, 3) for a picture, base frame with z down."""
+        """Struts, and last the central leg up to the wrist's centre (n, 4, 2, 3) for a picture, base frame with z down."""
         position = self.leg.find_position(q[..., :3])[0]
         foot, end = self.leg.find_rods(position)
-        leg = np.stack([np.broadcast_to(np.array(self.leg.base), position.shape), position], axis=-2)
+        base = np.broadcast_to(np.array(self.leg.base), position.shape)
+        away = position - base
+        wrist = position + self.reach * away / np.linalg.norm(away, axis=-1, keepdims=True)
+        leg = np.stack([base, wrist], axis=-2)
         rods = np.concatenate([np.stack([foot, end], axis=-2), leg[..., None, :, :]], axis=-3)
         return np.asarray(((rods - self.part_zero) @ self.to_polar.T) * MIRROR)
 

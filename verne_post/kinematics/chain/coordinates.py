@@ -89,6 +89,11 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         joint = self.machine.turn if self.machine.tilt.on_tool else self.machine.tilt
         return joint.through * [1.0, -1.0, -1.0]
 
+    @property
+    def part_offset(self) -> Array:
+        """From the axis of the turning joint to the part's zero (3,)."""
+        return -self.machine.turn.through
+
     def carry_tips(self, start: Array, end: Array, tool_length: Array) -> TurnSegments:
         """Moves from pose to pose (n, 5) along which all joints go linearly, with tool lengths (n,)."""
         machine, home, nutation = self.machine, self.machine.pair.home_tilt, self.nutation

@@ -70,6 +70,11 @@ class TiltingTable(Struct, frozen=True, eq=False):
         return False
 
     @property
+    def part_offset(self) -> Array:
+        """From the rotary axis to the part's zero (3,): none."""
+        return np.zeros(3)
+
+    @property
     def part_frame(self) -> Array:
         """Rows: x, y, z of the table frame in directions of the part frame, which is the same."""
         return np.eye(3)

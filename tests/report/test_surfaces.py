@@ -1,0 +1,148 @@
+"""Meshes on the report page: they stand where the checks have them, and a page stays small whatever their size."""
+
+import math
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Cylinder, FixtureMesh, NominalPart, Wanted, WorkOffset
+from verne_post.report.page import make_page
+from verne_post.report.sheet import find_worst_places
+from verne_post.report.study import study
+from verne_post.report.surfaces import FIXTURE_VERTICES, make_part, thin_surface
+from verne_post.report.table import Study
+
+from ..builders import MACHINE
+from .test_report import embedded
+
+SAMPLE = runpy.run_path(str(Path(__file__).parents[2] / "gcode_samples" / "make_vise_sample.py"))
+PASS = "G21 G90\nG0 X-30 Y0 Z50 A0 C0\nG1 X30 F2000\nM2\n"
+
+
+def place_surface(data: dict[str, Any], k: int) -> np.ndarray:
+    """Corners (m, 3, 3) of a surface of a page, on the table, mm."""
+    one = data["scene"]["meshes"][k]
+    vertex = np.array(one["low"]) + one["step"] * data[f"surface.{k}.vertex"]
+    c, s = math.cos(one["turn"]), math.sin(one["turn"])
+    corners = vertex[data[f"surface.{k}.facet"]] @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(corners + np.array(one["middle"]))
+
+
+def make_ball(rings: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and facets of a ball of radius 10."""
+    polar, around = np.meshgrid(
+        np.linspace(0.05, 3.09, rings), np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False), indexing="ij"
+    )
+    vertices = 10 * np.stack([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)], axis=-1)
+    i, j = np.meshgrid(np.arange(rings - 1), np.arange(2 * rings), indexing="ij")
+    a, b = i * 2 * rings + j, i * 2 * rings + (j + 1) % (2 * rings)
+    facets = np.concatenate(
+        [np.stack([a, a + 2 * rings, b], axis=-1), np.stack([b, a + 2 * rings, b + 2 * rings], axis=-1)]
+    )
+    return vertices.reshape(-1, 3), facets.reshape(-1, 3)
+
+
+def test_a_fixture_stands_on_the_page_where_it_is_checked() -> None:
+    pytest.importorskip("jupyter_threejs_sage")
+    raw = SAMPLE["pack_stl"](SAMPLE["unite_boxes"]([((60.0, 10.0, -5.0), (70.0, 30.0, 25.0))]))
+    options = Options(
+        tool_length=60.0, wcs={1: WorkOffset((5.0, -7.0, 40.0), 90.0)}, keep_out=(FixtureMesh("pin", raw, 1),)
+    )
+    source = PASS.encode()
+    data = embedded(make_page("p.nc", source, MACHINE, study(source, MACHINE, options)))
+    assert [one["name"] for one in data["scene"]["meshes"]] == ["pin"]
+    corners = place_surface(data, 0)
+    # a quarter of a turn: X of the part is Y of the table
+    assert np.allclose(corners.min(axis=(0, 1)), [5 - 30, -7 + 60, 35], atol=0.001)
+    assert np.allclose(corners.max(axis=(0, 1)), [5 - 10, -7 + 70, 65], atol=0.001)
+    volume = np.einsum("nk,nk->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+    assert volume == pytest.approx(10 * 20 * 30, rel=1e-3)
+
+
+def test_a_large_mesh_is_simplified_and_a_small_one_is_not() -> None:
+    vertices, facets = make_ball(200)
+    assert len(vertices) > FIXTURE_VERTICES
+    fewer, left = thin_surface(vertices, facets, FIXTURE_VERTICES)
+    assert FIXTURE_VERTICES / 3 < len(fewer) <= FIXTURE_VERTICES
+    assert np.allclose(np.linalg.norm(fewer, axis=1), 10.0)
+    normal = np.cross(fewer[left[:, 1]] - fewer[left[:, 0]], fewer[left[:, 2]] - fewer[left[:, 0]])
+    assert np.linalg.norm(normal, axis=1).sum() / 2 == pytest.approx(400 * np.pi, rel=0.02)  # no hole
+    same, kept = thin_surface(vertices, facets, len(vertices))
+    assert (len(same), len(kept)) == (len(vertices), len(facets))
+    assert np.array_equal(np.sort(same[kept], axis=None), np.sort(vertices[facets], axis=None))
+
+
+# --- the nominal part ----------------------------------------------------------------------------------
+
+#: A floor of 20 x 10 mm at Z0 with a flat cutter of 6 mm in strips 4 mm apart; line 8 dips by 0.2 mm, and the last strip is missing.
+FLOOR = (
+    "G21 G90 G94 G61.1\nG0 X-15 Y-4 Z10 A0 C0\nG1 Z0 F6000\nX15\nY0\nX0\nG1 Z0\nX-4 Z-0.2\nX-8 Z0\nX-15\nG0 Z30\nM2\n"
+)
+SHAPE = (Cylinder("cutter", 6.0, 20.0),)
+
+
+def make_options(grid: float = 0.5, parts: int = 1, **more: Any) -> Options:
+    i, j = np.meshgrid(np.arange(parts), np.arange(parts))
+    square = np.stack([i, j], axis=-1).reshape(-1, 1, 2) + np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    corner = np.concatenate([square * [20.0, 10.0] / parts - [10.0, 5.0], np.zeros((parts * parts, 4, 1))], axis=2)
+    raw = SAMPLE["pack_stl"](corner[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3))
+    part = NominalPart("floor.stl", raw, 1, "mm", Wanted(0.05, 0.1, grid, 1.0))
+    place = {1: WorkOffset((5.0, -7.0, 40.0), 90.0)}
+    return Options(tool_length=60.0, wcs=place, part=part, tool_shapes={0: SHAPE}, **more)
+
+
+def study_floor(*words: Any) -> Study:
+    return study(FLOOR.encode(), MACHINE, make_options(*words))
+
+
+def test_the_part_has_its_deviations_where_they_are() -> None:
+    pytest.importorskip("jupyter_threejs_sage")
+    found = study_floor()
+    data = embedded(make_page("p.nc", FLOOR.encode(), MACHINE, found))
+    assert [one["kind"] for one in data["scene"]["meshes"]] == ["part"]
+    assert data["wanted"] == {"gouge": 0.05, "excess": 0.1, "search": 1.0}
+    middle = place_surface(data, 0).mean(axis=1) - [5.0, -7.0, 40.0]
+    x, y = middle[:, 1], -middle[:, 0]  # of the part, which is turned by a quarter
+    value, colour, frame = (data[f"surface.0.{name}"] for name in ("value", "colour", "frame"))
+    assert np.allclose(middle[:, 2], 0.0, atol=0.001)
+    dip = np.hypot(x + 4.0, y) < 2.5  # the tool stands here at its lowest
+    assert np.allclose(value[dip], -0.2, atol=0.003)
+    assert (colour[dip, 0] > 150).all()
+    assert (colour[dip, 1] < 40).all()
+    assert set(data["line"][frame[dip]].tolist()) <= {8, 9}
+    cut = (y < -3.2) & (y > -4.8) | (np.abs(y) < 2.8) & (x > 4.0)
+    assert np.allclose(value[cut], 0.0, atol=1e-3)
+    assert (colour[cut] == 190).all()
+    never = y > 4.3  # no cutter comes within 1 mm
+    assert np.isnan(value[never]).all()
+    assert (frame[never] == -1).all()
+    # the finding stands on the part, and its button leads to the line
+    [gouge] = [k for k, item in enumerate(found.findings) if item.code == "VP218"]
+    assert found.line[found.place[gouge]] == found.findings[gouge].worst_line
+    assert np.abs(found.place_tip[gouge, 2] - 40.0) < 1e-6
+    place = find_worst_places(MACHINE, found)
+    assert [one.value for one in place if one.what.startswith("cut into floor.stl: line ")] == ["0.200 mm"]
+
+
+@pytest.mark.parametrize("parts", [1, 20])  # facets are divided coarser, or are too many themselves
+def test_fewer_triangles_keep_the_worst(monkeypatch: pytest.MonkeyPatch, parts: int) -> None:
+    found = study_floor(0.2, parts)
+    assert found.part is not None
+    assert found.program is not None
+    judged = found.part.judged[0]
+    fine = make_part(found.program, judged)
+    monkeypatch.setattr("verne_post.report.surfaces.PART_FACETS", 100)
+    coarse = make_part(found.program, judged)
+    assert fine.deviation is not None
+    assert coarse.deviation is not None
+    assert len(fine.facets) > 1000
+    assert 30 < len(coarse.facets) <= 100
+    assert np.nanmin(coarse.deviation.value) == np.nanmin(fine.deviation.value)
+    assert 3 < (coarse.deviation.colour[:, 1] < 40).sum() < 60
+    area = [np.linalg.norm(np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]), axis=1).sum() / 2
+            for c in (one.vertices[one.facets] for one in (fine, coarse))]  # fmt: skip
+    assert area == pytest.approx([200.0, 200.0], rel=1e-6 if parts == 1 else 0.06)

@@ -1,0 +1,67 @@
+"""The time that each tool and each operation of a program takes."""
+
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from verne_post.app.assemble import Program
+from verne_post.base.arrays import Array, Ints
+from verne_post.base.long_text import Text
+from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.remarks import list_heads
+from verne_post.kinematics.checks.keep_out import find_tool_of_moves
+from verne_post.model.moves import Moves
+from verne_post.report.governing import Spent
+from verne_post.report.table import Operation
+
+
+def _find_tool_changes_after_motion(moves: Moves, heads: Sequence[int]) -> Iterator[int]:
+    """Lines of tool changes that end an operation; with no motion since its remark, the remark speaks of the tool that comes."""
+    moving, heads = np.unique(moves.line), [0, *heads]
+    for line in {event.line for event in moves.events if event.kind == "tool"}:
+        head = heads[bisect_left(heads, line) - 1]
+        if np.searchsorted(moving, head, side="right") < np.searchsorted(moving, line):
+            yield line
+
+
+class OperationTimes:
+    """Takes the rows of a program block by block. An operation is what follows a remark that stands alone on its line."""
+
+    def __init__(self, source: Text, program: Program) -> None:
+        options = program.options
+        lines = [line.decode("utf-8", errors="replace") for line in source[:].split(b"\n")]
+        remarks = list_heads(lines, choose_dialect_name(options.dialect, source, options.source_name))
+        heads = {line + 1: name for line, name in remarks}
+        heads |= dict.fromkeys(_find_tool_changes_after_motion(program.moves, sorted(heads)), "")
+        self._heads = np.array(sorted(heads), dtype=np.int64)
+        self._names = ("", *(heads[line] for line in sorted(heads)))
+        self._program = program
+        # by tool and head: seconds, rapid, standing, lost; first and last line, first frame
+        self._spent: dict[tuple[int, int], Array] = {}
+        self._lines: dict[tuple[int, int], tuple[int, int, int]] = {}
+
+    def add(self, line: Ints, segment: Ints, stretch: Ints, spent: Spent) -> None:
+        """Add the next rows (m,): their lines, their segments, and the frame before each."""
+        path = self._program.path
+        tool = find_tool_of_moves(path.move_reached[segment], path.first_move, self._program.moves)
+        head = np.searchsorted(self._heads, line, side="right")
+        keys, first, of = np.unique(np.stack([tool, head]), axis=1, return_index=True, return_inverse=True)
+        of = of.reshape(-1)
+        sums = np.stack([np.bincount(of, each) for each in (spent.seconds, spent.rapid, spent.standing, spent.lost)], 1)
+        for k in np.argsort(first).tolist():
+            key = int(keys[0, k]), int(keys[1, k])
+            self._spent[key] = self._spent.get(key, 0.0) + sums[k]
+            # the approach belongs to no line
+            named = line[(of == k) & (line > 0)]
+            low, high, frame = self._lines.get(key, (0, 0, int(stretch[first[k]])))
+            if len(named):
+                low, high = min(low or int(named.min()), int(named.min())), max(high, int(named.max()))
+            self._lines[key] = low, high, frame
+
+    def finish(self) -> tuple[Operation, ...]:
+        """All operations, in the order in which they begin."""
+        return tuple(
+            Operation(key[0], self._names[key[1]], *self._lines[key], *map(float, sums))
+            for key, sums in self._spent.items()
+        )
