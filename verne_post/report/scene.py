@@ -12,6 +12,7 @@ from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Box
+from verne_post.report.left import make_left
 from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study
 
@@ -65,8 +66,8 @@ def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
     return () if keep_out is None else keep_out.obstacles
 
 
-def list_surfaces(study: Study) -> list[Surface]:
-    """Fixtures that are meshes, and the nominal part with its deviations, where they stand."""
+def list_surfaces(study: Study) -> tuple[list[Surface], str]:
+    """Fixtures that are meshes, the nominal part with its deviations, and what is left of the stock, where they stand; a note."""
     meshes = [(one, one.mesh) for one in _list_obstacles(study.program) if one.mesh is not None]
     most = FIXTURE_VERTICES // max(len(meshes), 1)
     surfaces = [
@@ -75,7 +76,8 @@ def list_surfaces(study: Study) -> list[Surface]:
     ]
     if study.part is not None and study.part.judged and study.program is not None:
         surfaces.append(make_part(study.program, study.part.judged[0]))
-    return surfaces
+    left, note = (None, "") if study.program is None or not len(study.x) else make_left(study.program)
+    return [*surfaces, *([] if left is None else [left])], note
 
 
 def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
