@@ -9,7 +9,7 @@ from verne_post.app.assemble import Program
 from verne_post.app.machined import place_on_table
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_z
-from verne_post.output.machined import paint_cells, measure_harm
+from verne_post.output.machined import measure_harm, paint_cells
 from verne_post.part.compare import Cells, divide
 from verne_post.part.verdict import Judged
 from verne_post.report.pack import Pack
