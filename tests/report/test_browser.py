@@ -284,6 +284,7 @@ def test_the_part_shows_where_it_is_cut_and_a_click_leads_there(browser: Any, sh
     js(browser, "report.view('part')")
     assert [option.text for option in browser.find_elements("css selector", "#body option")] == [
         "part, deviation",
+        "stock that is left",
         "stock",
     ]
     x, y = browser.execute_script(_DEEP)

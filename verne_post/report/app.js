@@ -187,7 +187,7 @@
     if (frame >= 0) setCursor(frame);
     return true;
   }
-  if (n && scene) byId("note").textContent = "Assumed sizes: " + data.scene.assumed.join(", ") + ".";
+  if (n && scene) byId("note").textContent = ["Assumed sizes: " + data.scene.assumed.join(", ") + ".", data.scene.note].join(" ");
   const options = byId("colour").options;
   if (!data.limits.length) { options[1].remove(); options[1].remove(); }
   byId("colour").addEventListener("change", paint);

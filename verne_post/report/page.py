@@ -145,6 +145,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         pack.add("lost", study.governing.lost_from_frame)
     if study.spectrum is not None:
         pack.add("spectrum", study.spectrum.rms)
+    surfaces, note = list_surfaces(machine, study)
     return {
         "frames": len(study.x),
         "unit": "s" if study.timed else "mm",
@@ -157,9 +158,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         "toolNumbers": tools,
         "bands": study.spectrum.edges.tolist() if study.spectrum is not None else [],
         "wanted": _describe_wanted(study),
-        "scene": describe_scene(machine, study) | {
-            "meshes": pack_surfaces(pack, list_surfaces(machine, study), study.tip, study.line)
-        },
+        "scene": describe_scene(machine, study) | {"meshes": pack_surfaces(pack, surfaces, study.tip, study.line), "note": note},
         "slice": _pack_slice(pack, machine, study),
     }  # fmt: skip
 
