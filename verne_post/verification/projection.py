@@ -132,21 +132,28 @@ def _make_joint_weight(n_joints: int) -> Array:
     return np.array([1.0] * (n_joints - 2) + [RADIAN_MM, RADIAN_MM])
 
 
-def project_tips(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
-    """As :func:`project_unwrapped`, by the tip alone; NaN where it does not say, as on turns, splines, and where it stands."""
-    u = np.full(len(segment), np.nan)
-    line = np.flatnonzero(
-        (path.kind[segment] == SegmentKind.LINE) & (path.turn[segment] < 0) & (path.spline[segment] < 0)
-    )
+def project_tips(
+    path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float
+) -> tuple[Array, Array]:
+    """As :func:`project_unwrapped`, by the tip alone, and the way (n,) of the tip along the segment, mm.
+
+    0 both where the tip does not say, as on turns, splines, and where it stands.
+    """
+    u, way = np.zeros(len(segment)), np.zeros(len(segment))
+    plain = (path.turn[segment] < 0) & (path.spline[segment] < 0)
+    line = np.flatnonzero((path.kind[segment] == SegmentKind.LINE) & plain)
     along = path.end[segment[line], :3] - path.start[segment[line], :3]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        u[line] = sum_rows((measured.tip[line] - path.start[segment[line], :3]) * along) / sum_rows(along**2)
+    square = sum_rows(along**2)
+    moved = sum_rows((measured.tip[line] - path.start[segment[line], :3]) * along)
+    u[line], way[line] = np.divide(moved, square, out=np.zeros(len(line)), where=square > 0), np.sqrt(square)
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
+        row = path.arc[segment[arc]]
         u[arc] = _project_on_arcs(
             path, segment[arc], measured.select(arc), _find_first_rows(arc, fresh), u_before, by_tip=True
         )
-    return u
+        way[arc] = np.abs(path.arcs.sweep[row]) * path.arcs.r0[row]
+    return u, way
 
 
 def _project_on_arcs(

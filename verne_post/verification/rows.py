@@ -175,8 +175,8 @@ class RowMatcher:
         tip, angles, axis, ok = self.forward(q[:n], path.tool_length[segment])
         if self._joints_by_axis:
             fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
-            along = project_tips(path, segment, Measured(q[:n], tip, angles), fresh, self.last.u)
-            angles = name_angles(path, segment, angles, along, self.reference.noise.angle)
+            places = project_tips(path, segment, Measured(q[:n], tip, angles), fresh, self.last.u)
+            angles = name_angles(path, segment, angles, places, self.reference.noise.angle)
         if not ok.all():
             n = int(np.argmin(ok))
             lost = LostPath(n, "VP411", ": the joint values close no position of the platform")
