@@ -30,7 +30,7 @@ resample reset resolve restart restore retime retract return rotate round run sa
 send sends separate serve set settle shape share shift shorten show simulate sketch skip slice smooth solve sort space
 span spell split spread stack stand stands start starts stay step stop store straighten strip study suggest sum
 summarise suspend sweep switch take tap taper test thin tick tidy tilt touch trace transform translate trim try turn
-unpack update validate verify view wait wake warn watch whiten widen work wrap write
+unpack update validate verify view wait wake warn watch weigh whiten widen work wrap write
 """
 VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.
