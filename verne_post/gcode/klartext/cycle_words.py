@@ -33,6 +33,7 @@ MACHINING: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
     208: ((*_HOLE, 206, 334, 335), {342: 0.0, 351: 1.0, 370: 0.0}),
     209: ((*_HOLE, 239, 257, 256), {336: 0.0, 403: 1.0}),
     240: ((200, 343, 201, 344, 206, 211, 203, 204), {}),
+    262: ((*_HOLE, 335, 239, 355, 253, 351, 207), {512: 0.0}),
     241: ((*_HOLE, 206), {211: 0.0, 379: 0.0, 253: 750.0, 208: FMAX_VALUE, 426: 5.0, 427: 50.0, 428: 500.0, 429: 8.0, 430: 9.0, 202: 0.0, 212: 0.0, 205: 0.0,
                           401: 100.0, 435: 0.0}),
     232: ((389, 225, 226, 227, 386, 218, 219, 202, 369, 370, 207, 385, 253, 200, 357, 204), {}),
@@ -61,7 +62,7 @@ REFUSED_CYCLES: Final = {
     30: "3-D data from files; let the CAM system write the lines",
     225: "engraving; let the CAM system write the lines of the letters", 230: "multipass milling of older controls; write cycle 233",
     231: "ruled surface; let the CAM system write the moves", 239: "weighs the workpiece; take it out",
-    258: "polygon stud; write its sides with RL or RR", **dict.fromkeys((262, 263, 264, 265, 267), "thread milling; let the CAM system write the helix"),
+    258: "polygon stud; write its sides with RL or RR", **dict.fromkeys((263, 264, 265, 267), "thread milling with countersinking, without a hole, or outside; write cycle 262, or let the CAM system write the helix"),
     **dict.fromkeys(range(400, 500), PROBING), **dict.fromkeys(range(800, 900), "turning and gear cycles; let the CAM system write the moves of a mill"),
 }  # fmt: skip
 
