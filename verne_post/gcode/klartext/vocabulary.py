@@ -68,7 +68,7 @@ REFUSED_CYCLES: Final = {
     30: "3-D data from files; let the CAM system write the lines",
     225: "engraving; let the CAM system write the lines of the letters", 230: "multipass milling of older controls; write cycle 233",
     231: "ruled surface; let the CAM system write the moves", 239: "weighs the workpiece; take it out",
-    258: "polygon stud; write its sides with RL or RR", **dict.fromkeys((262, 263, 264, 265, 267), "thread milling; let the CAM system write the helix"),
+    258: "polygon stud; write its sides with RL or RR", **dict.fromkeys((263, 264, 265, 267), "thread milling with countersinking, without a hole, or outside; write cycle 262, or let the CAM system write the helix"),
     **dict.fromkeys(range(400, 500), PROBING), **dict.fromkeys(range(800, 900), "turning and gear cycles; let the CAM system write the moves of a mill"),
 }  # fmt: skip
 #: Words that begin statements which are not executed, and why.
