@@ -14,7 +14,8 @@ from msgspec import Struct
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.outlines import Leg, Path, Point
+from verne_post.gcode.machining.outlines import Leg, Path
+from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.pockets import MAX_STROKES, MillingError, spread_levels, turn_point
 from verne_post.gcode.machining.strokes import Pace, Stroke, list_stops
 from verne_post.gcode.program_error import At, ProgramError
