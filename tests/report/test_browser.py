@@ -565,6 +565,31 @@ def test_curves_are_drawn_with_every_peak(browser: Any, show: Callable[..., Any]
         assert pixels(browser, name).std() > 0.02, name
 
 
+def test_every_joint_of_a_busy_chart_is_seen(browser: Any, show: Callable[..., Any]) -> None:
+    """Five curves that turn back dozens of times have a lane each, in which nothing hides them; calm ones share one."""
+    show("blade")
+    lanes = {
+        title: (name, drawn)
+        for title, name, drawn in js(
+            browser, "report.charts.charts.map(c => [c.title, c.canvas.id = c.canvas.id || 'chart-' + c.title.slice(0, 4), c.lanes])"
+        )
+    }  # fmt: skip
+    assert not lanes["Velocity, % of limit"][1]
+    name, drawn = lanes["Jerk, % of limit"]
+    assert drawn
+    browser.execute_script("document.getElementById(arguments[0]).scrollIntoView()", name)
+    shown_now = pixels(browser, name)[34:-18]
+    for k, colour in enumerate(
+        ((0, 0x67, 0xA8), (0xB3, 0x6B, 0), (0, 0x7A, 0x55), (0xA6, 0x3D, 0x86), (0xC4, 0x49, 0))
+    ):
+        near = np.abs(shown_now - np.array(colour) / 255).max(axis=-1) < 0.06
+        rows = np.flatnonzero(near.any(axis=1)) / len(shown_now)
+        assert near.sum() > 200, k
+        # all of it is in its own fifth of the height, to the width of a line
+        assert k / 5 - 0.05 < rows.min(), k
+        assert rows.max() < (k + 1) / 5 + 0.05, k
+
+
 def test_zoom_by_wheel(browser: Any, show: Callable[..., Any]) -> None:
     show("blade")
     chart = browser.find_element("id", "chart-speed")

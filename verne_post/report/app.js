@@ -189,13 +189,13 @@
   const charts = Charts.make(range, data.tick, data.unit, x => setCursor(nearest(x)), () => redraw());
   const curves = name => data.joints.map((joint, k) => ({ name: joint.name, x: arrays[`${name}.${k}.x`], y: arrays[`${name}.${k}.y`], joint: k })).filter(one => one.x);
   const single = (name, title, more) => arrays[name + ".0.x"] ? [{ name: title, x: arrays[name + ".0.x"], y: arrays[name + ".0.y"], ...more }] : [];
-  function addChart(title, digits, series, limits) {
+  function addChart(title, digits, series, limits, shares = false) {
     if (!series.length) return;
     const canvas = document.createElement("canvas");
     canvas.className = "chart";
     canvas.setAttribute("role", "img");
     byId("charts").append(canvas);
-    charts.add(canvas, { title, digits, series, limits });
+    charts.add(canvas, { title, digits, series, limits, shares });
   }
   let strip = null, bands = null;
   if (n) {
@@ -209,7 +209,7 @@
       charts.add(byId("chart-speed"), { title: "Tip, mm/s", digits: 2, series: speeds, bounds: beyond ? [0, 1.4 * most] : null });
     } else for (const id of ["chart-governing", "times"]) byId(id).closest("section").remove();
     for (const [name, title] of [["velocity", "Velocity, % of limit"], ["acceleration", "Acceleration, % of limit"], ["jerk", "Jerk, % of limit"]]) {
-      addChart(title, 1, curves(name), [-100, 100]);
+      addChart(title, 1, curves(name), [-100, 100], true);
     }
     const position = curves("position"), sliders = data.joints.slice(0, joints - 2);
     if (sliders.length) addChart("Sliders, mm", 3, position.slice(0, joints - 2), [Math.min(...sliders.map(j => j.low ?? -Infinity)), Math.max(...sliders.map(j => j.high ?? Infinity))].map(v => Number.isFinite(v) ? v : null));
