@@ -5,6 +5,7 @@ from typing import Final, Literal
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.findings import Finding, finding
@@ -12,6 +13,7 @@ from verne_post.model.verdict import find_exit_status
 from verne_post.part.clearance import Contacts
 from verne_post.part.compare import UNDECIDED, Comparison
 from verne_post.part.motion import Motion
+from verne_post.part.rests import Rest
 from verne_post.part.sweep import Nearest
 
 Datum = Literal["table", "fit"]
@@ -71,6 +73,8 @@ class Machined(Struct, frozen=True, eq=False):
     notes : tuple of str
     spots : tuple of Spot
         Where the gouges and the excess among the findings are worst.
+    rests : tuple of Rest or None
+        What stays of the stock around the part, the largest first; None where no stock was compared with it.
     text : str
         Findings and summary, as ``machined`` says them: what is printed.
     """
@@ -80,6 +84,7 @@ class Machined(Struct, frozen=True, eq=False):
     findings: tuple[Finding, ...]
     notes: tuple[str, ...] = ()
     spots: tuple[Spot, ...] = ()
+    rests: tuple[Rest, ...] | None = None
     text: str = ""
 
     @property
@@ -138,6 +143,21 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
     return findings, [*spots, *excess]
 
 
+def add_rests(machined: Machined, rests: list[Rest]) -> Machined:
+    """The same with VP221 of what stays of the stock around the part."""
+    comparison = machined.judged[0].comparison
+    name, allowed = comparison.mesh.name, comparison.wanted.excess
+    spots = []
+    for one in rests:
+        text = f"{one.volume:.1f} mm3 of the stock stay farther than {allowed:g} mm from {name}, where no cutter has been, up to {describe_place(one.place)}"
+        found = finding("VP221", text, value=one.volume, limit=0.0, unit="mm3")
+        spots.append(Spot(found, one.place, one.place))
+    findings = _shorten([one.finding for one in spots])
+    return replace(
+        machined, findings=(*machined.findings, *findings), spots=(*machined.spots, *spots), rests=tuple(rests)
+    )
+
+
 def find_line(judged: Judged, nearest: Nearest, k: int) -> int:
     """The source line in which the tool comes nearest to place k."""
     return int(judged.motions[nearest.motion[k]].line[nearest.row[k]])
@@ -186,6 +206,9 @@ def _shorten(found: list[Finding]) -> list[Finding]:
     kept = sorted(by_value[:MOST_FINDINGS], key=lambda one: one.line or 0)
     left = by_value[MOST_FINDINGS:]
     if left:
-        text = f"{len(left)} more stretches of lines are like this, none worse than {left[0].value:.3f} mm"
-        kept.append(finding(left[0].code, text, value=left[0].value, limit=left[0].limit, unit="mm", count=len(left)))
+        what = "places" if left[0].line is None else "stretches of lines"
+        text = f"{len(left)} more {what} are like this, none worse than {left[0].value:.3f} {left[0].unit}"
+        kept.append(
+            finding(left[0].code, text, value=left[0].value, limit=left[0].limit, unit=left[0].unit, count=len(left))
+        )
     return kept
