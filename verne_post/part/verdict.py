@@ -19,6 +19,8 @@ from verne_post.part.sweep import Nearest
 Datum = Literal["table", "fit"]
 #: Lines that are no farther apart belong to one finding.
 _GAP: Final = 5
+#: A gouge that is so many times as deep along the normal as by the shortest way out is told with both depths.
+_SIDEWAYS: Final = 2.0
 #: So many findings of a kind are listed, the gravest; the last says how many more there are.
 MOST_FINDINGS: Final = 20
 
@@ -116,6 +118,10 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
         deep = gouges.depth[worst]
         or_more = " or more" if deep >= wanted.search else ""
         text = f"the {body} cuts {deep:.3f} mm{or_more} into {mesh.name}, along the normal, at {describe_place(gouges.place[worst])}"
+        # a wall that is undercut a little is cut deep along its normal: the other number says how far the tool is off
+        shortest = float(-gouges.nearest.distance[rows].min())
+        if deep > _SIDEWAYS * shortest:
+            text += f"; by the shortest way out it is {shortest:.3f} mm deep, at the deepest place of these lines"
         found = _make_finding("VP218", text, lines, find_line(judged, gouges.nearest, worst), float(deep), wanted.gouge)
         spots.append(Spot(found, gouges.place[worst], find_tip(judged, gouges.nearest, worst)))
     high = np.flatnonzero(np.nan_to_num(comparison.deviation, nan=0.0) > wanted.excess)
