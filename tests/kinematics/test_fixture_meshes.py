@@ -240,6 +240,40 @@ def test_explain_says_where_a_mesh_is_touched_and_what_cures_it(folder: Path, ru
     assert codes == {"VP218"}
 
 
+def test_a_tenth_too_deep_is_a_tenth_by_the_shortest_way_out(folder: Path) -> None:
+    """The wall below the step is undercut over its whole thickness, along its normal: that is not how far the tool is off."""
+    replace_in("vise.nc", "\nZ-6\n", "\nZ-6.1\n")
+    [found] = verne_post.check(Path("vise.nc"), verne_post.load_machine()).findings
+    assert (found.code, found.line) == ("VP218", 19)
+    assert "cuts 2.000 mm or more into part.stl" in found.message
+    depth = re.search(r"by the shortest way out it is (0\.\d+) mm deep", found.message)
+    assert depth is not None
+    assert 0.1 <= float(depth[1]) <= 0.11  # a corner may leave the path by 0.01 mm
+
+
+def test_a_ridge_between_two_strips_is_told(folder: Path, run: Any) -> None:
+    """The face is milled 1.5 mm less far to one side: there the stock stays 1 mm high, beside the step."""
+    replace_in("vise.nc", "Y13.5", "Y12")
+    result = verne_post.check(Path("vise.nc"), verne_post.load_machine())
+    assert result.ok
+    [found] = result.findings
+    assert found.code == "VP221"
+    # 76 x 1 x 1 mm, less what is within 0.2 mm of the part, or may be: 0.12 more
+    assert 76 * 0.6 < found.value < 76
+    place = re.fullmatch(
+        r".* mm3 of the stock stay farther than 0.2 mm from part.stl, where .*, up to \((.*), (.*), (.*)\)",
+        found.message,
+    )
+    assert place is not None
+    assert 17.0 < float(place[2]) < 18.0
+    assert float(place[3]) == 1.0
+    assert "stock: nothing stays" not in str(result.summary)
+    assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
+    answer = run("machined", "rows.index.json", "--against", "vise.nc", "--nominal", "part.stl@G54", "--grid", "2")
+    assert found.message in answer.err
+    assert f"stock: {found.value:.1f} mm3 stay farther than 0.2 mm from the part" in answer.err
+
+
 def test_a_tool_that_is_longer_by_a_fifth_of_a_millimetre_gouges(folder: Path, run: Any) -> None:
     """The rows are of the length of the tool table; the tool that is used is 0.2 longer."""
     assert run("convert", "vise.nc", "-o", "rows.csv").code == 0

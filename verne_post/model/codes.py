@@ -454,6 +454,13 @@ CODES: Final[dict[str, Code]] = _make_table(
         "The certain bound of some facets is not good enough to call them clear of gouges deeper than --gouge; the message has the bound. Where a gouge was found elsewhere it is a warning.",
         "Accept a larger --gouge (gouge_mm), or look at the places that the message and --csv of machined name.",
     ),
+    (
+        "VP221",
+        "stock left around the part",
+        "warning",
+        "Stock stays beside or over the nominal part, farther from it than --excess or excess_mm, where no cutter has been: a ridge between strips, or what this set-up does not machine.",
+        "The message has volume, height and place: bring the strips nearer together, or leave it to the next set-up.",
+    ),
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
         "VP301",

@@ -243,7 +243,10 @@ class Dexels:
 
     def _cut_one(self, sweeps: Sweeps, table: RayTable, row: int) -> float:
         """Take one body away; the volume."""
-        window, a, b = self._meet(sweeps, table, row)
+        return self.take(*self._meet(sweeps, table, row))
+
+    def take(self, window: tuple[slice, slice], a: Array, b: Array) -> float:
+        """Take an interval from ``a`` to ``b`` (one a ray of a window of the cells) away from each ray; the volume, mm3."""
         removed, k = 0.0, 0
         while k < self.low.shape[2]:  # a place that is added meanwhile holds nothing of the body
             low, high = self.low[*window, k], self.high[*window, k]
