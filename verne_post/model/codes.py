@@ -588,6 +588,27 @@ CODES: Final[dict[str, Code]] = _make_table(
         "A mesh is no STL file, has a size that cannot be meant in its unit, or is not the surface of a body: open, flipped or inside out.",
         "Export the body again as a closed STL, and say its unit; the message says what is wrong.",
     ),
+    (
+        "VP507",
+        "unreadable configuration of another control",
+        "error",
+        "A file given to `machine import`, or one that it names, has a line, a number, a unit or a limit that cannot be read or is missing.",
+        "Mend the line or key that the message names; docs/machines.md says what is read.",
+    ),
+    (
+        "VP508",
+        "kinematics that are not imported",
+        "error",
+        "The configuration has kinematics without a counterpart here, or that nobody has compared.",
+        "Start from the machine file that the message or the table in docs/machines.md names.",
+    ),
+    (
+        "VP509",
+        "not imported",
+        "warning",
+        "The imported machine file leaves out something of the configuration, or holds a default that nothing sets.",
+        "Look at each of these in the new file before the machine moves.",
+    ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (
         "VP901",
