@@ -270,8 +270,11 @@ class FanucInterpreter(Rs274):
             codes.discard(530)
             self.recorder.event(block.line, "without effect", word="G53")
         modal = self.words.convert_rapids(block, codes)
+        changes = ("M", 6.0) in [code[:2] for code in block.codes]
+        if changes:  # G43 in its block is that of the new tool
+            self.modes.length_number = None
         super().execute(block)
-        if ("M", 6.0) in [code[:2] for code in block.codes]:
+        if changes:
             self.modes.cutter_number = None
         if "D" in block.words:
             self.modes.cutter_number = whole(block, "D")
