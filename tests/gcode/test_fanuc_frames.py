@@ -57,7 +57,7 @@ def places(moves, first=1):
     ("G51 X10 Y0 Z0 P2. / G1 X15 Y5 Z1 / X20", [(20, 10, 2), (30, 10, 2)]), ("G51 X0 Y0 Z0 I2. J0.5 K1. / G1 X10 Y10 Z10", [(20, 5, 10)]),
     ("G0 X4 Y4 Z4 / G51 P0.5 / G1 X8 Y0 Z4 / G50 / X1 Y1 Z1", [(4, 4, 4), (6, 2, 4), (1, 1, 1)]), ("G51 X0 Y0 Z0 P2. / G91 G1 X3", [(6, 0, 0)]),
     # mirror image: x' = 2 m - x, of the axes that are named; G50.1 ends them by name
-    ("G51.1 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G51.1 X0 Y0 / G1 X15 Y5 / G50.1 X0 / X1 Y1 / G50.1 Y0 / Y2", [(-15, -5, 0), (1, -1, 0), (1, 2, 0)]),
+    ("G51.1 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G101 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G101 X0 / G101 Y0 / G1 X15 Y5 / G100 X0 / X1 Y1", [(-15, -5, 0), (1, -1, 0)]), ("G51.1 X0 Y0 / G1 X15 Y5 / G50.1 X0 / X1 Y1 / G50.1 Y0 / Y2", [(-15, -5, 0), (1, -1, 0), (1, 2, 0)]),
     # mirror first, then scaling, then rotation, whose angle is reversed by a mirror image of one axis
     ("G51.1 X0 / G51 X0 Y0 Z0 P2. / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 20, 0)]), ("G51.1 X0 / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 10, 0)]),
     # polar: X is the distance and Y the angle, which stay; in G91 the angle adds up
@@ -221,7 +221,7 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G83 Z-3 R2 I1 J1", "VP005", "together"), ("G83 Z-3 R2 I1 J1 K2", "VP007", "fall"), ("G83 Z-3 R2 I1 J0 K0", "VP007", "fall"), ("G83 Z-3 R2 I1 J0 K1 Q1", "VP007", "fall"), ("G83 Z-3 R2 I1 J.1 K.00001", "VP007", "pecks"),
     ("G76 Z-3 R2 Q0.2", "VP005", "bore_shift"), ("G76 Z-3 R2", "VP005", "Q greater"), ("G87 Z-3 R2 Q1", "VP002", "G87"), ("G81 Z-3 R2 / G80 / G82 Z-3 P1", "VP005", "R"),
     ("G10 L11 P9 R1", "VP012", "tool 9"), ("G10 L12 P1", "VP005", "R"), ("G10 L14 P1 R1", "VP002", "L14"), ("G91 G30 P3 Z0", "VP015", "P3"), ("G150 I5. F9", "VP002", "G12 or G13"), ("G114", "VP002", "G154 P"), ("G12 I5. F9", "VP005", "G12 needs D"),
-    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101 X0", "VP002", "G51.1"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
+    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101", "VP005", "axes"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
 ])  # fmt: skip
 def test_refusals(view, text, code, part):
     source = "\n".join(["%", "O1", "G21 G90 G17", "G0 X0 Y0 Z0 S500 M3", "F100", *text.split(" / "), "M30", "%"])
