@@ -128,7 +128,7 @@ def test_margins_are_those_of_the_rods() -> None:
         turned = np.degrees(np.arccos(np.clip(at @ home / rod["rod"] ** 2, -1, 1)))
         cone = margins[:, names.index(f"angle left to the joints of rod {k + 1}")]
         assert np.abs(50.0 - turned - cone).max() < 1e-3
-    assert own.why_unreachable(np.array([[3e3, 0.0, 0.0]]), np.zeros((1, 2)), LENGTH) == ["VP110"]
+    assert own.explain_unreachable(np.array([[3e3, 0.0, 0.0]]), np.zeros((1, 2)), LENGTH) == ["VP110"]
 
 
 @pytest.mark.parametrize(

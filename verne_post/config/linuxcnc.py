@@ -11,9 +11,9 @@ from typing import Final
 
 from msgspec import Struct
 
-from verne_post.base.numbers import fixed
+from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import escape_unprinted
-from verne_post.model.findings import Finding, InputError, finding
+from verne_post.model.findings import Finding, InputError, make_finding
 
 #: Reads a file that the INI names, relative to it; None where there is none.
 Read = Callable[[str], bytes | None]
@@ -124,7 +124,7 @@ class IniFile:
 
 
 def _refuse(where: str, text: str) -> InputError:
-    return InputError(finding("VP507", f"{where}: {text}"))
+    return InputError(make_finding("VP507", f"{where}: {text}"))
 
 
 def _parse_number(text: str, where: str, what: str) -> float:
@@ -255,7 +255,7 @@ def convert_linuxcnc(raw: bytes, name: str, read: Read) -> ImportedMachine:
         notes.append(f"{', '.join(without)}: no MAX_JERK; the setpoints jerk as far as the accelerations allow")
     return ImportedMachine(
         "\n".join([*_write_head(ini, component), *chain, "", *joints, *_write_tail(ini, name)]),
-        tuple(finding("VP509", f"{name}: {text}") for text in notes),
+        tuple(make_finding("VP509", f"{name}: {text}") for text in notes),
     )
 
 
@@ -268,7 +268,7 @@ def _find_kinematics(ini: IniFile) -> tuple[str, str]:
     if component not in _KINEMATICS:
         known = ", ".join(_KINEMATICS)
         why = _REFUSED.get(component, "no kinematics whose meaning is known here")
-        raise InputError(finding("VP508", f"{found[1]}: KINEMATICS = {component}: {why}; imported are {known}"))
+        raise InputError(make_finding("VP508", f"{found[1]}: KINEMATICS = {component}: {why}; imported are {known}"))
     coordinates = _KINEMATICS[component].coordinates
     for parameter in parameters:
         key, _equals, value = parameter.partition("=")
@@ -353,7 +353,7 @@ def _show_list(values: list[float]) -> str:
 
 def _show(value: float) -> str:
     """A number of TOML: nine decimals of a length are finer than any machine."""
-    text = fixed(value, 9).rstrip("0")
+    text = format_fixed(value, 9).rstrip("0")
     return f"{text}0" if text.endswith(".") else text
 
 
