@@ -16,7 +16,7 @@ from verne_post.app.constraints import check_program, guard_joints
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Box, FixtureMesh
+from verne_post.model.part_setup import Box, Cylinder, FixtureMesh
 from verne_post.part.fixture import load_fixture
 from verne_post.part.stl import build_mesh
 
@@ -314,3 +314,59 @@ def test_fixtures_of_a_settings_file_may_be_meshes(folder: Path, run: Any) -> No
     (folder / "verne-post.toml").write_text('[keep_out.jaws]\nfile = "/vise.stl"\n')
     answer = run("check", "vise.nc")
     assert "keep_out.jaws.file = '/vise.stl': names of files count from the folder" in answer.out + answer.err
+
+
+# --- the stock as a file --------------------------------------------------------------------------------
+
+#: A rapid through the gap of a casting, 20 mm over the table, and a cut of 2 mm into its right post.
+THROUGH = "G21 G90 G94 G54\nT1 M6\nG0 X0 Y-40 Z40 A0 C0\nZ10\nY40\nG1 X16 F1000\nY0\nG0 Z40\nM2\n"
+POSTS = [((-30.0, -20.0, 0.0), (-10.0, 20.0, 30.0)), ((10.0, -20.0, 0.0), (30.0, 20.0, 30.0)), ((-30.0, -20.0, 0.0), (30.0, 20.0, 5.0))]  # fmt: skip
+CUTTER = {1: (Cylinder("cutter", 8.0, 40.0), Cylinder("holder", 30.0))}
+
+
+def test_a_casting_is_the_stock_where_it_is() -> None:
+    """Its box is full, and it is not: a rapid through the gap is no mistake, one through a post is."""
+    place = {"tool_length": 80.0, "tool_shapes": CUTTER, "wcs": {"G54": (5.0, -3.0, 10.0, 30.0)}}
+    box = Box("the stock", (-30.0, -20.0, 0.0), (30.0, 20.0, 30.0), 1)
+    casting = FixtureMesh("the stock", pack_stl(unite_boxes(POSTS)), 1)
+    told = [check(THROUGH, stock=stock, **place) for stock in (box, casting)]
+    assert [(item.code, item.line) for item in told[0]] == [("VP216", 5)]
+    assert told[1] == []
+    [through] = check(THROUGH.replace("X0 Y-40", "X9 Y-40"), stock=casting, **place)
+    assert (through.code, through.line, through.severity) == ("VP216", 5, "error")
+    assert through.value == pytest.approx(-3.0, abs=0.3)
+    # the way that the cutter has made into the post is free
+    assert check(THROUGH.replace("G0 Z40\nM2", "G0 Y38\nZ40\nM2"), stock=casting, **place) == []
+
+
+def test_a_second_set_up_starts_from_what_the_first_has_left(folder: Path, run: Any) -> None:
+    assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
+    left = ("--grid", "2", "--stock-left", "left.npz@G54")
+    assert run("machined", "rows.index.json", "--against", "vise.nc", "--nominal", "part.stl@G54", *left).code == 0
+    Path("next.nc").write_text("G21 G90 G94 G54\nT2 M6\nG43 H2\nG0 X-12 Y0 Z20\nZ-8\nX12\nZ20\nM2\n")
+    box = (folder / "vise.nc.toml").read_text().partition("[part]")[0]
+    (folder / "next.nc.toml").write_text(box)
+    answer = run("check", "next.nc")
+    assert answer.code == 1
+    assert "next.nc:5: VP216 error" in answer.out + answer.err
+    begin = box.index("[stock]")
+    (folder / "next.nc.toml").write_text(box[:begin] + '[stock]\nfile = "left.npz"\nsystem = "G54"\n')
+    assert run("check", "next.nc").code == 0
+    (folder / "next.nc").write_text((folder / "next.nc").read_text().replace("Z-8", "Z-13"))  # the pocket is 12 deep
+    answer = run("check", "next.nc")
+    assert answer.code == 1
+    assert "next.nc:5: VP216 error" in answer.out + answer.err
+    Path("left.npz").write_bytes(b"no stock")
+    answer = run("check", "next.nc")
+    assert answer.code == 2
+    assert "the stock (left.npz): no stock that verne-post left" in answer.out + answer.err
+
+
+def test_the_stock_of_the_sample_may_be_its_file(folder: Path) -> None:
+    replace_in("vise.nc.toml", "min = [-40.0, -20.0, -30.0]\nmax = [40.0, 20.0, 1.0]", 'file = "stock.stl"')
+    result = verne_post.check(Path("vise.nc"), verne_post.load_machine())
+    assert (result.ok, result.findings) == (True, ())
+    assert result.summary is not None
+    assert result.summary.options.record()["stock"]["unit"] == "mm"
+    assert result.part is not None
+    assert result.part.rests == ()

@@ -15,13 +15,12 @@ from verne_post.app.stock_check import build_tool, report_touches
 from verne_post.base.arrays import Array, Ints
 from verne_post.kinematics.checks.keep_out import refuse_leaning_part
 from verne_post.model.findings import Finding, InputError, make_finding
-from verne_post.model.part_setup import Box
+from verne_post.model.part_setup import Box, FixtureMesh
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.cutting import Spans, cut_stock
 from verne_post.part.dexels import MOST_RAYS, Dexels
 from verne_post.part.rests import find_rests
-from verne_post.part.stl import read_stl
-from verne_post.part.stock_forms import CELL_MM, make_box, make_cylinder, make_of_mesh, unpack
+from verne_post.part.stock_forms import CELL_MM, make_box, make_cylinder, read_stock
 from verne_post.part.verdict import Machined, add_rests
 
 #: Rows nearer than this to the straight way between others are left out, mm; axes count as points at this height, mm.
@@ -98,14 +97,11 @@ def load_stock(program: Program, raw: bytes, name: str, system: int | None, unit
     InputError
         VP018, VP506.
     """
-    origin, turn = place_on_table(program, name, system)
-    if name.lower().endswith(".npz"):
-        return unpack(raw, name).move(origin, turn)
-    return make_of_mesh(read_stl(raw, name, unit), origin, turn)
+    return read_stock(raw, name, unit).copy().move(*place_on_table(program, name, system))
 
 
 def make_stock(program: Program, most: int = MOST_RAYS) -> Dexels:
-    """The box of ``--stock``, else what the program itself defines (BLK FORM, WORKPIECE), with so many rays at most.
+    """The stock of the options, else what the program itself defines (BLK FORM, WORKPIECE), with so many rays at most.
 
     Raises
     ------
@@ -113,6 +109,9 @@ def make_stock(program: Program, most: int = MOST_RAYS) -> Dexels:
         VP018.
     """
     box, own = program.options.stock, program.moves.stock
+    if isinstance(box, FixtureMesh):
+        place = place_on_table(program, box.name, box.system)
+        return read_stock(box.raw, box.shown, box.unit).thin(most).move(*place)
     if box is not None:
         low, high = np.array(box.low), np.array(box.high)
         return make_box(low, high, *place_on_table(program, box.name, box.system), _choose_cell(low, high, most))

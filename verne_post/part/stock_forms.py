@@ -5,6 +5,7 @@ import struct
 import tokenize
 import zipfile
 import zlib
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -14,7 +15,7 @@ from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
 from verne_post.model.findings import InputError, make_finding
 from verne_post.part.dexels import FORM, MOST_RAYS, NOWHERE, Dexels
-from verne_post.part.stl import Mesh
+from verne_post.part.stl import Mesh, read_stl
 
 #: Distance of the rays where nothing else is asked for, mm.
 CELL_MM: Final = 0.1
@@ -93,6 +94,20 @@ def list_intervals(name: str, corner: Array, cell: Array, counts: tuple[int, int
     i, j = np.divmod(ray, counts[1])
     low_ends[i, j, place], high_ends[i, j, place] = enter, leave
     return low_ends, high_ends
+
+
+@lru_cache(maxsize=2)
+def read_stock(raw: bytes, name: str, unit: str) -> Dexels:
+    """The stock of an STL file, or what another run has left (npz), in the frame of the file; not to be cut itself.
+
+    Raises
+    ------
+    InputError
+        VP506.
+    """
+    if name.lower().rstrip(")").endswith(".npz"):
+        return unpack(raw, name)
+    return make_of_mesh(read_stl(raw, name, unit), np.zeros(3), 0.0)
 
 
 def unpack(raw: bytes, name: str) -> Dexels:

@@ -14,7 +14,7 @@ from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Box
-from verne_post.report.left import make_left
+from verne_post.report.left import RAYS, draw_skin, make_left
 from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study
 
@@ -34,7 +34,8 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
     coordinates: Any = machine.coordinates
     lean = 0.0 if coordinates.nutation is None else 0.5 * math.pi - coordinates.nutation.near
     part, carried = coordinates.part_frame, isinstance(machine.five_axis, CarriedMachine | SlidingMachine)
-    boxes = [*(_describe_box(one, _find_x(one.turn), part) for one in _list_obstacles(study.program) if one.mesh is None),
+    boxes = [*(_describe_box(one, _find_x(one.turn), part) for one in _list_obstacles(study.program)
+               if one.mesh is None and one.form is None),
              *_list_program_stock(study.program)]  # fmt: skip
     bodies = machine.bodies
     spindle = bodies.spindle_radius if bodies else None
@@ -80,15 +81,18 @@ def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
 
 
 def list_surfaces(machine: Machine, study: Study) -> tuple[list[Surface], str]:
-    """Fixtures that are meshes, the nominal part with its deviations, and what is left of the stock, where they stand in
-    directions of the part; a note.
+    """Fixtures and stock that are no boxes, the nominal part with its deviations, and what is left of the stock, where they
+    stand in directions of the part; a note.
     """
-    meshes = [(one, one.mesh) for one in _list_obstacles(study.program) if one.mesh is not None]
+    obstacles = _list_obstacles(study.program)
+    meshes = [(one, one.mesh) for one in obstacles if one.mesh is not None]
     most = FIXTURE_VERTICES // max(len(meshes), 1)
     surfaces = [
         Surface(one.name, "fixture", *thin_surface(mesh.vertices, mesh.facets, most), one.middle, one.turn)
         for one, mesh in meshes
     ]
+    forms = [one.form.thin(RAYS) for one in obstacles if one.form is not None]
+    surfaces += [Surface("the stock", "stock", *draw_skin(form), form.origin, form.turn) for form in forms]
     if study.part is not None and study.part.judged and study.program is not None:
         surfaces.append(make_part(study.program, study.part.judged[0]))
     left, note = (None, "") if study.program is None or not len(study.x) else make_left(study.program)
