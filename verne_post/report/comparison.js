@@ -24,9 +24,9 @@
       byId("curves").append(element);
       return element;
     };
-    side.strip = { title: "", runs: [] };
-    side.charts.add(canvas(" strip"), side.strip);
     const name = side.name.toUpperCase();
+    side.strip = { title: `${name}: which limit governs`, runs: [] };
+    side.charts.add(canvas(" strip"), side.strip);
     side.charts.add(canvas(""), { title: `${name}: tip, mm/s`, digits: 2, bounds: [0, top], series: [
       { name: "programmed", ...curve(side, "feed"), dash: [6, 4], wide: 1.5, role: "--quiet" }, { name: "actual", ...curve(side, "speed"), wide: 1.5, role: "--focus" }] });
   }
