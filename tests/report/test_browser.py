@@ -618,6 +618,12 @@ def test_zoom_by_wheel(browser: Any, show: Callable[..., Any]) -> None:
     assert np.abs(zoomed - before).max() > 0.1
     browser.execute_script("arguments[0].dispatchEvent(new MouseEvent('dblclick'))", chart)
     assert np.abs(pixels(browser, "chart-speed") - before).max() < 0.01
+    # by keys, about the cursor
+    js(browser, "report.setCursor(700)")
+    plain = pixels(browser, "chart-speed")
+    for keys, changes in (("+++", True), ("--", True), ("-", False), ("+0", False)):
+        press(browser, *keys)
+        assert (np.abs(pixels(browser, "chart-speed") - plain).max() > 0.1) == changes, keys
 
 
 # --- other programs ----------------------------------------------------------------------------------
