@@ -717,6 +717,22 @@ def test_a_comparison_draws_both_on_one_scale(browser: Any, show: Callable[..., 
         )
 
 
+def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callable[..., Any]) -> None:
+    show("refused and not", "phone")
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+        heads = browser.find_elements("css selector", "header .sides > div")
+        assert [one.text.split()[-1] for one in heads] == ["go", "limits"]
+        assert heads[0].rect["y"] == heads[1].rect["y"]
+        for one in heads:
+            assert "on VERNE" in one.text
+        assert js(browser, "getComputedStyle(document.querySelector('header strong')).printColorAdjust") == "exact"
+    finally:
+        js(browser, "window.dispatchEvent(new Event('afterprint'))")
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
 @pytest.mark.parametrize(
     ("name", "size", "scheme"),
     [("two", "phone", "dark"), ("refused and not", "tablet", "light"), ("neither", "desktop", "dark")],
