@@ -230,7 +230,15 @@ def test_results_print_as_tables() -> None:
     lines = repr(result.setpoints).splitlines()
     assert lines[0].split()[0] == "t_s"
     assert lines[-1] == f"{len(result.setpoints)} rows"
-    assert result.setpoints._repr_html_().startswith("<table>")
+    html = result.setpoints._repr_html_()
+    assert html.startswith("<table><thead><tr><th>t_s</th>")
+    assert f'<td style="text-align: right">{result.setpoints.values[0, 0]:.6g}</td>' in html
+    refused = vp.check(ROOT / "gcode_samples" / "violates_slider_travel.nc", "verne")
+    for text in (repr(refused), refused._repr_html_()):
+        assert "legal if the part is moved by 0, 0, -22.9 mm" in text
+    assert '<td style="text-align: right">8</td>' in refused._repr_html_()
+    # what a program says makes no markup
+    assert "<b>" not in vp.check("G1 <b>\n", "verne")._repr_html_()
 
 
 @pytest.mark.parametrize("library", ["pandas", "polars"])

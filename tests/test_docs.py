@@ -96,7 +96,7 @@ def test_the_example_of_a_code_produces_it(code: str, run: Callable[..., Any], t
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])
 def test_links_between_pages_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
-        if not target.startswith(("http", "mailto", "reference/")):  # docs/make_reference.py makes those pages
+        if not target.startswith(("http", "mailto", "reference/", "examples/")):  # made while the site is built
             assert (page.parent / target).exists(), f"{page.name}: {target}"
 
 
@@ -148,6 +148,9 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     assert {"site.css", "site.js"} <= set(
         re.findall(r'="(site\.\w+)"', (tmp_path / "site" / "gcode.html").read_text("utf-8"))
     )
+    assert "No go" in (tmp_path / "site" / "examples" / "refused.html").read_text("utf-8")
+    assert "data-limit" in (tmp_path / "site" / "examples" / "blade.html").read_text("utf-8")
+    assert 'href="examples/difference.html"' in (tmp_path / "site" / "report.html").read_text("utf-8")
     searched = (tmp_path / "site" / "search" / "search_index.json").read_text(encoding="utf-8")
     assert "--tool-length" in searched
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")

@@ -79,7 +79,7 @@ def study(n: int) -> str:
     lines = [
         f"{n:,} random poses a machine, {datetime.now(UTC):%Y-%m-%d}, gcc -O2, nanoseconds of the whole machine: median, then worst pose.",
         "",
-        "| machine | | closed form | Newton, cold | Newton, warm |",
+        "| machine | direction | closed form | Newton, cold | Newton, warm |",
         "| --- | --- | --- | --- | --- |",
     ]
     for kind in ("verne", "verne, as built", "linear_delta", "serial"):

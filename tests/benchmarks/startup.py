@@ -69,7 +69,7 @@ def main() -> None:
         [
             f"{platform.machine()}, Python {platform.python_version()}, {versions}, {datetime.now(UTC):%Y-%m-%d}:",
             "",
-            f"| | CPU s | besides `import {_BASE}`, as a share of it |",
+            f"| program | CPU s | besides `import {_BASE}`, as a share of it |",
             "| --- | --- | --- |",
             *(f"| `{name}` | {taken:.3f} | {(taken - base) / base:+.2f} |" for name, taken in least.items()),
         ]

@@ -686,6 +686,12 @@ def test_zoom_by_wheel(browser: Any, show: Callable[..., Any]) -> None:
     assert np.abs(zoomed - before).max() > 0.1
     browser.execute_script("arguments[0].dispatchEvent(new MouseEvent('dblclick'))", chart)
     assert np.abs(pixels(browser, "chart-speed") - before).max() < 0.01
+    # by keys, about the cursor
+    js(browser, "report.setCursor(700)")
+    plain = pixels(browser, "chart-speed")
+    for keys, changes in (("+++", True), ("--", True), ("-", False), ("+0", False)):
+        press(browser, *keys)
+        assert (np.abs(pixels(browser, "chart-speed") - plain).max() > 0.1) == changes, keys
 
 
 # --- other programs ----------------------------------------------------------------------------------
@@ -757,7 +763,7 @@ def test_a_comparison_draws_both_on_one_scale(browser: Any, show: Callable[..., 
     ends = [side["end"] for side in data["sides"]]
     assert ends[0] != ends[1]
     canvases = browser.find_elements("css selector", "#curves canvas")
-    assert [one.get_attribute("aria-label").split(":")[0] for one in canvases[1::2]] == ["A", "B"]
+    assert [one.get_attribute("aria-label").split(":")[0] for one in canvases] == ["A", "A", "B", "B"]
     pictures = []
     for k in (1, 3):
         browser.execute_script("arguments[0].id = 'curve'; arguments[0].scrollIntoView()", canvases[k])
@@ -777,6 +783,22 @@ def test_a_comparison_draws_both_on_one_scale(browser: Any, show: Callable[..., 
             js(browser, "getComputedStyle(document.body).backgroundColor")
             == {"dark": "rgb(14, 19, 24)", "light": "rgb(243, 245, 247)"}[scheme]
         )
+
+
+def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callable[..., Any]) -> None:
+    show("refused and not", "phone")
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+        heads = browser.find_elements("css selector", "header .sides > div")
+        assert [one.text.split()[-1] for one in heads] == ["go", "limits"]
+        assert heads[0].rect["y"] == heads[1].rect["y"]
+        for one in heads:
+            assert "on VERNE" in one.text
+        assert js(browser, "getComputedStyle(document.querySelector('header strong')).printColorAdjust") == "exact"
+    finally:
+        js(browser, "window.dispatchEvent(new Event('afterprint'))")
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
 @pytest.mark.parametrize(

@@ -154,12 +154,12 @@ class Result:
     def __repr__(self) -> str:
         parts = [_format_table(self._make_text_rows())]
         if self.findings:
-            parts.append(_format_table(findings_table(self.findings)))
+            parts.append(_format_table(list_findings(self.findings)))
         return "\n".join(parts)
 
     def _repr_html_(self) -> str:
-        return _format_html_table(self._make_text_rows()) + (
-            _format_html_table(findings_table(self.findings)) if self.findings else ""
+        return _format_html_table([["result", "value"], *self._make_text_rows()]) + (
+            _format_html_table(list_findings(self.findings)) if self.findings else ""
         )
 
 
@@ -168,13 +168,16 @@ def refuse_program(error: InputError) -> Result:
     return Result(error.findings)
 
 
-def findings_table(findings: Sequence[Finding]) -> list[list[str]]:
-    """Findings as rows of text, the first one the header."""
-    header = ["code", "severity", "line", "message"]
+def list_findings(findings: Sequence[Finding]) -> list[list[str]]:
+    """Findings as rows of text, the first one the header; with what was tried, where something was."""
+    tried = any(one.remedies for one in findings)
     return [
-        header,
-        *([one.code, one.severity, "" if one.line is None else str(one.line), one.message] for one in findings),
-    ]
+        ["code", "severity", "line", "message", *(["tried"] if tried else [])],
+        *(
+            [one.code, one.severity, "" if one.line is None else str(one.line), one.message, *(["; ".join(one.remedies)] if tried else [])]
+            for one in findings
+        ),
+    ]  # fmt: skip
 
 
 def _format_table(rows: Sequence[Sequence[str]]) -> str:
@@ -186,8 +189,15 @@ def _format_table(rows: Sequence[Sequence[str]]) -> str:
 
 
 def _format_html_table(rows: Sequence[Sequence[str]]) -> str:
-    """Rows as an HTML table for notebooks."""
+    """Rows as an HTML table for notebooks, the first one the header; numbers stand to the right."""
     import html
 
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table>{body}</table>"
+    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in rows[0])
+    body = "".join(
+        "<tr>" + "".join(f'<td style="text-align: {_align(cell)}">{html.escape(cell)}</td>' for cell in row) + "</tr>" for row in rows[1:]
+    )  # fmt: skip
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _align(cell: str) -> str:
+    return "right" if cell.replace(".", "").removeprefix("-").isdecimal() else "left"

@@ -339,10 +339,12 @@
     setCursor(Number(button.dataset.frame));
     if (scene) { scene.look(); byId("stage").scrollIntoView({ block: "nearest" }); for (const other of document.querySelectorAll("[data-view]")) other.setAttribute("aria-pressed", "false"); viewNow = null; }
   });
+  const zoom = factor => n && charts.zoomAt(arrays.x[cursor], factor);
   const keys = {
     " ": () => play(!playing), ArrowLeft: () => setCursor(cursor - 1), ArrowRight: () => setCursor(cursor + 1), "[": () => step(false), "]": () => step(true),
     PageUp: () => step(false), PageDown: () => step(true), Home: () => setCursor(0), End: () => setCursor(n - 1), d: () => theme(!dark()), D: () => theme(!dark()),
     1: () => view("fit"), 2: () => view("part"), 3: () => view("top"), 4: () => view("front"), 5: () => view("tool"),
+    "+": () => zoom(0.5), "-": () => zoom(2), 0: () => charts.showAll(),
   };
   document.addEventListener("keydown", event => {
     const tag = event.target.tagName, typed = event.key === " " && (tag === "BUTTON" || tag === "INPUT" && event.target.type === "checkbox");

@@ -187,9 +187,7 @@ const Charts = (() => {
       let grabbed = null;
       canvas.addEventListener("wheel", event => {
         event.preventDefault();
-        const x = at(event), factor = Math.exp(0.0015 * event.deltaY), whole = view.end;
-        const span = Math.min(Math.max((view.high - view.low) * factor, 20 * tick), whole), share = (x - view.low) / (view.high - view.low);
-        move(x - share * span, span);
+        zoom(at(event), Math.exp(0.0015 * event.deltaY));
       }, { passive: false });
       canvas.addEventListener("pointerdown", event => { grabbed = { x: event.offsetX, low: view.low, moved: false }; });
       canvas.addEventListener("pointermove", event => {
@@ -199,6 +197,16 @@ const Charts = (() => {
       });
       canvas.addEventListener("pointerup", event => { if (grabbed && !grabbed.moved) onCursor(at(event)); grabbed = null; });
       canvas.addEventListener("dblclick", () => move(0, view.end));
+    }
+    // a place keeps its own place on the screen
+    function zoom(x, factor) {
+      const span = Math.min(Math.max((view.high - view.low) * factor, 20 * tick), view.end), share = (x - view.low) / (view.high - view.low);
+      move(x - share * span, span);
+    }
+    // by keys: about the cursor, which comes into view if it is not there
+    function zoomAt(x, factor) {
+      if (x < view.low || x > view.high) move(x - 0.5 * (view.high - view.low), view.high - view.low);
+      zoom(x, factor);
     }
     function move(low, span) {
       view.low = Math.min(Math.max(low, 0), view.end - span);
@@ -217,7 +225,7 @@ const Charts = (() => {
       charts.push(chart);
       listen(canvas);
     }
-    return { add, draw, charts };
+    return { add, draw, charts, zoomAt, showAll: () => move(0, view.end) };
   }
 
   // how often a curve in per cent of a limit turns back by more than a tenth of it

@@ -24,9 +24,9 @@
       byId("curves").append(element);
       return element;
     };
-    side.strip = { title: "", runs: [] };
-    side.charts.add(canvas(" strip"), side.strip);
     const name = side.name.toUpperCase();
+    side.strip = { title: `${name}: which limit governs`, runs: [] };
+    side.charts.add(canvas(" strip"), side.strip);
     side.charts.add(canvas(""), { title: `${name}: tip, mm/s`, digits: 2, bounds: [0, top], series: [
       { name: "programmed", ...curve(side, "feed"), dash: [6, 4], wide: 1.5, role: "--quiet" }, { name: "actual", ...curve(side, "speed"), wide: 1.5, role: "--focus" }] });
   }
@@ -40,6 +40,11 @@
       side.charts.draw(at);
     }
   }
+  // a fiftieth of what is seen
+  function step(direction) {
+    at = Math.min(Math.max(at + direction * (range.high - range.low) / 50, 0), end);
+    redraw();
+  }
   function theme(on) {
     root.dataset.theme = on ? "dark" : "light";
     byId("theme").textContent = on ? "light" : "dark";
@@ -51,7 +56,14 @@
   }
   byId("theme").addEventListener("click", () => theme(!Shared.dark()));
   document.addEventListener("keydown", event => {
-    if ((event.key === "d" || event.key === "D") && !event.ctrlKey && !event.altKey && !event.metaKey) theme(!Shared.dark());
+    if (event.ctrlKey || event.altKey || event.metaKey || !sides.length && event.key.toLowerCase() !== "d") return;
+    const charts = sides[0]?.charts, keys = {
+      d: () => theme(!Shared.dark()), D: () => theme(!Shared.dark()), "+": () => charts.zoomAt(at, 0.5), "-": () => charts.zoomAt(at, 2), 0: () => charts.showAll(),
+      ArrowLeft: () => step(-1), ArrowRight: () => step(1),
+    };
+    if (!keys[event.key] || event.key.startsWith("Arrow") && event.target.closest(".table")) return;  // tables scroll by arrows
+    event.preventDefault();
+    keys[event.key]();
   });
   let wasDark = false;
   const paper = on => {
