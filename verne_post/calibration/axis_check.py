@@ -125,7 +125,7 @@ def _require_place(machine: Machine, q: Array, what: str) -> None:
                                  limit=float(limit * column.factor), unit=column.unit))  # fmt: skip
     platform, closed = machine.five_axis.platform(q)
     if not closed:
-        findings.append(finding("VP110", f"{what}: these sliders close no position of the platform"))
+        findings.append(finding("VP110", f"{what}: no position of the platform fits these sliders"))
         raise InputError(*findings)
     tip, angles, _ok = machine.five_axis.nominal(q, 0.0)
     for margin, value in zip(machine.margins, machine.five_axis.geometry_margins(q, angles, platform), strict=True):

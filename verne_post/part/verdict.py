@@ -98,7 +98,7 @@ def list_findings(judged: Judged) -> list[Finding]:
     for rows in _group(body, line):
         worst = rows[int(np.argmax(deviation[high[rows]]))]
         place = cells.corner[high[worst]].mean(axis=0)
-        text = f"{deviation[high[worst]]:.3f} mm stay on {mesh.name} at {describe_place(place)}; nearest comes the {body[worst]}"
+        text = f"{deviation[high[worst]]:.3f} mm of excess on {mesh.name} at {describe_place(place)}; the nearest body is the {body[worst]}"
         excess.append(
             _make_finding("VP219", text, line[rows], int(line[worst]), float(deviation[high[worst]]), wanted.excess)
         )

@@ -77,7 +77,9 @@ def _retract_along_tool(pose: Array, machine: Machine, tool_length: float, heigh
     rise = float(q[1, 2] - q[0, 2])
     if height < 0.0 and rise < _LEAST_RISE:
         raise InputError(
-            finding("VP018", "a retract along the tool axis does not reach machine Z 0: the tool lies too flat there")
+            finding(
+                "VP018", "a retract along the tool axis does not reach machine Z 0: the tool is tilted too far there"
+            )
         )
     away = max(-height, 0.0) / max(rise, _LEAST_RISE)
     return np.concatenate([pose[:3] + away * axis, pose[3:]])

@@ -171,7 +171,7 @@ class RowMatcher:
             angles = name_angles(path, segment, angles, self.reference.noise.angle)
         if not ok.all():
             n = int(np.argmin(ok))
-            lost = LostPath(n, "VP411", ": the joint values close no position of the platform")
+            lost = LostPath(n, "VP411", ": no position of the platform fits the joint values")
         pose = Measured(q[:n], tip[:n], angles[:n])
         u = self._measure_progress(item[:n], rest[:n], segment[:n], pose)
         passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)

@@ -96,7 +96,7 @@ class KlartextMilling:
         if q.get(351, 1.0) not in (0.0, 1.0, -1.0):
             refuse(351, "1 for climb milling, -1 for up-cut")
         if q.get(439, 0.0) not in (0.0, 3.0):
-            refuse(439, "F counts on the path of the tool's centre here; write Q439=0", "VP002")
+            refuse(439, "F is always the speed of the tool's centre here; write Q439=0", "VP002")
         for name in (207, 385, 206, 253):
             if not 0 < q.get(name, 1.0) <= FMAX_VALUE or (q.get(name) == FMAX_VALUE and name in (207, 385)):
                 refuse(name, "a feed rate greater than 0 is needed, and not FMAX where the tool cuts", "VP009")
@@ -127,7 +127,7 @@ class KlartextMilling:
         side, floor = q.get(368, 0.0) * unit, q.get(369, 0.0) * unit
         kind = q.get(215, 0.0)
         if kind == 2.0 and not side and not floor:
-            raise ProgramError("VP007", "Q215=2 finishes what Q368 and Q369 have left, and both are 0")
+            raise ProgramError("VP007", "Q215=2 finishes the allowances Q368 and Q369, and both are 0")
         rough, fine = kind != 2.0, kind != 1.0
         levels: list[float] = []
         if rough and top - bottom - floor > ZERO_LENGTH_MM:
@@ -244,7 +244,7 @@ class KlartextMilling:
             raise ProgramError("VP007", f"Q386={q[386]:g} lies above the surface Q227={q[227]:g}")
         length, width = q[218] * self.frames.unit, q[219] * self.frames.unit
         if not length or not width:
-            raise ProgramError("VP007", "Q218 and Q219, the sides of the face, are not 0")
+            raise ProgramError("VP007", "Q218 and Q219, the sides of the face, must not be 0")
         signs = math.copysign(1.0, length), math.copysign(1.0, width)
         first, second = (signs[0], 0.0), (0.0, signs[1])
         if q.get(350, 1.0) == 2.0:

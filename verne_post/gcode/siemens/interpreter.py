@@ -83,7 +83,7 @@ class SiemensInterpreter:
 
     def _refuse_motion_beside(self, words: Words, group: str) -> None:
         if words.code("motion") is not None or words.code("suppression") is not None:
-            raise ProgramError("VP003", f"{words.code(group)} stands in a block without motion", words.column(group))
+            raise ProgramError("VP003", f"{words.code(group)} needs a block without motion", words.column(group))
 
     @staticmethod
     def _refuse_unused(words: Words) -> None:
