@@ -62,7 +62,7 @@ def test_a_table_that_stands_in_the_middle_is_replaced():
 
 def test_a_table_that_cannot_be_replaced_line_by_line_is_refused():
     inline = VERNE.replace(b"schema = 1", b'schema = 1\nas_built = {source = "inline"}')
-    with pytest.raises(InputError, match="under a line"):
+    with pytest.raises(InputError, match="write it as a table"):
         write_machine_text(inline, Deviations.build_nominal(), "x", "mine.toml")
 
 
@@ -128,7 +128,7 @@ def test_rows_that_are_still_to_be_measured_are_counted(machine):
         (f"{HEADER},i\n{ROW},1,2,3,1\n", 1, "three columns"),
         (f"{HEADER},i,j,k\n{ROW},1,2,3,0,0,0.9\n", 2, "length 0.900000"),
         (f"{HEADER},i,j,k\n{ROW},1,2,3,0,,1\n", 2, "j is blank"),
-        (f"{HEADER},sigma_mm\n{ROW},1,2,3,0\n", 2, "above 0"),
+        (f"{HEADER},sigma_mm\n{ROW},1,2,3,0\n", 2, "greater than 0"),
         (f"{HEADER},sphere,frame\n{ROW},1,2,3,a,b\n", 2, "one of them"),
         (f"{HEADER}\n600,x,590,10,20,100,1,2,3\n", 2, "rho2_mm = 'x'"),
         (f"{HEADER}\n{ROW},1,2\n", 2, "8 values; expected 9"),
@@ -162,7 +162,7 @@ def test_measured_lengths_by_name():
     for bad, says in (("rod 7", "is not known"), ("slider 1-3", "is not known"), ("platform 2-1", "did you mean")):
         with pytest.raises(InputError, match=says):
             read_length_readings(f"length,value_mm,sigma_mm\n{bad},950,0.1\n".encode())
-    with pytest.raises(InputError, match="above 0"):
+    with pytest.raises(InputError, match="greater than 0"):
         read_length_readings(b"length,value_mm,sigma_mm\nrod 1,850,0\n")
 
 
@@ -192,7 +192,7 @@ def test_a_covariance_is_read_back_for_its_own_deviations():
     with pytest.raises(InputError, match="rod_lengths_mm, rod III at larger x differs"):
         read_covariance(raw, other)
     for broken in (b"a,b\n1,2\n", raw[:-9000], b"\xff", raw.replace(b"rod I at +y", b"rod one")):
-        with pytest.raises(InputError, match="no covariance"):
+        with pytest.raises(InputError, match="not a covariance file"):
             read_covariance(broken, deviations)
 
 

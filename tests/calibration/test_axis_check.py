@@ -134,7 +134,7 @@ def test_senses_of_the_machine_file_are_named(folder: Path, run: Callable[..., A
         ("1245,580,590,0,0", "rho1 +10 mm from --at: rho1_mm would be 1255.0000, beyond its limit 1250"),
         ("600,580,590,0", "--at takes 5 values rho1,rho2,rho3,a,c, got 4"),
         ("600,580,590,0,x", "is not a list of numbers"),
-        ("100,1200,600,0,0", "close no position of the platform"),
+        ("100,1200,600,0,0", "no position of the platform fits these sliders"),
         ("1060,1000,1005,0,0", "the spindle nose would be"),
         ("250,240,230,94.5,0", "a +1 deg from --at: a_deg would be 95.5000, beyond its limit 95"),
     ],

@@ -42,7 +42,7 @@ def test_settings_group_rows_and_radians_are_taken():
         (f"{HEADER}\n", 1, "no row of values"),
         (f"{HEADER},x_m\n{ROW},1\n", 1, "column 'x_m' is not known; did you mean x_mm?"),
         ("rho1_mm,rho2_mm,x_mm,y_mm,z_mm\n1,2,3,4,5\n", 1, "column rho3_mm is missing"),
-        (f"{HEADER},x_mm\n{ROW},1\n", 1, "column x_mm stands twice"),
+        (f"{HEADER},x_mm\n{ROW},1\n", 1, "column x_mm appears twice"),
         (f"{HEADER},alpha_deg,alpha_rad\n{ROW},1,1\n", 1, "both alpha_deg and alpha_rad"),
         (f"{HEADER}\n{ROW}\n1,2,3,4,5\n", 3, "5 values; expected 6"),
         (f"{HEADER}\n1,2,3,4,five,6\n", 2, "y_mm = 'five' is not a finite number; expected millimetres"),

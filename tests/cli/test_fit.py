@@ -245,7 +245,7 @@ def test_places_in_machine_coordinates_do_not_follow(tmp_path: Path, run: Callab
     ("text", "said"),
     [
         (TILTED.replace("G0 Z90", "G55 G0 X0 Y0 Z90"), "this program uses G54, G55"),
-        ("G21 G90 G10 L2 P1 X0 Y0 Z-500\nG0 X0 Y0 Z60 A0 C0\nG1 X9 F99\nM2\n", "it sets its own offset"),
+        ("G21 G90 G10 L2 P1 X0 Y0 Z-500\nG0 X0 Y0 Z60 A0 C0\nG1 X9 F99\nM2\n", "the program sets its own offset"),
         ("G21 G90\nM2\n", "contains no motion"),
     ],
 )

@@ -166,7 +166,7 @@ def test_readings_that_are_no_place_of_the_machine(inside: Path, run: Callable[.
     Path("far.csv").write_text("\n".join([*lines[:4], re.sub(r"^[^,]*", "5000", lines[4]), *lines[5:]]) + "\n")
     answer = run("machine", "calibrate", "far.csv", "-o", "wrong.toml")
     assert answer.code == 2
-    assert "far.csv:5: VP502 error: the rods do not close at these joints" in answer.err
+    assert "far.csv:5: VP502 error: no position of the platform fits these joints" in answer.err
     rows = [line.split(",") for line in lines[1:]]
     Path("inch.csv").write_text(
         "\n".join([lines[0], *(",".join([*r[:6], *(str(float(x) / 25.4) for x in r[6:9]), r[9]]) for r in rows)]) + "\n"

@@ -79,7 +79,7 @@ def test_a_floor_as_it_should_be(floor, run):
     assert (answer.code, answer.out) == (0, "")
     assert "clear of gouges deeper than 0.05 mm" in answer.err
     assert "where the set-up puts the part" in answer.err
-    assert "to where it fits best" in answer.err
+    assert "moved to the best fit" in answer.err
     # the scallop of strips 1 mm apart
     found = vp.machined(
         Path("axes.csv"), Path("part.nc"), "verne", options(), nominal=Path("part.stl"), grid=0.1, excess=0.02
@@ -185,7 +185,7 @@ def test_a_tool_without_a_shape_is_refused(floor, run):
     assert "VP018 error: tool 1: its shape is not known; give it with --tool-shapes" in answer.err
     Path("shapes.toml").write_text(SHAPES.replace("diameter = 8.0", "diameter = 10.0"), encoding="utf-8")
     answer = run(*JUDGE)
-    assert "its cutter in --tool-shapes is 10 mm thick, and its diameter in the tool table is 8" in answer.err
+    assert "its cutter in --tool-shapes is 10 mm thick, but its diameter in the tool table is 8" in answer.err
 
 
 def test_flipped_and_inverted_meshes_are_refused(floor, run):
@@ -307,7 +307,7 @@ def test_a_fixture_must_be_a_body(floor, run):
     Path("vise.stl").write_bytes(plate(-5))
     answer = run(*JUDGE[:-2], "--fixture", "vise.stl@G54")
     assert answer.code == 2
-    assert "VP506 error: vise.stl: it is open: 4 edges belong to one facet alone" in answer.err
+    assert "VP506 error: vise.stl: it is open: 4 edges belong to only one facet" in answer.err
     assert "say what the rows are compared with" in run(*JUDGE[:-2]).err
 
 

@@ -220,8 +220,8 @@ def test_a_positional_program_that_does_not_say_tool_centre_point_control(
     assert answer.out.count("VP037 warning") == (warned is not None)
     if warned is not None:
         line = 7 + bool(more) + code.count("\n")
-        assert f"main.ngc:{line}: VP037 warning: X Y Z cut while the table stands at {warned}, " in answer.out
-        assert "write G43.4 for G43 where the part is meant" in answer.out
+        assert f"main.ngc:{line}: VP037 warning: X Y Z cut while the table is at {warned}, " in answer.out
+        assert "write G43.4 instead of G43 if the part is meant" in answer.out
 
 
 @pytest.mark.parametrize(

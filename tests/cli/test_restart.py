@@ -72,7 +72,7 @@ def test_rows_of_a_restart_lie_on_rows_of_the_whole_program(
     answer = run("convert", sample, *again, "-o", rest)
     assert answer.code == 0, answer.err
     said = " ".join(answer.err.split())
-    assert f"taken up at line {line}; before the start there must be: tool 1, spindle clockwise at 12000/min" in said
+    assert f"starts at line {line}; before the start there must be: tool 1, spindle clockwise at 12000/min" in said
     verdict = run("verify", rest, "--against", sample, *again)
     assert verdict.code == 0, verdict.err
     machine = verne_post.load_machine()

@@ -82,9 +82,9 @@ def test_brackets_have_a_depth():
         return ValueReader(text, range(len(text) + 1), None).read_value("X")
 
     assert read(MAX_NESTING) == 1.0
-    with pytest.raises(ProgramError, match="inside each other"):
+    with pytest.raises(ProgramError, match="nested brackets"):
         read(MAX_NESTING + 1)
-    with pytest.raises(ProgramError, match="inside each other"):
+    with pytest.raises(ProgramError, match="nested brackets"):
         read(100_000)
 
 

@@ -108,7 +108,7 @@ def test_returns_and_local_subprograms(run, lines, ends):
     (("GOTO 20",), "VP023", "N20", 5), (("WHILE [1 EQ 1] DO1", "M30"), "VP023", "END1", 5), (("END1",), "VP023", "DO1", 5),
     (("GOTO 30", "DO1", "N30", "END1"), "VP023", "into the loop", 5), (("IF [1 EQ 1]",), "VP001", "GOTO or THEN", 5),
     (("IF [1/0 EQ 1] GOTO 3", "N3"), "VP007", "zero", 5), (("GOTO 1.5",), "VP007", "whole", 5), (("GOTO 20 X1", "N20"), "VP001", "follow", 5),
-    (("IF [1 EQ 1] THEN G0 X1",), "VP002", "THEN", 5), (("#1=[1 AND 2+3]",), "VP002", "brackets", 5), (("#1=-1 AND 3",), "VP007", "bits", 5),
+    (("IF [1 EQ 1] THEN G0 X1",), "VP002", "THEN", 5), (("#1=[1 AND 2+3]",), "VP002", "brackets", 5), (("#1=-1 AND 3",), "VP007", "bit operations", 5),
     (("#1=BIN[26]",), "VP007", "digits", 5), (("#1=POW[2]",), "VP001", "two", 5), (("#1=SIN[1,2]",), "VP001", "one", 5), (("#1=#[#2]",), "VP025", "index", 5),
     (("G0 X#100",), "VP025", "--parameters", 5), (("#3001=0", "G0 X#3001"), "VP025", "machine", 6), (("#5001=3",), "VP025", "control", 5),
     (("G65 A1",), "VP005", "P", 5), (("G65 P9000 A1 A2",), "VP004", "A", 5), (("G65 P9000",), "VP023", "O9000", 5), (("G65 P9000 G1",), "VP006", "G", 5),

@@ -350,7 +350,7 @@ def test_what_tools_show(run):
     ("statements", "code", "words"),
     [
         (["L X+5 Q"], "VP001", "'Q'"),
-        (["L X+5 X+6"], "VP004", "X stands twice"),
+        (["L X+5 X+6"], "VP004", "X appears twice"),
         (["L X+5 PR+6"], "VP006", "does not use PR"),
         (["L X+Q77"], "VP025", "Q77 has no value"),
         (["FN 18: SYSREAD Q5 = ID1", "L X+Q5"], "VP025", "not known here"),

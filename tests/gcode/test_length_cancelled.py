@@ -207,7 +207,7 @@ def test_a_longer_tool_under_tilt_is_named_where_the_spindle_goes_up(dialect, te
         item for item in assemble(text.encode(), vp.load_machine("serial"), setup).findings if item.code == "VP046"
     ]
     assert [item.line for item in found] == ([text.count("\n") - 1] if way else [])
-    assert all("the spindle by" in item.message for item in found)
+    assert all("the spindle moves by" in item.message for item in found)
 
 
 @pytest.mark.parametrize("block", ["G0 X30", "G0 A0 C0", "G0 Y7 A10"])

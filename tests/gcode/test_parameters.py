@@ -105,7 +105,7 @@ def test_options_go_before_a_parameter_file(machine):
 
 @pytest.mark.parametrize(("text", "part"), [
     ("5221", "not a number and a value"), ("x 1", "not a number"), ("0 1", "1 to 5601"), ("5602 1", "1 to 5601"),
-    ("5221 1\n5221 2", "stands twice"), ("5220 12", "has a number from 1 to 9"), ("5221 1_0", "is not a number"), ("5221 inf", "is not a number"), ("5221 1,5", "is not a number"),
+    ("5221 1\n5221 2", "appears twice"), ("5220 12", "has a number from 1 to 9"), ("5221 1_0", "is not a number"), ("5221 inf", "is not a number"), ("5221 1,5", "is not a number"),
 ])  # fmt: skip
 def test_bad_parameter_files(text, part):
     with pytest.raises(InputError) as error:

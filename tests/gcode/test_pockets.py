@@ -336,7 +336,7 @@ def test_holes_on_a_circle_and_in_a_row_of_haas(view, mode):
 
 
 @pytest.mark.parametrize(("text", "code", "part"), [
-    ("G13 I3. D1", "VP007", "no room"), ("G13 I9.", "VP005", "needs D"), ("G12 D1", "VP005", "needs I"), ("G13 I9. K12. D1", "VP005", "together"), ("G13 I9. K7. Q1. D1", "VP007", "K7"),
+    ("G13 I3. D1", "VP007", "does not fit"), ("G13 I9.", "VP005", "needs D"), ("G12 D1", "VP005", "needs I"), ("G13 I9. K12. D1", "VP005", "together"), ("G13 I9. K7. Q1. D1", "VP007", "K7"),
     ("G13 I9. D1 L2", "VP007", "G91"), ("G13 I9. X1. D1", "VP006", "X"), ("G18 G13 I9. D1", "VP017", "G17"), ("G13 I6. K20. Q0.0001 D1", "VP007", "more than"), ("G41 D1 G1 X40.\nG13 I9. D1", "VP017", "compensation"),
     ("G13 Z-1.", "VP005", "needs I"), ("G70 I8. L5", "VP005", "L0"), ("G81 Z-4. R1. L0\nG70 I8.", "VP005", "needs L"), ("G81 Z-4. R1. L0\nG71 I8. L3", "VP005", "needs K"), ("G81 Z-4. R1. L0\nG70 I-8. L3", "VP007", "I-8"),
     ("G81 Z-4. R1. L0\nG70 I8. L99999", "VP007", "holes"), ("G81 Z-4. R1. L0\nG72 J30. L3", "VP005", "distance"), ("G72 I8. J30. L3", "VP005", "L0"), ("G51 X0 Y0 Z0 P2.\nG81 Z-4. R1. L0\nG70 I8. L3", "VP017", "G5"),

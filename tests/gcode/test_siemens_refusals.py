@@ -69,7 +69,7 @@ def test_what_is_written_to_an_offset_holds_from_the_next_g54_on(view):
         ("X=ATAN2(1)", "VP005", "ATAN2 takes 2"),
         ('X=NUMBER("A")', "VP007", "NUMBER"),
         ('X=NUMBER(SUBSTR("A",-1))', "VP007", "SUBSTR"),
-        ("X=" + "(" * 300 + "1" + ")" * 300, "VP001", "brackets inside each other"),
+        ("X=" + "(" * 300 + "1" + ")" * 300, "VP001", "nested brackets"),
         ('X="A', "VP001", "not closed"),
         ("X1EX400", "VP007", "beyond any machine"),
         # calls

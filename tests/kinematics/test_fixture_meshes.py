@@ -137,7 +137,7 @@ CROSSED = np.concatenate([CUBE, unite_boxes([((5.0, 4.0, 3.0), (15.0, 14.0, 13.0
 
 
 @pytest.mark.parametrize(("facets", "unit", "says"), [
-    (CUBE[1:], "mm", "vise (vise.stl): it is open: 3 edges belong to one facet alone"),
+    (CUBE[1:], "mm", "vise (vise.stl): it is open: 3 edges belong to only one facet"),
     (np.concatenate([CUBE[:1, ::-1], CUBE[1:]]), "mm", "vise (vise.stl): facets are flipped"),
     (CUBE[:, ::-1], "mm", "vise (vise.stl): it is inside out"),
     (CROSSED, "mm", "vise (vise.stl): its surface crosses itself: 11 facets"),

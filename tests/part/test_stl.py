@@ -59,7 +59,7 @@ def test_vertices_that_only_rounding_keeps_apart_are_one():
 @pytest.mark.parametrize(
     ("corner", "says"),
     [
-        (CUBE[1:], "it is open: 3 edges belong to one facet alone"),
+        (CUBE[1:], "it is open: 3 edges belong to only one facet"),
         (np.concatenate([CUBE[:1, ::-1], CUBE[1:]]), "facets are flipped or meet three at an edge: 3 edges"),
         (CUBE[:, ::-1], "it is inside out"),
     ],

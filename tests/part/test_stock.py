@@ -235,7 +235,7 @@ def test_cylinders_and_meshes_are_stock() -> None:
 
 
 def test_a_file_that_is_no_stock_is_refused() -> None:
-    with pytest.raises(InputError, match=r"left\.npz: no stock that verne-post left"):
+    with pytest.raises(InputError, match=r"left\.npz: not a stock file"):
         unpack(b"solid", "left.npz")
 
 

@@ -352,7 +352,7 @@ def test_stops_inside_lines_are_named() -> None:
     assert place.value == f"{within.most} times"
     assert drilled.line[place.frame] == 3
     text = " ".join(format_summary(drilled.summary).split())
-    assert f"; {within.count} of the stops are within lines, most in line 3 ({within.most})" in text
+    assert f"; {within.count} of the stops are within lines, {within.most} of them in line 3" in text
     for body in ("G1 X10 F300\nG4 P0.1\nG1 X20\nG0 X0\n", "G61\nG1 X10 F300\nX10 Y10\nX0\n"):
         plain = study_of(head + "G49\n" + body + "M2\n")
         assert plain.summary is not None

@@ -147,10 +147,10 @@ def test_the_command_line_says_which_c_was_chosen(run, tmp_path):
     record = json.loads(meta.read_text(encoding="utf-8"))["free_c"]
     text = " ".join(answer.err.split())
     assert (
-        f"C stands at {record['c_deg']:.3f} deg: the smallest margin is {record['margin']:.3f} ({record['nearest']})"
+        f"C is at {record['c_deg']:.3f} deg: the smallest margin is {record['margin']:.3f} ({record['nearest']})"
         in text
     )
-    assert f"in place of {record['margin_before']:.3f} at C 0.000" in text
+    assert f"instead of {record['margin_before']:.3f} at C 0.000" in text
     rows = np.loadtxt(axes, delimiter=",", skiprows=1)
     assert rows[:, 5] == pytest.approx(record["c_deg"], abs=1e-6)
     assert run("verify", axes, "--against", file, "--free-c", *place).code == 0

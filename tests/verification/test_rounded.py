@@ -155,7 +155,7 @@ def test_rows_beyond_the_end_of_a_segment_are_seen() -> None:
     line = np.minimum(line, 4)
     verdict = verify_rows(program("G1 X10 F1500\nY5"), values, line, options)
     found = [item.message for item in verdict.findings if item.code == "VP413"]
-    assert any("lies beyond the ends of the segment of line 3" in message for message in found)
+    assert any("is beyond the ends of the segment of line 3" in message for message in found)
 
 
 @pytest.mark.parametrize("mode", ["off", "blend", "spline"])

@@ -74,11 +74,7 @@ def propose(
         raise InputError(make_finding("VP018", f"fit moves one work system, and this program uses {names}"))
     system = systems[0]
     if not machine.coordinates.turns_with_part:
-        raise InputError(
-            make_finding(
-                "VP018", "fit is not executed on a machine of which no joint that carries the part turns about its z"
-            )
-        )
+        raise InputError(make_finding("VP018", "fit needs a machine with a joint that turns the part about its z"))
     here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
     elsewhere = Place(*(np.array(_ELSEWHERE) + here.array()).tolist())
     points = sample_part_points(
@@ -90,8 +86,7 @@ def propose(
     )
     if not len(points.tip):
         raise InputError(
-            make_finding("VP018", f"nothing of the program follows {SYSTEM_NAMES[system]} as --wcs gives it: it sets its own offset, or only "
-                    "names machine coordinates")
+            make_finding("VP018", f"no move of the program depends on --wcs {SYSTEM_NAMES[system]}: the program sets its own offset, or names only machine coordinates")
         )  # fmt: skip
     raised = options.air if options.air_along == "table" else 0.0
     low, high = _choose_ranges(points, machine, ranges or {}, here, free, raised)

@@ -189,7 +189,7 @@ def place_tips(
         rows = slice(begin, begin + _ROWS)
         tip[rows], axis[rows], ok = kinematics.forward(q[rows], length[rows])
         if not ok.all():
-            text = f"row {begin + int(np.argmin(ok))}: the joint values close no position of the platform"
+            text = f"row {begin + int(np.argmin(ok))}: no position of the platform fits the joint values"
             raise InputError(make_finding("VP411", text))
     return tip, axis, length
 

@@ -113,7 +113,7 @@ def _plan(
             return profiles, laid_out
         limits, stretch = limits.lower(lower), stretch * np.where(too_fast > 1.0, tuning.SHAPER_MARGIN * too_fast, 1.0)
     line = int(contour.find_lines(contour.section_begins[[int(np.argmax(too_fast))]])[0])
-    text = f"with the input shaper the motion that begins in line {line} keeps tolerance and feed rate at no speed that was tried"
+    text = f"with the input shaper, no speed that was tried keeps tolerance and feed rate in the motion that begins in line {line}"
     raise SolverError(make_finding("VP420", text, line=line, last_line=line, worst_line=line))
 
 
@@ -146,8 +146,8 @@ def _require_rows(program: Program, rows: float) -> None:
     seconds = np.append(_replace_infinite(path.feed_time), path.dwell_seconds)
     slowest = int(np.argmax(seconds))
     text = (
-        f"the program takes more than {rows:.4g} rows of {program.cycle:g} s, and --max-rows allows {program.options.max_rows}; "
-        f"this line takes longest, {seconds[slowest]:.4g} s"
+        f"the program takes more than {rows:.4g} rows of {program.cycle:g} s; --max-rows allows {program.options.max_rows}; "
+        f"the longest line takes {seconds[slowest]:.4g} s"
     )
     line = int(lines[slowest])
     raise InputError(make_finding("VP035", text, line=line, last_line=line, worst_line=line))

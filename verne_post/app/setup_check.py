@@ -37,10 +37,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             unplaced.setdefault(frame.system, at)
     found = [report_missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
     if bare >= 0 and options.tool_length is None:
-        text = (
-            "the tool has no length: its tip is the gauge line of the spindle; put its length in force before, or give "
-            "--tool-length"
-        )
+        text = "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL CALL), or give --tool-length"
         line = int(moves.line[bare])
         found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
     texts = _find_implausible(options)
@@ -97,9 +94,5 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if first < 0:
         return []
     line, (a, c) = int(moves.line[first]), moves.end[first, [tilt, turn]] + 0.0  # no -0
-    text = (
-        f"X Y Z cut while the table stands at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, and nothing says tool-centre-point control: they are read as "
-        "places of the part; a control would read them in the machine's directions; write G43.4 for G43 where the part is "
-        "meant"
-    )
+    text = f"X Y Z cut while the table is at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, and no code asks for tool-centre-point control: they are read as places of the part, but a control would read them in the machine's directions; write G43.4 instead of G43 if the part is meant"
     return [make_finding("VP037", text, line=line, last_line=line, worst_line=line)]

@@ -125,7 +125,7 @@ def _require_place(machine: Machine, q: Array, what: str) -> None:
                                  limit=float(limit * column.factor), unit=column.unit))  # fmt: skip
     platform, closed = machine.five_axis.find_platform(q)
     if not closed:
-        findings.append(make_finding("VP110", f"{what}: these sliders close no position of the platform"))
+        findings.append(make_finding("VP110", f"{what}: no position of the platform fits these sliders"))
         raise InputError(*findings)
     tip, angles, _ok = machine.five_axis.find_nominal_pose(q, 0.0)
     for margin, value in zip(

@@ -74,9 +74,9 @@ def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], opt
             hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
             mistakes.append(make_finding("VP502", f"column {name!r} is not known; {hint}", line=line))
         elif name in header[:column]:
-            mistakes.append(make_finding("VP502", f"column {name} stands twice in the header", line=line))
+            mistakes.append(make_finding("VP502", f"column {name} appears twice in the header", line=line))
     mistakes += [
-        make_finding("VP502", f"column {name} is missing in the header; needed are {', '.join(needed)}", line=line)
+        make_finding("VP502", f"column {name} is missing in the header; expected {', '.join(needed)}", line=line)
         for name in needed
         if name not in header
     ]

@@ -57,9 +57,7 @@ def _read_measurement(
     model = AsBuiltModel(opened.as_built)
     closed = model.predict(opened.as_built.deviations.pack_vector(), tools.joints, tools.length).ok
     open_ = [
-        make_finding(
-            "VP502", "the rods do not close at these joints; they are no place of this machine", line=int(line)
-        )
+        make_finding("VP502", "no position of the platform fits these joints", line=int(line))
         for line in tools.line[~closed]
     ]
     if open_:

@@ -38,7 +38,7 @@ def find_programs(
     """
     found: list[tuple[str, Path]] = []
     if list(inputs).count(DASH) > 1:
-        raise click.UsageError("- stands twice; standard input can be read once")
+        raise click.UsageError("- appears twice; standard input can be read once")
     for name in inputs:
         has_pattern = not is_dash(name) and glob.has_magic(name) and not Path(name).exists()
         matches = sorted(glob.glob(name, recursive=True)) if has_pattern else [name]

@@ -37,7 +37,7 @@ class Kind(Struct, frozen=True):
     rods : bool
         True where [limits] must say how close a rod may come to the horizontal (``serial_singularity_mm``).
     bodies : type of RodsFile, or None
-        Schema of [rods]; None where the kind does not know its rods as bodies.
+        Schema of [rods]; None where the kind has no rods as bodies.
     rod_places : type of RodPlaces, or None
         What the places of [rods] become; None where there are none in it.
     """

@@ -238,9 +238,7 @@ def _check_schemas(
         if groups["rods"] is not None and kind.bodies is not None:
             rods = checked(kind.bodies, groups["rods"], "rods", str(name))
         elif groups["rods"] is not None:
-            mistakes.append(
-                make_finding("VP501", f"{file_name}: [rods]: kind {name!r} does not know its rods as bodies")
-            )
+            mistakes.append(make_finding("VP501", f"{file_name}: [rods]: kind {name!r} has no rods as bodies"))
     if mistakes:
         raise InputError(*mistakes)
     assert content is not None

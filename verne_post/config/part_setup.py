@@ -33,7 +33,7 @@ def read_offsets(raw: bytes, name: str) -> dict[int, WorkOffset]:
                 f"{where}: {row['system']!r} is no work system; expected G54 to G59.3, or G54.1P1 to G54.1P48"
             )
         if system in offsets:
-            raise _make_error(f"{where}: {row['system']} stands twice in the file")
+            raise _make_error(f"{where}: {row['system']} appears twice in the file")
         x, y, z = (_number(row, key, where) for key in OFFSET_COLUMNS[0][1:])
         turn = _number(row, "c_deg", where) if "c_deg" in row else 0.0
         if max(abs(value) for value in (x, y, z, turn)) > MAX_PLACE:
@@ -56,7 +56,7 @@ def read_lengths(raw: bytes, name: str, tools: dict[int, Tool]) -> dict[int, Too
         if number % 1 or number < 1:
             raise _make_error(f"{where}: tool {row['tool']!r}: expected a whole number from 1 on")
         if number in seen:
-            raise _make_error(f"{where}: tool {number:g} stands twice in the file")
+            raise _make_error(f"{where}: tool {number:g} appears twice in the file")
         seen.add(number)
         length = _number(row, "length_mm", where)
         if not 0 <= length <= MAX_TOOL:
@@ -88,7 +88,7 @@ def _read_rows(
             table = csv.DictReader(io.StringIO(text), strict=True)
             heads = [str(head).strip() for head in table.fieldnames or []]
             if len(set(heads)) != len(heads):
-                raise _make_error(f"{name}:1: a column stands twice in the header {','.join(heads)}")
+                raise _make_error(f"{name}:1: a column appears twice in the header {','.join(heads)}")
             rows = []
             for row in table:
                 where = f"{name}:{table.line_num}"
@@ -112,7 +112,7 @@ def _refuse_duplicate_keys(pairs: list[tuple[str, object]]) -> dict[str, object]
     """An object of JSON whose keys differ."""
     entry = dict(pairs)
     if len(entry) != len(pairs):
-        raise ValueError("a key stands twice in an entry")
+        raise ValueError("a key appears twice in an entry")
     return entry
 
 

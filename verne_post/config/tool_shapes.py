@@ -83,7 +83,7 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
         parts = [one.shape(part) for part, one in listed if one is not None]
         for one in parts[:-1]:
             if one.length is None:
-                text = f"{name}: tool.{key}.{one.part} needs a length: only the last part goes up to the gauge line by itself"
+                text = f"{name}: tool.{key}.{one.part} needs a length: only the last part may reach up to the gauge line without one"
                 raise InputError(make_finding("VP504", text))
         shapes[int(key)] = tuple(parts)
     return shapes

@@ -191,7 +191,7 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
             if character in "GM":
                 block.codes.append((character, number, reader.find_column(at)))
             elif character in block.words:
-                raise reader.error("VP004", f"{character} stands twice in the block", at)
+                raise reader.error("VP004", f"{character} appears twice in the block", at)
             else:
                 block.words[character] = number
                 block.columns[character] = reader.find_column(at)

@@ -61,7 +61,7 @@ class CallStack(Generic[_Text, _Frame]):
             VP024.
         """
         if len(self._frames) > MAX_DEPTH:
-            text = f"more than {MAX_DEPTH} calls inside each other, the last of {name}"
+            text = f"more than {MAX_DEPTH} nested calls, the last of {name}"
             raise ProgramError("VP024", text, column)
 
     def enter(self, text: _Text, begin: int, line: int, frame: _Frame) -> None:

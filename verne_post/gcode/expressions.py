@@ -185,7 +185,7 @@ class ValueReader:
     def _parameter(self) -> float:
         begin = self.at
         if self.values is None:
-            raise self.error("VP001", "'#': parameters mean nothing here", begin)
+            raise self.error("VP001", "'#': parameters are not possible here", begin)
         self.at += 1
         key = self.read_key()
         try:
@@ -196,7 +196,7 @@ class ValueReader:
     def _enter_bracket(self, begin: int) -> None:
         self._depth += 1
         if self._depth > MAX_NESTING:
-            raise self.error("VP001", f"more than {MAX_NESTING} brackets or # inside each other", begin)
+            raise self.error("VP001", f"more than {MAX_NESTING} nested brackets or #", begin)
 
     def _require_finite(self, value: float, begin: int) -> float:
         if not math.isfinite(value) and not (self._is_macro and math.isnan(value)):
@@ -232,16 +232,16 @@ class ValueReader:
         """Operands as custom macros take them: a vacant variable is 0 but for EQ and NE, MOD takes whole numbers."""
         self._operators.add(operator)
         if self._operators & set(_OF_BITS) and self._operators - set(_OF_BITS):
-            text = (
-                f"{operator}: controls differ in what comes first of AND, OR, XOR and other operators; write brackets"
-            )
+            text = f"{operator}: controls differ in the order of AND, OR, XOR and other operators; write brackets"
             raise self.error("VP002", text, begin)
         if operator in ("EQ", "NE") and (math.isnan(left) or math.isnan(right)):  # equal only to another vacant one
             return (0.0, 0.0) if math.isnan(left) and math.isnan(right) else (0.0, 1.0)
         left, right = (0.0 if math.isnan(value) else value for value in (left, right))
         if operator in _OF_BITS and not all(value >= 0 and value == round(value) < MAX_BITS for value in (left, right)):
             raise self.error(
-                "VP007", f"{left:g} {operator} {right:g}: numbers of bits are whole, from 0 to 4294967295", begin
+                "VP007",
+                f"{left:g} {operator} {right:g}: operands of bit operations are whole numbers from 0 to 4294967295",
+                begin,
             )
         return (_round(left), _round(right)) if operator == "MOD" else (left, right)
 

@@ -116,7 +116,7 @@ def _report_no_language(head: bytes, errors: Sequence[Finding], known: Collectio
         return None
     first = min(item.line or 0 for item in unreadable)
     shown = _quote(next(line for number, line in lines if number == first).decode("utf-8", errors="replace").strip())
-    text = f"this looks like no program: hardly a line has words such as G1 X2 ({shown}); dialects are {', '.join(sorted(known))}"
+    text = f"this does not look like a program: hardly a line has words such as G1 X2 ({shown}); dialects are {', '.join(sorted(known))}"
     return make_finding("VP032", text, line=first, last_line=first, worst_line=first)
 
 

@@ -39,7 +39,7 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
     if setup.machine and tool.unmeasured:
         name = describe_tool_number(tool.number, state.tool_names)
         why = f"{name}: {tool.unmeasured} gives no length; write one there, mm from the gauge line to the tip"
-        text = f"{why} (in a tool table Z; Z0 where the gauge line is meant)"
+        text = f"{why} (in a tool table Z; Z0 if the gauge line is meant)"
         key = find_tool_key(tool.number, "length", state.tool_names)
         raise ProgramError("VP012", text, column, about=name, settled_by=key)
 
@@ -79,7 +79,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
 def report_missing_offset(system: int, line: int) -> Finding:
     """VP033: a work system that a program uses from a line on, and that nobody has placed on the table."""
     name = SYSTEM_NAMES[system]
-    text = f"no work offset was given: {name} stands on the table face, at the rotary centre; give --wcs {name}=X,Y,Z"
+    text = f"no work offset was given: {name} is on the table face, at the rotary centre; give --wcs {name}=X,Y,Z"
     return make_finding("VP033", text, line=line, last_line=line, worst_line=line, settled_by=(("wcs", name),))
 
 

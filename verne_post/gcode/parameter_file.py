@@ -40,7 +40,7 @@ def _find_mistake(words: list[str], values: dict[int, float]) -> str | None:
         return f"{' '.join(words)[:40]!r} is not a number and a value, as in '5221 10.5'"
     index = int(words[0])
     if index in values:
-        return f"parameter {index} stands twice"
+        return f"parameter {index} appears twice"
     try:
         check_parameter(index, read_number(words[1]))
     except ValueError as error:

@@ -75,7 +75,7 @@ class PlainLines:
         values = np.full((words.n_lines, unknown + 1), np.nan)
         values.reshape(-1)[row * (unknown + 1) + which] = value
         present = ~np.isnan(values)
-        if np.count_nonzero(present) < len(value):  # a letter that stands twice
+        if np.count_nonzero(present) < len(value):  # a letter that appears twice
             plain &= present.sum(axis=1) == np.bincount(row, minlength=words.n_lines)
         g = values[:, _G]
         plain &= ~present[:, _G] | (g == 0) | (g == 1) | (arcs & ((g == 2) | (g == 3)))

@@ -149,7 +149,7 @@ def cut_spline(spline: BSpline) -> CutSpline:
     kept = np.array([not _stands(spline, all_points[rows]) for rows in owner], dtype=bool)
     last, owner, knot = last[kept], owner[kept], knot[kept]
     if not len(last):
-        raise ProgramError("VP031", "all control points of the spline are one place", None, spline.lines[0])
+        raise ProgramError("VP031", "all control points of the spline coincide", None, spline.lines[0])
     points, weights, knots = all_points[owner], all_weights[owner], knots[knot]
     if spline.axes is None:
         points, weights, knots, last = _cut_at_rests(points, weights, knots, last)
@@ -228,9 +228,9 @@ def _check(spline: BSpline) -> None:
     """Numbers of control points, weights and knots that make a curve."""
     degree, n, line = spline.degree, len(spline.points), spline.lines[0] if spline.lines else None
     if not 1 <= degree <= MAX_DEGREE:
-        raise ProgramError("VP031", f"a spline of degree {degree}; it is 1 to {MAX_DEGREE}", None, line)
+        raise ProgramError("VP031", f"a spline of degree {degree}; a degree is 1 to {MAX_DEGREE}", None, line)
     if n <= degree:
-        text = f"{n} control points make no spline of degree {degree}; it needs {degree + 1} at least, the place where it begins included"
+        text = f"{n} control points are too few for a spline of degree {degree}; it needs at least {degree + 1}, the start included"
         raise ProgramError("VP031", text, None, line)
     for weight, of_line in zip(spline.weights, spline.lines, strict=True):
         if not (weight > 0 and np.isfinite(weight)):
@@ -283,7 +283,7 @@ def _is_straight(points: Array) -> bool:
 def _refuse_singular(points: Array, line: int) -> ProgramError:
     text = (
         f"the spline stops or turns back at a point between {_name_place(points[0])} and {_name_place(points[-1])}: it has no "
-        "direction there. Control points that coincide, or a loop that closes, do that"
+        "direction there. Control points that coincide, or a closing loop, cause this"
     )
     return ProgramError("VP031", text, None, line)
 

@@ -313,7 +313,7 @@ class _Opened:
             if kind == "sub" and self._open:
                 raise ProgramError("VP023", f"o{label} sub inside {self._describe(self._open[-1])}; close that first")
             if kind == "sub" and label in structure.subs:
-                raise ProgramError("VP023", f"o{label} sub stands twice, first in line {structure.subs[label][0]}")
+                raise ProgramError("VP023", f"o{label} sub appears twice, first in line {structure.subs[label][0]}")
             self._open.append(_Construct(kind, label, line, o.reader.find_column(o.label_at - 1)))
         elif kind in ("elseif", "else"):
             self._expect("if", label, kind)
@@ -321,7 +321,7 @@ class _Opened:
         elif kind in ("break", "continue"):
             loop = next((item for item in reversed(self._open) if item.kind in _LOOPS and item.label == label), None)
             if loop is None:
-                raise ProgramError("VP023", f"o{label} {kind} stands in no loop with this label")
+                raise ProgramError("VP023", f"o{label} {kind} is in no loop with this label")
             structure.loop[line] = loop.line
         else:
             self._close(structure, _CLOSES[kind], kind, label, line)

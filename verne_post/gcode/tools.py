@@ -39,7 +39,7 @@ def read_tool_table(text: str, name: str) -> dict[int, Tool]:
         if tool is None:
             continue
         if tool.number in tools:
-            errors.append(make_finding("VP019", f"{name}:{number}: tool T{tool.number} stands twice in the table"))
+            errors.append(make_finding("VP019", f"{name}:{number}: tool T{tool.number} appears twice in the table"))
         tools[tool.number] = tool
     if errors:
         raise InputError(*errors)

@@ -27,8 +27,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP001",
         "unreadable block",
         "error",
-        "The characters of the block do not form words of its language: in G-code, of a letter and a number.",
-        "Write it as the language has it; in G-code, a letter and a number, and comments in ( ) on one line or after a ;.",
+        "The block does not consist of words of its language. A word of G-code is a letter and a number.",
+        "Correct the characters at the column of the message. In G-code, write a letter and a number; write comments in ( ) on "
+        "one line, or after a ;.",
     ),
     (
         "VP002",
@@ -41,10 +42,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP003",
         "two codes of one modal group",
         "error",
-        "Two G or M codes of the same modal group stand in one block.",
+        "A block has two G or M codes of the same modal group.",
         "Keep one of them, or write two blocks.",
     ),
-    ("VP004", "repeated word", "error", "A letter stands twice in one block.", "Keep one of them."),
+    ("VP004", "repeated word", "error", "A letter appears twice in one block.", "Keep one of them."),
     (
         "VP005",
         "missing word",
@@ -77,7 +78,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP009",
         "feed rate missing",
         "error",
-        "A feed move has no feed rate: F is zero, was never given, or must stand in each block (G93).",
+        "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, where each block needs "
+        "it.",
         "Give F.",
     ),
     (
@@ -113,7 +115,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "stop for a person",
         "error",
         "M0, M6, M60, G88 or a waiting M66 after the motion has begun: a stream of setpoints cannot wait.",
-        "Write one file of setpoints from stop to stop: --split-at-stops, or split_at_stops = true in the set-up.",
+        "Write one file of setpoints for each part between two stops: --split-at-stops, or split_at_stops = true in the set-up.",
     ),
     (
         "VP015",
@@ -126,7 +128,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP016",
         "tool length changed under tilt",
         "error",
-        "After a change of the tool length offset with the table tilted, the next move must be a rapid traverse in absolute terms.",
+        "After a change of the tool length offset with the table tilted, the next move must be a rapid traverse in absolute "
+        "coordinates.",
         "Program a rapid traverse (G0, FMAX) to the position after the change.",
     ),
     (
@@ -171,7 +174,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "program without end",
         "error",
         "Loops and calls repeat more blocks, or go deeper, than is permitted.",
-        "Correct the condition of the loop; where so many blocks are meant, raise --max-repeats.",
+        "Correct the condition of the loop. If so many repeats are intended, raise --max-repeats.",
     ),
     (
         "VP025",
@@ -191,7 +194,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP027",
         "stopped by the program",
         "error",
-        "The program itself asks to stop, with (ABORT, ...).",
+        "The program itself asks to stop, for example with (ABORT, ...).",
         "Follow its message.",
     ),
     (
@@ -213,8 +216,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP030",
         "canned cycle words of the other distance mode",
         "warning",
-        "A canned cycle goes on after G90 or G91 has changed, with R or a depth that was given before: the number now means "
-        "something else, or is kept where another control would read it again. The message has both depths.",
+        "A canned cycle continues after a change between G90 and G91, with an R or a depth from before. The number now has "
+        "another meaning, or it is kept although another control would read it again. The message has both depths.",
         "Give R and the bottom of the hole again after every change of G90 and G91.",
     ),
     (
@@ -222,103 +225,115 @@ CODES: Final[dict[str, Code]] = _make_table(
         "impossible spline",
         "error",
         "The control points, weights and knots of a spline do not make a curve that can be followed: their numbers do not fit, "
-        "knots fall, a weight is not positive, the curve does not begin where the tool is, or it stops or turns back at a "
-        "point of its own (a cusp).",
+        "knots fall, a weight is not positive, the curve does not begin at the tool, or it stops or turns back at a point of "
+        "its own (a cusp).",
         "Post the curve again from its source, or write straight moves or arcs where the message says.",
     ),
     (
         "VP032",
         "program in another language",
         "error",
-        "The text cannot be read, and it has what only programs of another control, or files of another kind, have; or it has hardly a "
-        "word of any program.",
+        "The text cannot be read. It has words of another control or of another kind of file, or hardly any word of a program.",
         "Post the program for one of the controller dialects that the message names.",
     ),
     (
         "VP033",
         "no work offset",
         "warning",
-        "The program uses a work system that neither --wcs nor the program has placed: its origin is the rotary centre on the table face.",
-        "Give --wcs, or wcs.G54 in the set-up beside the program (verne-post setup INPUT writes one): mm from the rotary centre and the table face. Where the part zero really is there, say so: --wcs G54=0,0,0.",
+        "The program uses a work system that neither --wcs nor the program has placed: its origin is the rotary centre on the "
+        "table face.",
+        "Give --wcs, or wcs.G54 in the set-up beside the program (verne-post setup INPUT writes one): mm from the rotary centre"
+        " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
     ),
     (
         "VP034",
         "no tool length",
         "warning",
-        "The program cuts with a tool of no length: none is in force (after G49 or D0), and no --tool-length was given.",
-        "Put the length of a tool table in force (G43 H; M6 and D1; TOOL CALL; LOADTL), or give --tool-length; where the gauge line is meant, --tool-length 0.",
+        "The program cuts with tool length 0: no length is in force (after G49 or D0), and no --tool-length was given.",
+        "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give --tool-length. If the gauge line is"
+        " meant, give --tool-length 0.",
     ),
     (
         "VP035",
         "motion takes too long",
         "error",
-        "At its feed rates and dwells the program makes more rows than --max-rows allows: most often a feed rate in another unit.",
-        "Correct F or the dwell; where the program is meant to take so long, raise --max-rows.",
+        "With its feed rates and dwells the program makes more rows than --max-rows allows: most often a feed rate is in "
+        "another unit.",
+        "Correct F or the dwell. If the program is meant to take so long, raise --max-rows.",
     ),
     (
         "VP036",
         "A or C not named before the first cut",
         "warning",
-        "The program cuts before it names A or C, and names them later with another angle than 0: the table is taken to stand there from the start.",
-        "Name A and C in a G0 before the first cut: G0 A0 C0 where the table is to be level. Where it really stands at the angle of the message, name that one.",
+        "The program cuts before it names A or C, and names them later with another angle than 0. The table is assumed to be at"
+        " that angle from the start.",
+        "Name A and C in a G0 before the first cut: G0 A0 C0 if the table is to be level. If the table really is at the angle "
+        "of the message, name that angle.",
     ),
     (
         "VP037",
-        "tool-centre-point control not said",
+        "tool-centre-point control not requested",
         "warning",
-        "G-code cuts while A and C stand turned, and no code that holds there says in which directions X Y Z count. Here they are "
-        "places of the part, as under G43.4; a control without tool-centre-point control reads them in the directions of the machine.",
-        "Where places of the part are meant, write G43.4 for G43, or post with G68.2; a code that the control has for it can be "
-        'given the meaning "tcp on" ([remap]). Where directions of the machine are meant, post the program again for one of these.',
+        "G-code cuts while A or C is turned, and no active code says in which directions X Y Z count. Here they are places of "
+        "the part, as under G43.4. A control without tool-centre-point control reads them in the directions of the machine.",
+        "If places of the part are meant, write G43.4 instead of G43, or post with G68.2. If the control has another code for "
+        'this, give that code the meaning "tcp on" in [remap]. If directions of the machine are meant, post the program again '
+        "with G43.4 or G68.2.",
     ),
     (
         "VP038",
         "decimal points mixed",
         "warning",
-        "A Fanuc program has lengths, angles or dwells with a decimal point and others without. By a setting of the control a "
-        "number without a point is as large as it reads, or counts least input increments (0.001 mm).",
-        'Write the points, or say which setting the program is for: [fanuc] decimal_point = "calculator" or "conventional" '
-        "in the settings file.",
+        "A Fanuc program has lengths, angles or dwells with a decimal point and others without. A setting of the control "
+        "decides whether a number without a point has its face value, or counts least input increments (0.001 mm).",
+        'Write the points, or give the setting of the control: [fanuc] decimal_point = "calculator" or "conventional" in the '
+        "settings file.",
     ),
     (
         "VP039",
-        "read otherwise by some controls",
+        "executed in another way by some controls",
         "note",
-        "A word or a cycle of a Fanuc program that controls do not execute in one way; the message says what is done here. Each is said once.",
-        "No action is needed where that is what is meant.",
+        "Controls differ in how they execute a word or a cycle of this Fanuc program. The message says what is done here. Each "
+        "case is reported once.",
+        "No action is needed if this is what is meant.",
     ),
     (
         "VP045",
         "spindle speed is not known",
         "warning",
-        "G96 asks for a speed of the surface, as on a lathe: a control turns the spindle by the distance of the tool from X0. Setpoints have no spindle speed; the events have S and D.",
-        "Write G97 and S, the turns a minute, where the program is for a mill.",
+        "G96 asks for a constant surface speed, as on a lathe: the control sets the spindle speed by the distance of the tool "
+        "from X0. Setpoints have no spindle speed; the events have S and D.",
+        "If the program is for a mill, write G97 and S, the turns a minute.",
     ),
     (
         "VP046",
-        "axes move that are not named",
+        "unnamed axes move",
         "warning",
-        "While no tool length is in force (before G43, after G49), or after a retract in machine coordinates, a block turns the table, and the "
-        "spindle goes along to hold the tip at its place of the part: it moves axes that the block does not name. A control without tool-centre-point "
-        "control lets them stand. Or the length has changed, and the next block does not name Z: under a tilted table the tip goes to the place "
-        "that was programmed before; under a level one it goes on where it is, below that place with a longer tool.",
-        "Name X, Y and Z in the block, turn the table in machine coordinates (G53, SUPA, M91), or retract before; in a Fanuc program (--dialect fanuc) the axes stand while no length is in force.",
+        "A block moves axes that it does not name. First case: no tool length is in force (before G43, after G49), or a retract"
+        " in machine coordinates came before, and the block turns the table. The spindle then moves along to keep the tip at "
+        "its place of the part; a control without tool-centre-point control keeps these axes still. Second case: the tool "
+        "length has changed, and the next block does not name Z. Under a tilted table the tip goes to the place that was "
+        "programmed before. Under a level table it continues where it is, which is below that place with a longer tool.",
+        "Name X, Y and Z in the block, turn the table in machine coordinates (G53, SUPA, M91), or retract before. In a Fanuc "
+        "program (--dialect fanuc) the axes do not move while no length is in force.",
     ),
     (
         "VP047",
         "tapping as feed moves",
         "warning",
-        "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest and full speed, and at an override, "
-        "the axis is slower than that: only a spindle that follows the axis cuts the thread.",
-        "Let the control couple the spindle to the axis from the event at the beginning of the first move to that at the end of the last.",
+        "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest and full speed, and at an "
+        "override, the axis is slower than that: only a spindle that follows the axis cuts the thread.",
+        "Let the control couple the spindle to the axis, from the event at the beginning of the first move to the event at the "
+        "end of the last.",
     ),
     (
         "VP048",
         "rigid tapping needs a choice",
         "error",
-        "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how far the spindle has turned.",
-        "Where the control that executes the setpoints couples the spindle to the axis, give --tapping feed; else tap with a floating "
-        "holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a program of its own.",
+        "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how far the spindle has "
+        "turned.",
+        "If the control that executes the setpoints couples the spindle to the axis, give --tapping feed. Otherwise tap with a "
+        "floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a separate program.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
@@ -332,15 +347,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP102",
         "tilt range",
         "error",
-        "The rotary axis that tilts the tool leaves its travel: A of a tilting table (programmed tilt plus platform tilt alpha), or the one of a chain.",
-        "Tilt less; check and explain name a tilt, or another table solution, where one was tried and is legal.",
+        "The rotary axis that tilts the tool leaves its travel: A of a tilting table (programmed tilt plus platform tilt "
+        "alpha), or the one of a chain.",
+        "Use less tilt. check and explain name a tilt, or another table solution, that was tried and is legal.",
     ),
     (
         "VP103",
         "rotary range",
         "error",
         "The rotary axis that turns the tool about its pole leaves its travel: C, or the one nearest the part of a chain.",
-        "Rewind it in the program, or use a machine file without its travel.",
+        "Rewind it in the program, or use a machine file without this limit.",
     ),
     (
         "VP110",
@@ -421,17 +437,18 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP216",
         "in the stock",
         "error",
-        "The cutter reaches into the stock in a rapid traverse, or shank, holder or spindle do at any time, or the platform reaches into its box. The stock counts as "
-        "it is cut at that time. A warning: nearer than the model of the stock can tell, 0.1 mm for a stock of 100 mm.",
+        "In rapid traverse the cutter reaches into the stock, or at any time shank, holder or spindle do, or the platform "
+        "reaches into the box of the stock. The stock is the one that is left at that time. A warning means that the distance "
+        "is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm.",
         "Move the rapid traverse above the stock, or cut the place first; use a longer or thinner tool.",
     ),
     (
         "VP217",
-        "tool axis error left over",
+        "uncorrected tool axis error",
         "error",
         "On the as-built machine the tool axis is off by more than the machine file's accuracy.uncorrected_axis_deg: the "
         "table's tilt cannot correct this component, and C stays as programmed.",
-        "Let C take its share (--correct-axis), or accept a larger error in the machine file.",
+        "Let C correct its share (--correct-axis), or accept a larger error in the machine file.",
     ),
     (
         "VP218",
@@ -451,7 +468,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP220",
         "not decided",
         "error",
-        "The certain bound of some facets is not good enough to call them clear of gouges deeper than --gouge; the message has the bound. Where a gouge was found elsewhere it is a warning.",
+        "For some facets it is not certain that there is no gouge deeper than --gouge. The message has the depth that is "
+        "certainly not exceeded. It is a warning if a gouge was found elsewhere.",
         "Accept a larger --gouge (gouge_mm), or look at the places that the message and --csv of machined name.",
     ),
     (
@@ -466,10 +484,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP301",
         "flip, rewind or another branch",
         "error",
-        "The table must change to its other solution (-A, C + 180), rewind C, or leave the programmed A and C, to keep a "
-        "limit; or C turns under a standing, vertical tool, or by more than half a turn in a feed move with a tilted one "
-        "(warnings). With --allow-rewind a change between feed moves "
-        "is a warning too: a retract, a turn and a return are added.",
+        "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave the programmed A and C."
+        " It is a warning where C turns under a standing, vertical tool, or by more than half a turn in a feed move with a "
+        "tilted tool. With --allow-rewind a change between feed moves is a warning too: a retract, a turn and a return are "
+        "added.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------
@@ -478,28 +496,28 @@ CODES: Final[dict[str, Code]] = _make_table(
         "velocity beyond its limit",
         "error",
         "First differences of the written setpoints exceed the velocity limit.",
-        "The file is not fit to run.",
+        "Do not run the file. Convert the program again, and verify the result.",
     ),
     (
         "VP402",
         "acceleration beyond its limit",
         "error",
         "Second differences of the written setpoints exceed the acceleration limit.",
-        "The file is not fit to run.",
+        "Do not run the file. Convert the program again, and verify the result.",
     ),
     (
         "VP403",
         "jerk beyond its limit",
         "error",
         "Third differences of the written setpoints exceed the jerk limit.",
-        "The file is not fit to run.",
+        "Do not run the file. Convert the program again, and verify the result.",
     ),
     (
         "VP404",
         "feed rate exceeded",
         "error",
         "The tool moves along the segment faster than the programmed feed rate.",
-        "The file is not fit to run.",
+        "Do not run the file. Convert the program again, and verify the result.",
     ),
     (
         "VP410",
@@ -513,27 +531,27 @@ CODES: Final[dict[str, Code]] = _make_table(
         "off the programmed path",
         "error",
         "The pose of a row (by forward kinematics) is farther from the programmed segment than the tolerance.",
-        "The file is not fit to run.",
+        "Do not run the file. Convert the program again, and verify the result.",
     ),
     (
         "VP412",
         "incomplete",
         "error",
         "The file does not begin at the start pose, does not end at the last pose, or skips a segment.",
-        "The file is not fit to run.",
+        "Do not run the file. Convert the program again, and verify the result.",
     ),
     (
         "VP413",
         "progress runs back",
         "error",
         "The rows do not follow the program in its order.",
-        "The file is not fit to run.",
+        "Do not run the file. Convert the program again, and verify the result.",
     ),
     (
         "VP414",
         "out of date",
         "error",
-        "Program, machine file, work offsets, tool lengths or options are not those that the setpoint file was made with.",
+        "The setpoint file was made with another program, machine file, work offset, tool length or option.",
         "Convert the program again.",
     ),
     (
@@ -563,7 +581,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "settings file",
         "error",
         "The settings file is not TOML, or a key of it is unknown or has an invalid value.",
-        "Correct the key that the message names (docs/gcode.md, user-defined M codes).",
+        "Correct the key that the message names (docs/commands.md, settings).",
     ),
     (
         "VP504",
@@ -577,7 +595,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "implausible size",
         "warning",
         "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the command line or of the "
-        "set-up is legal, but cannot be meant; most often it is given in another unit.",
+        "set-up is legal, but hardly intended: most often it is in another unit.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post machine "
         "validate` prints how long moves take.",
     ),
@@ -585,8 +603,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP506",
         "unusable mesh",
         "error",
-        "A mesh is no STL file, has a size that cannot be meant in its unit, or is not the surface of a body: open, flipped or inside out.",
-        "Export the body again as a closed STL, and say its unit; the message says what is wrong.",
+        "A mesh is no STL file, has an implausible size for its unit, or is not the surface of a body: open, flipped or inside "
+        "out.",
+        "Export the body again as a closed STL, and give its unit. The message says what is wrong.",
     ),
     (
         "VP507",

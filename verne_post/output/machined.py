@@ -30,12 +30,12 @@ def describe_comparisons(name: str, machined: Machined) -> str:
         first, motions = machined.judged[0].comparison, machined.judged[0].motions
         rows, tools = sum(len(one.tip) for one in motions), ", ".join(one.name for one in motions)
         lines.append(
-            f"{name}: {rows} poses of {tools} against {first.mesh.name}: {len(first.state)} facets, {len(first.cells.facet)} places, none of the surface farther than {first.wanted.grid:g} mm from one"
+            f"{name}: {rows} poses of {tools} against {first.mesh.name}: {len(first.state)} facets, {len(first.cells.facet)} sample places, at most {first.wanted.grid:g} mm from any point of the surface"
         )
         lines += [f"  {note}" for note in machined.notes]
         lines += [f"  {text}" for text in describe_judged(machined)]
         lines.append(
-            f"  the statement is about the facets of {first.mesh.name}; how far they are from the surface that it stands for adds to it"
+            f"  the verdict is about the facets of {first.mesh.name}; their distance from the true surface adds to it"
         )
     for touched in machined.contacts:
         count = len(np.unique(np.concatenate([one.line for one in touched.found]))) if touched.found else 0
@@ -67,7 +67,7 @@ def _describe_one(judged: Judged) -> str:
     place = (
         "where the set-up puts the part"
         if judged.datum == "table"
-        else f"moved by {judged.shift:.3f} mm at most, to where it fits best"
+        else f"moved to the best fit, by at most {judged.shift:.3f} mm"
     )
     parts = []
     if len(found.gouges.depth):
@@ -83,7 +83,7 @@ def _describe_one(judged: Judged) -> str:
         parts.append(f"clear of gouges deeper than {found.wanted.gouge:g} mm")
     touched = found.deviation[np.isfinite(found.deviation)]
     if len(touched):
-        parts.append(f"at most {max(float(touched.max()), 0.0):.4f} mm stay where a cutter comes")
+        parts.append(f"at most {max(float(touched.max()), 0.0):.4f} mm of excess")
     area = measure_areas(found.cells.corner)
     far = float(area[np.isnan(found.deviation)].sum() / area.sum())
     if far > 0:

@@ -85,9 +85,9 @@ def _describe_block_times(verdict: Verification) -> str:
         return ""
     latest = verdict.latest_block
     if latest is None:
-        return f"; all {verdict.timed_blocks} blocks with a time of their own take it"
+        return f"; all {verdict.timed_blocks} blocks with a programmed time take it"
     return (
-        f"; {verdict.late_blocks} of {verdict.timed_blocks} blocks with a time of their own take longer, line {latest.line} most: "
+        f"; {verdict.late_blocks} of {verdict.timed_blocks} blocks with a programmed time take longer; line {latest.line} is the worst: "
         f"{latest.spent_s:.3f} s for {latest.asked_s:.3f} s (nearest limit: {latest.reason})"
     )
 
@@ -133,7 +133,7 @@ def _wrap(text: str) -> str:
 
 def _describe_motion(summary: Summary) -> str:
     within = summary.stops_within
-    where = f"; {within.count} of the stops are within lines, most in line {within.line} ({within.most})"
+    where = f"; {within.count} of the stops are within lines, {within.most} of them in line {within.line}"
     return (
         f"{summary.cycle_time:.3f} s, {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; "
         f"{summary.n_segments} segments, {summary.n_stops} stops between them{where if within.count else ''}"
@@ -159,7 +159,7 @@ def _restart(summary: Summary) -> Facts:
     states = [tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, per=_name_speed_unit(event), **event.data)
               for event in summary.switched]  # fmt: skip
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
-    return [("restart", f"taken up at line {summary.options.from_line}{needed}")]
+    return [("restart", f"starts at line {summary.options.from_line}{needed}")]
 
 
 def _name_speed_unit(event: Event) -> str:
@@ -175,7 +175,7 @@ def _describe_dry_run(summary: Summary) -> Facts:
     if options.override != 1.0:
         texts.append(("feed override", f"all motion at {100 * options.override:g} % of the planned speed"))
     if options.slow_start:
-        texts.append(("slow start", f"a tenth of the speed at first, the whole of it after {options.slow_start:g} s"))
+        texts.append(("slow start", f"a tenth of the speed at first, full speed after {options.slow_start:g} s"))
     return texts
 
 
@@ -216,10 +216,10 @@ def _describe_limits(summary: Summary) -> Facts:
         ("acceleration", verdict.acceleration_ratio.max(), ACCELERATION_RATIO),
         ("jerk", verdict.jerk_ratio.max(), JERK_RATIO), ("feed", verdict.feed_ratio, FEED_RATIO),
     )  # fmt: skip
-    text = f"at most {_describe_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f} of each"
+    text = f"largest share of each: {_describe_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f}"
     beyond = [f"{most:g} of {what}" for what, ratio, most in allowed if ratio > 1.0]
     if beyond:
-        text += f"; allowed is up to {', '.join(beyond)}: these are differences of rounded numbers"
+        text += f"; up to {', '.join(beyond)} is allowed, because these are differences of rounded numbers"
     return [("limits", text)]
 
 
@@ -249,7 +249,7 @@ def _describe_axis_error(summary: Summary) -> Facts:
     if summary.axis_error_deg is None:
         return []
     if summary.machine.five_axis.corrects_axis:  # type: ignore[attr-defined]
-        why = "where the tool is too upright for C to take its share"
+        why = "where the tool is too near the vertical for C to correct its share"
     else:
         why = "because C stays as programmed (--correct-axis)"
     if summary.axis_error_deg < _NO_AXIS_ERROR_DEG:
@@ -285,8 +285,8 @@ def _free_turn(summary: Summary) -> Facts:
     else:
         old = format_fixed(turn.margin_before, 3) if np.isfinite(turn.margin_before) else "out of reach"
         text = (
-            f"C stands at {format_fixed(turn.chosen * factor, 3)} deg: the smallest margin is {format_fixed(turn.margin, 3)} ({turn.nearest}), "
-            f"in place of {old} at C {format_fixed(turn.before * factor, 3)} (0 at a limit, 1 in the middle of a travel)"
+            f"C is at {format_fixed(turn.chosen * factor, 3)} deg: the smallest margin is {format_fixed(turn.margin, 3)} ({turn.nearest}), "
+            f"instead of {old} at C {format_fixed(turn.before * factor, 3)} (0 at a limit, 1 in the middle of a travel)"
         )
     return [("free C", text)]
 

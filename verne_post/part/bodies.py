@@ -197,12 +197,12 @@ def check_tool(name: str, shape: ToolShape, length: float, diameter: float) -> N
     """
     parts = sum(one.length or 0.0 for one in shape)
     if parts > length + LIMIT_SLACK_MM:
-        text = f"{name}: its parts in --tool-shapes are {parts:g} mm long, and its length is {length:g}"
+        text = f"{name}: its parts in --tool-shapes are {parts:g} mm long, but its length is {length:g}"
         raise InputError(make_finding("VP018", text))
     if shape and diameter > 0:
         sizes = [shape[0].diameter, shape[0].widest]
         if min(abs(size - diameter) for size in sizes) > DIAMETER_SLACK_MM:
-            text = f"{name}: its cutter in --tool-shapes is {sizes[0]:g} mm thick, and its diameter in the tool table is {diameter:g}"
+            text = f"{name}: its cutter in --tool-shapes is {sizes[0]:g} mm thick, but its diameter in the tool table is {diameter:g}"
             raise InputError(make_finding("VP018", text))
 
 

@@ -179,7 +179,7 @@ def divide(mesh: Mesh, grid: float) -> Cells:
         count += int((parts[~slim] ** 2).sum())
         if count + 2 * int(slim.sum()) > MAX_CELLS:
             enough = grid * np.sqrt(count / MAX_CELLS)
-            text = f"{mesh.name}: a grid of {grid:g} mm has too many places; give --grid {max(1.2 * enough, 1.5 * grid):.2g}, or an STL of what matters alone"
+            text = f"{mesh.name}: a grid of {grid:g} mm has too many places; give --grid {max(1.2 * enough, 1.5 * grid):.2g}, or a smaller STL with only the surface that matters"
             raise InputError(make_finding("VP018", text))
         done += [left.select(~slim & (parts == n)).cut(n) for n in np.unique(parts[~slim]).tolist()]
         left = left.select(slim).halve()

@@ -130,7 +130,7 @@ def describe_faults(mesh: Mesh) -> list[str]:
     """What keeps a mesh from being the surface of a body, in words."""
     faults = []
     if mesh.open_edges:
-        faults.append(f"it is open: {mesh.open_edges} edges belong to one facet alone")
+        faults.append(f"it is open: {mesh.open_edges} edges belong to only one facet")
     if mesh.turned_edges:
         faults.append(
             f"facets are flipped or meet three at an edge: {mesh.turned_edges} edges are run through twice in one direction"

@@ -133,7 +133,7 @@ def unpack(raw: bytes, name: str) -> Dexels:
                 origin.reshape(3), float(turn), cell.reshape(2), np.ascontiguousarray(low), np.ascontiguousarray(high)
             )
     except _DAMAGES:
-        text = f"{name}: no stock that verne-post left; expected a file of --stock-left, or an STL file"
+        text = f"{name}: not a stock file; expected a file of --stock-left, or an STL file"
         raise InputError(make_finding("VP506", text)) from None
 
 

@@ -130,7 +130,9 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
     for body, rows, lines in _group(judged, nearest):
         worst = rows[int(np.argmax(left[rows]))]
         place = comparison.cells.corner[high[worst]].mean(axis=0)
-        text = f"{left[worst]:.3f} mm stay on {mesh.name} at {describe_place(place)}; nearest comes the {body}"
+        text = (
+            f"{left[worst]:.3f} mm of excess on {mesh.name} at {describe_place(place)}; the nearest body is the {body}"
+        )
         found = _make_finding(
             "VP219", text, lines, find_line(judged, nearest, worst), float(left[worst]), wanted.excess
         )

@@ -179,7 +179,7 @@ def _connect(
 def _find_pose(machine: Machine, q: Array, tool: float, option: str) -> Array:
     tip, angles, ok = machine.five_axis.find_nominal_pose(q, tool)
     if not ok:
-        raise InputError(make_finding("VP018", f"{option}: these joint values close no position of the platform"))
+        raise InputError(make_finding("VP018", f"{option}: no position of the platform fits these joint values"))
     return np.concatenate([tip, angles])
 
 

@@ -107,7 +107,7 @@ def _require_free(path: ToolPath, fixes: int | None) -> None:
         line, why = min(named), "this line names C, or a place in machine coordinates that depends on it"
     else:
         return
-    text = f"--free-c is for programs whose tool is vertical throughout and that leave C open; {why}"
+    text = f"--free-c needs a program whose tool is always vertical and that never names C; {why}"
     raise InputError(make_finding("VP018", text, line=line, last_line=line, worst_line=line))
 
 

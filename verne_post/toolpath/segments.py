@@ -215,7 +215,7 @@ def _find_linear_joints(
     start, end = (nutation.find_turns(pose[:, 3:]) for pose in (placed.start, placed.end))
     turning = (np.abs(end - start) > ZERO_ANGLE).any(axis=1)
     if (bad := np.flatnonzero(turning & (moves.kind[row] == MoveKind.SPLINE))).size:
-        text = "a spline along which the rotary axes turn is not executed on a nutating pair, whose joints would follow no spline"
+        text = "a spline that turns the rotary axes is not executed on a nutating pair, because its joints would not follow a spline"
         raise _refuse(moves, row[bad[0]], "VP031", text)
     tilting = np.abs(end[:, 0] - start[:, 0]) > ZERO_ANGLE
     between_folds = (np.abs([start[:, 0], end[:, 0]]) <= np.pi).all(axis=0)
@@ -249,10 +249,7 @@ def _check_reach(placed: PlacedMoves, nutation: Nutation, by_axis: Mask, circle:
     joint = nutation.find_joints(np.stack([tilts, 0.0 * tilts], axis=-1))[..., 0]
     left = nutation.measure_fold(joint).min(axis=0, initial=np.inf)
     if len(bad := np.flatnonzero(left < _NEAR_FOLD)):
-        text = (
-            f"the tool axis comes to {DEG_PER_RAD * max(left[bad[0]], 0.0):.4f} degrees of the tilting joint from its fold, where both table "
-            "solutions meet and the joints would have to turn without bound; go there by words of the rotary axes or as a rapid"
-        )
+        text = f"the tool axis comes within {DEG_PER_RAD * max(left[bad[0]], 0.0):.4f} degrees of the tilting joint from its fold, where both table solutions meet and the joint speeds would have no bound; go there by words of the rotary axes or as a rapid"
         raise _refuse(placed.moves, placed.row[row[bad[0]]], "VP202", text)
 
 

@@ -78,7 +78,7 @@ def _retract_along_tool(pose: Array, machine: Machine, tool_length: float, heigh
     if height < 0.0 and rise < _LEAST_RISE:
         raise InputError(
             make_finding(
-                "VP018", "a retract along the tool axis does not reach machine Z 0: the tool lies too flat there"
+                "VP018", "a retract along the tool axis does not reach machine Z 0: the tool is tilted too far there"
             )
         )
     away = max(-height, 0.0) / max(rise, _LEAST_RISE)

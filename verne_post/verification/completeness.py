@@ -82,7 +82,7 @@ class CompletenessCheck:
         outside = np.flatnonzero(moves & ((rows.u < -margin) | (rows.u > 1 + margin)))
         if len(outside):
             row = int(outside[0])
-            text = f"row {rows.first + row} lies beyond the ends of the segment of line {rows.line[row]}"
+            text = f"row {rows.first + row} is beyond the ends of the segment of line {rows.line[row]}"
             self.findings.add("VP413", text, int(rows.line[row]))
 
     def _follow(self, rows: MeasuredRows) -> Array:

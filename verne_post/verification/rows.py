@@ -179,8 +179,8 @@ class RowMatcher:
             angles = name_angles(path, segment, angles, places, self.reference.noise.angle)
         if not ok.all():
             n = int(np.argmin(ok))
-            lost = LostPath(n, "VP411", ": the joint values close no position of the platform")
-        pose = Measured(q[:n], tip[:n], angles[:n], self._joints_by_axis)
+            lost = LostPath(n, "VP411", ": no position of the platform fits the joint values")
+        pose = Measured(q[:n], tip[:n], angles[:n])
         u = self._measure_progress(item[:n], rest[:n], segment[:n], pose)
         passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)
         if later >= 0:

@@ -55,7 +55,7 @@ def read_covariance(raw: bytes, deviations: Array) -> Prior:
             raise ValueError
         prior = build_prior_of_covariance(deviations, values[1:])
     except (ValueError, csv.Error, np.linalg.LinAlgError):
-        text = "no covariance as machine calibrate writes it beside a machine file"
+        text = "not a covariance file of machine calibrate"
         raise InputError(make_finding("VP502", text)) from None
     far = np.abs(values[0] - deviations)
     if far.max() > SAME:

@@ -42,9 +42,7 @@ def write_machine_text(raw: bytes, deviations: Deviations, source: str, file_nam
         after = {}
     after.pop("as_built", None)
     if before != after:
-        text = (
-            f"{file_name}: as_built does not stand under a line [as_built] of its own; write it so, to have it replaced"
-        )
+        text = f"{file_name}: as_built is not a table [as_built]; write it as a table, so that it can be replaced"
         raise InputError(make_finding("VP501", text))
     return written
 

@@ -73,7 +73,9 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
         sigmas = [default if not row.get(name) else number(name) for name, default in zip(SIGMAS, (sigma_mm, sigma_mrad), strict=True)]  # fmt: skip
         for name, value in zip(SIGMAS, sigmas, strict=True):
             if value <= 0:
-                mistakes.append(make_finding("VP502", f"{name} = {value:g}: an uncertainty is above 0", line=line))
+                mistakes.append(
+                    make_finding("VP502", f"{name} = {value:g}: an uncertainty must be greater than 0", line=line)
+                )
         named = [(kind, row[kind]) for kind in STATIONS if row.get(kind)]
         if len(named) > 1:
             mistakes.append(
@@ -129,7 +131,7 @@ def read_length_readings(raw: bytes) -> tuple[LengthReading, ...]:
             mistakes.append(make_finding("VP502", f"length {name!r} is not known; {hint}", line=line))
             continue
         if value <= 0 or sigma <= 0:
-            text = f"{name}: a length and its uncertainty are above 0, got {value:g} and {sigma:g}"
+            text = f"{name}: a length and its uncertainty must be greater than 0, got {value:g} and {sigma:g}"
             mistakes.append(make_finding("VP502", text, line=line))
         part, rods = _LENGTH_NAMES[name]
         found.append(LengthReading(part, rods, value, sigma, line))

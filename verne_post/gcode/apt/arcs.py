@@ -90,8 +90,7 @@ def _read_turns(s: Statement, times: str) -> int:
     if number > 1 and not times:
         raise ProgramError(
             "VP002",
-            f"CIRCLE with TIMES,{number:g}: whether the turn that the arc itself begins counts among them is not "
-            'known, and the helix would be another; give times = "begun" or "whole" under [aptcl] of the settings '
+            f'CIRCLE with TIMES,{number:g}: it is not known whether TIMES includes the turn that the arc itself starts; give times = "begun" or "whole" under [aptcl] of the settings '
             "file",
             s.find_column("TIMES"),
         )
@@ -134,10 +133,10 @@ def read_tool_on(s: Statement, start: Array, tangent: Array | None) -> tuple[Cir
         )
     center, radius = np.array(shape[:3]), shape[-1]
     if tangent is None:
-        raise ProgramError("VP005", "TLON without INDIRV before it, which says which way the arc turns")
+        raise ProgramError("VP005", "TLON needs INDIRV before it, for the direction of the arc")
     side = float(np.cross(normal, start - center) @ tangent)
     if abs(side) <= VECTOR_LENGTH * radius:
-        raise ProgramError("VP008", "INDIRV is no tangent of the arc of TLON where the tool stands")
+        raise ProgramError("VP008", "INDIRV is not tangent to the arc of TLON at the tool")
     return Circle(center, normal if side > 0 else -normal, radius), end
 
 

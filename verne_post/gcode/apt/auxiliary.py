@@ -43,15 +43,14 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
     if not units and to.feed_unit not in (None, (94, None), (94, inch)):
         raise ProgramError(
             "VP005",
-            "FEDRAT without a unit, and the one before has another than the program's: CAM systems differ in which "
-            f"holds; write one of {', '.join(FEED_UNITS)}",
+            "FEDRAT without a unit, after one in another unit than the program's: CAM systems differ in which unit holds; write one of {', '.join(FEED_UNITS)}",
         )
     to.feed_unit = FEED_UNITS[units[0]] if units else None
     mode, inches = to.feed_unit or (94, None)
     if inches and not to.knows_unit:
         raise ProgramError(
             "VP005",
-            f"FEDRAT in {units[0]}, and nothing says whether points are in inches too; write UNITS/INCHES or "
+            f"FEDRAT in {units[0]}, and it is not known whether points are in inches too; write UNITS/INCHES or "
             'UNITS/MM before, or give units = "inch" or "mm" under [aptcl] of the settings file',
             s.find_column(units[0]),
         )
@@ -85,7 +84,7 @@ def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     """LOADTL, LOAD/TOOL: the change of tools, and the length of the tool."""
     words = [word.upper() for word in s.words]
     if s.major == "LOAD" and words[:1] != ["TOOL"]:
-        raise ProgramError("VP002", "LOAD is executed as LOAD/TOOL,n; no other thing is loaded here")
+        raise ProgramError("VP002", "LOAD is executed only as LOAD/TOOL,n")
     words = words[1:] if s.major == "LOAD" else words
     if not words or not is_number(words[0]):
         raise ProgramError("VP005", f"{s.major} needs the number of the tool")
@@ -94,8 +93,7 @@ def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     if not own and any(number != tool for number in same):
         raise ProgramError(
             "VP002",
-            f"{s.major} with more numbers than that of the tool: which of them is the register of its length is not "
-            f'known; write {s.major}/{words[0]},ADJUST,h, or give lengths = "tools" under [aptcl] of the settings '
+            f'{s.major} has more numbers than that of the tool, and it is not known which one is the register of its length; write {s.major}/{words[0]},ADJUST,h, or give lengths = "tools" under [aptcl] of the settings '
             "file, where the length is always that of the tool",
         )
     offset, rest = tool, words[1 + len(same) :]
@@ -225,8 +223,7 @@ def insert_text(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.keys.insert != "message":
         raise ProgramError(
             "VP002",
-            "INSERT puts text into the program of a control; it is not executed. Where the texts are remarks, as "
-            'CAMWorks writes them, give insert = "message" under [aptcl] of the settings file',
+            'INSERT puts text into the program of a control; it is not executed. If the texts are remarks, as CAMWorks writes them, give insert = "message" under [aptcl] of the settings file',
             1,
         )
     yield from show_message(to, s)
@@ -242,8 +239,7 @@ def set_compensation(to: AptModes, s: Statement) -> Iterator[Block]:
     else:
         raise ProgramError(
             "VP002",
-            "CUTCOM is not executed: let the CAM system write the path of the tool's tip without it. Where points "
-            "are those of the tool's centre already, and CUTCOM only lets a control correct wear, give cutcom = "
+            "CUTCOM is not executed: let the CAM system write the path of the tool's tip without it. If the points are those of the tool's centre already, and CUTCOM only lets a control correct wear, give cutcom = "
             '"centre" under [aptcl] of the settings file',
         )
 

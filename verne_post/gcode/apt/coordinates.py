@@ -58,7 +58,7 @@ def _make_rigid(name: str, matrix: Array) -> Array:
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROTATION or np.linalg.det(rotation) < 0:
         raise ProgramError(
             "VP002",
-            f"{name} is executed for rotations and shifts; this matrix scales, mirrors or shears, let APT compute it",
+            f"{name} is executed for rotations and shifts; this matrix scales, mirrors or shears; let APT compute it",
         )
     left, _sizes, right = np.linalg.svd(rotation)
     return np.column_stack([left @ right, matrix[:, 3]])

@@ -124,7 +124,7 @@ def read_cycle(s: Statement) -> Cycle:
     if way == "BRKCHP":
         raise ProgramError(
             "VP002",
-            "CYCLE/TAP,BRKCHP is not executed: how far the tap goes back is a number of the post-processor; write TAP, or TAP,DEEP",
+            "CYCLE/TAP,BRKCHP is not executed: the post-processor decides how far the tap goes back; write TAP, or TAP,DEEP",
             s.find_column(way),
         )
     meanings = _MEANINGS | _OF_THREADS if kind == "TAP" else _MEANINGS
@@ -141,8 +141,7 @@ def read_cycle(s: Statement) -> Cycle:
         if is_number(name):
             raise ProgramError(
                 "VP005",
-                f"CYCLE: {name} without a word before it; what each number is depends on tables of the CAM system: "
-                "let it write words (DEPTH, CLEAR, STEP)",
+                f"CYCLE: {name} has no word before it, and its meaning depends on tables of the CAM system; let it write words (DEPTH, CLEAR, STEP)",
                 column,
             )
         if not words or not is_number(words[0]):
@@ -152,7 +151,7 @@ def read_cycle(s: Statement) -> Cycle:
         if meaning is None:
             raise ProgramError("VP002", f"CYCLE: {name} is not a word that is known here", column)
         if meaning in values:
-            raise ProgramError("VP004", f"CYCLE: {name} stands beside another word that says the same", column)
+            raise ProgramError("VP004", f"CYCLE: {name} appears beside another word with the same meaning", column)
         values[meaning] = value
         if meaning == "feed":
             feed = (value, *FEED_UNITS[name])

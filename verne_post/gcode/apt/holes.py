@@ -150,8 +150,7 @@ def _find_retract(to: AptModes, cycle: Cycle, base: Array, axis: Array) -> float
         if not _stands_along(to, axis):
             raise ProgramError(
                 "VP005",
-                "CYCLE with RTRCTO,AUTO goes back to where the tool stood before, and that is not along the axis of "
-                "the hole; write RTRCTO and a height",
+                "CYCLE with RTRCTO,AUTO returns to the tool's place before, which is not on the axis of the hole; write RTRCTO and a height",
             )
         to.level = float(to.place @ axis), axis
     level, before = to.level

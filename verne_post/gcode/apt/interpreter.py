@@ -59,9 +59,7 @@ class _Motion(MotionCodes):
     def check_feed(self, block: Block, motion: int, *, turns_itself: bool = False) -> None:
         lacking = self.core.find_lacking(turns_itself=turns_itself)
         if lacking == "feed rate":
-            raise ProgramError(
-                "VP009", "the move is at feed rate, and no FEDRAT stands before it; write FEDRAT/v,MMPM, or RAPID"
-            )
+            raise ProgramError("VP009", "the feed move has no feed rate; write FEDRAT/v,MMPM, or RAPID before it")
         if lacking in ("spindle", "constant spindle speed"):
             raise ProgramError("VP009", "FEDRAT per revolution needs a turning spindle; write SPINDL/n,RPM,CLW before")
         if lacking == "tool length":

@@ -97,7 +97,7 @@ def go_home(to: AptModes, s: Statement) -> Iterator[Block]:
 
 def _require_place(to: AptModes, what: str) -> None:
     if not all(map(to.state.is_known, range(3))):
-        raise ProgramError("VP013", f"{what} needs to know where the tool stands; write FROM or GOTO before")
+        raise ProgramError("VP013", f"{what} needs a known position of the tool; write FROM or GOTO before")
 
 
 def _take_axis(to: AptModes, s: Statement, axis: list[float]) -> None:
@@ -105,12 +105,11 @@ def _take_axis(to: AptModes, s: Statement, axis: list[float]) -> None:
         if to.axis_is_old and _differ(to.axis, (0.0, 0.0, 1.0), VECTOR_LENGTH):
             raise ProgramError(
                 "VP005",
-                f"{s.major} without a tool axis after TOOL PATH or MSYS, and the axis before was not 0, 0, 1: which "
-                "one holds is not known; write x, y, z, i, j, k",
+                f"{s.major} without a tool axis after TOOL PATH or MSYS, and the axis before was not 0, 0, 1: it is not known which one holds; write x, y, z, i, j, k",
             )
         return
     if not to.multax and _differ(axis, to.axis, VECTOR_LENGTH):
-        raise ProgramError("VP017", f"{s.major} with a tool axis, and MULTAX is off; write MULTAX/ON before")
+        raise ProgramError("VP017", f"{s.major} with a tool axis while MULTAX is off; write MULTAX/ON before")
     to.axis, to.axis_is_old = tuple(axis), False
 
 
@@ -119,7 +118,7 @@ def _prepare_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     tool = to.tool
     if tool.described is not None:
         raise ProgramError(
-            "VP017", f"TOOLNO/{tool.described} describes a tool, and no LOADTL has loaded it before this motion"
+            "VP017", f"TOOLNO/{tool.described} describes a tool that no LOADTL has loaded before this motion"
         )
     if tool.named == tool.mounted:
         return
@@ -131,8 +130,7 @@ def _prepare_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     else:
         raise ProgramError(
             "VP012",
-            f"TOOL PATH is for tool {tool.named}, the path before was for {tool.mounted}, and no LOAD/TOOL stands "
-            "between; write it, or give the names numbers under [aptcl.tools] of the settings file",
+            f"TOOL PATH is for tool {tool.named}, the path before was for {tool.mounted}, and there is no LOAD/TOOL between them; write it, or give the names numbers under [aptcl.tools] of the settings file",
             about=tool.named,
         )
 
@@ -189,8 +187,7 @@ def _check_listed(to: AptModes, s: Statement, point: list[float]) -> None:
     if circle.has(np.array(point), start, allowed):
         raise ProgramError(
             "VP008",
-            f"{s.major}: the point lies on the circle of the arc before; whether it is one more point of that arc or "
-            "the end of a straight move is not known; let Creo write one point for each arc (NUMBER_OF_ARC_PTS), or "
+            f"{s.major}: the point is on the circle of the arc before, and it is not known whether it continues that arc or ends a straight move; let Creo write one point for each arc (NUMBER_OF_ARC_PTS), or "
             "points alone (CIRC_INTERPOLATION)",
         )
 
@@ -307,8 +304,7 @@ def turn_table(to: AptModes, s: Statement) -> Iterator[Block]:
     names = [name for _angle, name in pairs]
     if len(s.words) != 4 or sorted(names) != ["AAXIS", "CAXIS"]:
         raise ProgramError(
-            "VP005", "ROTABL takes an angle and AAXIS, and an angle and CAXIS, as in ROTABL/-20,AAXIS,90,CAXIS; the table "
-            "turns the way the angles say (CLW, CCLW and other axes are not read)",
+            "VP005", "ROTABL takes an angle and AAXIS, and an angle and CAXIS, as in ROTABL/-20,AAXIS,90,CAXIS; the angles decide the direction (CLW, CCLW and other axes are not read)",
         )  # fmt: skip
     if to.cycle is not None or to.circle is not None:
         raise ProgramError("VP017", "ROTABL under CYCLE or after CIRCLE")

@@ -166,7 +166,7 @@ def read_statements(source: Text) -> Iterator[Statement | Points | ProgramError]
             if text.strip():
                 yield _read_statement(text, begin, columns=begin == number)
     if pending.strip():
-        yield ProgramError("VP001", "the statement goes on ($), and the text ends", line=begin)
+        yield ProgramError("VP001", "the text ends, but $ continues the statement", line=begin)
 
 
 def _read_system(remark: str, line: int) -> Iterator[Statement]:

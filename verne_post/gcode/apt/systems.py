@@ -46,7 +46,7 @@ def end_path(to: AptModes, s: Statement) -> Iterator[Block]:
 def transform(to: AptModes, s: Statement) -> Iterator[Block]:
     """TRACUT: a matrix for the points that follow."""
     if to.circle is not None:
-        raise ProgramError("VP017", "TRACUT after CIRCLE, whose arc is not made yet")
+        raise ProgramError("VP017", "TRACUT after CIRCLE, whose arc has no end yet")
     to.tracut = read_matrix(s)
     to.matrix = join_matrices(to.system, to.tracut)
     return iter(())
@@ -60,15 +60,14 @@ def set_system(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.first_system is None:
         if to.state.placed:
             raise ProgramError(
-                "VP017", "the first MSYS after points: in which system those are is not known; write it before"
+                "VP017", "the first MSYS comes after points, and their system is not known; write it before them"
             )
         to.first_system = system
     moved = find_relation(system, to.first_system)
     if moved is not IDENTITY and to.keys.msys != "one clamping":
         raise ProgramError(
             "VP017",
-            "MSYS moves the system of the points, and whether the part is clamped anew is not known; write one file "
-            "for each clamping. Where all is one clamping, and the work offset is that of the first MSYS, give msys "
+            "MSYS moves the system of the points, and it is not known whether the part is clamped again; write one file for each clamping. If there is one clamping, and the work offset is that of the first MSYS, give msys "
             '= "one clamping" under [aptcl] of the settings file',
         )
     if moved is not to.system:
@@ -95,8 +94,7 @@ def check_system(to: AptModes, s: Statement) -> Iterator[Block]:
     if not to.in_world and matrix is not IDENTITY:
         raise ProgramError(
             "VP017",
-            "CSYS turns or shifts a system, and no TRNTYP/WORLD says that points are in the one of the part; write "
-            "TRACUT with the matrix where they are not",
+            "CSYS turns or shifts a system, and no TRNTYP/WORLD says that the points are in that of the part; if they are not, write TRACUT with the matrix",
         )
     to.show_once(s)
     return iter(())
@@ -118,7 +116,7 @@ def check_system_of_model(to: AptModes, s: Statement) -> Iterator[Block]:
     if max(map(abs, np.subtract(numbers, to.system_of_model))) > _PRINTED:
         raise ProgramError(
             "VP017",
-            f"{s.major} has another system than the one before, and how its points lie to those is not known; let "
+            f"{s.major} has another system than the one before, and the relation of both is not known; let "
             "the CAM system write all of them in one system, or one file for each",
         )
     return iter(())

@@ -48,7 +48,7 @@ class KlartextApproach:
         self.contour.set_side(statement, words.compensation)
         if self.contour.side is None and kind != "LT":
             raise statement.error(
-                "VP005", f"APPR {kind} needs RL or RR, which say on which side of the contour it comes from"
+                "VP005", f"APPR {kind} needs RL or RR, for the side of the contour from which it comes"
             )
         before = self.state.feed
         self.contour.set_feed(statement, words)
@@ -137,7 +137,7 @@ class KlartextApproach:
             raise statement.error("VP017", "DEP needs a line or an arc in X and Y right before it")
         length, turn = self._approach_size(statement, words, kind)
         if self.contour.side is None and kind != "LT":
-            raise statement.error("VP017", f"DEP {kind} needs RL or RR in force, which say to which side it goes")
+            raise statement.error("VP017", f"DEP {kind} needs RL or RR in force, for the side to which it goes")
         self.contour.set_feed(statement, words)
         feed = self.state.feed
         words.check_used(statement, "side M")
@@ -179,11 +179,9 @@ def _touch(position: list[float], center: Point, radius: float, sense: float, *,
     dx, dy = position[0] - center[0], position[1] - center[1]
     distance = math.hypot(dx, dy)
     if distance < radius:
-        what = "the end point of the departure lies" if leaving else "the tool stands"
+        what = "the end point of the departure lies" if leaving else "the tool is"
         way = "from" if leaving else "to"
-        raise ProgramError(
-            "VP008", f"{what} inside the arc, whose radius is {radius:.6g} mm; no tangent leads {way} it there"
-        )
+        raise ProgramError("VP008", f"{what} inside the arc of radius {radius:.6g} mm; no tangent leads {way} it there")
     angle = math.atan2(dy, dx) + (-1 if leaving else 1) * sense * math.acos(min(radius / distance, 1.0))
     return center[0] + radius * math.cos(angle), center[1] + radius * math.sin(angle)
 

@@ -53,7 +53,7 @@ class Blank:
         if form[1]:
             return None
         if self._low is None:
-            raise statement.error("VP017", "BLK FORM 0.2, and no BLK FORM 0.1 before it")
+            raise statement.error("VP017", "BLK FORM 0.2 needs BLK FORM 0.1 before it")
         if not self._low:
             return None
         low = [self._low[letter] for letter in "XYZ"]
@@ -75,7 +75,7 @@ def _read_words(
         if word is None:
             raise statement.error("VP001", f"{text[at:].strip()[:15]!r} is not a word of BLK FORM", at)
         if word[1] in words:
-            raise statement.error("VP004", f"{word[1]} stands twice in the block", at)
+            raise statement.error("VP004", f"{word[1]} appears twice in the block", at)
         words[word[1]] = unit * read_value(word[2], numbers)
         at = word.end()
     return words

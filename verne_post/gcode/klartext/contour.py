@@ -117,7 +117,7 @@ class KlartextContour:
         """F, F AUTO, FU."""
         if words.automatic:
             if not self.call_feed:
-                raise statement.error("VP009", "F AUTO, and TOOL CALL has given no F")
+                raise statement.error("VP009", "F AUTO needs an F of TOOL CALL")
             self.change_feed_mode(FeedMode.PER_MINUTE)
             self.core.set_feed(self.call_feed)
             words.automatic = False

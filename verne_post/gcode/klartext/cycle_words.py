@@ -90,14 +90,14 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
             raise statement.error("VP001", f"CYCL DEF {head.number}: {text[at:][:20]!r} is not of the form Q200=2")
         number, value, word = int(match.group(1)[:6]), match.group(2), match.group(3)
         if number in values:
-            raise statement.error("VP004", f"CYCL DEF {head.number}: Q{number} stands twice")
+            raise statement.error("VP004", f"CYCL DEF {head.number}: Q{number} appears twice")
         if word in ("FU", "FZ"):
             raise statement.error(
                 "VP002", f"CYCL DEF {head.number}: Q{number}={word}: feed rates of cycles are in mm/min"
             )
         if word in ("AUTO", "FAUTO"):
             if not auto_feed:
-                raise statement.error("VP009", f"CYCL DEF {head.number}: Q{number}=AUTO, and TOOL CALL has given no F")
+                raise statement.error("VP009", f"CYCL DEF {head.number}: Q{number}=AUTO needs an F of TOOL CALL")
             values[number] = auto_feed
         else:
             values[number] = FMAX_VALUE if word else read_value(value, numbers)

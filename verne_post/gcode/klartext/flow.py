@@ -71,7 +71,7 @@ class KlartextFlow:
     def _label(self, name: str) -> int:
         labels = self.calls.text.labels
         if name not in labels:
-            raise ProgramError("VP023", f"LBL {name} does not stand in the program")
+            raise ProgramError("VP023", f"LBL {name} is not in the program")
         return labels[name] + 1
 
     def _enter(self, text: KlartextText, begin: int, line: int, call: _Call, name: str) -> None:

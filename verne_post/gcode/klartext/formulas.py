@@ -94,7 +94,7 @@ def evaluate(text: str, numbers: Numbers) -> float:
     except (ValueError, ZeroDivisionError) as error:
         raise ProgramError("VP007", f"{text.strip()[:60]}: {error}") from None
     if formula.at < len(formula.tokens):
-        raise ProgramError("VP001", f"{formula.tokens[formula.at]!r} in a formula where an operator belongs")
+        raise ProgramError("VP001", f"{formula.tokens[formula.at]!r} in a formula; expected an operator")
     if isinstance(value, complex) or not abs(value) <= MAX_NUMBER:
         raise ProgramError("VP007", f"{text.strip()[:60]}: the value is beyond any machine")
     return float(value)
@@ -124,7 +124,7 @@ class _Formula:
     def sum(self, depth: int) -> float:
         """Terms with + and -."""
         if depth > MAX_NESTING:
-            raise ProgramError("VP001", f"more than {MAX_NESTING} brackets and functions inside each other")
+            raise ProgramError("VP001", f"more than {MAX_NESTING} nested brackets and functions")
         value = self._product(depth)
         while (operator := self._take("+", "-")) is not None:
             term = self._product(depth)
@@ -147,18 +147,18 @@ class _Formula:
         while self._take("^") is not None:
             result = value ** self._read_operand(depth + 1)
             if isinstance(result, complex):
-                raise ProgramError("VP007", f"{value:g} has no such power")
+                raise ProgramError("VP007", f"{value:g} has no real power of this exponent")
             value = result
         return value
 
     def _read_operand(self, depth: int) -> float:
         if depth > MAX_NESTING:
-            raise ProgramError("VP001", f"more than {MAX_NESTING} brackets and functions inside each other")
+            raise ProgramError("VP001", f"more than {MAX_NESTING} nested brackets and functions")
         if (sign := self._take("+", "-")) is not None:
             value = self._read_operand(depth + 1)
             return -value if sign == "-" else value
         if self.at == len(self.tokens):
-            raise ProgramError("VP001", "the formula ends where a value belongs")
+            raise ProgramError("VP001", "the formula ends; expected a value")
         token = self.tokens[self.at]
         self.at += 1
         if token == "(":

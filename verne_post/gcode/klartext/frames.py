@@ -67,8 +67,7 @@ class KlartextFrames:
     def _refuse_after_side(self, what: str) -> None:
         """After R0 the tool is beside the contour until it moves in the plane; whether anything else takes it there is open."""
         if self.state.compensation is None and self.state.centre is not None:
-            raise ProgramError("VP017", f"{what} after R0, while the tool is beside the contour: whether it then goes onto the contour depends on the "
-                             "control; move in X and Y first, or write DEP in place of R0")  # fmt: skip
+            raise ProgramError("VP017", f"{what} after R0, while the tool is beside the contour: controls differ in whether it then goes onto the contour; move in X and Y first, or write DEP instead of R0")  # fmt: skip
 
     # --- coordinates ---------------------------------------------------------------------------------
 
@@ -123,7 +122,7 @@ class KlartextFrames:
             return
         if self.core.find_tilted_tool() is not None:
             raise ProgramError(
-                "VP017", f"{what} in a tilted plane, and the tool does not stand upright on it; position the rotary axes first "
+                "VP017", f"{what} in a tilted plane that the tool is not normal to; position the rotary axes first "
                 "(PLANE ... MOVE or TURN, or L A+Q120 C+Q122)",
             )  # fmt: skip
 

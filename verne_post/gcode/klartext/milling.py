@@ -108,7 +108,7 @@ class KlartextMilling:
         if q.get(Q.CLIMB, 1.0) not in (0.0, 1.0, -1.0):
             refuse(Q.CLIMB, "1 for climb milling, -1 for up-cut")
         if q.get(Q.FEED_REFERENCE, 0.0) not in (0.0, 3.0):
-            refuse(Q.FEED_REFERENCE, "F counts on the path of the tool's centre here; write Q439=0", "VP002")
+            refuse(Q.FEED_REFERENCE, "F is always the speed of the tool's centre here; write Q439=0", "VP002")
         for name in (Q.MILLING_FEED, Q.FINISHING_FEED, Q.PLUNGE_FEED, Q.POSITIONING_FEED):
             if not 0 < q.get(name, 1.0) <= FMAX_VALUE or (
                 q.get(name) == FMAX_VALUE and name in (Q.MILLING_FEED, Q.FINISHING_FEED)
@@ -147,7 +147,7 @@ class KlartextMilling:
         side, floor = q.get(Q.SIDE_ALLOWANCE, 0.0) * unit, q.get(Q.FLOOR_ALLOWANCE, 0.0) * unit
         kind = q.get(Q.OPERATION, 0.0)
         if kind == 2.0 and not side and not floor:
-            raise ProgramError("VP007", "Q215=2 finishes what Q368 and Q369 have left, and both are 0")
+            raise ProgramError("VP007", "Q215=2 finishes the allowances Q368 and Q369, and both are 0")
         rough, fine = kind != 2.0, kind != 1.0
         levels: list[float] = []
         if rough and top - bottom - floor > ZERO_LENGTH_MM:
@@ -274,7 +274,7 @@ class KlartextMilling:
             raise ProgramError("VP007", f"Q386={q[Q.END_Z]:g} lies above the surface Q227={q[Q.START_Z]:g}")
         length, width = q[Q.LENGTH] * self.frames.unit, q[Q.WIDTH] * self.frames.unit
         if not length or not width:
-            raise ProgramError("VP007", "Q218 and Q219, the sides of the face, are not 0")
+            raise ProgramError("VP007", "Q218 and Q219, the sides of the face, must not be 0")
         signs = math.copysign(1.0, length), math.copysign(1.0, width)
         first, second = (signs[0], 0.0), (0.0, signs[1])
         if q.get(Q.AXIS, 1.0) == 2.0:

@@ -139,7 +139,7 @@ class KlartextPaths:
         elif len(given) == 1:
             kept = {axis: value for axis, value in self.pole.items() if axis not in given}
             if len(self.pole) != 2 or len(kept) != 1:
-                raise statement.error("VP005", "CC with one coordinate, and the other is not known from a CC before")
+                raise statement.error("VP005", "CC has one coordinate, and no CC before gives the other")
             given |= kept
         self.core.require_known(self.frames.block, sorted(open_axes), "CC")
         self.pole = given
@@ -226,7 +226,7 @@ class KlartextPaths:
             raise statement.error("VP005", "CP needs PA or IPA, one of them")
         if step is not None:
             if words.rotation is not None and step * words.rotation < 0:
-                raise statement.error("VP008", f"CP IPA{step:g} turns against DR; both have the same sign")
+                raise statement.error("VP008", f"CP IPA{step:g} and DR have opposite signs; give both the same sign")
             sweep = step
         else:
             if words.rotation is None:

@@ -127,7 +127,7 @@ class KlartextPatterns:
             at = match.end()
             _count(statement, float(len(places)))
         if not places:
-            raise statement.error("VP005", "PATTERN DEF without places")
+            raise statement.error("VP005", "PATTERN DEF needs positions")
         self.places = places
 
     def _place_items(self, statement: Statement, kind: str, text: str) -> list[Place]:
@@ -169,11 +169,10 @@ class KlartextPatterns:
         if self.cycle_unread:
             return
         if self.cycle is None:
-            raise ProgramError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
+            raise ProgramError("VP017", "a cycle call needs a machining cycle; write CYCL DEF first")
         for name, value in self.assigned.items():
             if not self.q.has(f"Q{name}", value):
-                raise ProgramError("VP017", f"Q{name} has been changed since CYCL DEF {self.cycle.number}; whether a call takes the new value "
-                                 "depends on the control: write CYCL DEF again")  # fmt: skip
+                raise ProgramError("VP017", f"Q{name} has been changed since CYCL DEF {self.cycle.number}; controls differ in whether a call takes the new value; write CYCL DEF again")  # fmt: skip
         q = self.cycle.q if not z else {**self.cycle.q, Q.SURFACE: self.cycle.q[Q.SURFACE] + z}
         self.cycles.run_cycle(self.cycle.number, q)
 
@@ -209,7 +208,7 @@ class KlartextPatterns:
             self.contour.set_feed(statement, words)
         words.check_used(statement, "F M")
         if not self.places:
-            raise statement.error("VP017", "CYCL CALL PAT, and no PATTERN DEF before it; point tables are not read")
+            raise statement.error("VP017", "CYCL CALL PAT needs PATTERN DEF before it; point tables are not read")
         rapid = words.rapid or not self.state.feed
         height = self.state.position[2] if self.state.is_known(2) else -math.inf
         with self.cycles.expect_holes(len(self.places)):
@@ -221,7 +220,7 @@ class KlartextPatterns:
         if self.cycle_unread:
             return
         if self.cycle is None:
-            raise ProgramError("VP017", "a cycle call, and no machining cycle is defined; write CYCL DEF first")
+            raise ProgramError("VP017", "a cycle call needs a machining cycle; write CYCL DEF first")
         self.waiting.refuse("a cycle call")
         self.frames.refuse_beside("a cycle call")
         x, y, z = place
@@ -242,7 +241,7 @@ class KlartextPatterns:
         if self.cycle_unread:
             return
         if self.cycle is None:
-            raise statement.error("VP017", f"CYCL DEF {number}, and no machining cycle is defined before it")
+            raise statement.error("VP017", f"CYCL DEF {number} needs a machining cycle before it")
         if q.get(Q.ALONG_CIRCLE):
             raise statement.error("VP002", "Q365=1 is not executed: between holes the tool goes straight; write Q365=0")
         if q[Q.GO_HIGH] not in (0.0, 1.0):

@@ -95,8 +95,7 @@ class KlartextPlanes:
             and words.kind not in ("RELATIV", "RELATIVE")
         ):
             raise statement.error(
-                "VP017", "a new plane while datum shift, mirror image, rotation or scaling hold that were set in the plane before; "
-                "reset them first",
+                "VP017", "a new plane while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it first",
             )  # fmt: skip
         if angles is None:
             normal = (
@@ -137,7 +136,7 @@ class KlartextPlanes:
             else:
                 name = {"ABST": "DIST", "SET-UP": "DIST", "SETUP": "DIST"}.get(match.group("name"), match.group("name"))
                 if name in words.values:
-                    raise statement.error("VP004", f"{name} stands twice in the block", at)
+                    raise statement.error("VP004", f"{name} appears twice in the block", at)
                 words.values[name] = read_value(match.group("value"), self.q)
             at = match.end()
         return words
@@ -180,7 +179,7 @@ class KlartextPlanes:
             if self.maps.inner.order and self.maps.tilt is not None:
                 raise statement.error(
                     "VP017",
-                    "PLANE RELATIV while datum shift, mirror image, rotation or scaling hold in the plane; reset them first",
+                    "PLANE RELATIV while a datum shift, mirror image, rotation or scaling holds in the plane; reset it first",
                 )
             tilt = step if self.maps.tilt is None else self.maps.tilt @ step
         if tilt is None:
@@ -368,8 +367,7 @@ class KlartextPlanes:
         self.core.refuse_compensation("CYCL DEF 19")
         tilt = None if angles is None or not any(angles) else transformations.build_spatial_plane(*angles)
         if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
-            raise ProgramError("VP017", "cycle 19 while datum shift, mirror image, rotation or scaling hold that were set in the plane before; "
-                "reset them first")  # fmt: skip
+            raise ProgramError("VP017", "cycle 19 while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it first")  # fmt: skip
         normal = self._outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
         chosen = self._choose_angles(normal, None, None, tip_stays=move is not None)
         if statement is None or move is None:

@@ -106,7 +106,7 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     """``Q1 = formula``, ``QS1 = "text" || QS2``."""
     match = _ASSIGNED.match(statement.rest)
     if match is None:
-        raise statement.error("VP001", "a parameter stands alone; expected Q1 = and a value", 0)
+        raise statement.error("VP001", "a parameter alone; expected Q1 = and a value", 0)
     name = match.group(1) + match.group(2)
     rest = statement.rest[match.end() :]
     if not rest.strip():

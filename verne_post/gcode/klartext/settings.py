@@ -90,8 +90,7 @@ class KlartextSettings:
                 continue
             if outside:
                 raise statement.error(
-                    "VP017", "a datum shift in a tilted plane while one from before the plane holds: which of them it would change "
-                    "differs between controls; write PLANE RESET first",
+                    "VP017", "a datum shift in a tilted plane while one from before the plane holds: controls differ in which of them it would change; write PLANE RESET first",
                 )  # fmt: skip
             shift[axis] = value + (shift[axis] if step else 0.0)
         layer.shift = (shift[0], shift[1], shift[2])
@@ -110,7 +109,7 @@ class KlartextSettings:
             at = match.end()
             if letter in "XYZ":
                 if (axis := "XYZ".index(letter)) in values:
-                    raise statement.error("VP004", f"{letter} stands twice in the datum shift")
+                    raise statement.error("VP004", f"{letter} appears twice in the datum shift")
                 values[axis] = bool(step), self.frames.convert_length(value)
             elif value:
                 raise statement.error(
@@ -163,7 +162,7 @@ class KlartextSettings:
                 "VP002", f"a mirror image of {wrong[0][:10]} is not executed; X and Y can be mirrored"
             )
         if len(set(letters)) < len(letters):
-            raise statement.error("VP004", "an axis of the mirror image stands twice in the block")
+            raise statement.error("VP004", "an axis of the mirror image appears twice in the block")
         layer = self.maps.current
         layer.mirrored = ("X" in letters, "Y" in letters)
         layer.set("mirror", active=bool(letters))
@@ -221,7 +220,7 @@ class KlartextSettings:
         given = [match.groups() for match in _TILT_WORD.finditer(head.rest)]
         feeds, distances = ([pair[place] for pair in given if pair[place]] for place in (0, 1))
         if max(len(feeds), len(distances)) > 1:
-            raise statement.error("VP004", "F or the set-up clearance stands twice in cycle 19")
+            raise statement.error("VP004", "F or the set-up clearance appears twice in cycle 19")
         at, text = 0, _TILT_WORD.sub(" ", head.rest).rstrip()
         while at < len(text):
             match = _COORDINATE.match(text, at)

@@ -118,7 +118,7 @@ class KlartextText(ChunkedText):
             following = self.read_raw(line + len(parts))
             if following is None:
                 if goes_on:
-                    raise ProgramError("VP001", "the statement goes on (~), and the text ends", line=line)
+                    raise ProgramError("VP001", "the text ends, but ~ continues the statement", line=line)
                 break
             more = decode_line(following)
             if not goes_on and not _CYCLE_PARAMETER.match(more.upper()):
@@ -142,7 +142,7 @@ class KlartextText(ChunkedText):
         Raises
         ------
         ProgramError
-            VP023: a label that stands twice.
+            VP023: a label that appears twice.
         """
         found: dict[str, int] = {}
         line, at = 1, 0
@@ -153,7 +153,7 @@ class KlartextText(ChunkedText):
             if name == "0":
                 continue
             if name in found:
-                raise ProgramError("VP023", f"LBL {name} stands twice, first in line {found[name]}", 1, line=line)
+                raise ProgramError("VP023", f"LBL {name} appears twice, first in line {found[name]}", 1, line=line)
             found[name] = line
         return found
 

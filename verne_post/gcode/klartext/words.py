@@ -145,11 +145,11 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
         words.compensation = found["comp"]
     elif found["feed"]:
         if words.rapid or words.automatic or "F" in words.values:
-            raise statement.error("VP004", "F stands twice in the block", begin)
+            raise statement.error("VP004", "F appears twice in the block", begin)
         words.rapid, words.automatic = found["feed"].endswith("MAX"), found["feed"].endswith("AUTO")
     elif found["rotation"]:
         if words.rotation is not None:
-            raise statement.error("VP004", "DR stands twice in the block", begin)
+            raise statement.error("VP004", "DR appears twice in the block", begin)
         words.rotation = 1 if found["rotation"].endswith("+") else -1
     elif found["max"]:
         if last is None or last.number != 140:
@@ -159,7 +159,7 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
         if last is None or last.number not in (94, 138):
             raise statement.error("VP001", f"{found['axis']} without a value", begin)
         if found["axis"] in last.axes:
-            raise statement.error("VP004", f"{found['axis']} stands twice in the block", begin)
+            raise statement.error("VP004", f"{found['axis']} appears twice in the block", begin)
         words.functions[-1] = MWord(last.number, last.column, last.words, last.axes + found["axis"])
     else:
         name = found["name"]
@@ -168,5 +168,5 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
             last.words[name] = value
             return
         if name in words.values or (name == "F" and (words.rapid or words.automatic)):
-            raise statement.error("VP004", f"{name} stands twice in the block", begin)
+            raise statement.error("VP004", f"{name} appears twice in the block", begin)
         words.values[name], words.columns[name] = value, begin

@@ -118,7 +118,7 @@ def chamfer_corner(first: Element, second: Element, length: float, name: str) ->
         VP008 where one of them is an arc, or too short.
     """
     if first.arc is not None or second.arc is not None:
-        raise ProgramError("VP008", f"{name} between elements of which one is an arc; it stands between two lines")
+        raise ProgramError("VP008", f"{name} is between elements of which one is an arc; it needs two lines")
     t1, t2 = _find_corner_directions(first, second, name)
     corner = first.end
     before = _cut_end(first, (corner[0] - length * t1[0], corner[1] - length * t1[1]))
@@ -131,7 +131,7 @@ def chamfer_corner(first: Element, second: Element, length: float, name: str) ->
 def _find_corner_directions(first: Element, second: Element, name: str) -> tuple[Point, Point]:
     t1, t2 = first.find_direction(at_end=True), second.find_direction(at_end=False)
     if first.plane or second.plane or t1 is None or t2 is None:
-        raise ProgramError("VP008", f"{name} stands between two elements that move in X and Y")
+        raise ProgramError("VP008", f"{name} needs an element before and after it that moves in X and Y")
     if any(
         abs(a - b) > ZERO_LENGTH_MM
         for element in (first, second)

@@ -199,8 +199,7 @@ class Machining:
         letter, tilt = AXES[self.setup.rotary[0]], machine_position[self.setup.rotary[0]]
         if kind != MoveKind.RAPID or not (absolute or machine):
             raise ProgramError(
-                "VP016", f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is elsewhere; "
-                "the next motion must be a rapid traverse in absolute terms",
+                "VP016", f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is at another place; the next motion must be a rapid traverse in absolute coordinates",
             )  # fmt: skip
         if machine:
             return state.position
@@ -216,7 +215,7 @@ class Machining:
         if at is not None and _Z in unnamed and way > UNNAMED_MOTION_MM:
             self.recorder.warn(
                 "VP046", "the tool length has changed while the table is tilted, and the block does not name Z: the tip goes to the place that was "
-                f"programmed for the length of before, the spindle by {way:.6g} mm; name X, Y and Z in it, or retract in machine coordinates before",
+                f"programmed with the former length, and the spindle moves by {way:.6g} mm; name X, Y and Z in the block, or retract in machine coordinates before it",
                 at.line, None,
             )  # fmt: skip
         return begin
@@ -227,7 +226,7 @@ class Machining:
         if _Z not in axes and deeper > UNNAMED_MOTION_MM:
             self.recorder.warn(
                 "VP046", "the tool length has changed, and the block does not name Z: the tip goes on at "
-                f"Z{self.state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z in it", at.line, None,
+                f"Z{self.state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z in the block", at.line, None,
             )  # fmt: skip
 
     def line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
@@ -360,7 +359,7 @@ class Machining:
         if max(abs(a - b) for a, b in zip(points[0], start, strict=True)) > ARC_CHORD_MM:
             where = " ".join(f"{letter}{points[0][AXES.index(letter)]:.6g}" for letter in self.setup.axes)
             raise ProgramError(
-                "VP031", f"{name} begins at {where}, and the tool is elsewhere; lead to the first control point"
+                "VP031", f"{name} begins at {where}, and the tool is not there; move to the first control point"
             )
         points[0] = list(start)
         turning = next((axis for axis in _ROTARY if any(point[axis] != start[axis] for point in points)), None)
@@ -470,7 +469,7 @@ class Machining:
             if self.setup.machine and (abs(tilt) > UPRIGHT_DEG or abs(turn) > UPRIGHT_DEG):
                 one, other = self.setup.rotary_letters
                 raise ProgramError(
-                    "VP017", f"tool-centre-point control is off (user-defined code), and the table stands at {one} {tilt:g}, "
+                    "VP017", f"tool-centre-point control is off (user-defined code), and the table is at {one} {tilt:g}, "
                     f"{other} {turn:g}: this machine always controls the tool centre point; turn to {one}0 {other}0 before, or use machine coordinates",
                 )  # fmt: skip
 

@@ -67,7 +67,7 @@ class FanucCorners:
         if block.corner is not None:
             letter, size = block.corner
             if not moves or not (set(codes) & set(_MOTIONS) or modes.motion in (10, 20, 30)):
-                raise ProgramError("VP017", f",{letter} stands after a feed move (G1, G2, G3)")
+                raise ProgramError("VP017", f",{letter} must follow a feed move (G1, G2, G3)")
             if set(block.words) & set("ABC") and modes.length_code not in (434, 435):
                 raise ProgramError(
                     "VP017", f",{letter} beside a turn of the table needs tool-centre-point control (G43.4)"
@@ -91,14 +91,14 @@ class FanucCorners:
             if element.kind != MoveKind.FEED:
                 self._queue.release()
                 raise ProgramError(
-                    "VP017", f"{before.name} of line {first.line} stands between feed moves (G1, G2, G3)"
+                    "VP017", f"{before.name} of line {first.line} must be between feed moves (G1, G2, G3)"
                 )
             element = self._queue.join(element, self._draw)
         if corner is None:
             self._draw(element)
             return
         if element.kind != MoveKind.FEED or self.core.state.feed_mode == FeedMode.INVERSE:
-            raise ProgramError("VP017", f"{corner.name} stands after a feed move (G1, G2, G3) in G94 or G95")
+            raise ProgramError("VP017", f"{corner.name} must follow a feed move (G1, G2, G3) in G94 or G95")
         self._queue.hold(element, corner)
         self.core.stand(list(element.end))
 

@@ -89,7 +89,7 @@ class CycleCodes:
         for axis in axes:
             if axis > 2:
                 letter = AXES[axis]
-                raise block.error("VP017", f"{letter} cannot stand in a canned cycle; write a G0 before it", letter)
+                raise block.error("VP017", f"{letter} cannot be in a canned cycle; write a G0 before it", letter)
         if state.feed_mode == FeedMode.INVERSE:
             raise ProgramError("VP017", f"{spell_g_code(motion)} with inverse-time feed (G93); use G94")
         if state.compensation is not None:
@@ -307,7 +307,7 @@ class CycleCodes:
         if "Q" in block.words:
             raise block.error(
                 "VP002",
-                f"{name} Q: how far the tap goes back between pecks is a parameter of the control; leave Q out",
+                f"{name} Q: a parameter of the control decides how far the tap goes back between pecks; leave Q out",
                 "Q",
             )
         if not 1.0 <= block.words.get("J", 1.0) <= MAX_FASTER_OUT:
@@ -352,11 +352,11 @@ class CycleCodes:
             return before
         if not step or step < 0:
             raise ProgramError(
-                "VP005", f"{name} needs Q greater than 0, or I and J, the way of the oriented tool off the wall"
+                "VP005", f"{name} needs Q greater than 0, or I and J, by which the oriented tool leaves the wall"
             )
         if not self.bore_shift:
             raise block.error(
-                "VP005", f'{name} Q: where the oriented tool leaves the wall is parameter 5148; say [fanuc] bore_shift = "+X", "-X", "+Y" or "-Y" in the '
+                "VP005", f'{name} Q: parameter 5148 decides where the oriented tool leaves the wall; give [fanuc] bore_shift = "+X", "-X", "+Y" or "-Y" in the '
                 "settings file, or write I and J", "Q",
             )  # fmt: skip
         way = -step if self.bore_shift[0] == "-" else step

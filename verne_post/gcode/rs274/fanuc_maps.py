@@ -56,7 +56,7 @@ class FanucMaps:
             return
         if self.modes.turns or maps.polar or maps.factors != (1.0,) * 3:
             raise ProgramError(
-                "VP017", "G51 under G51, G68 or G16; controls scale first and turn then: write G50, G69 or G15 before"
+                "VP017", "G51 under G51, G68 or G16; controls scale first, then turn; write G50, G69 or G15 before"
             )
         given = [letter for letter in "IJK" if letter in words]
         if ("P" in words) == bool(given):
@@ -65,7 +65,7 @@ class FanucMaps:
             letter = (given or ["P"])[0]
             raise block.error(
                 "VP007",
-                f"{letter}{words[letter]:g} without a decimal point counts steps that a parameter sets; write {letter}2.0 for twice the size",
+                f"{letter}{words[letter]:g} without a decimal point: a parameter sets its unit; write {letter}2.0 for twice the size",
                 letter,
             )
         factors = tuple(words.get(letter, words.get("P", 1.0)) for letter in "IJK")
@@ -174,7 +174,7 @@ class FanucMaps:
             raise ProgramError("VP017", "G16 in G18 or G19 is not executed; write G17, or X Y Z")
         if motion in _ARCS and "R" not in words:
             raise ProgramError(
-                "VP017", "an arc under G16 needs R: a centre would count from a place that is not written"
+                "VP017", "an arc under G16 needs R: a centre would count from a place that the program does not name"
             )
         if not absolute and "X" in words:
             raise block.error(

@@ -153,8 +153,7 @@ class FanucPlanes:
             return fixed if self.keys.roll_pitch_yaw == "fixed" else moving
         if np.abs(fixed - moving).max() > _PARALLEL:
             raise ProgramError(
-                "VP005", "G68.2 P1 with several angles: say whether each turns about the axes of the part or about those that the turns "
-                'before have left, [fanuc] roll_pitch_yaw = "fixed" or "moving" in the settings file; or give Euler angles (P0)',
+                "VP005", 'G68.2 P1 with several angles: give [fanuc] roll_pitch_yaw in the settings file, "fixed" if each turns about the axes of the part, "moving" if about those turned so far; or give Euler angles (P0)',
             )  # fmt: skip
         return fixed
 
@@ -188,7 +187,7 @@ class FanucPlanes:
                 "G68.3 while the tool is vertical: how X of the plane points is a parameter of the control; write G68.2",
             )
         self.recorder.note_once(
-            "VP039", "G68.3: X of the plane is level (parameter 12321 names Z); controls set otherwise have it elsewhere", block.line
+            "VP039", "G68.3: X of the plane is level (parameter 12321 names Z); with another parameter it has another direction", block.line
         )  # fmt: skip
         x = np.cross([0.0, 0.0, 1.0], z)
         rotation = _span(x, np.cross(z, x), "G68.3") @ rotate_about(
@@ -211,7 +210,7 @@ class FanucPlanes:
         stray = next((letter for axis, letter in enumerate("XYZ") if letter in words and axis not in axes), None)
         if stray is not None:
             raise block.error(
-                "VP006", f"G68 turns in the plane of G17, G18 or G19, and {stray} is none of its axes", stray
+                "VP006", f"G68 turns in the plane of G17, G18 or G19, and {stray} is not one of its axes", stray
             )
         if missing := [axis for axis in axes if "XYZ"[axis] not in words]:
             self.core.require_known(block, missing, "G68 about the place where the tool is")
@@ -248,7 +247,7 @@ class FanucPlanes:
         if (absolute and len(named) < len(modes.turned_axes)) or (not absolute and modes.after_turn == "G69"):
             letters = ", ".join("XYZ"[axis] for axis in sorted(modes.turned_axes))
             raise ProgramError(
-                "VP017", f"the first motion after {modes.after_turn} leaves open where the axes begin that it does not name; name {letters} in G90"
+                "VP017", f"the first motion after {modes.after_turn} must name {letters} in G90: controls differ in what an unnamed axis keeps"
             )  # fmt: skip
         if absolute:
             modes.after_turn = ""

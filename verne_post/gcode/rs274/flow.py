@@ -117,7 +117,7 @@ class Flow:
         elif o.keyword == "endrepeat":
             begin = structure.begin[line]
             if begin not in counters:
-                raise ProgramError("VP023", f"o{o.label} endrepeat is reached, and its repeat (line {begin}) was not")
+                raise ProgramError("VP023", f"o{o.label} endrepeat is executed, but its repeat (line {begin}) was not")
             counters[begin] -= 1
             if counters[begin] > 0:
                 self.calls.line = begin + 1
@@ -133,7 +133,7 @@ class Flow:
         if o.label in self._called and not self.calls.in_call:
             raise ProgramError(
                 "VP023",
-                f"o{o.label} sub is met after its call; define it before the first call, or after the end of the program",
+                f"o{o.label} sub comes after its call; define it before the first call, or after the end of the program",
             )
         self.calls.line = self.calls.text.structure.subs[o.label or ""][1] + 1
 

@@ -67,7 +67,7 @@ class HaasCodes:
         self._check(block, code)
         for letter in "XYAC":
             if letter in block.words:
-                raise block.error("VP006", f"{name} does not use {letter}: it begins where the tool stands", letter)
+                raise block.error("VP006", f"{name} does not use {letter}: it begins at the tool", letter)
         self.motion.check_feed(block, code)
         if (tool := self.core.find_tilted_tool()) is not None:
             raise ProgramError("VP017", f"{name} works along Z, but {tool}; turn the table")
@@ -98,9 +98,11 @@ class HaasCodes:
             )
         if last < first or ("Q" in words and not step > 0):
             letter = "K" if last < first else "Q"
-            raise block.error("VP007", f"{letter}{words[letter]:g}: circles go from I to K, by Q outwards", letter)
+            raise block.error("VP007", f"{letter}{words[letter]:g}: circles go from I to K in steps of Q", letter)
         if first - tool <= ZERO_LENGTH_MM:
-            raise block.error("VP007", f"I{words['I']:g}: the tool of {2 * tool:g} mm has no room in the circle", "I")
+            raise block.error(
+                "VP007", f"I{words['I']:g}: the tool of {2 * tool:g} mm does not fit into the circle", "I"
+            )
         count = math.ceil((last - first) / step - ROUNDING_SHARE) if step else 0
         if count > MAX_STROKES:
             raise block.error("VP007", f"Q{words['Q']:g}: {count} circles are more than {MAX_STROKES}", "Q")
@@ -143,7 +145,7 @@ class HaasCodes:
         for letter in ("L", *("K" if code == ARC_OF_HOLES else "")):
             if letter not in words:
                 raise ProgramError(
-                    "VP005", f"{name} needs {letter}: L, how many holes; K of G71, the angle between two"
+                    "VP005", f"{name} needs {letter}: L is the number of holes, K of G71 the angle between two"
                 )
         count = read_whole(block, "L")
         if not 1 <= count <= MAX_HOLES:

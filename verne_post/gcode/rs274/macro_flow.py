@@ -95,7 +95,7 @@ class MacroFlow:
         entered = self._find_loops(flow.calls.text).find_entered(line, target)
         if entered is not None:
             raise ProgramError(
-                "VP023", f"GOTO {number} leads into the loop of line {entered}; only ways out of a loop are open"
+                "VP023", f"GOTO {number} leads into the loop of line {entered}; a jump may only leave a loop"
             )
         flow.calls.line = target
 

@@ -136,7 +136,7 @@ def read_arguments(reader: ValueReader) -> tuple[dict[str, float], dict[int, flo
             continue
         if letter not in ARGUMENTS and letter not in "PL":
             raise reader.error(
-                "VP006", f"{letter!r} gives no argument of a macro; letters are A to Z but G, L, N, O, P", at
+                "VP006", f"{letter!r} is no argument of a macro; arguments are A to Z except G, L, N, O, P", at
             )
         value = reader.read_word(letter)
         number = ARGUMENTS.get(letter, 0)
@@ -147,7 +147,7 @@ def read_arguments(reader: ValueReader) -> tuple[dict[str, float], dict[int, flo
             if number_of_set > _MOST_SETS:
                 raise reader.error("VP004", f"more than {_MOST_SETS} sets of I, J, K", at)
         elif letter in letters:
-            raise reader.error("VP004", f"{letter} stands twice", at)
+            raise reader.error("VP004", f"{letter} appears twice", at)
         letters.add(letter)
         if letter in "PL":
             calls[letter] = value

@@ -43,8 +43,7 @@ def refuse_lacking(
     if lacking == "feed rate":
         raise ProgramError("VP009", f"{name} with feed rate zero; give {feed_words}")
     if lacking == "constant spindle speed":
-        raise ProgramError("VP017", f"{name} with feed per revolution (G95) under G96: the feed rate would follow the spindle, and that the distance "
-                           "of the tool from X0; write G94, or G97 with S")  # fmt: skip
+        raise ProgramError("VP017", f"{name} with feed per revolution (G95) under G96: the feed rate would depend on the spindle speed, and that on the distance of the tool from X0; write G94, or G97 with S")  # fmt: skip
     if lacking == "spindle":
         raise ProgramError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
     if lacking == "tool length":
@@ -130,7 +129,7 @@ class MotionCodes:
         angle = RAD_PER_DEG * state.frame.turn + (0.5 * math.pi if axis == _Y else 0.0)
         direction = np.array([math.cos(angle), math.sin(angle), 0.0])
         if np.abs(beside - place - direction).max() > RAD_PER_DEG * UPRIGHT_DEG:
-            raise block.error("VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is no direction of the machine; name X and Y "
+            raise block.error("VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is not a direction of the machine; name X and Y "
                 f"together, or turn the table to {'0 '.join(self.setup.rotary_letters)}0 before", AXES[axis])  # fmt: skip
         end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], direction[:2]) * direction
         return targets | {_X: float(end[0]), _Y: float(end[1])}
@@ -217,7 +216,7 @@ class MotionCodes:
                 letter,
             )
         if not set(self.setup.rotary) <= set(rotary):
-            raise block.error("VP013", f"{letter} alone after tool vectors: which side the table stands on was not programmed; "
+            raise block.error("VP013", f"{letter} alone after tool vectors: the program has not said on which side the table is; "
                 f"name {self.setup.both_rotary} together", letter)  # fmt: skip
         if not machine:
             self.core.hold_tool_axis(None)

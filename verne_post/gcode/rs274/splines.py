@@ -53,7 +53,7 @@ class SplineCodes:
     def execute(self, block: Block, motion: int) -> None:
         own = any(letter == "G" and round(10 * number) == motion for letter, number, _column in block.codes)
         if not own and motion != _POINT:
-            raise ProgramError("VP005", f"{spell_g_code(motion)} does not go on by itself; write it in every block")
+            raise ProgramError("VP005", f"{spell_g_code(motion)} is not modal; write it in every block")
         if motion == _POINT:
             self._add_point(block)
         elif motion == _FOLLOW:
@@ -79,7 +79,7 @@ class SplineCodes:
                 raise ProgramError("VP005", "G5 needs both I and J, or neither of them")
             if self.modes.spline_leg is None or self.modes.spline_leg[0] != self.recorder.count:
                 raise ProgramError(
-                    "VP005", "G5 without I and J goes on where the G5 just before it ends; this one needs I and J"
+                    "VP005", "G5 without I and J continues a G5 directly before it; there is none, so give I and J"
                 )
             offsets["I"], offsets["J"] = self.modes.spline_leg[1:]
         inner = [_shifted(start, offsets["I"], offsets["J"])]

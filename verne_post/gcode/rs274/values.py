@@ -35,7 +35,7 @@ def find_polar_end(block: Block, x: float, y: float, *, absolute: bool) -> tuple
     """Where the polar words of a block lead from a place, all in the unit of the program."""
     distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
     if distance < ZERO_LENGTH_MM and (not absolute or "^" not in block.polar):
-        raise block.error("VP017", "at X0 Y0 there is no angle to go on from; name @ and ^ in G90", "X")
+        raise block.error("VP017", "at X0 Y0 the last angle is not defined; give @ and ^ in G90", "X")
     if absolute:
         distance, angle = block.polar.get("@", distance), block.polar.get("^", angle)
     else:

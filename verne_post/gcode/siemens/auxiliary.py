@@ -78,7 +78,7 @@ class SiemensAuxiliary:
         """SPOS: the spindle stops at an angle; DC, ACP and ACN say in which sense it turns there."""
         if word.mode == "IC":
             raise word.error(
-                "VP002", "SPOS=IC() counts from where the spindle stands, which is not known here; write DC()"
+                "VP002", "SPOS=IC() counts from the angle of the spindle, which is not known here; write DC()"
             )
         self.core.auxiliary.orient_spindle(at, word.value)
 
@@ -144,5 +144,4 @@ class SiemensAuxiliary:
                 "VP012",
                 f"D{word.value:g}, and the tool is {tool}: D has the number of its tool ([siemens] d_numbers); D0 switches the offset off",
             )
-        raise word.error("VP012", f"D{word.value:g}: the tool table has one edge a tool, D1; D0 switches the offset off; where D has the number of its "
-                         'tool, say so: [siemens] d_numbers = "tools" in the settings file')  # fmt: skip
+        raise word.error("VP012", f'D{word.value:g}: the tool table has one edge a tool, D1; D0 switches the offset off; if D is the number of its tool, give [siemens] d_numbers = "tools" in the settings file')  # fmt: skip

@@ -135,7 +135,7 @@ class _Hole:
         if not self._is_absolute("DP", "DPR", self.digits[0]):
             raise self.given.error(
                 "VP007",
-                "RTP and RFP are one height, and a depth below it has no direction; give DP, the absolute depth, alone",
+                "RTP and RFP are the same height, so a relative depth has no direction; give only DP, the absolute depth",
                 "RTP",
             )
         return 1.0 if self._read_length("DP") < self.reference else -1.0
@@ -183,8 +183,7 @@ class _Hole:
         name, given = self.given.call.name, self.given
         here = self.to.motion.find_programmed(self.normal)
         if (here - self.clear) * self.up < -ZERO_LENGTH_MM and (here - self.retract) * self.up < -ZERO_LENGTH_MM:
-            raise ProgramError("VP017", f"{name}: the tool stands at {here:g} mm, below the safety clearance {self.clear:g} mm: it would be moved through the part; "
-                             "move it to the retract plane before", given.call.column)  # fmt: skip
+            raise ProgramError("VP017", f"{name}: the tool is at {here:g} mm, below the safety clearance {self.clear:g} mm: it would move through the part; move it to the retract plane before", given.call.column)  # fmt: skip
         {
             "CYCLE81": self._execute_cycle_82, "CYCLE82": self._execute_cycle_82, "CYCLE83": self._execute_cycle_83, "CYCLE85": self._execute_cycle_85, "CYCLE86": self._execute_cycle_86,
             "CYCLE84": self._tap_rigidly, "CYCLE89": self._execute_cycle_89, "CYCLE840": self._execute_cycle_840,

@@ -229,7 +229,7 @@ class Executor:
         first, second, *_ = PLANES[to.state.plane]
         if self.modal is not None and not self.is_modal(self.modal.name):
             raise ProgramError(
-                "VP002", f"{call.name} with MCALL {self.modal.name}: patterns call cycles alone", call.column
+                "VP002", f"{call.name} with MCALL {self.modal.name}: patterns call only cycles", call.column
             )
         is_placed = to.state.is_known(first) and to.state.is_known(second)
         here = (to.motion.find_programmed(first), to.motion.find_programmed(second)) if is_placed else None

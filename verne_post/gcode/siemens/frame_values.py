@@ -87,7 +87,7 @@ class FrameValues:
                 raise cursor.error("VP001", f"{name}: expected the name of an axis", at)
             axis = AXES.index(letter)
             if axis in values:
-                raise cursor.error("VP004", f"{letter} stands twice in {name}", at)
+                raise cursor.error("VP004", f"{letter} appears twice in {name}", at)
             values[axis] = 0.0
             if name != "CMIRROR":
                 cursor.expect(",", f"and a value after {letter}")
@@ -108,7 +108,7 @@ class FrameValues:
             cursor.expect("]", f"after the number of {name}")
             frame = self._stored(name, (round(number),), cursor, at)
         if frame.part_turn:
-            raise cursor.error("VP025", f"{name}: how far the part is turned (--wcs) is not read here", at)
+            raise cursor.error("VP025", f"{name}: a program cannot read the turn of the part (--wcs)", at)
         value = Frames().move(list(frame.origin[:3]), list(frame.origin[3:6]))
         return value.turn(build_rotation_about(2, frame.turn))
 

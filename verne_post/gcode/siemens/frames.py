@@ -87,7 +87,7 @@ def split(frame: Affine, mirrored: int) -> Split:
     linear = frame.linear
     scale = np.sqrt((linear**2).sum(axis=0))
     if scale.min() <= 0.0:
-        raise ProgramError("VP007", "a scale of 0 leaves nothing of the part")
+        raise ProgramError("VP007", "a scale must not be 0")
     scale[np.abs(scale - 1.0) < _NOTHING] = 1.0
     rotation = linear / scale
     if np.abs(rotation.T @ rotation - np.eye(3)).max() > _SQUARE:

@@ -84,7 +84,7 @@ class SiemensInterpreter:
     def _refuse_motion_beside(self, words: Words, group: str) -> None:
         if words.find_code("motion") is not None or words.find_code("suppression") is not None:
             raise ProgramError(
-                "VP003", f"{words.find_code(group)} stands in a block without motion", words.find_column(group)
+                "VP003", f"{words.find_code(group)} needs a block without motion", words.find_column(group)
             )
 
     @staticmethod

@@ -188,7 +188,7 @@ def _execute_endfor(flow: Running, cursor: Cursor, line: int) -> None:
     begin = flow.calls.text.structure.begin[line]
     last = flow.calls.frame.ends.get(begin)
     if last is None:
-        raise cursor.error("VP023", f"ENDFOR is reached, and its FOR (line {begin}) was not", 0)
+        raise cursor.error("VP023", f"ENDFOR is executed, but its FOR (line {begin}) was not", 0)
     value = _read_loop_value(flow, begin, cursor) + 1.0
     name, at, inner = _read_loop_variable(flow, begin)
     flow.executor.variables.write(name, read_indices(inner, flow.executor.variables), value, inner, at)

@@ -201,7 +201,7 @@ class _Work:
         )
         length, width, floor = self.values.measure("LENG"), self.values.measure("WID"), self.values.measure("FALD")
         if not length or not width:
-            raise given.error("VP007", "LENG and WID, the sides of the face, are not 0", "LENG")
+            raise given.error("VP007", "LENG and WID, the sides of the face, must not be 0", "LENG")
         most = self.values.measure("MID")
         levels = [self.values.bottom] if work == 2 else spread_levels(self.values.top, self.values.bottom + floor, most)
         beyond = max(

@@ -206,8 +206,7 @@ class SiemensMotion:
         if self.modes.tcp or not set(self.setup.rotary) & set(places):
             return end
         if self.follows_part:
-            raise block.error("VP017", f"{self.setup.both_rotary} on a plane of CYCLE800 without TRAORI: the plane would no longer stand upright; write CYCLE800() "
-                              "first", self._name_rotary(places))  # fmt: skip
+            raise block.error("VP017", f"{self.setup.both_rotary} on a plane of CYCLE800 without TRAORI: the tool would no longer be normal to the plane; write CYCLE800() first", self._name_rotary(places))  # fmt: skip
         turned = max(abs(end[axis] - state.position[axis]) for axis in self.setup.rotary) > _STANDS
         if turned and kind == MoveKind.FEED:
             raise block.error("VP017", f"{self.setup.both_rotary} turn at a feed rate without TRAORI: on a machine with three linear axes the tip would follow a curve; "
@@ -250,7 +249,7 @@ class SiemensMotion:
         if state.tool_axis is not None and not set(self.setup.rotary) <= set(places):
             raise ProgramError(
                 "VP013",
-                f"{self._name_rotary(places)} alone after tool vectors: which side the table stands on was not programmed; "
+                f"{self._name_rotary(places)} alone after tool vectors: the program has not said on which side the table is; "
                 f"name {self.setup.both_rotary} together",
             )
         self.core.hold_tool_axis(None)
@@ -341,8 +340,7 @@ class SiemensMotion:
         tilt, turn = (math.radians(machine[axis]) for axis in self.setup.rotary)
         turned = max(abs(math.sin(tilt)), abs(math.sin(0.5 * turn))) > _STANDS
         if self.modes.tcp and self.setup.machine and (turned or set(self.setup.rotary) & set(places)):
-            raise ProgramError("VP017", "G53, G153 or SUPA under TRAORI while the table is turned: places would be those of the turned part; write "
-                             "TRAFOOF first")  # fmt: skip
+            raise ProgramError("VP017", "G53, G153 or SUPA under TRAORI while the table is turned: the coordinates would turn with the part; write TRAFOOF first")  # fmt: skip
         if self.core.end_tool_axis(block, list(places)):
             self.set_chain()
         targets = dict(places)

@@ -67,8 +67,7 @@ class SiemensPlaces:
             return self.motion.find_programmed(axis)
         if self.keys.offsets_in_g91 == "travelled":
             return before
-        raise word.error("VP017", f"{word.name} is incremental, and its offset has changed: whether a control travels the change with it is "
-                         "machine data (SD42440, SD42442); write it in G90, or say so: [siemens] offsets_in_g91 of the settings file")  # fmt: skip
+        raise word.error("VP017", f"{word.name} is incremental, and its offset has changed: SD42440 and SD42442 decide whether the axis also moves by that change; write it in G90, or give [siemens] offsets_in_g91 in the settings file")  # fmt: skip
 
     def _resolve_rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
@@ -128,7 +127,7 @@ class SiemensPlaces:
             assert given is not None
             raise given.error(
                 "VP005",
-                "AP= or RP= alone, and the other has not been given before; AP= holds until the next pole or plane",
+                "AP= and RP= are both needed, and one of them has not been given before; AP= holds until the next pole or plane",
             )
         turn = math.radians(modes.angle)
         return {
@@ -140,9 +139,7 @@ class SiemensPlaces:
         if word.mode != "IC" and (word.mode or self.motion.modes.absolute):
             return word.value
         if before is None:
-            raise word.error(
-                "VP013", "AP: an incremental value, and nothing to count from since the last pole or plane"
-            )
+            raise word.error("VP013", "AP: an incremental value, and no AP= since the last pole or plane")
         return before + word.value
 
     # --- tool axes --------------------------------------------------------------------------------------

@@ -121,9 +121,7 @@ class SiemensSplines:
         if vector is None and not draft.axes:
             return point
         if turns:
-            raise ProgramError(
-                "VP003", "A or C, and A3= B3= C3=, in one BSPLINE: the tool axis is given by one of both"
-            )
+            raise ProgramError("VP003", "A or C, and A3= B3= C3=, in one BSPLINE: give the tool axis by one of them")
         if not draft.axes:
             if len(draft.points) > 1:
                 raise ProgramError("VP031", "A3= B3= C3= begin in the first block of BSPLINE, or in none")

@@ -89,7 +89,7 @@ class Swivel:
             return
         if kind == 5:
             if way < 0:
-                raise given.error("VP007", f"_FR_I {way:g}: the way back is not negative", "_FR_I")
+                raise given.error("VP007", f"_FR_I {way:g}: a retract is not negative", "_FR_I")
             to.core.require_known(block, [0, 1, 2], "CYCLE800 with _FR 5")
             axis = to.setup.coordinates.find_tool_axis(to.state.position, to.state.frame)
             tool = np.array([0.0, 0.0, 1.0]) if axis is None else np.asarray(axis)
@@ -133,7 +133,7 @@ class Swivel:
         if state // 10 % 10 and not modes.tcp:
             raise given.error(
                 "VP017",
-                f"_ST {state}: the tip is to stay at its place while the table turns, which takes TRAORI",
+                f"_ST {state}: the tip keeps its place while the table turns, which needs TRAORI",
                 "_ST",
             )
         if state % 10 not in (0, 1) or state // 10 % 10 > 1 or not 0 <= state < 100:
@@ -184,15 +184,14 @@ class Swivel:
         """Angles that the plane shows in the planes of X Z and Y Z, then a turn in the plane."""
         reading = self.to.keys.projected
         if not reading:
-            raise given.error("VP002", "projected angles: whether the second is that of a line of the plane or of its projected axis is not known for this "
-                              'control; say which in the settings file, [siemens] projected = "traces" or "axes"', "_MODE")  # fmt: skip
+            raise given.error("VP002", 'projected angles: it is not known whether the second one is that of a line of the plane or of its projected axis; give [siemens] projected = "traces" or "axes" in the settings file', "_MODE")  # fmt: skip
         if tuple(order[:2]) not in (_XY, _YX) or order[2] not in (2, -1):
             raise given.error(
                 "VP002", f"_MODE {mode}: projected angles turn about X and Y, or Y and X, then Z", "_MODE"
             )
         first, second = (math.radians(angle) for angle in angles[:2])
         if min(abs(math.cos(first)), abs(math.cos(second))) < _UPRIGHT:
-            raise given.error("VP007", "a projected angle of 90 degrees: the plane stands upright", "_A")
+            raise given.error("VP007", "a projected angle of 90 degrees: the plane would be vertical", "_A")
         share = math.cos(first) if reading == "traces" else 1.0 / math.cos(first)
         within = math.degrees(math.atan(math.tan(second) * share))
         return (

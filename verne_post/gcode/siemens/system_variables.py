@@ -38,7 +38,7 @@ class SystemVariables:
         if name == "$P_UIFR":
             frame, axis, part = self._offset(name, index, cursor, at)
             if part == "RT" and frame.part_turn:
-                raise cursor.error("VP025", f"{name}[..., RT]: how far the part is turned (--wcs) is not read here", at)
+                raise cursor.error("VP025", f"{name}[..., RT]: a program cannot read the turn of the part (--wcs)", at)
             turn = frame.turn if axis == 2 else 0.0
             return {"TR": frame.origin[axis], "SC": 1.0, "RT": turn}.get(part, 0.0)
         if name in _TOOL_DATA or name in _NO_WEAR:
@@ -137,7 +137,7 @@ class SystemVariables:
         if what is None:
             if value:
                 raise cursor.error(
-                    "VP002", f"{name}: of tools the length ($TC_DP3) and the radius ($TC_DP6) are kept", at
+                    "VP002", f"{name}: only the length ($TC_DP3) and the radius ($TC_DP6) of a tool are kept", at
                 )
             return
         if what == "type":

@@ -65,7 +65,7 @@ def read_indices(cursor: Cursor, names: Names, depth: int = 0) -> tuple[Index, .
     if not cursor.take("["):
         return ()
     if depth > MAX_NESTING:
-        raise cursor.error("VP001", f"more than {MAX_NESTING} brackets inside each other")
+        raise cursor.error("VP001", f"more than {MAX_NESTING} nested brackets")
     found: list[Index] = []
     while True:
         cursor.skip()
@@ -139,7 +139,7 @@ class _Reader:
     def _nest(self, at: int) -> None:
         self.depth += 1
         if self.depth > MAX_NESTING:
-            raise self.cursor.error("VP001", f"more than {MAX_NESTING} brackets inside each other", at)
+            raise self.cursor.error("VP001", f"more than {MAX_NESTING} nested brackets", at)
 
     def read_primary(self) -> Value:
         """A number, a text, a bracket, a function or a variable."""

@@ -201,7 +201,7 @@ class WordReader:
             self._add_code(words, name, number, cursor, at)
             return
         if name in words.words:
-            raise cursor.error("VP004", f"{name} stands twice in the block", at)
+            raise cursor.error("VP004", f"{name} appears twice in the block", at)
         words.words[name] = word
 
     def _add_code(self, words: Words, letter: str, number: int, cursor: Cursor, at: int, digits: str = "") -> None:
@@ -322,10 +322,10 @@ class WordReader:
         if why is not None:
             return cursor.error("VP002", f"{name} is not executed ({why})", at)
         if name in STATEMENTS:
-            return cursor.error("VP001", f"{name} must stand at the beginning of its block", at)
+            return cursor.error("VP001", f"{name} must be the first word of its block", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
-        return cursor.error("VP002", f"{name} is neither a word nor a subprogram that is known here; a subprogram stands in a file {name}.SPF "
+        return cursor.error("VP002", f"{name} is neither a word nor a subprogram that is known here; a subprogram is in a file {name}.SPF "
                             "in the folder of the program or a --subroutine-path", at)  # fmt: skip
 
 
