@@ -68,7 +68,7 @@ class Parameters:
             raise ProgramError("VP025", f"#{key}: positions of the machine have no parameter here; use #5420 to #5428")
         return self.state.store.numbered.get(key, 0.0)
 
-    def steps_of_word(self, letter: str) -> int | None:
+    def find_steps_of_word(self, letter: str) -> int | None:
         """To how many steps of a unit Fanuc's ROUND rounds in the word of a letter; None where controls differ.
 
         Lengths and angles have the least input increment of most controls (IS-B).
@@ -179,25 +179,25 @@ class Parameters:
         if key in (5210, ACTIVE_SYSTEM) or _TOOL <= key <= 5428 or 5021 <= key <= 5029 or 5081 <= key <= 5089:
             raise ProgramError("VP025", f"#{key} shows a state and cannot be set")
         if _HOME <= key < _HOME + 9:
-            set_home(state, self._with_entry(state.home, key - _HOME, value), second=False)
+            set_home(state, self._set_entry(state.home, key - _HOME, value), second=False)
         elif _HOME2 <= key < _HOME2 + 9:
-            set_home(state, self._with_entry(state.home2, key - _HOME2, value), second=True)
+            set_home(state, self._set_entry(state.home2, key - _HOME2, value), second=True)
         elif _G92 <= key < _G92 + 9:
-            set_stored_shift(state, self._with_entry(state.g92_stored, key - _G92, value))
+            set_stored_shift(state, self._set_entry(state.g92_stored, key - _G92, value))
         elif _ORIGINS <= key < 5400 and (key - _ORIGINS) // 20 < 9 and (key - _ORIGINS) % 20 < 10:
             system, entry = divmod(key - _ORIGINS, 20)
             frame = state.systems[system + 1]
-            origin = make_vector9(self._with_entry(frame.origin, entry, value)) if entry < 9 else frame.origin
+            origin = make_vector9(self._set_entry(frame.origin, entry, value)) if entry < 9 else frame.origin
             set_stored_system(state, replace(frame, origin=origin, turn=value if entry == 9 else frame.turn))
         else:
             store.numbered[key] = value
 
-    def _with_entry(self, point: tuple[float, ...] | None, axis: int, value: float) -> tuple[float, ...]:
+    def _set_entry(self, point: tuple[float, ...] | None, axis: int, value: float) -> tuple[float, ...]:
         values = [np.nan] * 9 if point is None else list(point)
         values[axis] = value * self.setup.parameter_mm if axis in _LINEAR else value
         return tuple(values)
 
-    def persistent(self) -> dict[int, float]:
+    def list_persistent(self) -> dict[int, float]:
         """What a parameter file keeps: home positions, G92, the active system, all work systems, and what it had before."""
         state = self.state
         found = {index: self.read_value(index) for index in self.setup.parameters}

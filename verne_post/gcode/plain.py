@@ -317,7 +317,7 @@ def _execute(
         curved = motion >= 2
         kind[curved], shown[curved] = MoveKind.ARC, feed[curved]
         straight = bool((moves & ~curved).any())
-        curves = arcs[0].before(len(motion), state.plane)
+        curves = arcs[0].select_before(len(motion), state.plane)
     if not moves.all():
         number = number[moves] if number is not None else None
         kind, shown, moved = kind[moves], shown[moves], end[moves]

@@ -49,7 +49,7 @@ class PlainArcs(Struct, frozen=True, eq=False):
     sweep: Array
     refused: Mask
 
-    def before(self, last: int, plane: int) -> "ArcRows":
+    def select_before(self, last: int, plane: int) -> "ArcRows":
         """Those of the lines before ``last``, as they are recorded."""
         n = int(np.searchsorted(self.row, last))
         return ArcRows(self.center[:n], self.sweep[:n], plane)

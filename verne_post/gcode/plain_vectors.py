@@ -33,10 +33,10 @@ def end_of_vectors(core: Machining, view: plain.PlainView, lines: plain.PlainLin
 
 def take_vectors(core: Machining, lines: plain.PlainLines) -> plain.Point:
     """Takes the tool axes of lines up to :func:`end_of_vectors`."""
-    return partial(_point, core, lines)
+    return partial(_aim_tool, core, lines)
 
 
-def _point(core: Machining, lines: plain.PlainLines, first: int, end: Array) -> Array:
+def _aim_tool(core: Machining, lines: plain.PlainLines, first: int, end: Array) -> Array:
     """Turn the rotary axes of ends (n, 9) to the tool axes of the lines; returns these (n, 3)."""
     assert lines.offsets is not None
     vectors = lines.offsets[first : first + len(end), :_R]

@@ -119,7 +119,7 @@ class _Opening:
             return None
         other = position.copy()
         other[turned] += _TURN_DEG
-        here, there = (self._moves(start) for start in (position, other))
+        here, there = (self._list_moves(start) for start in (position, other))
         if len(here) != len(there):  # an error in one of them, which is reported by itself
             return None
         cuts = np.isin(here.kind, (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE))
@@ -137,7 +137,7 @@ class _Opening:
         )
         return text, first
 
-    def _moves(self, position: Array) -> Moves:
+    def _list_moves(self, position: Array) -> Moves:
         """Moves of the opening lines of a program that starts at a position."""
         _misses, done = self._replay(position, tolerant=True)
         return done.recorder.freeze(position.tolist(), self.frame, {})

@@ -67,7 +67,7 @@ def find_positions(
             if not tip_stays:
                 place[:3] = here[:3]
                 program = np.array(coordinates.map_to_program(place, frame))
-            beyond = setup.travel.beyond(place, frame.tool_length) if setup.travel is not None else ""
+            beyond = setup.travel.find_beyond(place, frame.tool_length) if setup.travel is not None else ""
             if beyond and whole:
                 continue
             values = [float(value) for value in program]

@@ -92,7 +92,7 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
         "sheet": write_sheet_html(program, source, machine, study),
         "data": _write_json_in_html(data),
         "bytes": pack.encode(),
-        "library": library(),
+        "library": read_library(),
         **{name.replace(".", "_"): (here / name).read_text("utf-8") for name in _PARTS},
     }
     text = (here / "page.html").read_text("utf-8")
@@ -100,7 +100,7 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
     return re.sub(r"<!--(\w+)-->", lambda mark: parts[mark[1]], text)
 
 
-def library() -> str:
+def read_library() -> str:
     """The script of three.js, with its controls and wide lines."""
     folder = importlib.resources.files("jupyter_threejs_sage") / "static"
     newest = max(

@@ -161,7 +161,7 @@ class ContourSection:
 
     def _find_hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
         turned = None if self.turning is None else self.turning.measure_turn(element, w)
-        found = measure_hidden(self._pose, self.joints.contour, s, element, poses, turned)
+        found = measure_hidden(self._find_pose, self.joints.contour, s, element, poses, turned)
         if self.asked is not None:
             passed = np.flatnonzero(
                 np.diff(element) > 1
@@ -170,7 +170,7 @@ class ContourSection:
             found[passed] = np.maximum(found[passed], asked / self.cycle)
         return found
 
-    def _pose(self, s: Array) -> tuple[Array, Array]:
+    def _find_pose(self, s: Array) -> tuple[Array, Array]:
         """Tip (n, 3) and nominal angles (n, 2) at s (n,)."""
         return self.joints.pose(self.joints.contour, *self.locate(s))
 
@@ -205,7 +205,7 @@ def plan_contour(
     )
     continuous |= _find_uneven(joints, limits, planning, profiles)
     if slower is not None and (slower > 1.0).any():
-        profiles = profiles.stretch(slower)
+        profiles = profiles.slow_down(slower)
     planner = _Planner(joints, limits, planning, profiles, continuous)
     for section, planned in planner.plan_in_time() if planning.playback.ramp else planner.plan_each():
         planner.keep(section, planned)

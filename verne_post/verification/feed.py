@@ -116,7 +116,7 @@ class FeedCheck:
         entered = rows.entered
         if len(entered):
             old, new = rows.item_before[entered], rows.item[entered]
-            begun, left, came, whole = items.passed(old, new, u_before[entered], u[entered])
+            begun, left, came, whole = items.measure_passed(old, new, u_before[entered], u[entered])
             spent = left * self._compute_item_times(begun) + (items.time_before[new] - items.time_before[old + 1])
             time[entered] = (spent + came * self._compute_item_times(new)) * whole
             segment = items.segment[begun]

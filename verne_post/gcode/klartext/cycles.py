@@ -337,7 +337,7 @@ class KlartextCycles:
         if q[Q.CLIMB] not in (1.0, -1.0):
             raise ProgramError("VP007", f"Q351={q[Q.CLIMB]:g}: 1 for climb milling, -1 for up-cut")
         bore = 0.5 * q[Q.HOLE_DIAMETER] * self.frames.unit
-        radius = bore - self.contour.tool_radius()
+        radius = bore - self.contour.find_tool_radius()
         if radius <= ZERO_LENGTH_MM or q[Q.HELIX_PITCH] <= 0 or q[Q.OVERLAP]:
             raise ProgramError(
                 "VP007", "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
@@ -347,17 +347,19 @@ class KlartextCycles:
         hole = (self.state.position[0], self.state.position[1])
         sense = int(q[Q.CLIMB]) * (-1 if self.frames.flips else 1)
         wall = (hole[0] + radius, hole[1])
-        self._arc(wall, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, clear, q[Q.PLUNGE_FEED])
+        self._go_on_arc(wall, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, clear, q[Q.PLUNGE_FEED])
         depth, bottom = clear, surface + q[Q.DEPTH]
         turns = math.ceil((depth - bottom) / q[Q.HELIX_PITCH] - 1e-9)
         for turn in range(turns):
-            self._arc(wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[Q.PLUNGE_FEED], bore)
-        self._arc(wall, hole, sense * 360.0, bottom, q[Q.PLUNGE_FEED], bore)
-        self._arc(hole, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, bottom, q[Q.PLUNGE_FEED])
+            self._go_on_arc(
+                wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[Q.PLUNGE_FEED], bore
+            )
+        self._go_on_arc(wall, hole, sense * 360.0, bottom, q[Q.PLUNGE_FEED], bore)
+        self._go_on_arc(hole, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, bottom, q[Q.PLUNGE_FEED])
         self.go_to_height(clear, 0.0)
         self._leave(q, clear)
 
-    def _arc(
+    def _go_on_arc(
         self, place: Point, center: Point, sweep: float, height: float, feed: float, bore: float | None = None
     ) -> None:
         """A helix to a place at an input height; ``bore`` is the radius (mm) of the wall that it cuts, where it cuts one."""
@@ -367,7 +369,7 @@ class KlartextCycles:
         if bore is not None:
             lengths = [measure_helix(radius, sweep, end[2] - start[2]) for radius in (math.dist(place, center), bore)]
             self.core.set_feed(self.state.feed * self.core.find_arc_feed_share(lengths[0] / lengths[1]))
-        self.core.arc(self.frames.block, start, end, make_arc(start, 0, center, sweep), [0, 1, 2])
+        self.core.go_on_arc(self.frames.block, start, end, make_arc(start, 0, center, sweep), [0, 1, 2])
 
     def _drill_single_lip(self, q: _Q) -> None:
         """241: into the pilot hole at the speed Q427, to the depth at Q428 with coolant, and out as it came in."""
@@ -404,7 +406,7 @@ class KlartextCycles:
         self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
         self._leave(q, clear)
 
-    def _center(self, q: _Q) -> None:
+    def _drill_center(self, q: _Q) -> None:
         """240: centring to a depth."""
         if q[Q.BY_DIAMETER]:
             raise ProgramError(
@@ -423,7 +425,7 @@ class KlartextCycles:
 HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
     200: KlartextCycles._drill, 201: KlartextCycles._ream, 202: KlartextCycles._bore, 203: KlartextCycles._drill_universal,
     204: KlartextCycles._bore_back, 205: KlartextCycles._drill_universal_pecks, 206: KlartextCycles._tap,
-    207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly, 240: KlartextCycles._center,
+    207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly, 240: KlartextCycles._drill_center,
     241: KlartextCycles._drill_single_lip,
 }  # fmt: skip
 

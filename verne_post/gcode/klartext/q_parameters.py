@@ -112,14 +112,14 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     if not rest.strip():
         raise statement.error("VP005", f"{name} = without a value")
     if match.group(1) == "QS":
-        parameters.strings[f"QS{_split(name)[1]}"] = _string(rest, parameters)
+        parameters.strings[f"QS{_split(name)[1]}"] = _join_strings(rest, parameters)
     elif rest.strip().startswith("TONUMB"):
         parameters.set(name, _convert_to_number(rest, parameters))
     else:
         parameters.set(name, evaluate(rest, parameters))
 
 
-def _string(text: str, parameters: QParameters) -> str:
+def _join_strings(text: str, parameters: QParameters) -> str:
     joined, at = "", 0
     while True:
         match = _STRING_PART.match(text, at)

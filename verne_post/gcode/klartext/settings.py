@@ -169,7 +169,7 @@ class KlartextSettings:
         layer.set("mirror", active=bool(letters))
         self.frames.refresh_frame()
 
-    def _rotation(self, statement: Statement, head: Head) -> None:
+    def _set_rotation(self, statement: Statement, head: Head) -> None:
         self.rotate(statement, head.rest)
 
     def rotate(self, statement: Statement, text: str) -> None:
@@ -274,7 +274,7 @@ class KlartextSettings:
         )
         self.frames.refresh_frame()
 
-    def _tolerance(self, statement: Statement, head: Head) -> None:
+    def _set_tolerance(self, statement: Statement, head: Head) -> None:
         """32.1 T0.05: tolerance at corners; 32.2 HSC-MODE and TA are without effect."""
         if head.part != 1:
             if not re.fullmatch(
@@ -319,7 +319,7 @@ _TRANS: Final[Mapping[str, tuple[Callable[[KlartextSettings, Statement, str], No
 }  # fmt: skip
 #: Cycles that set modes.
 SETTINGS: Final[Mapping[int, _Handler]] = {
-    7: KlartextSettings._shift, 8: KlartextSettings._mirror, 9: KlartextSettings._dwell_time, 10: KlartextSettings._rotation,
+    7: KlartextSettings._shift, 8: KlartextSettings._mirror, 9: KlartextSettings._dwell_time, 10: KlartextSettings._set_rotation,
     11: KlartextSettings._set_scaling, 13: KlartextSettings._orient, 19: KlartextSettings._set_working_plane,
-    32: KlartextSettings._tolerance, 247: KlartextSettings._preset,
+    32: KlartextSettings._set_tolerance, 247: KlartextSettings._preset,
 }  # fmt: skip

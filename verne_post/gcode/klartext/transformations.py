@@ -26,7 +26,7 @@ class Map(Struct, frozen=True, eq=False):
     matrix: Array = field(default_factory=lambda: np.eye(3))
     origin: Array = field(default_factory=lambda: np.zeros(3))
 
-    def after(self, inner: "Map") -> "Map":
+    def apply_after(self, inner: "Map") -> "Map":
         """The map that first does another one, then this."""
         return Map(self.matrix @ inner.matrix, self.matrix @ inner.origin + self.origin)
 
@@ -72,10 +72,10 @@ class Layer(Struct):
         """What they do together."""
         result = Map()
         for kind in self.order:
-            result = result.after(self._one(kind))
+            result = result.apply_after(self._make_map(kind))
         return result
 
-    def _one(self, kind: Kind) -> Map:
+    def _make_map(self, kind: Kind) -> Map:
         if kind == "shift":
             return Map(origin=np.array(self.shift))
         if kind == "mirror":
@@ -111,8 +111,8 @@ class Transformations(Struct):
         """From input coordinates to the workpiece."""
         result = self.outer.map()
         if self.tilt is not None:
-            result = result.after(Map(self.tilt))
-        return result.after(self.inner.map())
+            result = result.apply_after(Map(self.tilt))
+        return result.apply_after(self.inner.map())
 
     def reset(self) -> None:
         """No shift, mirror image, rotation or scaling; the plane stays."""

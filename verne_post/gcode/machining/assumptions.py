@@ -26,7 +26,7 @@ def assume_length(state: State) -> None:
 
 
 @contextmanager
-def with_length(state: State, *, then: bool) -> Iterator[None]:
+def add_length(state: State, *, then: bool) -> Iterator[None]:
     """A length counts as given meanwhile, and afterwards where it was or ``then``."""
     given, state.length_given = state.length_given, True
     try:

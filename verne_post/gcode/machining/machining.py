@@ -230,7 +230,7 @@ class Machining:
                 f"Z{self.state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z in it", at.line, None,
             )  # fmt: skip
 
-    def line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
+    def go_straight(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight to an end (9) in the active frame; under cutter compensation beside it.
 
         Parameters
@@ -250,7 +250,7 @@ class Machining:
         state.centre = None
         if state.compensation is not None:
             self._check_compensated(state.position, end)
-            target = state.compensation.offset_line(self.recorder, state.position, end, state.feed)
+            target = state.compensation.follow_line(self.recorder, state.position, end, state.feed)
         if kind == MoveKind.RAPID:
             feed = math.nan
         elif state.feed_mode != FeedMode.INVERSE and state.feed == state.feed_angular:
@@ -274,7 +274,7 @@ class Machining:
         for axis in axes:
             state.named[axis] = True
 
-    def arc(
+    def go_on_arc(
         self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True
     ) -> None:
         """Move on an arc in a plane of the frame, from where the tool stands; under cutter compensation beside it."""
@@ -285,7 +285,7 @@ class Machining:
         if state.compensation is not None:
             self._check_compensated(start, end)
             programmed = arc
-            target, arc = state.compensation.offset_arc(self.recorder, start, end, arc, state.feed)
+            target, arc = state.compensation.follow_arc(self.recorder, start, end, arc, state.feed)
             feed *= self.find_arc_feed_share(state.compensation.compare_arc_lengths(start, end, programmed))
         elif state.feed_mode == FeedMode.INVERSE:  # which compensation refuses
             feed *= measure_arc(arc, start, end)
@@ -345,7 +345,7 @@ class Machining:
         if not self.state.arc_may_follow:
             raise ProgramError("VP026", "the move after the end of cutter compensation must be straight, not a spline")
 
-    def spline(self, at: At, spline: BSpline, name: str, *, absolute: bool = True) -> None:
+    def follow_spline(self, at: At, spline: BSpline, name: str, *, absolute: bool = True) -> None:
         """Move along a B-spline at the feed rate in force; its first control point is where the tool is.
 
         Raises

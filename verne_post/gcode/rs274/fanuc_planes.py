@@ -301,7 +301,7 @@ class FanucPlanes:
         upright = np.array([0.0, 0.0, 1.0])
         if not self.setup.machine:
             self.core.hold_tool_axis(upright)
-            self.core.line(block, MoveKind.RAPID, list(state.position), [])
+            self.core.go_straight(block, MoveKind.RAPID, list(state.position), [])
             return
         tilt, turn = self.setup.rotary
         self.core.end_tool_axis(block, [tilt, turn])
@@ -316,7 +316,7 @@ class FanucPlanes:
             return
         self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=(tilt, turn), at=block)
         self.recorder.fix_c(block.line)
-        self.core.line(block, MoveKind.RAPID, end, [tilt, turn])
+        self.core.go_straight(block, MoveKind.RAPID, end, [tilt, turn])
 
 
 def rotate_about(direction: Array, degrees: float) -> Array:

@@ -59,7 +59,7 @@ class MotionCodes:
         self.setup, self.state, self.recorder = core.setup, core.state, core.recorder
         self.modes: Modes = core.state.modes
         #: Where lines and arcs go: to the core, or where a language has corners that need the next one.
-        self.draw_line, self.draw_arc = core.line, core.arc
+        self.draw_line, self.draw_arc = core.go_straight, core.go_on_arc
 
     # --- home --------------------------------------------------------------------------------
 
@@ -163,7 +163,7 @@ class MotionCodes:
         if state.tcp_off:
             self.core.check_tcp_off(start, end)
         if motion in (0, 10) and self.modes.vectors and any(letter in block.words for letter in "IJK"):
-            end = self._point_tool(block, end)
+            end = self._aim_tool(block, end)
             axes = [*axes, *self.setup.rotary] if self.setup.machine else axes
         if motion in (20, 30):
             self._move_on_arc(block, motion, start, end)
@@ -222,7 +222,7 @@ class MotionCodes:
         if not machine:
             self.core.hold_tool_axis(None)
 
-    def _point_tool(self, block: Block, end: list[float]) -> list[float]:
+    def _aim_tool(self, block: Block, end: list[float]) -> list[float]:
         """Take the tool axis I J K: the end point with a pair A, C that holds it."""
         for letter in "IJK":
             if letter not in block.words:

@@ -226,12 +226,12 @@ def freeze(call: Call, variables: Variables) -> Call:
     values = read_argument_values(call.arguments, variables)
     arguments = tuple(
         type(argument)(
-            "" if value is None else f'"{value}"' if isinstance(value, str) else _written(value), argument.column
+            "" if value is None else f'"{value}"' if isinstance(value, str) else _spell_value(value), argument.column
         )
         for argument, value in zip(call.arguments, values, strict=True)
     )
     return Call(call.name, arguments, call.column)
 
 
-def _written(value: float) -> str:
+def _spell_value(value: float) -> str:
     return repr(float(value)).replace("e+", "EX").replace("e", "EX")

@@ -8,12 +8,12 @@ from msgspec.structs import replace
 
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.assumptions import (
+    add_length,
     assume_feed,
     assume_rigid_tapping,
     assume_tool_call,
     assume_turning_spindle,
     know_axis,
-    with_length,
 )
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
@@ -141,7 +141,7 @@ class Executor:
         assume_turning_spindle(state)
         if code == "VP012" and not state.selected_tool:
             assume_tool_call(state)
-        with with_length(state, then=code == "VP012"), suppress(ProgramError):
+        with add_length(state, then=code == "VP012"), suppress(ProgramError):
             self.interpreter.run(words)
 
     def pass_failed(self, raw: bytes, error: ProgramError) -> bool:

@@ -65,7 +65,7 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
         to.core,
         view,
         flow.calls.shown_line,
-        partial(_point, to, chunk.lines) if pointed else None,
+        partial(_aim_tool, to, chunk.lines) if pointed else None,
     )
     if done == row:
         return None
@@ -102,7 +102,7 @@ def _end_of_vectors(to: SiemensInterpreter, lines: plain.PlainLines, first: int,
     return first + int(np.argmax(other)) if other.any() else last
 
 
-def _point(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Array) -> Array | None:
+def _aim_tool(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Array) -> Array | None:
     """Turn A and C of ends (n, 9) to the tool axes of the lines; returns these (n, 3), or None where A and C go linearly."""
     assert lines.offsets is not None
     vectors = np.nan_to_num(lines.offsets[first : first + len(end)])
