@@ -105,6 +105,46 @@ def test_a_turn_of_c_alone_at_the_pole_is_refused(move: str, run: Runner, tmp_pa
     assert run("check", source, *OPTIONS, *place).code == 0
 
 
+@pytest.mark.parametrize(
+    "moves",
+    [
+        "G1 A0 X20.031\nG0 X-28.531 C-41.096\nG1 A-17.885 C-14.199 Z37.2",
+        "G1 X12.374 C28.89",
+        "G1 X-5.902\nG1 A-2.489 C55.52 Z34.67\nG1 A-4.638 C-17.201 Z36.82",
+        "G1 X-1.233\nG0 X-2.538 C-75.182",
+        "G3 X0 Y10 I-10 J0 C80\nG1 A-10 C20",
+    ],
+)
+def test_c_that_turns_with_an_upright_tool_is_no_false_finding(moves: str, run: Runner, tmp_path: Path) -> None:
+    """The rows do not tell C while the tool stands upright, and little beside it: progress is what the tip says (no VP901)."""
+    source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
+    source.write_text(HEAD.format(words="A0 C30") + moves + "\nM2\n", encoding="utf-8")
+    place = ["--wcs", "G54=300,100,0"]
+    answer = run("convert", source, *OPTIONS, *place, "-o", axes)
+    assert answer.code == 0, answer.out + answer.err
+    assert run("verify", axes, "--against", source, *OPTIONS, *place).code == 0
+
+
+@pytest.mark.parametrize(("column", "by"), [("c_deg", 0.3), ("a_deg", 0.1), ("l2_mm", 0.05)])
+def test_a_wrong_row_is_found(column: str, by: float, run: Runner, tmp_path: Path) -> None:
+    """With the tool at 20 degrees 0.3 of c turn its axis by 0.1."""
+    source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
+    source.write_text(HEAD.format(words="A20 C30") + "X60 Y20\nX70 C40\nM2\n", encoding="utf-8")
+    place = ["--wcs", "G54=300,100,0"]
+    assert run("convert", source, *OPTIONS, *place, "-o", axes).code == 0
+    head, *rows = axes.read_text(encoding="utf-8").splitlines(keepends=True)
+    names = next(line for line in (head, *rows) if column in line).strip().split(",")
+    at = len(rows) // 2
+    for k in range(at, len(rows)):
+        cells = rows[k].rstrip("\n").split(",")
+        cells[names.index(column)] = f"{float(cells[names.index(column)]) + by:.6f}"
+        rows[k] = ",".join(cells) + "\n"
+    axes.write_text(head + "".join(rows), encoding="utf-8")
+    refused = run("verify", axes, "--against", source, *OPTIONS, *place)
+    assert refused.code != 0
+    assert "VP411" in refused.out + refused.err
+
+
 def test_explain_and_machine_show(run: Runner, tmp_path: Path) -> None:
     source = tmp_path / "part.nc"
     source.write_text(HEAD.format(words="A20 C30") + "M2\n", encoding="utf-8")

@@ -28,7 +28,7 @@ resolve restart restore retime retract return rotate round run sample save say s
 sends separate serve set settle shape share shift shorten show simulate sketch skip slice slow smooth solve sort space
 span spell split spread stack stand stands start starts stay step stop store straighten strip study suggest sum
 summarise suspend sweep switch take tap taper test thin tick tidy tilt touch trace transform translate trim truncate
-try turn unpack update validate verify view wait waits wake warn watch whiten widen work wrap write
+try turn unpack update validate verify view wait waits wake warn watch weigh whiten widen work wrap write
 """
 VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.

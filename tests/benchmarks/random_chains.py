@@ -1,10 +1,13 @@
-"""Random programs on the machines of one chain, judged by matrices of its own: python -m tests.benchmarks.random_chains [--programs 500].
+"""Random programs on the machines of one chain, and on the wrist on a carrier, judged by matrices of its own.
+
+python -m tests.benchmarks.random_chains [--programs 500] [--machine NAME]
 
 The judge moves points by the joints of the machine file. It finds where the words of a program put the joints: at 65 places of each
 move, tip and words linear. A program is legal where all of them keep their travel, and illegal where one is beyond it by more than
 the corners may be rounded off; what lies between is not judged. Legal programs must be accepted. What is accepted must not be
 illegal, its rows must keep the travel and follow the programmed tip and tool axis, and after G53 Z0 z must stand at 0. A part of
-the programs may rewind: these may be refused, but what is written is judged alike.
+the programs may rewind: these may be refused, but what is written is judged alike. On the wrist the judge has the cones of the
+struts' joints, their Jacobian by differences, and the way to the pole of the wrist beside the travels.
 """
 
 import argparse
@@ -15,13 +18,19 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 import verne_post as vp
+from tests.kinematics import test_carried
 from tests.kinematics.test_chain import CHAINS, judge
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 #: Where the part is on a machine, mm.
-PLACES: Final = {"ca_fork_head": (1000.0, 1000.0, -200.0), "nutating_head": (0.0, 0.0, -200.0)}
+PLACES: Final = {
+    "ca_fork_head": (1000.0, 1000.0, -200.0),
+    "nutating_head": (0.0, 0.0, -200.0),
+    "tricept": (250.0, 80.0, 0.0),
+}
 LENGTH: Final = 100.0
 #: Bounds of [accuracy], and what a joint may move by them: a pivot is at most half a metre away.
 TIP_MM: Final = 0.01
@@ -69,10 +78,95 @@ class Kind:
         low, high = np.array([self.travel(name) for name in self.names]).T
         return np.maximum(joints - high, low - joints).max(axis=0)
 
+    def find_risk(self, joints: Table) -> Table:
+        """The same along a way of which only places (n, 5) are known."""
+        return self.find_excess(joints)
+
+
+class WristKind(Kind):
+    """The wrist on a carrier; what it has beside travels is counted in degrees: the pole, cones, and a hundred times the Jacobian."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.carrier = tomllib.loads(self.text)["carrier"]
+        self.names = ["l1", "l2", "l3", "a", "c"]
+        self.ends, self.feet = (np.array([one[key] for one in self.carrier["struts"]]) for key in ("platform", "base"))
+
+    def measure_struts(self, place: Table) -> Table:
+        """Lengths (n, 3) at platform points (n, 3)."""
+        still = np.zeros((len(place), 5))
+        return np.asarray(test_carried.judge(still, LENGTH)(place)[0])
+
+    def differentiate_struts(self, place: Table) -> Table:
+        steps = 1e-4 * np.eye(3)
+        rates = [(self.measure_struts(place + one) - self.measure_struts(place - one)) / 2e-4 for one in steps]
+        return np.stack(rates, axis=2)
+
+    def find_place(self, struts: Table) -> Table:
+        """Platform points (n, 3) of struts (n, 3), by Newton from home."""
+        place = np.tile(np.array(self.carrier["home"]), (len(struts), 1))
+        for _ in range(25):
+            away = self.measure_struts(place) - struts
+            if np.abs(away).max() < 1e-10:
+                break
+            place = place - np.linalg.solve(self.differentiate_struts(place), away[..., None])[..., 0]
+        return place
+
+    def place_tool(self, joints: Table) -> tuple[Table, Table]:
+        misfit, tip, axis = test_carried.judge(joints, LENGTH)(self.find_place(joints[:, :3]))
+        assert np.abs(misfit).max() < 1e-8
+        return tip - self.place, axis
+
+    def turn_platform(self, place: Table) -> Rotation:
+        away = place - self.carrier["central"]["base"]
+        second = np.arctan2(away[:, 0], np.hypot(away[:, 1], away[:, 2]))
+        return Rotation.from_euler("XY", np.stack([np.arctan2(-away[:, 1], away[:, 2]), second], axis=1))
+
+    def find_joints(self, tip: Table, words: Table) -> Table:
+        """As of the other machines; C of the wrist without jumps along the rows."""
+        a, c = np.radians(words).T
+        axis = np.stack([-np.sin(a) * np.sin(c), -np.sin(a) * np.cos(c), np.cos(a)], axis=1)
+        chain, up = tomllib.loads(self.text)["chain"], np.array([1.0, -1.0, -1.0])
+        centre, home, base = (
+            np.array(one)
+            for one in (self.joints["a"]["through"], self.carrier["home"], self.carrier["central"]["base"])
+        )
+        nose, reach = chain["gauge"][2] - centre[2], centre[2] - home[2]
+        away = (tip + self.place + (LENGTH + nose) * axis) * up + chain["part_zero"] - base
+        place = base + away * (1.0 - reach / np.linalg.norm(away, axis=1, keepdims=True))
+        seen = self.turn_platform(place).inv().apply(axis * up)  # Rz(c) Rx(a) (0, 0, -1)
+        tilt = np.arctan2(np.hypot(seen[:, 0], seen[:, 1]), -seen[:, 2])
+        turn = np.unwrap(np.arctan2(-seen[:, 0], seen[:, 1]))
+        return np.column_stack([self.measure_struts(place), np.degrees(tilt), np.degrees(turn)])
+
+    def find_excess(self, joints: Table) -> Table:
+        place = self.find_place(joints[:, :3])
+        turn = self.turn_platform(place)
+        struts = np.stack([turn.apply(one) for one in self.ends], axis=1) + place[:, None] - self.feet
+        first = np.array(self.carrier["home"]) + self.ends - self.feet
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        units = struts / np.linalg.norm(struts, axis=2, keepdims=True)
+        inside = np.stack([turn.inv().apply(units[:, k]) for k in range(3)], axis=1)
+        cones = [np.degrees(np.arccos(np.clip((one * first).sum(axis=2), -1, 1))).max() for one in (units, inside)]
+        measure = 1.0 / np.linalg.norm(np.linalg.inv(self.differentiate_struts(place)), axis=(1, 2))
+        return np.append(super().find_excess(joints), [
+            0.5 - np.abs(joints[:, 3]).min(), cones[0] - self.carrier["base_cone_deg"], cones[1] - self.carrier["platform_cone_deg"],
+            100.0 * (self.carrier["smallest_singular_value"] - measure.min()),
+        ])  # fmt: skip
+
+    def find_risk(self, joints: Table) -> Table:
+        """Between two places the tool may come nearer to the pole by as much as its axis turns from one to the next."""
+        a, c = np.radians(joints[:, 3:]).T
+        seen = np.stack([np.sin(a) * np.sin(c), np.sin(a) * np.cos(c), np.cos(a)], axis=1)
+        swing = np.degrees(np.linalg.norm(np.diff(seen, axis=0), axis=1)).max()
+        excess = self.find_excess(joints)
+        excess[5] += swing
+        return excess
+
 
 def write_program(kind: Kind, random: np.random.Generator) -> tuple[str, list[Table], bool]:
     """A program, the pose (5: tip, words) at the end of each line from the second on, and whether it ends with G53 Z0."""
-    low, high = kind.travel(kind.tilt)
+    low, high = kind.travel(kind.tilt) if not isinstance(kind, WristKind) else (-50.0, 50.0)
     first, last = kind.travel(kind.turn)
     size = random.choice([40.0, 150.0, 350.0])
     tilts = random.uniform(max(low - 4, -100), min(high + 4, 100))
@@ -97,7 +191,7 @@ def write_program(kind: Kind, random: np.random.Generator) -> tuple[str, list[Ta
             words += f"{kind.tilt}{pose[3]:.3f} {kind.turn}{pose[4]:.3f} "
         lines.append(f"{random.choice(['G0', 'G1', 'G1'])} {words}".strip())
         poses.append(pose)
-    ends = bool(random.random() < 0.5)
+    ends = bool(random.random() < 0.5) and not isinstance(kind, WristKind)
     return "\n".join([*lines, *(["G53 G0 Z0"] if ends else []), "M2", ""]), poses, ends
 
 
@@ -140,10 +234,12 @@ def try_program(kind: Kind, seed: int) -> tuple[str, str]:
     if ends:
         joints = np.concatenate([joints, joints[-1:] * [1, 1, 0, 1, 1]])
     excess = kind.find_excess(joints)
-    legal = (excess <= 0.0).all()
+    legal = (kind.find_risk(joints) <= 0.0).all()
     illegal = (excess[:3] > JOINT_MM).any() or (excess[3:] > AXIS_DEG).any()
     if any(one.code == "VP210" for one in result.findings):
         return "refused", ""  # below the table face, which the judge does not know
+    if any("stands along the axis of C" in one.message for one in result.findings):
+        return "refused", ""  # C alone at the pole: no joint would move
     if not result.ok:
         said = [one.message for one in result.findings if one.severity == "error"][:2]
         return ("legal, refused" if legal else "refused"), (f"legal, and refused: {said}" if legal else "")
@@ -157,10 +253,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--programs", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--machine", choices=CHAINS)
+    parser.add_argument("--machine", choices=[*CHAINS, "tricept"])
     given = parser.parse_args()
-    for name in [given.machine] if given.machine else CHAINS:
-        kind, became = Kind(name), Counter[str]()
+    for name in [given.machine] if given.machine else [*CHAINS, "tricept"]:
+        kind, became = (WristKind if name == "tricept" else Kind)(name), Counter[str]()
         for seed in range(given.seed, given.seed + given.programs):
             what, wrong = try_program(kind, seed)
             became[what] += 1

@@ -19,7 +19,7 @@ from verne_post.app.assemble import build_interpreter_setup, read_draft, view_mo
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.gcode.read import interpret_program
 from verne_post.model.control_keys import Rs274Keys, read_keys
-from verne_post.model.findings import InputError
+from verne_post.model.findings import InputError, UsageError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
@@ -48,7 +48,8 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 
 @pytest.mark.parametrize(("text", "name"), [
     ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "fanuc"), ("O1000\nG0 X1", "fanuc"), ("O1000 (A)\nG0 X1\n", "fanuc"), ("O1000\n#<a>=1", "rs274"), ("o100 sub\no100 endsub", "rs274"), ("%\nO1000\nG64 P.01", "rs274"), ("%\nO1\nG43.4 H1\nG10 L20 P1 Z0", "rs274"), ("%\nO1\nG54.1 P1\nG10 L20 P1 Z0", "fanuc"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
-    ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"), ("%\nO1000\nG68.2 X0", "fanuc"),
+    ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"), ("%\nN10 G40 G17\nN20 G65 P9021 T1", "fanuc"), ("G0 X1\nG05 P10000\nX2", "fanuc"), ("G0 X1\nG5.1 Q1", "fanuc"), ("G0 X1\nG5 P1 Q1 X5", "rs274"),
+    ("#<a>=1\nG65 P1", "rs274"), ("G0 X1 (G65 P1)", "rs274"), ("%\nO1000\nG68.2 X0", "fanuc"),
     ("%\nO1(A)\n(x)\nN1G54.1P2", "fanuc"), ("%\nO1\nM98 P20005", "fanuc"), ("%\nO1\n(G54.1 P2)\nG43.1 Z3", "rs274"),
     ("LISTING\n%\nO1\nG43.1 Z3 H1", "fanuc"), ("%\nO1 G90 (A)\nG0 X1", "fanuc"), ("LISTING\nO1\n%\nO1", "rs274"), ("%\nO12 sub\nG43.4", "rs274"),
     ("%\nO1\n#<a>=1", "rs274"), ("PARTNO/ X\n", "aptcl"), ("$$ remark\n\nMULTAX/ON", "aptcl"), ("UNITS / MM", "aptcl"),
@@ -100,12 +101,27 @@ def test_a_new_file_is_a_new_dialect(tmp_path):
         assert json.loads(result.stdout.splitlines()[0])["end"][0] == 5.0
 
 
+def test_a_code_that_one_language_has_may_be_remapped_in_another(view):
+    """M51 is an override in RS274/NGC, and the builder's on a Fanuc control; M3 has a meaning in both."""
+    text, remap = "G0 X1\nM51\nG0 X2", {"M51": "ignore"}
+    moves, findings = view(f"%\nO1\n{text}\nM30\n%", dialect="fanuc", remap=remap)
+    assert findings == ()
+    assert moves.end[-1][0] == 2
+    found = view(f"{text}\nM2", dialect="rs274", remap=remap)[1]
+    assert [(item.code, item.line, "remap" in item.message) for item in found] == [("VP002", 2, True)]
+    with pytest.raises(UsageError, match="M3"):
+        view(text, dialect="fanuc", remap={"M3": "ignore"})
+
+
 # --- fanuc ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("fanuc", "rs274"), [
-    ("G4 P500", "G4 P.5"), ("G4 X1.5", "G4 P1.5"), ("G4 U2", "G4 P2"),
+    ("G4 P500", "G4 P.5"), ("G4 P1.5", "G4 P1.5"), ("G4 P2.", "G4 P2"), ("G4 P200 (P1.5)", "G4 P.2"), ("G4 X1.5", "G4 P1.5"), ("G4 U2", "G4 P2"),
     ("G0 Z9\nG82 X1 Z-1 R2 P300 F9\nX2", "G0 Z9\nG98 G82 X1 Z-1 R2 P.3 F9\nX2"),
+    # P holds for another cycle, with a decimal point it is in seconds, and without one there is none
+    ("G0 Z9\nG82 X1 Z-1 R2 P.3 F9\nX2\nX3 P400\nG89 X4", "G0 Z9\nG98 G82 X1 Z-1 R2 P.3 F9\nX2\nX3 P.4\nG80 G0 X4\nZ2\nG1 Z-1\nG4 P.4\nG1 Z2\nG0 Z9"),
+    ("G0 Z9\nG82 X1 Z-1 R2 F9\nX2", "G0 Z9\nG98 G81 X1 Z-1 R2 F9\nX2"), ("G91 G0 X2\nG53\nX3", "G91 G0 X2\nX3"),
     ("G91 G0 Z9\nG99 G81 X1 Z-1 R-2 F9 K3", "G91 G0 Z9\nG81 X1 Z-1 R-2 F9 L3"),
     ("G0 X5\nG91 G28 Z0\nG90 X6", "G0 X5\nG91 G28 Z0\nG90 X6"), ("G1 F9 X1\nG0 G28 X3\nX4", "G1 F9 X1\nG28 X3\nG0 X4"),
     ("G0 X5\nG53 X2\nX7", "G0 X5\nG53 X2\nX7"), ("G1 F9 X5\nG53 X2\nX7", "G1 F9 X5\nG0 G53 X2\nG1 X7"),
@@ -163,7 +179,7 @@ def test_fanuc_smoothing_is_told(view):
     ("G4 X1 P2", "VP003", "one of them"), ("G41.1 D5", "VP002", "G41.1"), ("o1 sub", "VP002", "rs274"), ("G59.1", "VP002", "rs274"),
     ("G68.2 I30\nG68.2 I30", "VP017", "G69"),
     ("G68.2 I30\nG55", "VP017", "G69"), ("G68.2 I30\nG92 X0", "VP017", "G69"), ("G68.2 G0 X1", "VP003", "own"),
-    ("G4 P1.5", "VP007", "whole"), ("M77", "VP002", "remap"), ("G8 P1 Q2", "VP006", "Q2"),
+    ("M77", "VP002", "remap"), ("G8 P1 Q2", "VP006", "Q2"),
     ("G41 X1", "VP005", "needs D"), ("D1\nM6 T1\nG41 X1", "VP005", "after the tool change"), ("G41 D0\nG1 X9\nD1", "VP006", "D1"), ("G43 Z1", "VP005", "needs H"), ("G5 P10001", "VP002", "P10000"), ("G5", "VP002", "P10000"),
     ("(A (B) C) X1", "VP001", "C"),
 ])  # fmt: skip

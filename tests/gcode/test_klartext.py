@@ -77,6 +77,7 @@ def test_lines_incremental_and_inches(run):
         "4 feed X10 Y-5.5 F100", "5 feed X12 Y-5.5 Z-3 F250", "6 rapid X11 Y-5.5 Z-3", "7 feed X10 Y-5.5 Z-3 F250",
     ]  # fmt: skip
     moves = run("L X+1 F40", unit="INCH")
+    assert run("L X+1 F40", unit="IN").end.tolist() == moves.end.tolist()  # of older controls
     assert moves.end[-1, 0] == pytest.approx(25.4)
     assert moves.feed[-1] == pytest.approx(4 * 25.4)  # 40 tenths of an inch a minute
 

@@ -139,7 +139,7 @@ NEEDED = {
     200: (200, 201, 206, 202, 210, 203, 204), 201: (200, 201, 206, 211, 208, 203, 204),
     202: (200, 201, 206, 211, 208, 203, 204, 214), 203: (200, 201, 206, 202, 210, 203, 204, 212, 213, 205, 211, 208, 256),
     204: (200, 249, 250, 251, 252, 253, 254, 255, 203, 204, 214), 205: (200, 201, 206, 202, 203, 204, 212, 205, 258, 259, 257, 256, 211),
-    206: (200, 201, 206, 211, 203, 204), 208: (200, 201, 206, 334, 203, 204, 335), 240: (200, 343, 201, 344, 206, 211, 203, 204),
+    206: (200, 201, 206, 211, 203, 204), 262: (200, 201, 203, 204, 335, 239, 355, 253, 351, 207), 208: (200, 201, 206, 334, 203, 204, 335), 240: (200, 343, 201, 344, 206, 211, 203, 204),
     220: (216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301), 221: (225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301),
 }  # fmt: skip
 
@@ -188,6 +188,69 @@ def test_bore_milling(run):
         "CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20", "CYCL CALL",
     )  # fmt: skip
     assert mirrored.arcs.sweep == pytest.approx(-moves.arcs.sweep)
+
+
+THREAD = "CYCL DEF 262 THREAD MILLING Q335=20 Q239={} Q201=-8 Q355={} Q253={} Q351={} Q200=2 Q203=1 Q204=9 Q207=300 {}"
+
+
+def test_a_milled_thread_worked_out_by_hand(run):
+    """M20 x 1.5 to 8 under Z1 with a tool of 6: the middle on a circle of 7 about (4, 5); 5 1/3 turns upwards, half a pitch on each half circle."""
+    moves = run(THREAD.format("+1.5", 1, 700, "+1", "Q512=80"), "CYCL CALL")
+    angle = math.radians(120)
+    end = 4 + 7 * math.cos(angle), 5 + 7 * math.sin(angle)
+    assert heights(moves) == [
+        (3, 0), (-7.75, 700), (-7, 80), *((-7 + 1.5 * turn, 300) for turn in (1, 2, 3, 4, 5)), (1, 300), (1.75, 300), (3, 0), (10, 0),
+    ]  # fmt: skip
+    arcs = moves.kind == MoveKind.ARC
+    assert moves.end[arcs, :2] == pytest.approx(np.array([*[(11, 5)] * 6, end, (4, 5)]))
+    assert moves.arcs.sweep == pytest.approx([180, *[360] * 5, 120, 180])
+    assert moves.arcs.center[:, :2] == pytest.approx(
+        np.array([(7.5, 5), *[(4, 5)] * 6, (0.5 * (4 + end[0]), 0.5 * (5 + end[1]))])
+    )
+
+
+@pytest.mark.parametrize("pitch", [2.0, -2.0])
+@pytest.mark.parametrize("climb", [1, -1])
+@pytest.mark.parametrize(("count", "bottoms"), [(0, [-7]), (1, [-7]), (2, [-7, -3])])
+@pytest.mark.parametrize("before", ["", "M4", "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X"])
+def test_every_way_of_milling_cuts_the_same_thread(run, pitch, climb, count, bottoms, before):
+    """On the wall the height goes with the angle about the hole as the pitch has it, right-handed where it is positive; whatever the
+    way round, which is climb milling with M3 counter-clockwise."""
+    moves = run(*before.split("\n"), THREAD.format(pitch, count, "MAX", climb, ""), "CYCL CALL")
+    mirrored = "MIRROR" in before
+    at_wall = [row for row in range(len(moves)) if moves.arc[row] >= 0 and abs(moves.arcs.sweep[moves.arc[row]]) != 180]
+    sweep = moves.arcs.sweep[moves.arc[at_wall]]
+    assert set(np.sign(sweep)) == {climb * (-1 if mirrored or before == "M4" else 1)}
+    rise = moves.end[at_wall, 2] - moves.end[[row - 1 for row in at_wall], 2]
+    hand = np.sign(pitch) * (-1 if mirrored else 1)
+    assert rise == pytest.approx(hand * sweep / 360 * abs(pitch))
+    lows = np.minimum(moves.end[at_wall, 2], moves.end[[row - 1 for row in at_wall], 2])
+    reached = sorted({round(float(low), 6) for low in lows})
+    assert reached[0] == -7
+    if count != 1:
+        assert reached == bottoms
+    else:
+        assert moves.end[at_wall, 2].max() == pytest.approx(1 if rise[0] > 0 else -1)
+    # the half circles go on at the pitch, from and to the middle of the hole
+    ways = [row for row in range(len(moves)) if moves.arc[row] >= 0 and row not in at_wall]
+    assert moves.end[ways, 2] - moves.end[[row - 1 for row in ways], 2] == pytest.approx(
+        [0.5 * math.copysign(2, rise[0])] * len(ways)
+    )
+    assert moves.end[-1, :3] == pytest.approx([4, 5, 10])
+
+
+@pytest.mark.parametrize(("words", "code", "part"), [
+    ({"Q239=+1.5": "Q239=0"}, "VP007", "Q239"), ({"Q355=1": "Q355=-1"}, "VP007", "Q355"), ({"Q355=1": "Q355=1.5"}, "VP007", "Q355"), ({"Q351=+1": "Q351=0"}, "VP007", "Q351"),
+    ({"Q335=20": "Q335=6"}, "VP007", "Q335"), ({"Q207=300": "Q207=0"}, "VP009", "Q207"), ({"Q207=300": "Q207=MAX"}, "VP009", "Q207"), ({"Q239=+1.5": "Q239=0.0001"}, "VP007", "turns"),
+    ({"Q201=-8": "Q201=8"}, "VP007", "Q201"), ({"Q253=700": "Q253=-7"}, "VP007", "Q253"),
+])  # fmt: skip
+def test_threads_that_cannot_be_milled(view, words, code, part):
+    cycle = THREAD.format("+1.5", 1, 700, "+1", "")
+    for before, after in words.items():
+        cycle = cycle.replace(before, after)
+    text = "\n".join([*HEAD, cycle, "CYCL CALL", "END PGM C"])
+    findings = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})[1]
+    assert [(item.code, part in item.message) for item in findings] == [(code, True)], findings
 
 
 # --- where they run ---------------------------------------------------------------------------------------

@@ -1,6 +1,11 @@
-"""Milling cycles with values at random: no traceback, no hang, nothing passed over, and what runs is the pocket."""
+"""Milling cycles with values at random: no traceback, no hang, nothing passed over, and what runs is the pocket.
+
+``python -m tests.gcode.test_milling_fuzz N FIRST`` tries N programs from number FIRST on.
+"""
 
 import random
+import re
+import sys
 import time
 
 import numpy as np
@@ -11,6 +16,7 @@ from tests.gcode.pocket_judge import circle, curved_slot, judge, rectangle
 from verne_post.app.assemble import view_moves_plainly
 from verne_post.gcode.klartext.cycle_words import MACHINING
 from verne_post.gcode.klartext.milling import CYCLES
+from verne_post.gcode.siemens.contour_milling import PARAMETERS as CONTOURS
 from verne_post.gcode.siemens.milling_values import PARAMETERS
 from verne_post.model.options import Options
 
@@ -55,10 +61,45 @@ NUMBERS = (
 LIKELY = {
     "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "MID": 3, "FFP1": 500, "FFD": 100, "PA": 0, "PO": 0, "LENG": 40, "WID": 24, "NUM": 2, "VARI": 11, "PRAD": 20, "AFSL": 60, "RAD": 30,
     "_GMODE": 0, "_DMODE": 0, "_AMODE": 0, "AP1": 60, "AP2": 60, "LIM": 0, "SSF": 0,
-    200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 385: 400, 386: -6, 389: 0,
+    200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 335: 20, 239: 1.5, 355: 1, 385: 400, 386: -6, 389: 0,
     227: 0, 253: 700, 424: 60, 425: 60, 437: 0, 439: 0, 347: 0, 348: 0, 349: 0,
 }  # fmt: skip
 TOOL = 8.0
+#: Blocks of contours: most are lines and arcs, the others are no business of one.
+BLOCKS = (
+    "X{}", "Y{}", "X{} Y{}", "X{} Y{}", "G1 X{} Y{}", "G3 X{} Y{} CR={}", "G2 X{} Y{} I{} J{}", "X{} RND={}", "Y{} CHR={}", "X=IC({})", "R1=R1+1", "Y=R1 F{}", "G91 X{}", "G90 Y{}",
+    "AP={} RP={}", "Z{}", "M8", "G0 X{}", "TRANS X{}", "G41 X{}", "LOOP", "ENDLOOP", "GOTOB BEGIN", "M30", "C{}", "G4 F1", "POCKET4(1)", "G70 X{}", "T2", "MSG(", "RNDM={}", "CFC", "COMPON",
+)  # fmt: skip
+CONTOUR = {
+    **dict.fromkeys(CONTOURS["CYCLE72"][17:], 0),
+    "KNAME": '"BEGIN:END"',
+    "FAL": 0,
+    "FALD": 0,
+    "VARI": 1,
+    "RL": 41,
+    "AS1": 2,
+    "LP1": 5,
+    "FF3": 900,
+    "AS2": 1,
+    "LP2": 5,
+}
+
+
+def make_contour(rng, value):
+    """CYCLE72 with a contour, most of whose blocks are lines and arcs."""
+    likely = {
+        **CONTOUR,
+        "VARI": rng.choice((1, 2, 11, 101, 211, 301)),
+        "RL": rng.choice((40, 41, 42)),
+        "AS1": rng.choice((1, 1, 2, 3)),
+    }
+    words = [likely[name] if name in likely and rng.random() < 0.97 else value(name) for name in CONTOURS["CYCLE72"]]
+    kinds = BLOCKS[: rng.choice((7, 7, 9, 14, len(BLOCKS)))]
+    sizes = (*range(-60, 60, 4), *range(1, 30))
+    blocks = [re.sub("{}", lambda _found: str(rng.choice(sizes)), rng.choice(kinds)) for _ in range(rng.randrange(7))]
+    call = f"CYCLE72({','.join(map(str, words[: rng.choice((14, 17, 23))]))})"
+    contour = "\n".join(["BEGIN: G0 X0 Y0 G90", "G1 Y40", *blocks, "END:"])
+    return f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{call}\nG0 Z99\nM30\n{contour}\n"
 
 
 def make_program(seed):
@@ -68,13 +109,15 @@ def make_program(seed):
     def value(name):
         return LIKELY[name] if name in LIKELY and rng.random() < 0.95 else rng.choice(NUMBERS)
 
+    if rng.random() < 0.3:
+        return "siemens", make_contour(rng, value)
     if rng.random() < 0.5:
         name = rng.choice(sorted(PARAMETERS))
         values = ",".join(
             "" if rng.random() < 0.05 else str(value(one)) for one in PARAMETERS[name][: rng.randint(8, 40)]
         )
         return "siemens", f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{name}({values})\nG0 Z99\nM30\n"
-    number = rng.choice([*CYCLES, 241])
+    number = rng.choice([*CYCLES, 241, 262])
     needs, defaults = MACHINING[number]
     names = [*needs, *(name for name in defaults if rng.random() < 0.3)]
     words = " ".join(f"Q{name}={value(name):.9f}" for name in names)
@@ -88,10 +131,14 @@ def try_program(seed):
     """Execute a program; it ends in time, in findings of its lines or in moves that reach the part."""
     dialect, text = make_program(seed)
     begin = time.process_time()
-    moves, findings = view_moves_plainly(text.encode(), Options(dialect=dialect, tools={1: make_tool(1, 10.0, TOOL)}))
+    options = Options(dialect=dialect, tools={1: make_tool(1, 10.0, TOOL)}, max_repeats=3_000)
+    moves, findings = view_moves_plainly(text.encode(), options)
     assert time.process_time() - begin < 5.0, text
     if findings:
-        assert all(item.code.startswith("VP0") and item.line in (3, 4, 5) for item in findings), (text, findings)
+        assert all(item.code.startswith("VP0") and item.line in (3, 4, 5, *range(6, 15)) for item in findings), (
+            text,
+            findings,
+        )
     else:
         assert len(moves) > 2, text
         assert np.isfinite(moves.end).all(), text
@@ -100,7 +147,7 @@ def try_program(seed):
 
 
 def test_values_at_random():
-    assert sum(try_program(seed) for seed in range(300)) > 30
+    assert sum(try_program(seed) for seed in range(400)) > 60
 
 
 def make_pocket(seed):
@@ -171,3 +218,9 @@ def try_pocket(seed):
 def test_pockets_at_random(first):
     for seed in range(first, first + 10):
         try_pocket(seed)
+
+
+if __name__ == "__main__":
+    many, first = int(sys.argv[1]), int(sys.argv[2])
+    good = sum(try_program(seed) for seed in range(first, first + many))
+    sys.stdout.write(f"{many} programs from {first} on, {good} without an error\n")

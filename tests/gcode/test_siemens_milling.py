@@ -142,22 +142,25 @@ def test_levels_are_even_and_faces_worked_out_by_hand(mill):
     assert floor == [(row, y) for number, row in enumerate(rows) for y in (ends if number % 2 == 0 else ends[::-1])]
 
 
-# --- one pocket in three languages --------------------------------------------------------------------------
+# --- one pocket in four languages --------------------------------------------------------------------------
 
 
-def run_both(view, siemens, klartext, rs274):
-    """Ends, feed rates and arcs of a Siemens, a Klartext and an RS274 program: the moves from the first below Z 40 to the last one."""
+def run_all(view, siemens, klartext, rs274, fanuc):
+    """Ends, feed rates and arcs of a program in each language: the moves from the first below Z 40 to the last one."""
     tools = {1: make_tool(1, 10.0, TOOL)}
     found = []
     for dialect, text in (
         ("siemens", f"{HEAD}{siemens}\nM30\n"),
         (
             "heidenhain",
-            f"BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X+10 Y+20 Z+40 R0 FMAX M3\nCYCL DEF {klartext}\nCYCL CALL\nEND PGM C MM\n",
+            f"BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X+10 Y+20 Z+40 R0 FMAX M3\n{klartext}\nEND PGM C MM\n",
         ),
         ("rs274", f"G21 G90 G64\nT1 M6 G43 H1\nG0 X10 Y20 Z40 S1000 M3\n{rs274}\nM2\n"),
+        ("fanuc", f"%\nO1\nG21 G90 G17 G40 G80 G54\nT1 M6\nG0 G43 H1 X10 Y20 Z40 S1000 M3\n{fanuc}\nM30\n%\n"),
     ):
-        moves, findings = view(text, dialect=dialect, tools=tools)
+        if dialect == "fanuc":
+            text = re.sub(r"(?<=[XYZIJRF])(-?\d+)(?![\d.])", r"\1.", text)
+        moves, findings = view(text, dialect=dialect, tools=tools, tapping="feed")
         assert findings == (), dialect
         sweep = np.array([moves.arcs.sweep[arc] if arc >= 0 else 0.0 for arc in moves.arc])
         center = np.array([moves.arcs.center[arc][:2] if arc >= 0 else (0.0, 0.0) for arc in moves.arc])
@@ -168,46 +171,58 @@ def run_both(view, siemens, klartext, rs274):
     return found
 
 
-def test_a_pocket_a_slot_and_a_bolt_circle_are_the_same_in_three_languages(view):
-    q = "Q207=500 Q351=1 Q201=-6 Q202=3 Q369=0 Q206=150 Q338=0 Q200=2 Q203=0 Q204=20"
-    slot = "\n".join(
-        f"G1 Z{z} F150\nG1 X25 F500\nX-5\nX10\nY19\nX25\nG3 Y21 J1\nG1 X-5\nG3 Y19 J-1\nG1 X10\nG0 Z{z + 2}\nG0 Y20"
-        for z in (-3, -6)
-    )
-    # a slot of 40 x 10 about X10 Y20: the middle line, then 1 mm beside it
-    one, two, three = run_both(
-        view, "SLOT1(20,0,2,-6,,1,40,10,-30,20,20,0,0,150,500,3,0,0,11)", f"253 S Q215=1 Q218=40 Q219=10 Q368=0 Q374=0 Q367=0 {q} Q366=0",
-        f"G0 Z2\n{slot}\nG0 Z2\nG0 Z20",
-    )  # fmt: skip
-    assert np.abs(one - three).max() < 1e-6
-    assert np.abs(two - three).max() < 1e-6
-    # a circle of 30 mm in two paths of at most 8 * 0.8
-    round_one = "\n".join(
-        f"G1 Z{z} F150\n"
-        + "".join(f"G1 Y{20 - r} F500\nG3 Y{20 + r} J{r}\nG3 Y{20 - r} J-{r}\n" for r in (5.5, 11))
-        + f"G0 Z{z + 2}\nG0 Y20"
-        for z in (-3, -6)
-    )
-    one, two, three = run_both(
-        view, "POCKET4(20,0,2,-6,15,10,20,3,0,0,500,150,0,11)", f"252 P Q215=1 Q223=30 Q368=0 {q} Q370=1.6 Q366=0", f"G0 Z2\n{round_one}\nG0 Z2\nG0 Z20"
-    )  # fmt: skip
-    assert np.abs(one - three).max() < 1e-6
-    assert np.abs(two - three).max() < 1e-6
-    # five holes on a circle of 40 mm. Klartext stays at the set-up clearance between holes (Q301=0): Siemens goes to RTP, here the same
-    holes = "\n".join(
-        f"G0 X{20 * math.cos(a):.9f} Y{20 * math.sin(a):.9f}\nG1 Z-6 F150\nG0 Z2"
-        for a in (math.radians(15 + 72 * k) for k in range(5))
-    )
-    siemens = "F150\nMCALL CYCLE81(2,0,2,-6)\nHOLES2(0,0,20,15,72,5)\nMCALL"
-    klartext = (
-        "200 D Q200=2 Q201=-6 Q206=150 Q202=6 Q210=0 Q203=0 Q204=2 Q211=0\n"
-        "CYCL DEF 220 C Q216=0 Q217=0 Q244=40 Q245=15 Q246=375 Q247=72 Q241=5 Q200=2 Q203=0 Q204=2 Q301=0\n;"
-    )
-    one, two, three = run_both(
-        view, f"G0 Z2\n{siemens}", f"7.0 DATUM\nL Z+2 FMAX\nCYCL DEF {klartext}", f"G0 Z2\n{holes}"
-    )
-    assert np.abs(one - three).max() < 1e-6
-    assert np.abs(two[: len(three)] - three).max() < 1e-6
+Q = "Q207=500 Q351=1 Q201=-6 Q202=3 Q369=0 Q206=150 Q338=0 Q200=2 Q203=0 Q204=20"
+#: A slot of 40 x 10 about X10 Y20: the middle line, then 1 mm beside it, on two levels.
+SLOT = "G0 Z2\n" + "\n".join(
+    f"G1 Z{z} F150\nG1 X25 F500\nX-5\nX10\nY19\nX25\nG3 X25 Y21 J1\nG1 X-5\nG3 X-5 Y19 J-1\nG1 X10\nG0 Z{z + 2}\nG0 Y20"
+    for z in (-3, -6)
+)
+#: A circle of 30 mm in two paths of at most 8 * 0.8.
+ROUND_ONE = "G0 Z2\n" + "\n".join(
+    f"G1 Z{z} F150\n"
+    + "".join(f"G1 Y{20 - r} F500\nG3 X10 Y{20 + r} J{r}\nG3 X10 Y{20 - r} J-{r}\n" for r in (5.5, 11))
+    + f"G0 Z{z + 2}\nG0 Y20"
+    for z in (-3, -6)
+)
+#: Five holes on a circle of 40 mm about X0 Y0, the first at 15 degrees.
+HOLES = "G0 Z2\n" + "\n".join(
+    f"G0 X{20 * math.cos(a):.9f} Y{20 * math.sin(a):.9f}\nG1 Z-6 F150\nG0 Z2"
+    for a in (math.radians(15 + 72 * k) for k in range(5))
+)
+#: A thread M20 x 1.5, 6 mm deep: four turns upwards on a circle of 10 - 4, with half circles that rise half a pitch.
+THREAD = (
+    "G0 Z2\nG1 Z-6.75 F700\nG3 X16 Y20 I3 J0 Z-6 F500\n"
+    + "".join(f"G3 X16 Y20 I-6 J0 Z{z}\n" for z in (-4.5, -3, -1.5, 0))
+    + "G3 X10 Y20 I-3 J0 Z0.75\nG0 Z2\nG0 Z20"
+)
+#: Each in Siemens, Klartext, RS274/NGC and Fanuc; where a control has no cycle for it, written out.
+SAME = {
+    "slot": ("SLOT1(20,0,2,-6,,1,40,10,-30,20,20,0,0,150,500,3,0,0,11)", f"CYCL DEF 253 S Q215=1 Q218=40 Q219=10 Q368=0 Q374=0 Q367=0 {Q} Q366=0\nCYCL CALL", f"{SLOT}\nG0 Z2\nG0 Z20", f"{SLOT}\nG0 Z2\nG0 Z20"),
+    # G13 of Haas comes from the middle on half circles: written out
+    "round pocket": ("POCKET4(20,0,2,-6,15,10,20,3,0,0,500,150,0,11)", f"CYCL DEF 252 P Q215=1 Q223=30 Q368=0 {Q} Q370=1.6 Q366=0\nCYCL CALL", f"{ROUND_ONE}\nG0 Z2\nG0 Z20", f"{ROUND_ONE}\nG0 Z2\nG0 Z20"),
+    # Klartext stays at the set-up clearance between holes (Q301=0), Siemens goes to RTP, Haas to R (G99): here the same
+    "bolt circle": (
+        "G0 Z2\nF150\nMCALL CYCLE81(2,0,2,-6)\nHOLES2(0,0,20,15,72,5)\nMCALL",
+        "L Z+2 FMAX\nCYCL DEF 200 D Q200=2 Q201=-6 Q206=150 Q202=6 Q210=0 Q203=0 Q204=2 Q211=0\n"
+        "CYCL DEF 220 C Q216=0 Q217=0 Q244=40 Q245=15 Q246=375 Q247=72 Q241=5 Q200=2 Q203=0 Q204=2 Q301=0",
+        HOLES, "G0 Z2\nG99 G81 Z-6 R2 L0 F150\nG70 X0 Y0 I20 J15. L5\nG80",
+    ),
+    "milled thread": (THREAD, "CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253=700 Q351=1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL", THREAD, THREAD),
+    "tapped thread": (
+        "G0 Z20\nCYCLE84(20,0,2,-6,,,3,,1.25,0,500,500)", "L Z+20 FMAX\nTOOL CALL S500\nCYCL DEF 207 R Q200=2 Q201=-6 Q239=1.25 Q203=0 Q204=20\nCYCL CALL",
+        "G0 Z20\nS500 M3\nG99 G84 Z-6 R2 F625\nG80\nG0 Z20", "G0 Z20\nM29 S500\nG98 G84 Z-6 R2 F625\nG80",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SAME)
+def test_the_same_in_four_languages(view, name):
+    """Ends, feed rates, arcs: within 1e-6 mm, mm/min and degrees."""
+    siemens, klartext, rs274, fanuc = run_all(view, *SAME[name])
+    assert len(rs274) > 3
+    for other in (siemens, klartext, fanuc):
+        assert other.shape == rs274.shape
+        assert np.abs(other - rs274).max() < 1e-6
 
 
 @pytest.mark.parametrize(("name", "values", "code", "part"), [

@@ -245,8 +245,15 @@ def test_explain_says_where_a_mesh_is_touched_and_what_cures_it(folder: Path, ru
 def test_a_tool_that_is_longer_by_a_fifth_of_a_millimetre_gouges(folder: Path, run: Any) -> None:
     """The rows are of the length of the tool table; the tool that is used is 0.2 longer."""
     assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
+    compared = ("--against", "vise.nc", "--nominal", "part.stl@G54", "--grid", "2")
+    whole = run("machined", "rows.index.json", *compared)  # both parts of the file, one after the other
+    assert whole.code == 0
+    assert "poses of tool 1, tool 2 against part.stl" in whole.err
+    assert (
+        "--measured is compared with one" in run("machined", "rows.index.json", *compared, "--measured", "log.csv").err
+    )
     replace_in("tools.tbl", "Z90", "Z90.2")
-    answer = run("machined", "rows.2.csv", "--against", "vise.nc", "--nominal", "part.stl@G54", "--grid", "2")
+    answer = run("machined", "rows.2.csv", *compared)
     assert answer.code == 1
     assert "vise.nc:30: VP218 error: the cutter of tool 2 cuts 0.20" in answer.err
 

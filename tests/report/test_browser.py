@@ -18,6 +18,7 @@ import pytest
 import verne_post
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, FixtureMesh, WorkOffset
+from verne_post.report.comparison import Side, make_side, write_comparison
 
 from ..builders import SAMPLES
 from .test_report import NASTY_PROGRAM, ONE_IN_3000, embedded
@@ -39,10 +40,21 @@ def page_of(name: str) -> str:
     from verne_post.report.page import make_page
     from verne_post.report.study import study
 
+    if name in COMPARED:
+        return write_comparison((side_of(COMPARED[name][0]), side_of(COMPARED[name][1])))
     text, machine, options = PROGRAMS[name]
     source = text if isinstance(text, bytes) else text.encode()
     place = verne_post.load_machine(machine)
     return make_page(name, source, place, study(source, place, options))
+
+
+def side_of(name: str) -> Side:
+    """One of the programs below, to be compared."""
+    from verne_post.report.study import study
+
+    text, machine, options = PROGRAMS[name]
+    source, place = text if isinstance(text, bytes) else text.encode(), verne_post.load_machine(machine)
+    return make_side(name, source, place, study(source, place, options))
 
 
 def sample(name: str, tool: float, place: tuple[float, float, float], **more: Any) -> tuple[bytes, str, Options]:
@@ -70,6 +82,9 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "many findings": ("G21 G90\n" + "".join(f"G1 X{k} Q{k}\nG99{k}\n" for k in range(1, 8)) + "M2\n", "verne", Options()),
     "unreadable": ("G21 G90\nG1 X\nM2\n", "verne", Options()),
 }  # fmt: skip
+
+
+COMPARED = {"two": ("blade", "pocket"), "refused and not": ("travel", "pocket"), "neither": ("unreadable", "nasty")}
 
 
 @pytest.fixture(scope="module")
@@ -284,6 +299,7 @@ def test_the_part_shows_where_it_is_cut_and_a_click_leads_there(browser: Any, sh
     js(browser, "report.view('part')")
     assert [option.text for option in browser.find_elements("css selector", "#body option")] == [
         "part, deviation",
+        "stock that is left",
         "stock",
     ]
     x, y = browser.execute_script(_DEEP)
@@ -632,6 +648,31 @@ def test_curves_are_drawn_with_every_peak(browser: Any, show: Callable[..., Any]
         assert pixels(browser, name).std() > 0.02, name
 
 
+def test_every_joint_of_a_busy_chart_is_seen(browser: Any, show: Callable[..., Any]) -> None:
+    """Five curves that turn back dozens of times have a lane each, in which nothing hides them; calm ones share one."""
+    show("blade")
+    lanes = {
+        title: (name, drawn)
+        for title, name, drawn in js(
+            browser, "report.charts.charts.map(c => [c.title, c.canvas.id = c.canvas.id || 'chart-' + c.title.slice(0, 4), c.lanes])"
+        )
+    }  # fmt: skip
+    assert not lanes["Velocity, % of limit"][1]
+    name, drawn = lanes["Jerk, % of limit"]
+    assert drawn
+    browser.execute_script("document.getElementById(arguments[0]).scrollIntoView()", name)
+    shown_now = pixels(browser, name)[34:-18]
+    for k, colour in enumerate(
+        ((0, 0x67, 0xA8), (0xB3, 0x6B, 0), (0, 0x7A, 0x55), (0xA6, 0x3D, 0x86), (0xC4, 0x49, 0))
+    ):
+        near = np.abs(shown_now - np.array(colour) / 255).max(axis=-1) < 0.06
+        rows = np.flatnonzero(near.any(axis=1)) / len(shown_now)
+        assert near.sum() > 200, k
+        # all of it is in its own fifth of the height, to the width of a line
+        assert k / 5 - 0.05 < rows.min(), k
+        assert rows.max() < (k + 1) / 5 + 0.05, k
+
+
 def test_zoom_by_wheel(browser: Any, show: Callable[..., Any]) -> None:
     show("blade")
     chart = browser.find_element("id", "chart-speed")
@@ -706,3 +747,52 @@ def test_nasty_texts_stay_texts(browser: Any, show: Callable[..., Any]) -> None:
         assert shown == f"{data['line'][frame]} {lines[data['line'][frame] - 1].strip()}"
     assert js(browser, "document.querySelectorAll('img, a, form, iframe, [onmouseover]').length") == 0
     assert js(browser, "window.open('about:blank')") is None
+
+
+# --- two programs --------------------------------------------------------------------------------------
+
+
+def test_a_comparison_draws_both_on_one_scale(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("two")
+    ends = [side["end"] for side in data["sides"]]
+    assert ends[0] != ends[1]
+    canvases = browser.find_elements("css selector", "#curves canvas")
+    assert [one.get_attribute("aria-label").split(":")[0] for one in canvases[1::2]] == ["A", "B"]
+    pictures = []
+    for k in (1, 3):
+        browser.execute_script("arguments[0].id = 'curve'; arguments[0].scrollIntoView()", canvases[k])
+        pictures.append(pixels(browser, "curve"))
+        browser.execute_script("arguments[0].id = ''", canvases[k])
+    drawn = [
+        np.flatnonzero((np.abs(one - np.array([0x0B, 0x63, 0xC5]) / 255).max(axis=-1) < 0.1)[20:].any(axis=0))
+        for one in pictures
+    ]
+    # the shorter one ends where its time is on the scale of the longer one
+    width = drawn[1].max() - drawn[1].min()
+    assert (drawn[0].max() - drawn[0].min()) / width == pytest.approx(ends[0] / ends[1], abs=0.02)
+    for scheme in ("dark", "light"):
+        press(browser, "d")
+        assert js(browser, "document.documentElement.dataset.theme") == scheme
+        assert (
+            js(browser, "getComputedStyle(document.body).backgroundColor")
+            == {"dark": "rgb(14, 19, 24)", "light": "rgb(243, 245, 247)"}[scheme]
+        )
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "scheme"),
+    [("two", "phone", "dark"), ("refused and not", "tablet", "light"), ("neither", "desktop", "dark")],
+)
+def test_a_comparison_is_whole_and_readable(
+    browser: Any, show: Callable[..., Any], name: str, size: str, scheme: str
+) -> None:
+    """Nothing is wider than the screen but tables that scroll, and every text has its contrast."""
+    show(name, size, scheme)
+    width = SIZES[size][0]
+    assert js(browser, "document.documentElement.scrollWidth") <= width
+    seen, low = browser.execute_script(_LOW_CONTRAST)
+    assert seen > 20
+    assert low == []
+    for one in browser.find_elements("css selector", ".table"):
+        assert one.get_attribute("tabindex") == "0"
+    assert js(browser, "document.querySelectorAll('img, a, form, iframe, [onmouseover]').length") == 0

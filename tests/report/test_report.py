@@ -341,7 +341,7 @@ def test_data_stay_data(tmp_path: Path, run: Callable[..., Any]) -> None:
     plain.write_text(re.sub(";.*", "", NASTY_PROGRAM))
     assert run("report", plain, "--tool-length", 60, "-o", page).code == 0
     expected = Outline(outside_of_the_library(page.read_text("utf-8")))
-    assert [tag for tag, _names in expected.tags].count("script") == 8
+    assert [tag for tag, _names in expected.tags].count("script") == 9
     machine, program = tmp_path / "m.toml", tmp_path / NASTY_NAME
     text = list_machine_files()["verne"].read_text("utf-8")
     machine.write_text(text.replace('name = "VERNE"', 'name = "<!--library--></script>"'), "utf-8")

@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Cylinder, FixtureMesh, NominalPart, Wanted, WorkOffset
+from verne_post.model.part_setup import Box, Cylinder, FixtureMesh, NominalPart, Wanted, WorkOffset
+from verne_post.part.bodies import build_pieces
+from verne_post.part.dexels import list_sweeps
+from verne_post.part.ray_tables import make_table
+from verne_post.part.stl import Mesh, build_mesh
+from verne_post.part.stock_forms import make_box
+from verne_post.report.left import draw_skin, make_left
 from verne_post.report.page import make_page
 from verne_post.report.sheet import find_worst_places
 from verne_post.report.study import study
@@ -146,3 +152,53 @@ def test_fewer_triangles_keep_the_worst(monkeypatch: pytest.MonkeyPatch, parts: 
     area = [np.linalg.norm(np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]), axis=1).sum() / 2
             for c in (one.vertices[one.facets] for one in (fine, coarse))]  # fmt: skip
     assert area == pytest.approx([200.0, 200.0], rel=1e-6 if parts == 1 else 0.06)
+
+
+# --- what is left of the stock -------------------------------------------------------------------------
+
+
+def make_mesh(vertices: np.ndarray, facets: np.ndarray) -> Mesh:
+    return build_mesh("skin", vertices[facets])
+
+
+def test_the_skin_of_a_stock_is_closed_and_holds_its_volume() -> None:
+    """A slot, a hole through all of it, and a hole across it: rays with no, one and two intervals."""
+    stock = make_box(np.zeros(3), np.array([30.0, 20.0, 10.0]), np.zeros(3), 0.0, 0.2)
+    flat, thin = (build_pieces((Cylinder("cutter", d, 40.0),), 40.0)[0] for d in (6.0, 4.0))
+    upright, across = np.array([[[0.0, 0.0, 1.0]] * 2]), np.array([[[1.0, 0.0, 0.0]] * 2])
+    for tip, axis, piece in (
+        ([[-9, 5, 7], [12, 5, 7]], upright, flat),
+        ([[22, 6, 12], [22, 6, -1]], upright, thin),
+        ([[-5, 15, 5], [-5, 15, 5]], across, thin),
+    ):
+        stock.cut(list_sweeps(np.array([tip], dtype=float), axis, 40.0, 0.1), make_table(piece))
+    mesh = make_mesh(*draw_skin(stock))
+    assert mesh.open_edges == 0
+    assert mesh.volume == pytest.approx(stock.measure_volume(), rel=0.01)
+    removed = 6.0 * 12.0 * 3.0 + np.pi * 9 / 2 * 3 + np.pi * 4 * 10 + np.pi * 4 * 30
+    assert 6000.0 - mesh.volume == pytest.approx(removed, rel=0.08)  # a wall stands half a cell beside its place
+
+
+def test_what_is_left_stands_where_the_stock_stood() -> None:
+    pytest.importorskip("jupyter_threejs_sage")
+    stock = Box("the stock", (-10.0, -5.0, -8.0), (10.0, 5.0, 0.5), 1)
+    found = study(FLOOR.encode(), MACHINE, make_options(stock=stock))
+    data = embedded(make_page("p.nc", FLOOR.encode(), MACHINE, found))
+    assert [one["kind"] for one in data["scene"]["meshes"]] == ["part", "left"]
+    assert "cells of 0.11 mm." in data["scene"]["note"]
+    corners = place_surface(data, 1)
+    assert np.allclose(corners.min(axis=(0, 1)), [5 - 5, -7 - 10, 40 - 8], atol=0.001)
+    assert np.allclose(corners.max(axis=(0, 1)), [5 + 5, -7 + 10, 40 + 0.5], atol=0.001)
+    mesh = build_mesh("left", corners)
+    assert mesh.open_edges == 0
+    # 0.5 over the floor up to y = 3, and the dip: a triangle of 8 by 0.2 mm, which the round cutter widens
+    dip = 6.0 * 0.5 * 8.0 * 0.2 + 0.2 * 2.0 * 0.5 * np.pi * 9.0
+    assert 200 * 8.5 - mesh.volume == pytest.approx(0.5 * 20 * 8 + dip, abs=1.0)
+
+
+def test_a_tool_without_a_size_leaves_no_picture() -> None:
+    stock = Box("the stock", (-10.0, -5.0, -8.0), (10.0, 5.0, 0.5), 1)
+    options = Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, stock=stock)
+    found = study(FLOOR.encode(), MACHINE, options)
+    assert found.program is not None
+    assert make_left(found.program) == (None, "What is left of the stock is not drawn: a tool has no size.")

@@ -13,9 +13,9 @@ from verne_post.kinematics.checks.keep_out import refuse_leaning_part
 from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.part_setup import Box
 from verne_post.part.cutting import Spans, cut_stock
-from verne_post.part.dexels import Dexels
+from verne_post.part.dexels import MOST_RAYS, Dexels
 from verne_post.part.stl import read_stl
-from verne_post.part.stock_forms import make_box, make_cylinder, make_of_mesh, unpack
+from verne_post.part.stock_forms import CELL_MM, make_box, make_cylinder, make_of_mesh, unpack
 
 #: Rows nearer than this to the straight way between others are left out, mm; axes count as points at this height, mm.
 STRAIGHT_MM: Final = 0.0005
@@ -63,8 +63,8 @@ def load_stock(program: Program, raw: bytes, name: str, system: int | None, unit
     return make_of_mesh(read_stl(raw, name, unit), origin, turn)
 
 
-def make_stock(program: Program) -> Dexels:
-    """The box of ``--stock``, else what the program itself defines (BLK FORM, WORKPIECE).
+def make_stock(program: Program, most: int = MOST_RAYS) -> Dexels:
+    """The box of ``--stock``, else what the program itself defines (BLK FORM, WORKPIECE), with so many rays at most.
 
     Raises
     ------
@@ -73,7 +73,8 @@ def make_stock(program: Program) -> Dexels:
     """
     box, own = program.options.stock, program.moves.stock
     if box is not None:
-        return make_box(np.array(box.low), np.array(box.high), *place_on_table(program, box.name, box.system))
+        low, high = np.array(box.low), np.array(box.high)
+        return make_box(low, high, *place_on_table(program, box.name, box.system), _choose_cell(low, high, most))
     if own is None:
         raise InputError(
             make_finding("VP018", "--stock-from program: the program defines no stock (BLK FORM, WORKPIECE)")
@@ -83,7 +84,15 @@ def make_stock(program: Program) -> Dexels:
     origin = coordinates.map_to_table(np.zeros(9), own.frame)[0]
     along = coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), own.frame)
     turn, low, high = float(np.arctan2(along[1], along[0])), np.array(own.low), np.array(own.high)
-    return make_cylinder(low, high, own.bore, origin, turn) if own.round else make_box(low, high, origin, turn)
+    cell = _choose_cell(low, high, most)
+    return (
+        make_cylinder(low, high, own.bore, origin, turn, cell) if own.round else make_box(low, high, origin, turn, cell)
+    )
+
+
+def _choose_cell(low: Array, high: Array, most: int) -> float:
+    """Distance of the rays, mm."""
+    return max(CELL_MM, float(np.sqrt((high[0] - low[0]) * (high[1] - low[1]) / most)))
 
 
 def pack_stock(program: Program, left: Dexels, name: str, system: int | None) -> bytes:

@@ -9,7 +9,7 @@ from verne_post.app.assemble import Program
 from verne_post.base.ragged import find_runs, number_parts
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut
-from verne_post.kinematics.checks.moving import build_spindle
+from verne_post.kinematics.checks.moving import Moving, build_spindle
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
@@ -46,7 +46,7 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     if not open_:
         return found
     stock = make_box(-box.half, box.half, box.middle, box.turn)
-    spans, tools = list_spans(program, joints, keep_out, _find_last(joints, open_))
+    spans, tools = list_spans(program, joints, keep_out.moving, _find_last(joints, open_))
     cut = cut_stock(stock, spans, tools, box.distance)
     settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
     return [*(item for item in found if item not in open_), *settled]
@@ -61,7 +61,7 @@ def _find_last(joints: JointPath, found: list[Finding]) -> int:
     return int(np.flatnonzero(concerned)[-1]) if concerned.any() else len(line) - 1
 
 
-def list_spans(program: Program, joints: JointPath, keep_out: KeepOut, last: int) -> tuple[Spans, list[Tool]]:
+def list_spans(program: Program, joints: JointPath, moving: Moving, last: int) -> tuple[Spans, list[Tool]]:
     """The motion of elements 0 to ``last`` as spans, with the tools that make it."""
     contour, path = joints.contour, program.path
     straight = find_straight(joints)[: last + 1]
@@ -72,16 +72,16 @@ def list_spans(program: Program, joints: JointPath, keep_out: KeepOut, last: int
     for begin in range(0, len(owner), SOLVED):
         rows = slice(begin, begin + SOLVED)
         pose = joints.place_bodies(owner[rows], joints.solve(owner[rows], index[rows] / parts[owner[rows]]))
-        tip[rows], _nose, length[rows] = keep_out.moving.place_tools(pose)
+        tip[rows], _nose, length[rows] = moving.place_tools(pose)
         axis[rows] = pose.axis
     first = np.flatnonzero(
         (index < parts[owner]) & np.isfinite(tip).all(axis=1) & np.isfinite(np.roll(tip, -1, axis=0)).all(axis=1)
     )
     segment = contour.segment[owner[first]]
     used, tool = np.unique(
-        np.column_stack([keep_out.moving.tool[segment], np.round(length[first], 6)]), axis=0, return_inverse=True
+        np.column_stack([moving.tool[segment], np.round(length[first], 6)]), axis=0, return_inverse=True
     )
-    tools = [build_tool(keep_out.moving.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
+    tools = [build_tool(moving.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
     tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
     return Spans(tips, axes, contour.find_lines(owner[first]), tool.reshape(-1), path.feed_time[segment] == 0), tools
 

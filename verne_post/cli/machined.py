@@ -141,8 +141,8 @@ def command(
     if measured is None and (columns or delay != "auto"):
         raise click.UsageError("--columns and --delay are about a log: name it with --measured")
     require_delay(delay)
-    if setpoints.endswith(".index.json"):
-        raise click.UsageError("machined reads one setpoint file; name a part of it")
+    if measured is not None and setpoints.endswith(".index.json"):
+        raise click.UsageError("--measured is compared with one setpoint file; name it")
     files, name = RunFiles(), show_name(setpoints)
     files.expect(setpoints, "AXES.CSV")
     for option, file, _system in places:

@@ -43,15 +43,22 @@ def require_delay(delay: str) -> None:
 def read_rows(
     files: RunFiles, setpoints: str, program: "Program", drives: "tuple[Drive, ...]"
 ) -> "tuple[Array, NDArray[np.int32]]":
-    """Joints (n, n_joints), mm and rad, and source lines (n,) of a setpoint file."""
+    """Joints (n, n_joints), mm and rad, and source lines (n,) of a setpoint file, or of all parts that an index names."""
     import numpy as np
 
     from verne_post.model.findings import InputError, make_finding
+    from verne_post.output.parts import list_parts, read_parts
     from verne_post.output.setpoints import read_csv
 
     machine = program.machine
-    with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
-        blocks = list(read_csv(stream, show_name(setpoints), machine.columns, program.cycle, drives))
+    if setpoints.endswith(".index.json"):
+        for part in list_parts(Path(setpoints)):
+            files.note_read(part, "AXES.CSV")
+        stops = [int(program.moves.line[stop]) for stop in program.stops]
+        blocks = list(read_parts(Path(setpoints), machine.columns, program.cycle, stops, drives))
+    else:
+        with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
+            blocks = list(read_csv(stream, show_name(setpoints), machine.columns, program.cycle, drives))
     if not blocks:
         raise InputError(make_finding("VP020", "the setpoint file has no rows"))
     factor = np.array([column.factor for column in machine.columns])

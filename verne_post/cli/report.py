@@ -7,52 +7,71 @@ import click
 
 from verne_post.cli.colour import say
 from verne_post.cli.common import PROGRAM, quiet_option, read_program, refuse
-from verne_post.cli.files import RunFiles, show_name
+from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options
 from verne_post.cli.pictures import expect_picture, require_package
 from verne_post.cli.progress import show_progress
-from verne_post.model.verdict import find_exit_status
+from verne_post.model.verdict import find_exit_status, find_gravest
 
 
 @click.command("report", cls=GroupedCommand)
-@click.argument("input_name", type=INPUT, metavar="INPUT")
+@click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT [INPUT]")
 @click.option("-o", "--output", type=FILE, metavar="OUT.html", help="The page.")
 @click.option("--static", type=FILE, metavar="OUT.png|OUT.svg", help="A picture of the path and the axes, for CI.")
 @quiet_option
 @add_program_options()
-def command(input_name: str, output: Path | None, static: Path | None, quiet: bool, **given: Any) -> int:
+def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, quiet: bool, **given: Any) -> int:
     """Write one self-contained page, no network: findings, tool path, axes against time, workspace, and the mechanism at the cursor.
 
-    A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`.
+    A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`. Of two programs,
+    or two versions of one, the page says what differs: time, findings, limits, operations and lines.
     """
     from verne_post.model.findings import InputError
 
     if output is None and static is None:
         raise click.UsageError("say where to write: -o OUT.html, --static OUT.png, or both")
+    if len(inputs) > 2:
+        raise click.UsageError(f"a page shows one program or compares two; {len(inputs)} are given")
+    if len(inputs) == 2 and static is not None:
+        raise click.UsageError("--static draws one program; two are compared by -o OUT.html alone")
+    if all(map(is_dash, inputs)) and len(inputs) > 1:
+        raise click.UsageError("standard input can be one of the two programs; the other one is a file")
     files = RunFiles()
-    files.expect(input_name, PROGRAM)
+    for input_name in inputs:
+        files.expect(input_name, PROGRAM)
     suffix = "" if static is None else expect_picture(files, static, "--static")
     if output is not None:
         files.expect_writing(output, "-o")
         require_package("jupyter_threejs_sage", "-o", "report")
-    name = show_name(input_name)
-    try:
-        machine, source, options = read_program(files, input_name, given)
-    except InputError as error:
-        return refuse(name, error)
+    read = []
+    for input_name in inputs:
+        try:
+            read.append((show_name(input_name), *read_program(files, input_name, given)))
+        except InputError as error:
+            return refuse(show_name(input_name), error)
 
     from verne_post.output.findings import format_outcome
     from verne_post.report import picture
+    from verne_post.report.comparison import make_side, write_comparison
     from verne_post.report.page import make_page
     from verne_post.report.study import study
 
-    with show_progress("reading", quiet=quiet) as progress:
-        found = study(source, machine, options, progress)
+    sides = []
+    for name, machine, source, options in read:
+        with show_progress(f"reading {name}" if len(read) > 1 else "reading", quiet=quiet) as progress:
+            sides.append(make_side(name, source, machine, study(source, machine, options, progress)))
+    first = sides[0]
     if output is not None:
-        files.write(output, "-o", [make_page(name, source, machine, found)])
+        text = (
+            make_page(first.program, first.source, first.machine, first.study)
+            if len(sides) == 1
+            else write_comparison((first, sides[1]))
+        )
+        files.write(output, "-o", [text])
     if static is not None:
-        files.write(static, "--static", [picture.picture_of(name, machine, found, suffix)])
+        files.write(static, "--static", [picture.picture_of(first.program, first.machine, first.study, suffix)])
     if not quiet:
         written = " and ".join(show_name(str(path)) for path in (output, static) if path is not None)
-        say(f"{format_outcome(name, found.findings)}; {written} shows it\n")
-    return find_exit_status(found.findings)
+        outcomes = "; ".join(format_outcome(side.program, side.study.findings) for side in sides)
+        say(f"{outcomes}; {written} shows {'it' if len(sides) == 1 else 'both'}\n")
+    return find_gravest(find_exit_status(side.study.findings) for side in sides)

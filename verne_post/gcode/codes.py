@@ -56,6 +56,10 @@ class CodeTable(Struct, frozen=True, dict=True):
         return round(number * 10) in self.group_of_g if code[0] == "G" else number in self.group_of_m
 
 
+#: Why [remap] cannot give a code a meaning.
+HAS_MEANING: Final = ": this code has a meaning of its own; only codes that are not executed can be given one"
+
+
 def describe_remap(code: str) -> str:
     """What a user may write where no language has a meaning for a code: a line of [remap]."""
     key = f'"{code}"' if "." in code else code
@@ -143,15 +147,13 @@ def spell_g_code(code: int) -> str:
     return f"G{code // 10}" if code % 10 == 0 else f"G{code // 10}.{code % 10}"
 
 
-def refuse_known_codes(remap: Iterable[str]) -> None:
-    """Refuse to give codes of RS274/NGC another meaning.
+def refuse_known_codes(remap: Iterable[str], *tables: CodeTable) -> None:
+    """Refuse to give codes another meaning that all of some tables execute.
 
     Raises
     ------
     ValueError
     """
     for code in remap:
-        if RS274.is_executed(code):
-            raise ValueError(
-                f"{code}: this code has a meaning of its own; only codes that are not executed can be given one"
-            )
+        if all(table.is_executed(code) for table in tables):
+            raise ValueError(f"{code}{HAS_MEANING}")

@@ -26,13 +26,12 @@ _FEW: Final = 0.1
 class _Language(Struct, frozen=True):
     """One language: its name, what only its texts have (case ignored), and the dialect that reads it, if any.
 
-    A sign is a line with an error, or the beginning of the text. ``refused`` says why the dialect does not execute it.
+    A sign is a line with an error, or the beginning of the text.
     """
 
     name: str
     sign: bytes
     dialect: str = ""
-    refused: str = ""
 
 
 _LANGUAGES: Final = (
@@ -43,8 +42,7 @@ _LANGUAGES: Final = (
               rb"|STOPRE|EXTERN|PROC|WORKPIECE|FFWON|COMPCAD|SOFT|DIAMOF)\b).*$|^[^\n;(#\[\]]*\b[XYZABC]\d?=.*$", "siemens"),
     _Language("APT", rb"^[ \t]*+(?:\$\$(?:[ *>-].*)?|(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI|RAPID|UNITS?|TLAXIS|CIRCLE|TOOL[ \t]+PATH|TLDATA|MSYS)"
               rb"\b[^=\n]*)\r?$", "aptcl"),
-    _Language("a custom macro of a Fanuc control", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+\d|G6[56]\b).*$", "fanuc",
-              "its statements are not executed: post the program without macros"),
+    _Language("a custom macro of a Fanuc control", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+\d|G6[56]\b).*$", "fanuc"),
     _Language("Okuma OSP", rb"^[ \t]*+(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*+=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT|MODIN|MODOUT)\b.*$"),
     _Language("Fagor", rb"^[ \t]*+(?:N\d+[ \t]*+)?#(?:RTCP|TCAM|CS|ACS|HSC|TLC|ROTATE|PATH|MCS)\b.*$|\A[ \t\r\n]*%[^\n,]*,M[XT-].*$"),
     _Language("NUM", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:\$\d|E[68]\d{4}[ \t]*+=|G79[ \t]+(?:N\d|[LE]\d+)|L\d+[ \t]*+=).*$"),
@@ -96,9 +94,7 @@ def find_other_language(
             continue
         shown = match.group().decode("utf-8", errors="replace").strip()
         text = f"this looks like {language.name} ({_quote(shown)})"
-        if language.refused:
-            right = f"; {language.refused}"
-        elif language.dialect in known:
+        if language.dialect in known:
             right = f"; read it with --dialect {language.dialect}"
         else:
             right = f", which is not read; dialects are {', '.join(sorted(known))}"

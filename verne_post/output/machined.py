@@ -110,7 +110,7 @@ def list_worst(judged: Judged) -> str:
     return "\n".join(rows) + "\n"
 
 
-def rank_cells(judged: Judged) -> Array:
+def measure_harm(judged: Judged) -> Array:
     """How bad the cells (n,) are: gouges before excess before what is not decided before what is well before what no cutter comes near."""
     found = judged.comparison
     share = _find_share(judged)
@@ -159,7 +159,7 @@ def draw_map(judged: Judged, suffix: str) -> bytes:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     found = judged.comparison
-    chosen = _choose_drawn(rank_cells(judged))
+    chosen = _choose_drawn(measure_harm(judged))
     corner, colour = found.cells.corner[chosen], paint_cells(judged)[chosen] / 255.0
     low, high = found.cells.corner.min(axis=(0, 1)), found.cells.corner.max(axis=(0, 1))
     figure = Figure(figsize=(11, 5.5))

@@ -2,35 +2,14 @@
 (async () => {
   const byId = id => document.getElementById(id), root = document.documentElement;
   const data = JSON.parse(byId("data").textContent);
-  const arrays = await unpack();
+  const arrays = await Shared.unpack(byId("bytes").textContent, data.arrays);
   const n = data.frames, joints = data.joints.length;
   data.shapes = Object.fromEntries(Object.entries(data.arrays).map(([name, entry]) => [name, entry.shape]));
   const places = [...document.querySelectorAll("button[data-frame]")];
   data.places = places.map(button => Number(button.dataset.frame));
 
-  async function unpack() {
-    const text = byId("bytes").textContent, packed = Uint8Array.from(atob(text), character => character.charCodeAt(0));
-    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-    const buffer = await new Response(stream).arrayBuffer(), found = {};
-    for (const [name, entry] of Object.entries(data.arrays)) {
-      found[name] = new window[entry.type](buffer, entry.begin, entry.shape.reduce((a, b) => a * b, 1));
-    }
-    return found;
-  }
-
   // --- colours -------------------------------------------------------------------------------------
-  const LIGHT = ["#0067a8", "#b36b00", "#007a55", "#a63d86", "#c44900"], DARK = ["#5db4f0", "#f2b04a", "#3fcf9f", "#e592c9", "#ff8f57"];
-  const dark = () => root.dataset.theme === "dark";
-  const jointColour = k => (dark() ? DARK : LIGHT)[k % 5];
-  // velocity dark, acceleration between, jerk pale, in the colour of the joint
-  function limitColour(k) {
-    const order = Math.floor(k / joints), other = data.limits.length - 3;
-    if (k >= other) return k === other ? (dark() ? "#6d7a86" : "#8b98a5") : k === other + 1 ? (dark() ? "#3a444f" : "#cfd6dc") : null;
-    return mix(jointColour(k % joints), dark() ? "#161c23" : "#ffffff", [0, 0.35, 0.62][order]);
-  }
-  const channels = colour => [1, 3, 5].map(k => parseInt(colour.slice(k, k + 2), 16));
-  const hex = rgb => "#" + rgb.map(value => Math.round(value).toString(16).padStart(2, "0")).join("");
-  function mix(a, b, share) { const x = channels(a), y = channels(b); return hex(x.map((value, k) => value + share * (y[k] - value))); }
+  const { dark, jointColour, channels, mix } = Shared, limitColour = k => Shared.limitColour(k, joints, data.limits.length);
   const scaled = (stops, share) => {
     const at = Math.min(Math.max(share, 0), 1) * (stops.length - 1), k = Math.min(Math.floor(at), stops.length - 2);
     return mix(stops[k], stops[k + 1], at - k);
@@ -187,7 +166,7 @@
     if (frame >= 0) setCursor(frame);
     return true;
   }
-  if (n && scene) byId("note").textContent = "Assumed sizes: " + data.scene.assumed.join(", ") + ".";
+  if (n && scene) byId("note").textContent = ["Assumed sizes: " + data.scene.assumed.join(", ") + ".", data.scene.note].join(" ");
   const options = byId("colour").options;
   if (!data.limits.length) { options[1].remove(); options[1].remove(); }
   byId("colour").addEventListener("change", paint);
@@ -217,13 +196,13 @@
   const charts = Charts.make(range, data.tick, data.unit, x => setCursor(nearest(x)), () => redraw());
   const curves = name => data.joints.map((joint, k) => ({ name: joint.name, x: arrays[`${name}.${k}.x`], y: arrays[`${name}.${k}.y`], joint: k })).filter(one => one.x);
   const single = (name, title, more) => arrays[name + ".0.x"] ? [{ name: title, x: arrays[name + ".0.x"], y: arrays[name + ".0.y"], ...more }] : [];
-  function addChart(title, digits, series, limits) {
+  function addChart(title, digits, series, limits, shares = false) {
     if (!series.length) return;
     const canvas = document.createElement("canvas");
     canvas.className = "chart";
     canvas.setAttribute("role", "img");
     byId("charts").append(canvas);
-    charts.add(canvas, { title, digits, series, limits });
+    charts.add(canvas, { title, digits, series, limits, shares });
   }
   let strip = null, bands = null;
   if (n) {
@@ -237,7 +216,7 @@
       charts.add(byId("chart-speed"), { title: "Tip, mm/s", digits: 2, series: speeds, bounds: beyond ? [0, 1.4 * most] : null });
     } else for (const id of ["chart-governing", "times"]) byId(id).closest("section").remove();
     for (const [name, title] of [["velocity", "Velocity, % of limit"], ["acceleration", "Acceleration, % of limit"], ["jerk", "Jerk, % of limit"]]) {
-      addChart(title, 1, curves(name), [-100, 100]);
+      addChart(title, 1, curves(name), [-100, 100], true);
     }
     const position = curves("position"), sliders = data.joints.slice(0, joints - 2);
     if (sliders.length) addChart("Sliders, mm", 3, position.slice(0, joints - 2), [Math.min(...sliders.map(j => j.low ?? -Infinity)), Math.max(...sliders.map(j => j.high ?? Infinity))].map(v => Number.isFinite(v) ? v : null));
@@ -262,13 +241,7 @@
     for (const chart of charts.charts) for (const one of chart.series || []) {
       one.colour = one.role ? getComputedStyle(root).getPropertyValue(one.role).trim() : jointColour(one.joint);
     }
-    if (strip) {
-      strip.runs = [];
-      for (let i = 0; i < n; i++) {
-        const run = strip.runs[strip.runs.length - 1], colour = limitColour(arrays.governing[i]), to = i + 1 < n ? arrays.x[i + 1] : arrays.x[i];
-        if (run && run.colour === colour) run.to = to; else strip.runs.push({ from: arrays.x[i], to, colour });
-      }
-    }
+    if (strip) strip.runs = Shared.runs(arrays.x, arrays.governing, limitColour);
     for (const box of document.querySelectorAll("[data-limit]")) {
       const colour = limitColour(Number(box.dataset.limit));
       box.style.background = colour || "transparent";

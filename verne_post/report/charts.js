@@ -5,7 +5,9 @@
 const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
 
 const Charts = (() => {
-  const LEFT = 52, RIGHT = 8, TOP = 18, BOTTOM = 18, LEGEND = 16;
+  const LEFT = 52, RIGHT = 8, TOP = 18, BOTTOM = 18, LEGEND = 16, LANE_GAP = 4;
+  // a chart whose curves turn back so often on its width is a band of colour
+  const BUSY = 60;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   function fit(canvas) {
@@ -72,6 +74,8 @@ const Charts = (() => {
     const charts = [];
     const px = (x, width) => LEFT + (x - view.low) / (view.high - view.low) * (width - LEFT - RIGHT);
 
+    // of busy charts every curve has a lane of its own: in one place the last one drawn would hide the others
+    const lanesOf = chart => chart.lanes ? chart.series.length : 1;
     // where curves begin: lower where the legend has a row of its own
     const topOf = chart => TOP + (chart.rows === 2 ? LEGEND : 0);
     function axes(chart, context, width, height) {
@@ -87,19 +91,22 @@ const Charts = (() => {
         context.fillText(fixed(value, across.digits) + (value === across.list[across.list.length - 1] ? " " + unit : ""), Math.min(x, width - 24), height - 8);
       }
       if (!chart.series) return;
-      const up = ticks(...chart.bounds, (height - topOf(chart) - BOTTOM) / 28);
+      const up = ticks(...chart.bounds, (height - topOf(chart) - BOTTOM) / lanesOf(chart) / 28);
       context.textAlign = "right";
-      for (const value of up.list) {
-        const y = Math.round(py(chart, value, height)) + 0.5;
+      for (let lane = 0; lane < lanesOf(chart); lane++) for (const value of up.list) {
+        const y = Math.round(py(chart, value, height, lane)) + 0.5;
         context.strokeStyle = style("--grid");
         context.beginPath(); context.moveTo(LEFT, y); context.lineTo(width - RIGHT, y); context.stroke();
         context.fillStyle = style("--quiet");
         context.fillText(fixed(value, up.digits), LEFT - 5, y);
       }
     }
-    const py = (chart, value, height) => height - BOTTOM - (value - chart.bounds[0]) / (chart.bounds[1] - chart.bounds[0]) * (height - topOf(chart) - BOTTOM);
+    const py = (chart, value, height, lane) => {
+      const room = (height - topOf(chart) - BOTTOM) / lanesOf(chart), gap = chart.lanes ? LANE_GAP : 0;
+      return topOf(chart) + (lane + 1) * room - 0.5 * gap - (value - chart.bounds[0]) / (chart.bounds[1] - chart.bounds[0]) * (room - gap);
+    };
 
-    function curve(chart, one, context, width, height) {
+    function curve(chart, one, lane, context, width, height) {
       const first = Math.max(search(one.x, view.low / tick) - 1, 0), last = Math.min(search(one.x, view.high / tick) + 1, one.x.length);
       context.strokeStyle = one.colour;
       context.lineWidth = one.wide || 1.25;
@@ -117,7 +124,7 @@ const Charts = (() => {
       for (let k = first; k < last; k++) {
         const value = one.y[k];
         if (!Number.isFinite(value)) { put(); column = null; open = false; continue; }
-        const x = px(one.x[k] * tick, width), y = py(chart, value, height), at = dense ? Math.round(x) : x;
+        const x = px(one.x[k] * tick, width), y = py(chart, value, height, lane), at = dense ? Math.round(x) : x;
         if (column !== null && at === column) { if (y < low) low = y; if (y > high) high = y; end = y; continue; }
         put();
         column = at; low = high = end = y;
@@ -151,10 +158,12 @@ const Charts = (() => {
         context.beginPath(); context.rect(LEFT, topOf(chart) - 1, width - LEFT - RIGHT, height - topOf(chart) - BOTTOM + 2); context.clip();
         for (const limit of chart.limits || []) {
           if (limit === null) continue;
-          const y = py(chart, limit, height);
-          context.strokeStyle = style("--error");
-          context.lineWidth = 1; context.setLineDash([5, 4]);
-          context.beginPath(); context.moveTo(LEFT, y); context.lineTo(width - RIGHT, y); context.stroke(); context.setLineDash([]);
+          for (let lane = 0; lane < lanesOf(chart); lane++) {
+            const y = py(chart, limit, height, lane);
+            context.strokeStyle = style("--error");
+            context.lineWidth = 1; context.setLineDash([5, 4]);
+            context.beginPath(); context.moveTo(LEFT, y); context.lineTo(width - RIGHT, y); context.stroke(); context.setLineDash([]);
+          }
         }
         if (chart.runs) {
           for (const run of chart.runs) {
@@ -164,7 +173,7 @@ const Charts = (() => {
             context.fillRect(a, TOP, Math.max(b - a, 0.6), height - TOP - BOTTOM);
           }
         }
-        for (const one of chart.series || []) curve(chart, one, context, width, height);
+        (chart.series || []).forEach((one, k) => curve(chart, one, chart.lanes ? k : 0, context, width, height));
         const x = px(cursor, width);
         context.strokeStyle = style("--line");
         context.lineWidth = 1;
@@ -198,6 +207,8 @@ const Charts = (() => {
     }
     function add(canvas, chart) {
       chart.canvas = canvas;
+      chart.lanes = Boolean(chart.limits) && chart.shares && chart.series.some(one => turns(one.y) > BUSY);
+      canvas.classList.toggle("lanes", chart.lanes);
       if (chart.series) {
         chart.bounds = chart.bounds || bounds(chart.series, chart.limits || []);
         const most = chart.series.map(one => one.name + " from " + fixed(one.y.reduce((a, b) => b < a ? b : a, Infinity), chart.digits) + " to " + fixed(one.y.reduce((a, b) => b > a ? b : a, -Infinity), chart.digits));
@@ -207,6 +218,16 @@ const Charts = (() => {
       listen(canvas);
     }
     return { add, draw, charts };
+  }
+
+  // how often a curve in per cent of a limit turns back by more than a tenth of it
+  function turns(values) {
+    let count = 0, low = values[0], high = values[0], rising = true;
+    for (const value of values) {
+      if (rising ? value > high : value < low) { high = low = value; continue; }
+      if (rising ? value < high - 10 : value > low + 10) { rising = !rising; count++; high = low = value; }
+    }
+    return count;
   }
 
   // bands of frequency, both scales logarithmic

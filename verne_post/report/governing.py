@@ -25,12 +25,15 @@ _RATES: Final = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
 
 class Spent(Struct, frozen=True, eq=False):
-    """Seconds of rows (m,): each by itself, how much of it in rapids and at a standstill, and what is lost against the feed rate."""
+    """Seconds of rows (m,): each by itself, how much of it in rapids and at a standstill, what is lost against the feed rate, and
+    which limit governs.
+    """
 
     seconds: Array
     rapid: Array
     standing: Array
     lost: Array
+    limit: Ints
 
 
 class GoverningLimits:
@@ -99,7 +102,7 @@ class GoverningLimits:
         moving = feeding & ~standing
         self._reached += np.bincount(band[moving].astype(np.int64), seconds[moving], FEED_BANDS + 1)
         self._add_at_stops(segment, nearest, lost, standing)
-        spent = Spent(seconds, seconds * (~feeding & ~standing), seconds * standing, lost)
+        spent = Spent(seconds, seconds * (~feeding & ~standing), seconds * standing, lost, nearest)
         return np.where(feeding & (rate > 0.0), rate, np.nan), spent
 
     def _estimate_won(self, nearest: Ints, shares: Array, share: Array) -> Array:

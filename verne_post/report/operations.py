@@ -1,4 +1,4 @@
-"""The time that each tool and each operation of a program takes."""
+"""The time that each tool, each operation and each line of a program takes."""
 
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,7 @@ from verne_post.gcode.remarks import list_heads
 from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.moves import Moves
 from verne_post.report.governing import Spent
-from verne_post.report.table import Operation
+from verne_post.report.table import LineTimes, Operation
 
 
 def _find_tool_changes_after_motion(moves: Moves, heads: Sequence[int]) -> Iterator[int]:
@@ -40,10 +40,19 @@ class OperationTimes:
         # by tool and head: seconds, rapid, standing, lost; first and last line, first frame
         self._spent: dict[tuple[int, int], Array] = {}
         self._lines: dict[tuple[int, int], tuple[int, int, int]] = {}
+        self._by_line = LineTimes(np.zeros(n := len(lines) + 1), np.zeros(n), np.full(n, -1))
+        self._most = np.zeros(n)
 
     def add(self, line: Ints, segment: Ints, stretch: Ints, spent: Spent) -> None:
         """Add the next rows (m,): their lines, their segments, and the frame before each."""
-        path = self._program.path
+        path, by_line, line = self._program.path, self._by_line, np.maximum(line, 0)
+        np.add.at(by_line.seconds, line, spent.seconds)
+        np.add.at(by_line.lost, line, spent.lost)
+        # of the rows of each line the one that loses most, in the order of time
+        worst = np.lexsort((spent.lost, line))
+        worst = worst[np.append(line[worst][1:] != line[worst][:-1], True)]
+        worst = worst[spent.lost[worst] > self._most[line[worst]]]
+        self._most[line[worst]], by_line.limit[line[worst]] = spent.lost[worst], spent.limit[worst]
         tool = find_tool_of_moves(path.move_reached[segment], path.first_move, self._program.moves)
         head = np.searchsorted(self._heads, line, side="right")
         keys, first, of = np.unique(np.stack([tool, head]), axis=1, return_index=True, return_inverse=True)
@@ -59,9 +68,10 @@ class OperationTimes:
                 low, high = min(low or int(named.min()), int(named.min())), max(high, int(named.max()))
             self._lines[key] = low, high, frame
 
-    def finish(self) -> tuple[Operation, ...]:
-        """All operations, in the order in which they begin."""
-        return tuple(
+    def finish(self) -> tuple[tuple[Operation, ...], LineTimes]:
+        """All operations, in the order in which they begin, and all lines."""
+        operations = tuple(
             Operation(key[0], self._names[key[1]], *self._lines[key], *map(float, sums))
             for key, sums in self._spent.items()
         )
+        return operations, self._by_line

@@ -1,12 +1,13 @@
 """The report page: verdict, worst places, the machine and its tool path with the program beside them, limits, and set-up, in one file.
 
 The scene is drawn by three.js, whose script is part of a Python package (extra ``report``). solids.js builds the machine, scene.js
-moves it, charts.js draws curves, app.js links everything by one cursor.
+moves it, charts.js draws curves, app.js links everything by one cursor; shared.js has what the page of two programs needs too.
 """
 
 import importlib.resources
 import json
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -52,7 +53,7 @@ _FRAMES: Final = (
     ("nearest", "|i1"), ("alpha_deg", "<f4"), ("nose", "<f4"), ("platform", "<f4"), ("basis", "<f4"), ("rods", "<f4"), ("tilt", "<f4"),
     ("turn", "<f4"), ("tool_length", "<f4"),
 )  # fmt: skip
-_PARTS: Final = ("style.css", "solids.js", "scene.js", "charts.js", "app.js")
+_PARTS: Final = ("style.css", "shared.js", "solids.js", "scene.js", "charts.js", "app.js")
 
 
 def make_page(program: str, source: Text, machine: Machine, study: Study) -> str:
@@ -78,7 +79,6 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
         if item.severity == "error" and frame >= 0
     ]
     data["first"] = bad[0] if bad else 0
-    here = Path(__file__).parent
     parts = {
         "title": escape_text(f"{program} on {machine.name}"),
         "foot": write_css_string(f"{program} on {machine.name}, page "),
@@ -90,14 +90,20 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
         "times": write_times_html(study),
         "reached": write_reached_html(study),
         "sheet": write_sheet_html(program, source, machine, study),
-        "data": _write_json_in_html(data),
+        "data": write_json_in_html(data),
         "bytes": pack.encode(),
         "library": read_library(),
-        **{name.replace(".", "_"): (here / name).read_text("utf-8") for name in _PARTS},
     }
-    text = (here / "page.html").read_text("utf-8")
+    return fill_page("page.html", _PARTS, parts)
+
+
+def fill_page(name: str, files: Sequence[str], parts: Mapping[str, str]) -> str:
+    """Fill the marks of a page with styles and scripts by their files' names, and with other parts."""
+    here = Path(__file__).parent
+    text = (here / name).read_text("utf-8")
+    filled = {**parts, **{each.replace(".", "_"): (here / each).read_text("utf-8") for each in files}}
     # in one pass: what is filled in is never searched for marks again
-    return re.sub(r"<!--(\w+)-->", lambda mark: parts[mark[1]], text)
+    return re.sub(r"<!--(\w+)-->", lambda mark: filled[mark[1]], text)
 
 
 def read_library() -> str:
@@ -110,7 +116,7 @@ def read_library() -> str:
     return (newest / "three.min.js").read_text("utf-8")
 
 
-def _write_json_in_html(data: Any) -> str:
+def write_json_in_html(data: Any) -> str:
     """Write JSON for an HTML page: ASCII, without the characters that begin tags, comments and entities."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return re.sub("[<>&]", lambda character: f"\\u{ord(character[0]):04x}", text)
@@ -145,6 +151,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         pack.add("lost", study.governing.lost_from_frame)
     if study.spectrum is not None:
         pack.add("spectrum", study.spectrum.rms)
+    surfaces, note = list_surfaces(machine, study)
     return {
         "frames": len(study.x),
         "unit": "s" if study.timed else "mm",
@@ -157,9 +164,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         "toolNumbers": tools,
         "bands": study.spectrum.edges.tolist() if study.spectrum is not None else [],
         "wanted": _describe_wanted(study),
-        "scene": describe_scene(machine, study) | {
-            "meshes": pack_surfaces(pack, list_surfaces(machine, study), study.tip, study.line)
-        },
+        "scene": describe_scene(machine, study) | {"meshes": pack_surfaces(pack, surfaces, study.tip, study.line), "note": note},
         "slice": _pack_slice(pack, machine, study),
     }  # fmt: skip
 

@@ -13,6 +13,7 @@ from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Box
+from verne_post.report.left import make_left
 from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study
 
@@ -77,8 +78,10 @@ def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
     return () if keep_out is None else keep_out.obstacles
 
 
-def list_surfaces(machine: Machine, study: Study) -> list[Surface]:
-    """Fixtures that are meshes, and the nominal part with its deviations, where they stand, in directions of the part."""
+def list_surfaces(machine: Machine, study: Study) -> tuple[list[Surface], str]:
+    """Fixtures that are meshes, the nominal part with its deviations, and what is left of the stock, where they stand in
+    directions of the part; a note.
+    """
     meshes = [(one, one.mesh) for one in _list_obstacles(study.program) if one.mesh is not None]
     most = FIXTURE_VERTICES // max(len(meshes), 1)
     surfaces = [
@@ -87,8 +90,10 @@ def list_surfaces(machine: Machine, study: Study) -> list[Surface]:
     ]
     if study.part is not None and study.part.judged and study.program is not None:
         surfaces.append(make_part(study.program, study.part.judged[0]))
+    left, note = (None, "") if study.program is None or not len(study.x) else make_left(study.program)
+    surfaces += [] if left is None else [left]
     part = machine.coordinates.part_frame
-    return [one.turn_to_part(part, _find_turn(_find_x(one.turn), part)) for one in surfaces]
+    return [one.turn_to_part(part, _find_turn(_find_x(one.turn), part)) for one in surfaces], note
 
 
 def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:

@@ -35,7 +35,7 @@ _WORTH_A_WORD: Final = 0.005
 #: So many operations are shown, the longest; the rest of each tool stands in one row.
 _OPERATIONS: Final = 200
 #: So many digits tell one file from another for people.
-_DIGEST: Final = 16
+DIGEST: Final = 16
 #: So many tools and work offsets are in the head.
 _IN_HEAD: Final = 2
 #: What verification accepts of each limit, for the differences of rounded rows.
@@ -74,23 +74,34 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
         shown = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
     else:
         shown = [("program", "refused, nothing is laid out")]
-    if study.program is not None:
-        tools = [
-            f"{tool}: {length} mm".removeprefix("not named: ")
-            for _number, tool, length, _diameter in _list_tools(study)
-        ]
-        offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in _list_offsets(machine, study)]
-        shown += [("tool length", _join_few(tools)), ("work offset", _join_few(offsets))]
-    shown.append(("findings", _count(errors, "error") + ", " + _count(warnings, "warning")))
+    shown += list_setup(machine, study)
+    shown.append(("findings", count(errors, "error") + ", " + count(warnings, "warning")))
     shown.append(("assumed, not measured", ", ".join(machine.assumed) or "nothing"))
-    word, kind = ("Go, with warnings", "warned") if warnings else ("Go", "go")
-    # it says that the numbers of the file hold, not that the machine does
-    source = machine.provenance.get("limits", "").partition(" ")[0].strip(":,;")
-    word += f", on {source} limits" if source else ", on limits of unknown source"
-    if not study.timed:
-        word, kind = "No go", "no-go"
+    word, kind = name_verdict(machine, study)
     cells = "".join(f"<div><dt>{escape_text(name)}</dt><dd>{escape_text(value)}</dd></div>" for name, value in shown)
     return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
+
+
+def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
+    """Go or no go in words, and its class in the style sheet."""
+    if not study.timed:
+        return "No go", "no-go"
+    warned = any(item.severity == "warning" for item in study.findings)
+    # it says that the numbers of the file hold, not that the machine does
+    source = machine.provenance.get("limits", "").partition(" ")[0].strip(":,;")
+    on = f"on {source} limits" if source else "on limits of unknown source"
+    return f"{'Go, with warnings' if warned else 'Go'}, {on}", "warned" if warned else "go"
+
+
+def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
+    """Tool length and work offset in a few words."""
+    if study.program is None:
+        return []
+    tools = [
+        f"{tool}: {length} mm".removeprefix("not named: ") for _number, tool, length, _diameter in _list_tools(study)
+    ]
+    offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in _list_offsets(machine, study)]
+    return [("tool length", _join_few(tools)), ("work offset", _join_few(offsets))]
 
 
 def _join_few(texts: list[str], more: str = "more on the set-up sheet") -> str:
@@ -99,7 +110,8 @@ def _join_few(texts: list[str], more: str = "more on the set-up sheet") -> str:
     return "; ".join([*texts[:_IN_HEAD], *([f"{rest} {more}"] if rest > 0 else [])]) or "none"
 
 
-def _count(number: int, what: str) -> str:
+def count(number: int, what: str) -> str:
+    """Say how many, in words for people."""
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
@@ -235,7 +247,7 @@ def write_governing_html(machine: Machine, study: Study) -> str:
         for key, row in zip(keys, rows, strict=True)
     )  # fmt: skip
     more = f"won by {100.0 * (HIGHER - 1.0):.0f} % more, s"
-    table = _write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it at stops, s", more), body)
+    table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it at stops, s", more), body)
     ways = "".join(f"<li>{escape_text(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
     return table + (f"<ul class=ways>{ways}</ul>" if ways else "")
 
@@ -282,7 +294,7 @@ def write_times_html(study: Study) -> str:
             body.append(f"<tr><th scope=row>{len(rest)} shorter operations</th><td></td>{_write_spent(rest)}</tr>")
     body.append(f"<tr class=tool><th scope=row>all</th><td></td>{_write_spent(study.operations)}</tr>")
     heads = ("tool and operation", "lines", "time, s", "feed, s", "rapids, s", "stands, s", "lost, s")
-    return _write_table(heads, "".join(body))
+    return write_table(heads, "".join(body))
 
 
 def _write_spent(operations: Sequence[Operation]) -> str:
@@ -312,7 +324,7 @@ def write_reached_html(study: Study) -> str:
         f"<td>{seconds:.3f}</td><td>{100.0 * seconds / whole:.1f}</td></tr>"
         for name, seconds in zip(reversed(names), reversed(governing.reached.tolist()), strict=True)
     )
-    return _write_table(("of the feed rate", "<span class=unseen>bar</span>", "s", "%"), rows)
+    return write_table(("of the feed rate", "<span class=unseen>bar</span>", "s", "%"), rows)
 
 
 # --- set-up sheet ------------------------------------------------------------------------------------------
@@ -324,10 +336,10 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
 
     lines = source.count(b"\n") + (not source.endswith(b"\n"))
     made = (
-        ("program", f"{program}, {_count(lines, 'line')}"),
-        ("its SHA-256", compute_sha256(source)[:_DIGEST]),
+        ("program", f"{program}, {count(lines, 'line')}"),
+        ("its SHA-256", compute_sha256(source)[:DIGEST]),
         ("machine", machine.name),
-        ("its SHA-256", machine.sha256[:_DIGEST]),
+        ("its SHA-256", machine.sha256[:DIGEST]),
         ("made by", f"verne-post {__version__}"),
     )
     parts = [_write_titled_table("Program and machine", ("what", "which"), made)]
@@ -357,10 +369,11 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
 
 def _write_titled_table(title: str, heads: Row, rows: Iterable[Row]) -> str:
     body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<div><h3>{title}</h3>{_write_table(heads, body) if body else '<p>none</p>'}</div>"
+    return f"<div><h3>{title}</h3>{write_table(heads, body) if body else '<p>none</p>'}</div>"
 
 
-def _write_table(heads: Row, body: str) -> str:
+def write_table(heads: Row, body: str) -> str:
+    """Write a table: heads and rows that are HTML already."""
     return f"<table><thead><tr>{''.join(f'<th scope=col>{head}</th>' for head in heads)}</tr></thead><tbody>{body}</tbody></table>"
 
 

@@ -30,7 +30,7 @@ from verne_post.report.governing import GoverningLimits
 from verne_post.report.operations import OperationTimes
 from verne_post.report.spectrum import measure_spectrum
 from verne_post.report.surfaces import find_frames
-from verne_post.report.table import Curve, Governing, Operation, Spectrum, Study, Trail
+from verne_post.report.table import Curve, Governing, LineTimes, Operation, Spectrum, Study, Trail
 from verne_post.toolpath.margins import list_margin_functions
 
 #: A program is cut into so many stretches at most, with a frame at the beginning of each and one at the end: more than a screen
@@ -105,7 +105,7 @@ def _study_rows(source: Text, program: Program, result: Result, values: Array, l
             _Samples(np.asarray(row * cycle), line[first:last], q[3:], of, tip, angles, ok, speed, stretch),
             frames[stretch] == row, {"position": recent[3:], **rates, "speed": speed[:, None], "feed": feed[:, None]},
         )  # fmt: skip
-    return collector.finish(result, governing.finish(), operations.finish(), measure_spectrum(values, cycle))
+    return collector.finish(result, governing.finish(), *operations.finish(), measure_spectrum(values, cycle))
 
 
 def _study_path(program: Program, result: Result) -> Study:
@@ -137,7 +137,7 @@ def _study_path(program: Program, result: Result) -> Study:
             _Samples(x, line[element], solved.q, contour.segment[element], solved.tip, solved.angles, solved.ok, speed, stretch),
             frame, {"position": solved.q * factor},
         )  # fmt: skip
-    return collector.finish(result, None, (), None)
+    return collector.finish(result, None, (), None, None)
 
 
 class _Samples(Struct, frozen=True, eq=False):
@@ -204,7 +204,12 @@ class _Collector:
                 self._worst[line] = float(margin[k]), float(samples.x[k]), samples.tip[k]
 
     def finish(
-        self, result: Result, governing: Governing | None, operations: tuple[Operation, ...], bands: Spectrum | None
+        self,
+        result: Result,
+        governing: Governing | None,
+        operations: tuple[Operation, ...],
+        lines: LineTimes | None,
+        bands: Spectrum | None,
     ) -> Study:
         """Solve the mechanism at the frames, and join all blocks."""
         machine, timed = self.machine, result.ok
@@ -225,7 +230,7 @@ class _Collector:
         stretch, on_line, at, how_fast, how_far = _join(self._trail)
         trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
         return Study(
-            self.findings, result.summary if timed else None, self.program, governing, operations, bands, timed, x, line.astype(np.int64),
+            self.findings, result.summary if timed else None, self.program, governing, operations, lines, bands, timed, x, line.astype(np.int64),
             q * [column.factor for column in machine.columns], curves, trail,
             tip @ part, find_axis_of_angles(angles[:, 0], angles[:, 1]) @ part, speed, margin, nearest, self._margin_names, move,
             alpha_deg, nose @ up, position @ up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip @ part, result.part,
@@ -295,7 +300,7 @@ def _study_findings(machine: Machine, findings: tuple[Finding, ...]) -> Study:
     joints = np.empty((0, len(machine.columns)))
     curves = {"position": (Curve(none, none),) * len(machine.columns)}
     return Study(
-        findings, None, None, None, (), None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none, whole > 0), three,
+        findings, None, None, None, (), None, None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none, whole > 0), three,
         three, none, none, whole, (), whole, none, three, three, np.empty((0, 2, 3)), np.empty((0, 0, 2, 3)), none, none, none,
         np.full(len(findings), -1), np.full((len(findings), 3), np.nan),
     )  # fmt: skip

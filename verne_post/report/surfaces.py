@@ -10,7 +10,7 @@ from verne_post.app.assemble import Program
 from verne_post.app.machined import place_on_table
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_z
-from verne_post.output.machined import paint_cells, rank_cells
+from verne_post.output.machined import measure_harm, paint_cells
 from verne_post.part.compare import Cells, divide
 from verne_post.part.verdict import Judged
 from verne_post.report.pack import Pack
@@ -136,7 +136,7 @@ def _choose_cells(judged: Judged) -> tuple[Cells, Ints]:
     fine, coarse = describe(found.cells.corner), describe(corner)
     owner = cKDTree(coarse).query(fine)[1]
     worst = np.asarray(cKDTree(fine).query(coarse)[1])
-    order = np.lexsort((rank_cells(judged), owner))
+    order = np.lexsort((measure_harm(judged), owner))
     last = order[np.append(owner[order][1:] != owner[order][:-1], True)]
     worst[owner[last]] = last
     return Cells(corner, found.cells.facet[worst]), worst

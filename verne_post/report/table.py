@@ -111,6 +111,22 @@ class Operation(Struct, frozen=True):
     lost: float
 
 
+class LineTimes(Struct, frozen=True, eq=False):
+    """What each line of the text takes; n_lines + 1 of them, row 0 for what belongs to no line.
+
+    Attributes
+    ----------
+    seconds, lost : ndarray, shape (n_lines + 1,)
+        All of it, and what feed moves lose against their feed rate, s.
+    limit : ndarray of int, shape (n_lines + 1,)
+        The limit (:class:`Governing`) that governs where most is lost, -1 where nothing is.
+    """
+
+    seconds: Array
+    lost: Array
+    limit: Ints
+
+
 class Spectrum(Struct, frozen=True, eq=False):
     """Accelerations of the joints by frequency: m bands of equal width on a logarithmic scale.
 
@@ -137,6 +153,8 @@ class Study(Struct, frozen=True, eq=False):
     governing : Governing or None
     operations : tuple of Operation
         In the order in which they begin; none where the program is refused.
+    lines : LineTimes or None
+        None where the program is refused.
     spectrum : Spectrum or None
         Of rows alone.
     timed : bool
@@ -184,6 +202,7 @@ class Study(Struct, frozen=True, eq=False):
     program: Program | None
     governing: Governing | None
     operations: tuple[Operation, ...]
+    lines: LineTimes | None
     spectrum: Spectrum | None
     timed: bool
     x: Array

@@ -4,12 +4,13 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.toolpath import ToolPath
+from verne_post.verification.projection import RADIAN_MM
 
 #: A tool axis this near to the pole (sine of its tilt) says nothing about C.
 _UPRIGHT = 1e-12
 
 
-def name_angles(path: ToolPath, segment: Ints, angles: Array, noise: float) -> Array:
+def name_angles(path: ToolPath, segment: Ints, angles: Array, tip: tuple[Array, Array], noise: float) -> Array:
     """Nominal angles (n, 2) of the same tool axes, on the side of the pole and the turn of their programmed segments.
 
     Parameters
@@ -18,23 +19,29 @@ def name_angles(path: ToolPath, segment: Ints, angles: Array, noise: float) -> A
         Segment of each row.
     angles : ndarray, shape (n, 2)
         Measured, with A in [0, pi], rad.
+    tip : tuple of ndarray, shape (n,)
+        Where on their segments the tips are, 0 to 1, and their ways along these, mm; see ``project_tips``.
     noise : float
         What rounding of the joints may turn the tool axis by, rad. Near the pole that turns C by any angle: C is what the segment
         has, as far as that is the same axis but for this noise.
     """
     start, turn = path.start[segment, 3:], path.end[segment, 3:] - path.start[segment, 3:]
+    along, way = tip
     found, least = angles.copy(), np.full(len(angles), np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         for side in (1.0, -1.0):
             tilt, c = side * angles[:, 0], angles[:, 1] + (0.0 if side > 0 else np.pi)
-            # where A turns it says where on the segment the row is; where it stands, the middle is as good as any
-            share = np.where(np.abs(turn[:, 0]) > noise, (tilt - start[:, 0]) / turn[:, 0], 0.5)
-            share = np.clip(share, 0.0, 1.0)
+            # A and the tip say where on the segment the row is, each by its way; without both the middle is as good as any
+            by_tilt = np.where(np.abs(turn[:, 0]) > noise, (RADIAN_MM * turn[:, 0]) ** 2, 0.0)
+            both = np.where(by_tilt > 0, by_tilt * np.clip((tilt - start[:, 0]) / turn[:, 0], 0.0, 1.0), 0.0)
+            both += way**2 * np.clip(along, 0.0, 1.0)
+            unknown = by_tilt + way**2 == 0.0
+            share = np.where(unknown, 0.5, both / (by_tilt + way**2))
             wanted = start[:, 1] + share * turn[:, 1]
             wide = np.abs(turn[:, 1]) >= np.pi
             off = c - wanted - 2 * np.pi * np.round((c - wanted) / (2 * np.pi))
             slack = np.minimum(noise / np.maximum(np.sin(angles[:, 0]), _UPRIGHT), np.pi)
-            off = np.where(wide & (np.abs(turn[:, 0]) <= noise), c - wanted, off - np.clip(off, -slack, slack))
+            off = np.where(wide & unknown, c - wanted, off - np.clip(off, -slack, slack))
             away = np.abs(off) + np.maximum(np.abs(tilt - start[:, 0] - share * turn[:, 0]) - noise, 0.0)
             better = away < least
             found[better] = np.stack([tilt, wanted + off], axis=1)[better]

@@ -51,8 +51,8 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
     tip_pace: Array
 
 
-def measure_segments(contour: Contour) -> SegmentMeasures:
-    """Measure the programmed segments of a contour."""
+def measure_segments(contour: Contour, *, by_axis: bool = False) -> SegmentMeasures:
+    """Measure the programmed segments of a contour; ``by_axis`` where joints tell the tool axis alone."""
     table = GrowingTable(has_tolerance=(bool,), metric_length=(float,), motion_length=(float,), blend_u=(float,),
                          tip_pace=(float,))  # fmt: skip
     for begin, end in iterate_blocks(len(contour.path)):
@@ -60,6 +60,8 @@ def measure_segments(contour: Contour) -> SegmentMeasures:
         tip, axis = contour.tip_tolerance[begin:end], contour.axis_tolerance[begin:end]
         length = measure_metric_lengths(path)
         progress = measure_progress_lengths(path, length)
+        if by_axis:
+            progress = np.minimum(progress, _measure_axis_lengths(path, progress))
         table.extend(
             has_tolerance=(tip > 0) | (axis > 0),
             metric_length=length,
@@ -71,6 +73,14 @@ def measure_segments(contour: Contour) -> SegmentMeasures:
             tip_pace=find_tip_paces(path),
         )
     return SegmentMeasures(**table.freeze())
+
+
+def _measure_axis_lengths(path: ToolPath, length: Array) -> Array:
+    """Length (n,) of tip and tool axis along segments at least, where C counts by what it moves the axis, mm."""
+    turn = RADIAN_MM * np.abs(path.end[:, 3:] - path.start[:, 3:])
+    tip = np.sqrt(np.maximum(length**2 - (turn**2).sum(axis=1), 0.0))
+    lean = np.abs(np.sin([path.start[:, 3], path.end[:, 3]])).min(axis=0)
+    return np.asarray(np.sqrt(tip**2 + turn[:, 0] ** 2 + (lean * turn[:, 1]) ** 2))
 
 
 def _find_turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array) -> Array:

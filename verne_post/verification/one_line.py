@@ -93,7 +93,7 @@ def _choose(
     u = project_unwrapped(path, segment, many, fresh, 0.0, None)
     on_line = np.flatnonzero(path.kind[segment] == SegmentKind.LINE)
     weight = (tip_bound / axis_bound)[(item - first)[on_line]]
-    u[on_line] = project_onto_straight(path, segment[on_line], many.tip[on_line], many.angles[on_line], weight)
+    u[on_line] = project_onto_straight(path, segment[on_line], many.select(on_line), weight)
     begin, length = items.length_before[item], items.length_before[item + 1] - items.length_before[item]
     on_arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(on_arc):  # arcs of a whole turn and more

@@ -36,7 +36,12 @@ ARC_STEPS: Final = 2
 
 
 class Measured(JointPoses, frozen=True, eq=False, dict=True):
-    """Poses that the joint values as written really have."""
+    """Poses that the joint values as written really have.
+
+    With ``by_axis`` the joints tell the tool axis alone: C counts by what it moves the axis, at the pole nothing.
+    """
+
+    by_axis: bool = False
 
     @cached_property
     def axis(self) -> Array:
@@ -45,7 +50,14 @@ class Measured(JointPoses, frozen=True, eq=False, dict=True):
 
     def select(self, rows: Ints) -> "Measured":
         """The poses of some rows."""
-        return Measured(self.q[rows], self.tip[rows], self.angles[rows])
+        return Measured(self.q[rows], self.tip[rows], self.angles[rows], self.by_axis)
+
+    def weigh(self, radian_mm: Array | float) -> Array:
+        """The weight of a radian against a millimetre, one or (n,), for A and C: (n, 2)."""
+        weight = np.repeat(np.broadcast_to(radian_mm, len(self.tip))[:, None], 2, axis=1)
+        if self.by_axis:
+            weight[:, 1] *= np.abs(np.sin(self.angles[:, 0]))
+        return weight
 
 
 def project_unwrapped(
@@ -65,7 +77,7 @@ def project_unwrapped(
         How far tip (mm) and angles (rad) of rows may be from their places, where a spline comes near itself. None: each row is
         looked at by itself.
     """
-    u = project_onto_straight(path, segment, measured.tip, measured.angles, RADIAN_MM)
+    u = project_onto_straight(path, segment, measured, RADIAN_MM)
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(arc):
         u[arc] = _project_on_arcs(path, segment[arc], measured.select(arc), _find_first_rows(arc, fresh), u_before)
@@ -89,17 +101,17 @@ def project_unwrapped(
     return u
 
 
-def project_onto_straight(path: ToolPath, segment: Ints, tip: Array, angles: Array, radian_mm: Array | float) -> Array:
+def project_onto_straight(path: ToolPath, segment: Ints, measured: Measured, radian_mm: Array | float) -> Array:
     """Parameter u (n,) of the nearest point of straight segments, whose tool axis may follow a great circle.
 
     ``radian_mm`` is the weight of a radian against a millimetre, one or (n,). What it says of other segments means nothing.
     """
-    start = path.start[segment]
+    start, tip, angles = path.start[segment], measured.tip, measured.angles
     delta, now = path.end[segment] - start, np.concatenate([tip, angles], axis=1) - start
     angles_now, angles_start, delta[:, 3:] = find_lines(path, segment, angles)
     now[:, 3:] = angles_now - angles_start
     weighted = delta.copy()
-    weighted[:, 3:] *= np.reshape(radian_mm, (-1, 1)) ** 2
+    weighted[:, 3:] *= measured.weigh(radian_mm) ** 2
     with np.errstate(invalid="ignore", divide="ignore"):
         u = sum_rows(now * weighted) / sum_rows(delta * weighted)
     on_circle = _find_on_circles(path, segment)
@@ -120,8 +132,35 @@ def _make_joint_weight(n_joints: int) -> Array:
     return np.array([1.0] * (n_joints - 2) + [RADIAN_MM, RADIAN_MM])
 
 
-def _project_on_arcs(path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float) -> Array:
-    """As :func:`project_unwrapped`, on arcs."""
+def project_tips(
+    path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float
+) -> tuple[Array, Array]:
+    """As :func:`project_unwrapped`, by the tip alone, and the way (n,) of the tip along the segment, mm.
+
+    0 both where the tip does not say, as on turns, splines, and where it stands.
+    """
+    u, way = np.zeros(len(segment)), np.zeros(len(segment))
+    plain = (path.turn[segment] < 0) & (path.spline[segment] < 0)
+    line = np.flatnonzero((path.kind[segment] == SegmentKind.LINE) & plain)
+    along = path.end[segment[line], :3] - path.start[segment[line], :3]
+    square = sum_rows(along**2)
+    moved = sum_rows((measured.tip[line] - path.start[segment[line], :3]) * along)
+    u[line], way[line] = np.divide(moved, square, out=np.zeros(len(line)), where=square > 0), np.sqrt(square)
+    arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
+    if len(arc):
+        row = path.arc[segment[arc]]
+        u[arc] = _project_on_arcs(
+            path, segment[arc], measured.select(arc), _find_first_rows(arc, fresh), u_before, by_tip=True
+        )
+        way[arc] = np.abs(path.arcs.sweep[row]) * path.arcs.r0[row]
+    return u, way
+
+
+def _project_on_arcs(
+    path: ToolPath, segment: Ints, measured: Measured, fresh: Mask, u_before: float, *, by_tip: bool = False
+) -> Array:
+    """As :func:`project_unwrapped`, on arcs; ``by_tip`` alone if so."""
+    weight = measured.weigh(0.0 if by_tip else RADIAN_MM) ** 2
     arcs, row = path.arcs, path.arc[segment]
     away = measured.tip - arcs.center[row]
     sweep = arcs.sweep[row]
@@ -145,8 +184,8 @@ def _project_on_arcs(path: ToolPath, segment: Ints, measured: Measured, fresh: M
     for _ in range(ARC_STEPS):
         at, slope = _evaluate_arcs(arcs, row, u)
         rest = measured.tip - at
-        rest_turn = RADIAN_MM**2 * (now - start - u[:, None] * turn)
-        square = np.sum(slope**2, axis=1) + RADIAN_MM**2 * np.sum(turn**2, axis=1)
+        rest_turn = weight * (now - start - u[:, None] * turn)
+        square = np.sum(slope**2, axis=1) + np.sum(weight * turn**2, axis=1)
         u = u + (np.sum(rest * slope, axis=1) + np.sum(rest_turn * turn, axis=1)) / square
     return u
 
@@ -378,15 +417,15 @@ def find_programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array
 def measure_off_segment(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
     """Distance from the programmed segment at u: tip (mm), tool axis (rad), rotary angle (rad).
 
-    Along a great circle the rotary angle counts by what it moves the tool axis: near the pole C turns fast there, and the
-    smallest error of u is large in C. A C that is a turn off counts in full.
+    Along a great circle, and of poses ``by_axis``, the rotary angle counts by what it moves the tool axis: near the pole C turns
+    fast there, and the smallest error of u is large in C. A C that is a turn off counts in full.
     For JOINT segments: sliders (mm), and twice the larger table angle.
     """
     tip, angles = find_programmed_pose(path, segment, u)
     tip_off = measure_rows(measured.tip - tip)
     axis_off = measure_rows(measured.axis - find_tool_axis(angles))
     rotary_off = np.abs(measured.angles[:, 1] - angles[:, 1])
-    on_circle = np.flatnonzero(path.circle[segment] >= 0)
+    on_circle = np.flatnonzero((path.circle[segment] >= 0) | measured.by_axis)
     moved = rotary_off[on_circle] * np.abs(np.sin(angles[on_circle, 0]))
     rotary_off[on_circle] = np.where(rotary_off[on_circle] < OTHER_TURN, moved, rotary_off[on_circle])
     joint = np.flatnonzero(path.kind[segment] == SegmentKind.JOINT)

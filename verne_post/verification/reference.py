@@ -116,12 +116,17 @@ class Reference(Struct, frozen=True, eq=False):
         return poses
 
 
-def build_reference(contour: Contour, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat) -> Reference:
-    """Build the reference of a program. Of the contour only segments, standstills and tolerances are taken."""
+def build_reference(
+    contour: Contour, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat, *, by_axis: bool = False
+) -> Reference:
+    """Build the reference of a program. Of the contour only segments, standstills and tolerances are taken.
+
+    ``by_axis`` where the joints of the machine tell the tool axis, and not which words hold it.
+    """
     factor = np.array([column.factor for column in columns])
     size = np.abs(factor)
     derivative_limits = (limits.velocity * size, limits.acceleration * size, limits.jerk * size)
-    measures = measure_segments(contour)
+    measures = measure_segments(contour, by_axis=by_axis)
     return Reference(
         contour.path, contour.tip_tolerance, contour.axis_tolerance, contour.entry, _measure_entry(contour), measures,
         list_items(contour, measures.metric_length, fmt.cycle), columns, factor, limits, derivative_limits, fmt.cycle,

@@ -21,7 +21,13 @@ from verne_post.model.toolpath import SegmentKind
 from verne_post.verification.axis_words import name_angles
 from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.one_line import place_rows
-from verne_post.verification.projection import RADIAN_MM, Measured, project_onto_straight, project_unwrapped
+from verne_post.verification.projection import (
+    RADIAN_MM,
+    Measured,
+    project_onto_straight,
+    project_tips,
+    project_unwrapped,
+)
 from verne_post.verification.reference import Reference
 
 #: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).
@@ -168,11 +174,13 @@ class RowMatcher:
         segment = np.minimum(rest, len(path) - 1)
         tip, angles, axis, ok = self.forward(q[:n], path.tool_length[segment])
         if self._joints_by_axis:
-            angles = name_angles(path, segment, angles, self.reference.noise.angle)
+            fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
+            places = project_tips(path, segment, Measured(q[:n], tip, angles), fresh, self.last.u)
+            angles = name_angles(path, segment, angles, places, self.reference.noise.angle)
         if not ok.all():
             n = int(np.argmin(ok))
             lost = LostPath(n, "VP411", ": the joint values close no position of the platform")
-        pose = Measured(q[:n], tip[:n], angles[:n])
+        pose = Measured(q[:n], tip[:n], angles[:n], self._joints_by_axis)
         u = self._measure_progress(item[:n], rest[:n], segment[:n], pose)
         passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)
         if later >= 0:
@@ -181,7 +189,7 @@ class RowMatcher:
             lost = replace(lost, row=begin + lost.row)
         if not n:
             return None, lost, later
-        pose = Measured(q[:n], tip[:n], angles[:n])
+        pose = Measured(q[:n], tip[:n], angles[:n], self._joints_by_axis)
         # what no angle of the axes corrects: the true axis against that of the nominal angles
         self.axis_error = max(self.axis_error, float(measure_rows(axis[:n] - pose.axis).max()))
         return self._measure(block.first + begin, line[:n], group[:n], item[:n], segment[:n], u[:n], pose), lost, later
@@ -363,9 +371,10 @@ class RowMatcher:
         reference, segment, place = self.reference, self.reference.items.segment[item], u.copy()
         straight = np.flatnonzero((item >= 0) & (segment >= 0) & (reference.path.kind[segment] == SegmentKind.LINE))
         on, tip, angles = segment[straight], pose[straight, :3], pose[straight, 3:] / RADIAN_MM
+        some = Measured(tip, tip, angles, self._joints_by_axis)
         tip_bound = PATH_TIP_MM + reference.tip_tolerance[on]
         axis_bound = PATH_AXIS_DEG * RAD_PER_DEG + reference.axis_tolerance[on]
-        place[straight] = project_onto_straight(reference.path, on, tip, angles, tip_bound / axis_bound)
+        place[straight] = project_onto_straight(reference.path, on, some, tip_bound / axis_bound)
         return place
 
     def _find_touched(self, row: Ints, old: Ints, new: Ints, old_u: Array, new_u: Array) -> Touched:

@@ -75,8 +75,9 @@ _NO_UNIT: Final = (
 _MACRO: Final = re.compile(
     r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
 )
-#: What the words of a block do not say: calls, and whether factors have a decimal point.
-_READ: Final = re.compile(rb"G[ \t]*0*(?:6[ \t]*[56]|5[ \t]*1)(?![0-9.])")
+#: What the words of a block do not say: calls, and whether factors, and the time P, have a decimal point.
+_READ: Final = re.compile(rb"G[ \t]*0*(?:6[ \t]*[56]|5[ \t]*1)(?![0-9.])|P[ \t]*[-+]?[0-9 \t]*\.")
+_TIME: Final = re.compile(r"\([^)]*\)|;.*|(?<![A-Z])(P)[ \t]*[-+]?[0-9 \t]*\.", re.IGNORECASE)
 _FACTOR: Final = re.compile(r"(?<![A-Z])[PIJK][ \t]*[-+]?[ \t]*(?:[0-9 \t]*\.|[#\[])", re.IGNORECASE)
 #: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
 _LEFT_OVER: Final = re.compile(r"[^()]*\)")
@@ -93,7 +94,7 @@ class FanucInterpreter(Rs274):
         diameter_codes=False,
         beside_spline=(NURBS,),
         spline_end="as many blocks with K alone as the order of the spline end it",
-        needs_dwell=(820, 890),
+        needs_dwell=(),
         feeds_out_whole=False,
         keeps_heights=True,
         stores_without_holes=True,
@@ -111,6 +112,8 @@ class FanucInterpreter(Rs274):
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
         self._text = ""  # the last line that was read word by word
+        #: The last block whose P has a decimal point.
+        self._in_seconds: Block | None = None
         self.nurbs = NurbsCodes(self.core, self.values, self.motion)
         self.fanuc_offsets = FanucOffsets(self.offsets)
         given = setup.control.get("fanuc", {})
@@ -184,6 +187,8 @@ class FanucInterpreter(Rs274):
                 error.column,
             ) from None
         block.corner, block.arguments = corner, arguments
+        if "." in head and any(match[1] for match in _TIME.finditer(head)):
+            self._in_seconds = block
         if self.parameters.passed:
             self.recorder.note_once(
                 "VP039", f"{self.parameters.passed} has a variable without a value: the word is passed over, as controls do", line
@@ -257,8 +262,12 @@ class FanucInterpreter(Rs274):
         control = self.state.control
         flipped = None if self.modes.maps is NO_MAPS else self.maps.convert(block, codes)
         self.words.convert_length(block, codes)
-        self.words.convert_times(block, codes)
+        self.words.convert_times(block, codes, in_seconds=block is self._in_seconds)
         self.words.convert_repeats(block, codes)
+        if 530 in codes and not set(AXES).intersection(block.words):  # no axis goes there
+            block.codes = [code for code in block.codes if code[0] != "G" or round(code[1] * 10) != 530]
+            codes.discard(530)
+            self.recorder.record_event(block.line, "without effect", word="G53")
         modal = self.words.convert_rapids(block, codes)
         super().execute(block)
         if ("M", 6.0) in [code[:2] for code in block.codes]:

@@ -358,10 +358,10 @@ class Klartext:
     # --- head, end, stops ---------------------------------------------------------------------------------------------
 
     def _begin_program(self, statement: Statement) -> None:
-        match = re.search(r"[ \t](MM|INCH)[ \t]*$", statement.rest)
+        match = re.search(r"[ \t](MM|INCH|IN)[ \t]*$", statement.rest)
         if match is None:
             raise statement.error("VP005", "BEGIN PGM needs a name, and MM or INCH")
-        inch = match.group(1) == "INCH"
+        inch = match.group(1) != "MM"  # IN: of older controls
         self.modes.inch = inch
         self.q.shown[113] = float(inch)
 

@@ -74,7 +74,7 @@ class CycleCodes:
             "R",
             AXES[normal],
             *("Q" if motion in _NEEDS_STEP else ""),
-            *("P" if motion in self.traits.needs_dwell else ""),
+            *("P" if motion in _DWELLS else ""),
         }
         if not self.traits.keeps_words or cycle is None or cycle.normal != normal or needs <= set(words):
             return None

@@ -1,8 +1,9 @@
 """The codes of Fanuc controls: which there are, the words that each takes, and which are refused."""
 
+from collections.abc import Iterable
 from typing import Final
 
-from verne_post.gcode.codes import RS274, CodeTable
+from verne_post.gcode.codes import RS274, CodeTable, refuse_known_codes
 from verne_post.gcode.rs274.nurbs import NURBS
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
@@ -99,3 +100,14 @@ def make_table() -> CodeTable:
         },
         words_of_m={**RS274.words_of_m, 97: "PL", 99: "P"},
     )  # fmt: skip
+
+
+def refuse_codes_of_blocks(remap: Iterable[str]) -> None:
+    """Refuse to give codes another meaning that RS274/NGC and Fanuc controls both execute; what one of them does, a block refuses.
+
+    Raises
+    ------
+    ValueError
+    """
+    if codes := list(remap):
+        refuse_known_codes(codes, RS274, make_table())

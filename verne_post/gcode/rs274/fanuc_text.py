@@ -35,6 +35,10 @@ _OWN_CODES: Final = re.compile(
     rb"(?<![A-Z])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P)|6\.2)(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
     re.IGNORECASE,
 )
+#: Codes of these controls alone, so that no header is needed: calls of macros, and look-ahead modes.
+_FANUC_ONLY: Final = re.compile(
+    rb"(?<![A-Z])G0*(?:6[56][ \t]*P[0-9]|5\.1[ \t]*Q[01]|[58][ \t]*P[0-9]+[ \t\r]*(?:[(;\n]|$))", re.IGNORECASE
+)
 #: What only RS274/NGC has: such a text is not Fanuc's, whatever its header.
 _OTHER_CODES: Final = re.compile(
     rb"#<|(?<![A-Z])O\s*(?:<|[0-9]+\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\((?:MSG|DEBUG|PRINT|ABORT),|(?<![A-Z])G0*64[ \t]*[PQ]"
@@ -53,9 +57,9 @@ def is_fanuc(begin: bytes) -> bool:
     head = b"\n".join(begin.split(b"\n")[:_HEADER_LINES])
     if re.match(rb"\s*%(?!_N_)[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
         return True
-    if _OPENING.match(head) is None:
-        return False
     without_comments = re.sub(rb"\([^)\n]*(?:\)|$)", b"", head, flags=re.MULTILINE)
+    if _OPENING.match(head) is None:
+        return _FANUC_ONLY.search(without_comments) is not None and _OTHER_CODES.search(head) is None
     if _HERE.search(without_comments) and not _ADDITIONAL_CODE.search(without_comments):
         return False  # G10 L20 is an origin of G54.1 there, and the present place in RS274/NGC
     # read as Fanuc's, an RS274 text is refused or stays higher; the other way it would dwell for minutes

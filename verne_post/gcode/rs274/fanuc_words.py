@@ -19,8 +19,11 @@ class FanucWords:
     def __init__(self, modes: Modes, table: CodeTable, keys: FanucKeys) -> None:
         self.modes, self.table, self.keys = modes, table, keys
 
-    def convert_times(self, block: Block, codes: set[int]) -> None:
-        """G4 X or U in seconds; P, also in cycles, in milliseconds, or as the key ``dwell`` says."""
+    def convert_times(self, block: Block, codes: set[int], *, in_seconds: bool) -> None:
+        """G4 X or U in seconds; P, also in cycles, in milliseconds, or as the key ``dwell`` says.
+
+        P with a decimal point is in seconds (``in_seconds``): so Haas has it, and Fanuc has no such P.
+        """
         words, columns = block.words, block.columns
         if 40 in codes:
             for letter in "XU":
@@ -30,7 +33,7 @@ class FanucWords:
                     words["P"], columns["P"] = words.pop(letter), columns.pop(letter)
                     return
         has_dwell = "P" in words and (40 in codes or self.has_cycle(block, codes))
-        if has_dwell and self.keys.dwell == "milliseconds":
+        if has_dwell and self.keys.dwell == "milliseconds" and not in_seconds:
             read_whole(block, "P")
             words["P"] *= _SECONDS_PER_P
 

@@ -13,7 +13,16 @@ from msgspec import Struct
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import POLAR, Block, read_block
-from verne_post.gcode.codes import CYCLES, RS274, TAKES_AXES, CodeTable, describe_remap, read_m_code, spell_g_code
+from verne_post.gcode.codes import (
+    CYCLES,
+    HAS_MEANING,
+    RS274,
+    TAKES_AXES,
+    CodeTable,
+    describe_remap,
+    read_m_code,
+    spell_g_code,
+)
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.state import State
@@ -441,6 +450,8 @@ class Rs274(Language):
         m: dict[str, list[int]] = {}
         for letter, number, column in block.codes:
             if self.core.auxiliary.execute_user_code(block, letter, number, block.words):
+                if self.table.is_executed(name := f"{letter}{number:g}"):  # in other languages it has none
+                    raise ProgramError("VP002", f"{name}{HAS_MEANING}; take it out of [remap]", column)
                 continue
             if letter == "G":
                 code = self._read_g_code(number, column)

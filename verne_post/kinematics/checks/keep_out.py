@@ -184,6 +184,23 @@ def build_keep_out(
             standing.append(Placed(body.name, middle, np.zeros(3), turn, body.distance, False, with_part, mesh))
         else:
             standing.append(place_box(body, middle, turn, stock=body is options.stock))
+    moving = build_moving(machine, path, moves, options)
+    # a cutter that is wider below, or may be, does not come back up through what it has left
+    undercuts = np.array(
+        [any(one.neck_diameter > 0 or one.taper < 0 or bool(one.profile) for one in shape) for shape in moving.shapes]
+    )
+    entering = _find_entering_rapids(path, moving.tool) | (undercuts[moving.tool] & (path.feed_time == 0))
+    return KeepOut(standing, moving, entering)
+
+
+def build_moving(machine: Machine, path: ToolPath, moves: Moves, options: Options) -> Moving:
+    """What moves over the table: the tools of a program, and the machine.
+
+    Raises
+    ------
+    InputError
+        VP018 where a tool is shorter than its parts.
+    """
     number = find_tool_of_moves(path.move_reached, path.first_move, moves)
     numbers, index = np.unique(number, return_inverse=True)
     shapes = [_shape_of(int(one), options) for one in numbers]
@@ -197,12 +214,7 @@ def build_keep_out(
             in_force if np.isnan(by_itself) else by_itself,
             0.0 if table is None else table.diameter,
         )
-    # a cutter that is wider below, or may be, does not come back up through what it has left
-    undercuts = np.array(
-        [any(one.neck_diameter > 0 or one.taper < 0 or bool(one.profile) for one in shape) for shape in shapes]
-    )
-    entering = _find_entering_rapids(path, index) | (undercuts[index] & (path.feed_time == 0))
-    return KeepOut(standing, Moving(shapes, lengths, index, machine), entering)
+    return Moving(shapes, lengths, index, machine)
 
 
 def _describe_when(body: str, box: Placed) -> str:

@@ -1,0 +1,144 @@
+"""The page of two programs: lines that belong together, and the numbers of each side against those of its own conversion."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import verne_post
+from verne_post.model.options import Options
+from verne_post.model.part_setup import WorkOffset
+from verne_post.report.alignment import Stretch, align_lines
+from verne_post.report.comparison import make_side, write_comparison
+from verne_post.report.study import study
+
+from ..builders import MACHINE
+
+OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))})
+BEFORE = "(RIM)\nN10 G21 G90 G64 P0.01\nN20 G0 X0 Y0 Z0 A0 C0\nN30 G1 X20 F1200\nN40 Y20\n(SIDE)\nN50 X0 F600\nN60 Y0\nN70 M2\n"
+#: Renumbered; one block is faster, one is new.
+AFTER = "(RIM)\nN5 G21 G90 G64 P0.01\nN6 G0 X0 Y0 Z0 A0 C0\nN7 G1 X20 F2400\nN8 X22\nN9 Y20\n(SIDE)\nN10 X0 F600\nN11 Y0\nN12 M2\n"
+LINES = st.lists(st.sampled_from([b"X1", b"N10 X1", b"X2", b"X3", b" X3", b"Y1", b"Y2", b"Z9", b""]), max_size=14)
+
+
+def text_of(page: str) -> str:
+    """What a person reads: cells between bars."""
+    body = re.sub(r"(?s)<style>.*?</style>|<script.*?</script>", "", page)
+    return re.sub(r"\|[|\s]*", "|", re.sub("<[^>]*>", "|", body))
+
+
+def compare(before: str, after: str, one: Options = OPTIONS, other: Options = OPTIONS) -> str:
+    sides = [
+        make_side(name, text.encode(), MACHINE, study(text.encode(), MACHINE, options))
+        for name, text, options in (("a.nc", before, one), ("b.nc", after, other))
+    ]
+    return write_comparison((sides[0], sides[1]))
+
+
+@given(LINES, LINES)
+def test_stretches_cover_both_texts_and_equal_ones_are_equal(a: list[bytes], b: list[bytes]) -> None:
+    at_a = at_b = 0
+    before = None
+    for one in align_lines(a, b):
+        assert (one.first_a, one.first_b) == (at_a, at_b)
+        at_a, at_b = one.last_a, one.last_b
+        assert at_a > one.first_a or at_b > one.first_b
+        if one.same:
+            plain = [
+                [re.sub(rb"^\s*N\d+", b"", line).strip() for line in lines]
+                for lines in (a[one.first_a : at_a], b[one.first_b : at_b])
+            ]
+            assert plain[0] == plain[1]
+        assert before is not one.same
+        before = one.same
+    assert (at_a, at_b) == (len(a), len(b))
+    assert all(one.same for one in align_lines(a, a))
+
+
+def test_lines_that_moved_past_new_ones_belong_together() -> None:
+    assert align_lines(BEFORE.encode().split(b"\n"), AFTER.encode().split(b"\n")) == [
+        Stretch(True, 0, 3, 0, 3),
+        Stretch(False, 3, 4, 3, 5),
+        Stretch(True, 4, 10, 5, 11),
+    ]
+    # every second line of a long program has changed: sorting, not searching
+    a = [b"X%d" % k for k in range(60_000)]
+    b = [line if k % 2 else line + b" F9" for k, line in enumerate(a)]
+    assert sum(one.same for one in align_lines(a, b)) == 30_000
+
+
+def test_times_of_both_sides_are_those_of_their_rows() -> None:
+    page = text_of(compare(BEFORE, AFTER))
+    rows = [verne_post.convert(text.encode(), MACHINE, OPTIONS).setpoints for text in (BEFORE, AFTER)]
+    assert rows[0] is not None
+    assert rows[1] is not None
+    of_line = [MACHINE.cycle * np.bincount(one.line[1:], minlength=12) for one in rows]
+    whole = [times.sum() for times in of_line]
+    assert re.search(rf"\|time, s\|{whole[0]:.3f}\|{whole[1]:.3f}\|{whole[1] - whole[0]:+.3f}\|", page)
+    # line 4 became lines 4 and 5
+    changed = [of_line[0][4], of_line[1][4:6].sum()]
+    assert re.search(
+        rf"\|4\|N30 G1 X20 F1200\|{changed[0]:.3f}\|4 to 5\|N7 G1 X20 F2400\|N8 X22\|{changed[1]:.3f}\|{changed[1] - changed[0]:+.3f}\|",
+        page,
+    )
+    # line 5 of the one is line 6 of the other: its text is the same, its time is not (22 mm to go, and no rest of F1200)
+    assert abs(of_line[1][6] - of_line[0][5]) > 1e-3
+    assert re.search(rf"\|5\|N40 Y20\|{of_line[0][5]:.3f}\|6\|the same text\|{of_line[1][6]:.3f}\|", page)
+    # operations are paired by their remarks
+    rim = [of_line[0][1:6].sum(), of_line[1][1:7].sum()]
+    assert re.search(rf"\|no tool named: RIM\|{rim[0]:.3f}\|{rim[1]:.3f}\|{rim[1] - rim[0]:+.3f}\|", page)
+
+
+def test_the_same_program_differs_in_nothing() -> None:
+    page = text_of(compare(BEFORE, BEFORE))
+    assert "The same text, and the same times." in page
+    assert not re.search(r"[+-]\d+\.\d{3}\|", page.partition("|What differs|")[2])
+
+
+def test_the_same_program_under_two_set_ups_differs_in_time_alone() -> None:
+    slower = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, override=0.5)
+    page = text_of(compare(BEFORE, BEFORE, other=slower))
+    assert "|the same text|" in page
+    assert "|N30 G1 X20 F1200|" in page
+
+
+def test_findings_are_in_one_or_in_both() -> None:
+    head = "G21 G90\nG0 X0 Y0 Z0 A0 C0\n"
+    page = text_of(compare(f"{head}G1 A99 F600\nA0\nC20\nM2\n", f"{head}X1\nG1 A99 F600\nA0\nG1 X5000\nM2\n"))
+    before, after = page.partition("|Findings|")[2].partition("|B|")[::2]
+    assert re.search(r"\|line 3: VP\d+ error: a [^|]*\|in both$", before.rstrip("|"))
+    assert "only in A" not in before
+    after = after.partition("|Time by limit|")[0]
+    assert re.search(r"\|line 4: VP\d+ error: a [^|]*\|in both\|", after)
+    assert re.search(r"line 6: VP\d+ error: [^|]*\|only in B\|", after)
+    assert "no times: nothing is written" in page
+
+
+def test_the_command_takes_two_programs_with_a_set_up_each(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text, length in (("a", BEFORE, 80), ("b", AFTER, 95)):
+        Path(f"{name}.nc").write_text(text)
+        Path(f"{name}.nc.toml").write_text(f"tool_length = {length}.0\n\n[wcs]\nG54 = [0.0, 0.0, 40.0]\n")
+    answer = run("report", "a.nc", "b.nc", "-o", "two.html")
+    assert answer.code == 0
+    assert "a.nc: can run: 0 errors, 0 warnings; b.nc: can run: 0 errors, 0 warnings; two.html shows both" in answer.err
+    assert "|tool length|80 mm|95 mm|" in text_of(Path("two.html").read_text("utf-8"))
+    # one of them is refused: the graver status counts
+    Path("b.nc").write_text(AFTER.replace("X22", "A99"))
+    assert run("report", "a.nc", "b.nc", "-o", "two.html", "-q").code == 1
+    assert run("report", "a.nc", "nothing.nc", "-o", "two.html").code == 2
+    for words, message in (
+        (("a.nc", "b.nc", "a.nc", "-o", "two.html"), "shows one program or compares two; 3 are given"),
+        (("a.nc", "b.nc", "--static", "two.png"), "--static draws one program"),
+        (("-", "-", "-o", "two.html"), "standard input can be one of the two programs"),
+    ):
+        answer = run("report", *words)
+        assert answer.code == 2
+        assert message in answer.err

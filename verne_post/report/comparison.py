@@ -1,0 +1,354 @@
+"""The page of two programs, or two versions of one: what differs in time, findings, limits, operations and lines."""
+
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any, Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array
+from verne_post.base.long_text import Text, compute_sha256
+from verne_post.base.numbers import format_fixed
+from verne_post.model.findings import Finding
+from verne_post.model.machine import Machine
+from verne_post.model.moves import name_tools
+from verne_post.model.part_setup import spell_tool_word
+from verne_post.output.findings import describe
+from verne_post.report.alignment import Stretch, align_lines
+from verne_post.report.pack import Pack
+from verne_post.report.page import fill_page, write_json_in_html
+from verne_post.report.sheet import (
+    DIGEST,
+    count,
+    escape_text,
+    find_worst_places,
+    list_setup,
+    name_verdict,
+    write_css_string,
+    write_table,
+    write_title_html,
+)
+from verne_post.report.table import Operation, Study
+
+#: So many stretches of lines are shown, those whose times differ most; and so many lines of the text of each.
+_STRETCHES: Final = 40
+_LINES: Final = 6
+#: Characters of a line that are shown.
+_LINE_CHARACTERS: Final = 90
+#: Times that differ by less are the same: rows are a cycle apart.
+_SAME_S: Final = 5e-4
+_PARTS: Final = ("style.css", "shared.js", "charts.js", "comparison.js")
+#: Shown where a side has nothing.
+_NONE: Final = "–"
+
+
+class Side(Struct, frozen=True, eq=False):
+    """A program with what came of it, and its lines."""
+
+    program: str
+    source: Text
+    machine: Machine
+    study: Study
+    lines: Sequence[bytes]
+
+
+def make_side(program: str, source: Text, machine: Machine, study: Study) -> Side:
+    """Split the text of one of the programs."""
+    return Side(program, source, machine, study, source[:].split(b"\n"))
+
+
+def write_comparison(sides: tuple[Side, Side]) -> str:
+    """Write the page."""
+    a, b = sides
+    stretches = align_lines(a.lines, b.lines)
+    pack = Pack()
+    data: dict[str, Any] = {"sides": [_pack_side(pack, name, side) for name, side in zip("ab", sides, strict=True)]}
+    data["arrays"] = pack.contents
+    title = f"{a.program} and {b.program}"
+    return fill_page(
+        "comparison.html",
+        _PARTS,
+        {
+            "title": escape_text(title),
+            "foot": write_css_string(f"{title}, page "),
+            "heads": "".join(_write_head_html(name, side) for name, side in zip("AB", sides, strict=True)),
+            "facts": write_table(("what", "A", "B", "B - A"), "".join(_write_facts(sides))),
+            "findings": _write_findings_html(sides, stretches),
+            "limits": _write_limits_html(sides),
+            "operations": _write_operations_html(sides),
+            "lines": _write_lines_html(sides, stretches),
+            "data": write_json_in_html(data),
+            "bytes": pack.encode(),
+        },
+    )
+
+
+def _pack_side(pack: Pack, name: str, side: Side) -> dict[str, Any]:
+    """Pack the speed of the tip and what governs, for the curves."""
+    study = side.study
+    tick = study.summary.format.cycle if study.summary is not None else 1.0
+    for curve in ("feed", "speed") if study.timed else ():
+        pack.add_curves(f"{name}.{curve}", study.curves[curve], tick, np.ones(1))
+    if study.governing is not None:
+        pack.add(f"{name}.x", study.x, "<f8")
+        pack.add(f"{name}.governing", study.governing.of_frame, "|u1")
+    return {
+        "name": name, "program": side.program, "timed": study.timed, "tick": tick, "end": float(study.x[-1]) if study.timed else 0.0,
+        "joints": len(side.machine.columns), "limits": list(study.governing.names) if study.governing is not None else [],
+    }  # fmt: skip
+
+
+def _write_head_html(name: str, side: Side) -> str:
+    word, kind = name_verdict(side.machine, side.study)
+    return f'<div><h2>{name}: {write_title_html(side.program, side.machine)}</h2><strong class="{kind}">{word}</strong></div>'
+
+
+def _write_row(head: str, cells: Sequence[str], *, marked: bool = False) -> str:
+    """Write a row whose cells are HTML already."""
+    body = "".join(f"<td>{cell}</td>" for cell in cells)
+    return f"<tr{' class=differs' if marked else ''}><th scope=row>{head}</th>{body}</tr>"
+
+
+def _write_times(
+    head: str,
+    pairs: Sequence[tuple[float | None, float | None]],
+    *,
+    marked: bool = False,
+    judged: Sequence[int] = (0, 1),
+) -> str:
+    """Write a row of times: both sides and the difference of each pair, coloured where less is better."""
+    cells = []
+    for k, (one, other) in enumerate(pairs):
+        cells += [_NONE if each is None else format_fixed(each, 3) for each in (one, other)]
+        cells.append(_write_difference(one, other, judged=k in judged))
+    return _write_row(head, cells, marked=marked)
+
+
+def _write_difference(one: float | None, other: float | None, *, judged: bool = True) -> str:
+    if one is None or other is None:
+        return ""
+    difference = other - one
+    if abs(difference) < _SAME_S:
+        return "same"
+    kind = "plain" if not judged else "slower" if difference > 0 else "faster"
+    return f"<b class={kind}>{difference:+.3f}</b>"
+
+
+# --- facts -------------------------------------------------------------------------------------------------
+
+
+def _write_facts(sides: tuple[Side, Side]) -> Iterator[str]:
+    """Time and its parts, then what is text."""
+    for what, (one, other) in _match_numbers([_list_times(side) for side in sides]):
+        yield _write_times(escape_text(what), [(one, other)])
+    facts = [_list_facts(side) for side in sides]
+    for what in dict.fromkeys(key for each in facts for key in each):
+        texts = [each.get(what, _NONE) for each in facts]
+        differs = texts[0] != texts[1]
+        yield _write_row(escape_text(what), [*map(escape_text, texts), "" if differs else "same"], marked=differs)
+
+
+def _match_numbers(numbers: Sequence[dict[str, float]]) -> Iterator[tuple[str, tuple[float | None, float | None]]]:
+    """By name, those of the first first; a side that has none of a name has None."""
+    one, other = numbers
+    for name in dict.fromkeys([*one, *other]):
+        yield name, (one.get(name), other.get(name))
+
+
+def _list_times(side: Side) -> dict[str, float]:
+    study = side.study
+    if study.summary is None or study.governing is None:
+        return {}
+    return {
+        "time, s": study.summary.cycle_time,
+        "in rapids, s": sum(one.rapid for one in study.operations),
+        "standstills, s": sum(one.standing for one in study.operations),
+        "lost against the feed rate, s": float(study.governing.lost.sum()),
+        "of it at stops, s": float(study.governing.at_stops.sum()),
+    }
+
+
+def _list_facts(side: Side) -> dict[str, str]:
+    study = side.study
+    counts = Counter(item.severity for item in study.findings)
+    facts = {
+        "findings": f"{count(counts['error'], 'error')}, {count(counts['warning'], 'warning')}",
+        **{place.what.partition(":")[0]: f"{place.value} {place.what.partition(': ')[2]}".strip()
+           for place in find_worst_places(side.machine, study) if not place.what.startswith("line")},
+        **dict(list_setup(side.machine, study)),
+    }  # fmt: skip
+    if study.summary is not None:
+        facts["stops"] = str(study.summary.n_stops)
+        facts["blended corners"] = str(study.summary.n_blended)
+        facts["set-up"] = study.summary.options.setup_source or "none"
+    facts["machine"] = side.machine.name
+    facts["machine, SHA-256"] = side.machine.sha256[:DIGEST]
+    facts["program, SHA-256"] = compute_sha256(side.source)[:DIGEST]
+    return facts
+
+
+# --- findings ----------------------------------------------------------------------------------------------
+
+
+def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) -> str:
+    """Which findings are in one program alone, and which in both: of the same code and joint, at lines that belong together."""
+    keyed = [
+        [(_make_key(item, stretches, first=number == 0), item) for item in side.study.findings]
+        for number, side in enumerate(sides)
+    ]
+    shared = Counter(key for key, _item in keyed[0]) & Counter(key for key, _item in keyed[1])
+    texts = []
+    for name, found in zip("AB", keyed, strict=True):
+        left = shared.copy()
+        alone, both = list[str](), list[str]()
+        for key, item in found:
+            into, where = (both, "in both") if left[key] > 0 else (alone, f"only in {name}")
+            left[key] -= left[key] > 0
+            text = ("" if item.line is None else f"line {item.line}: ") + describe(item)
+            into.append(f'<li class="{item.severity}"><span>{escape_text(text)}<small>{where}</small></span></li>')
+        entries = "".join(alone + both)
+        texts.append(f"<div><h3>{name}</h3><ul class=findings>{entries or '<li>no findings</li>'}</ul></div>")
+    return "".join(texts)
+
+
+def _make_key(item: Finding, stretches: Sequence[Stretch], *, first: bool) -> tuple[Any, ...]:
+    """What findings of both sides share: code, joint, and the line, or the stretch of lines that differ."""
+    if item.line is None:
+        return item.code, item.axis, item.severity
+    k = bisect_left(stretches, item.line, key=lambda one: one.last_a if first else one.last_b)
+    one = stretches[k]
+    return (
+        item.code,
+        item.axis,
+        item.severity,
+        k,
+        item.line - (one.first_a if first else one.first_b) if one.same else 0,
+    )
+
+
+# --- limits and operations -----------------------------------------------------------------------------------
+
+
+def _write_limits_html(sides: tuple[Side, Side]) -> str:
+    """Seconds that each limit governs and costs."""
+    both = [side.study.governing for side in sides]
+    columns = [
+        [{} if one is None else dict(zip(one.names, getattr(one, name).tolist(), strict=True)) for one in both]
+        for name in ("seconds", "lost")
+    ]
+    governs, lost = (dict(_match_numbers(column)) for column in columns)
+    names = [name for name, pair in governs.items() if any(pair)]
+    names.sort(key=lambda name: -max(value or 0.0 for value in governs[name]))
+    rows = "".join(_write_times(escape_text(name), [governs[name], lost[name]], judged=[1]) for name in names)
+    heads = ("limit", "A governs, s", "B governs, s", "B - A", "A lost, s", "B lost, s", "B - A")
+    return write_table(heads, rows) if rows else "<p>no times: nothing is written</p>"
+
+
+def _write_operations_html(sides: tuple[Side, Side]) -> str:
+    """Time of each operation, paired by tool and remark; the same pair a second time is the second one of the other side."""
+    found = [_number_operations(side) for side in sides]
+    rows = "".join(
+        _write_times(escape_text(head), [
+            tuple(None if one is None else one.seconds for one in pair), tuple(None if one is None else one.lost for one in pair)  # type: ignore[list-item]
+        ], marked=None in pair)
+        for head in dict.fromkeys([*found[0], *found[1]]) for pair in [(found[0].get(head), found[1].get(head))]
+    )  # fmt: skip
+    heads = ("tool and operation", "A, s", "B, s", "B - A", "A lost, s", "B lost, s", "B - A")
+    return write_table(heads, rows) if rows else "<p>no times: nothing is written</p>"
+
+
+def _number_operations(side: Side) -> dict[str, Operation]:
+    program, seen, found = side.study.program, Counter[str](), {}
+    names = {} if program is None else name_tools(program.moves.events)
+    for one in side.study.operations:
+        tool = spell_tool_word(one.tool, names) if one.tool else "no tool named"
+        head = f"{tool}: {one.name or 'without a remark'}"
+        seen[head] += 1
+        found[head if seen[head] == 1 else f"{head} ({seen[head]})"] = one
+    return found
+
+
+# --- lines -------------------------------------------------------------------------------------------------
+
+
+def _write_lines_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) -> str:
+    """Stretches of lines that differ, and equal ones whose times differ; the largest differences, in the order of the program."""
+    timed = all(side.study.timed for side in sides)
+    spent = [_sum_times(side) for side in sides]
+    worth: list[tuple[float, Stretch]] = []
+    for one in stretches:
+        for part in _cut_by_times(one, *spent) if one.same else [one]:
+            times = spent[0][part.last_a] - spent[0][part.first_a], spent[1][part.last_b] - spent[1][part.first_b]
+            worth.append((abs(times[1] - times[0]), part))
+    shown = sorted(sorted(range(len(worth)), key=lambda k: -worth[k][0])[:_STRETCHES])
+    rows = [_write_stretch(sides, worth[k][1], spent) for k in shown]
+    left = len(worth) - len(shown)
+    note = f"<p>Not shown: {count(left, 'place')} whose times differ less.</p>" if left else ""
+    heads = ("lines A", "text A", "A, s", "lines B", "text B", "B, s", "B - A", "where most is lost")
+    if not rows:
+        return f"<p>The same text{', and the same times' if timed else ''}.</p>"
+    return write_table(heads, "".join(rows)) + note
+
+
+def _sum_times(side: Side) -> Array:
+    """Seconds of all lines before each (n_lines + 1,), and of all of them; nothing where the program is refused."""
+    times, n = side.study.lines, len(side.lines)
+    return np.zeros(n + 1) if times is None else np.concatenate([[0.0], np.cumsum(times.seconds[1 : n + 1])])
+
+
+def _cut_by_times(one: Stretch, spent_a: Array, spent_b: Array) -> Iterator[Stretch]:
+    """Cut lines of the same text: runs whose times differ line by line."""
+    difference = np.diff(spent_b[one.first_b : one.last_b + 1]) - np.diff(spent_a[one.first_a : one.last_a + 1])
+    differs = np.concatenate([[False], np.abs(difference) >= _SAME_S, [False]])
+    begins, ends = np.flatnonzero(differs[1:] & ~differs[:-1]), np.flatnonzero(differs[:-1] & ~differs[1:])
+    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
+        yield Stretch(True, one.first_a + begin, one.first_a + end, one.first_b + begin, one.first_b + end)
+
+
+def _write_stretch(sides: tuple[Side, Side], one: Stretch, spent: Sequence[Array]) -> str:
+    cells, limits, times = "", [], list[float | None]()
+    for side, sums, (first, last) in zip(
+        sides, spent, ((one.first_a, one.last_a), (one.first_b, one.last_b)), strict=True
+    ):
+        times.append(float(sums[last] - sums[first]) if side.study.timed else None)
+        text = "<small>the same text</small>" if one.same and cells else _write_text(side, first, last)
+        lines = (
+            f"<td class=text>{_write_span(first, last)}</td>"
+            if cells
+            else f"<th scope=row>{_write_span(first, last)}</th>"
+        )
+        cells += (
+            f"{lines}<td class=text>{text}</td><td>{_NONE if times[-1] is None else format_fixed(times[-1], 3)}</td>"
+        )
+        limits.append(_name_limit(side, first, last))
+    governs = limits[0] if limits[0] == limits[1] else " / ".join(limits)
+    return (
+        f"<tr class={'equal' if one.same else 'differs'}>{cells}<td>{_write_difference(*times)}</td>"
+        f"<td class=text>{escape_text(governs)}</td></tr>"
+    )
+
+
+def _write_span(first: int, last: int) -> str:
+    if first == last:
+        return _NONE
+    return str(last) if last - first == 1 else f"{first + 1} to {last}"
+
+
+def _write_text(side: Side, first: int, last: int) -> str:
+    lines = [
+        line.decode("utf-8", errors="replace").strip()[:_LINE_CHARACTERS]
+        for line in side.lines[first : min(last, first + _LINES)]
+    ]
+    left = last - first - len(lines)
+    return "<br>".join(map(escape_text, lines)) + (f"<br><small>and {left} more</small>" if left else "")
+
+
+def _name_limit(side: Side, first: int, last: int) -> str:
+    """The limit that governs where a stretch loses most."""
+    times, governing = side.study.lines, side.study.governing
+    if times is None or governing is None or not times.lost[first + 1 : last + 1].any():
+        return _NONE
+    line = first + 1 + int(times.lost[first + 1 : last + 1].argmax())
+    return governing.names[times.limit[line]]
