@@ -139,7 +139,7 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
     for stage in STAGES:
         draft = stage(draft)
     assert draft.contour is not None
-    restored = () if draft.restart is None else draft.restart.switched
+    restored = () if draft.restart is None else draft.restart.switched_events
     return Program(
         draft.machine, options, draft.moves, draft.contour, draft.findings, draft.free_turn, draft.stops, restored, team
     )
@@ -365,7 +365,7 @@ def drop_skipped_moves(draft: Draft) -> Draft:
     move = np.where(path.move >= 0, path.move - first, -1).astype(np.int32)
     return replace(
         draft,
-        moves=draft.moves.start_at(first, draft.restart.event, draft.restart.switched),
+        moves=draft.moves.start_at(first, draft.restart.event, draft.restart.switched_events),
         contour=replace(draft.contour, path=replace(path, move=move)),
         stops=tuple(stop - first for stop in draft.stops),
     )

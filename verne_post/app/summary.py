@@ -99,7 +99,7 @@ def summarise(
     for begin, end in iterate_blocks(len(path)):
         feeding = path.feed_time[begin:end] > 0
         feeds += int(feeding.sum())
-        reached += int((feeding & plan.profiles.reached[begin:end]).sum())
+        reached += int((feeding & plan.profiles.reached_segments[begin:end]).sum())
         move = path.move[begin:end]
         used.update(np.unique(moves.frame[move[move >= 0]]).tolist())
         number = find_tool_of_moves(move_of_segment[begin:end], first_move, moves)

@@ -204,4 +204,4 @@ def may_restart(state: State) -> bool:
 
 def knows_all(state: State, setup: Setup) -> bool:
     """True when the position of every axis of the machine is known."""
-    return all(state.known[AXES.index(letter)] for letter in setup.axes)
+    return all(state.known_axes[AXES.index(letter)] for letter in setup.axes)

@@ -40,14 +40,14 @@ class PlainArcs(Struct, frozen=True, eq=False):
         Program coordinates, mm.
     sweep : ndarray, shape (n,)
         Degrees, counter-clockwise positive.
-    refused : ndarray of bool, shape (n,)
+    refused_rows : ndarray of bool, shape (n,)
         The general interpreter has to say what is wrong; the other columns mean nothing there.
     """
 
     row: Ints
     center: Array
     sweep: Array
-    refused: Mask
+    refused_rows: Mask
 
     def select_before(self, last: int, plane: int) -> "ArcRows":
         """Those of the lines before ``last``, as they are recorded."""

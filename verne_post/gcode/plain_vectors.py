@@ -20,14 +20,14 @@ _R: Final = 3
 def end_of_vectors(core: Machining, view: plain.PlainView, lines: plain.PlainLines, first: int, last: int) -> int:
     """Where lines end that are straight moves and all have a tool axis; the first itself where they cannot be executed at once."""
     state, offsets = core.state, lines.offsets
-    if offsets is None or False in state.known:
+    if offsets is None or False in state.known_axes:
         return first
     last = lines.find_first_named(first, last, _ROTARY)
     words = offsets[first:last]
     # what has no length is not one either
     other = ~(np.abs(measure_length(words[:, :_R]) - 1.0) <= VECTOR_LENGTH) | ~np.isnan(words[:, _R])
     named = lines.row[first:last, _G] >= first
-    other |= np.where(named, lines.filled[first:last, _G], (view.motion or 0) / 10) > 1
+    other |= np.where(named, lines.filled_words[first:last, _G], (view.motion or 0) / 10) > 1
     return first + int(np.argmax(other)) if other.any() else last
 
 

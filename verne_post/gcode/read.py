@@ -40,12 +40,12 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         try:
             state.position, unsaid = find_start(source, setup, dialect)
         except InputError as error:  # report what else is wrong, after the opening lines
-            state.known = [True] * 9
+            state.known_axes = [True] * 9
             done = dialect.execute(source, setup, state, StopConditions())
             seen = {(item.line, item.code) for item in done.errors}
             every = [*done.errors, *(item for item in error.findings if (item.line, item.code) not in seen)]
             raise _make_refusal(source, every, dialect, done, setup) from None
-        state.known = [True] * 9
+        state.known_axes = [True] * 9
     start, start_frame = list(state.position), state.frame
     done = dialect.execute(source, setup, state, StopConditions())
     if unsaid is not None:
@@ -102,6 +102,6 @@ def replay(source: Text, setup: Setup, moves: Moves, stop: StopConditions) -> tu
     """Execute a program that has been read again from its start, up to ``stop``: the state there, and what was recorded."""
     dialect = choose_dialect(setup.dialect, source, setup.source_name)
     state = dialect.initial_state(setup)
-    state.known = [True] * 9
+    state.known_axes = [True] * 9
     state.position = [float(value) for value in moves.start]
     return state, dialect.execute(source, setup, state, stop).recorder

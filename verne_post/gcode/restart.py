@@ -18,7 +18,7 @@ class Restart(Struct, frozen=True):
 
     move: int
     event: int
-    switched: tuple[Event, ...]
+    switched_events: tuple[Event, ...]
 
 
 def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:

@@ -25,7 +25,7 @@ class TablePosition(Struct, frozen=True, eq=False):
         Nine-vector in the frame.
     tilt : float
         A of the machine, degrees; its sign tells the two sides apart.
-    turned : float
+    motion : float
         How far C is from where it stood, degrees.
     beyond : str
         Letters of the axes that would be beyond their travel.
@@ -33,7 +33,7 @@ class TablePosition(Struct, frozen=True, eq=False):
 
     program: list[float]
     tilt: float
-    turned: float
+    motion: float
     beyond: str
 
 

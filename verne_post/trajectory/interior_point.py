@@ -41,7 +41,7 @@ class Problem(Struct, frozen=True, eq=False):
         Rows g with ``g0 X + g1 X' <= 1``.
     jerk : tuple of 3 ndarrays, shape (j, k n)
         Rows g with ``g0 X + g1 X' + g2 X'' <= X^(-1/2)``.
-    held : ndarray of bool, shape (n + 3,)
+    held_coefficients : ndarray of bool, shape (n + 3,)
         Coefficients that stay what they are at the start.
     """
 
@@ -50,7 +50,7 @@ class Problem(Struct, frozen=True, eq=False):
     cap: Array
     acceleration: tuple[Array, ...]
     jerk: tuple[Array, ...]
-    held: NDArray[np.bool_]
+    held_coefficients: NDArray[np.bool_]
 
 
 def build_basis(knot: float, fraction: Array) -> Array:
@@ -191,7 +191,7 @@ class _Iteration:
             for k in range(i, 4):
                 band[k - i, i : i + self.n] += parts[row]
                 row += 1
-        band[0, self.problem.held] = tuning.FIXED_DIAGONAL
+        band[0, self.problem.held_coefficients] = tuning.FIXED_DIAGONAL
         factor, info = pbtrf(band, lower=1, overwrite_ab=1)
         return factor if info == 0 and np.isfinite(factor[0]).all() else None
 
@@ -205,10 +205,10 @@ class _Iteration:
         pull[1] = -_sum_products(acc, self.acc[1]) - _sum_products(jerk, self.jerk[1])
         pull[2] = -_sum_products(jerk, self.jerk[2])
         rhs = self.gather_coefficients(pull)
-        rhs[self.problem.held] = 0.0
+        rhs[self.problem.held_coefficients] = 0.0
         change, _info = pbtrs(factor, rhs, lower=1)
         change = change.reshape(-1)
-        change[self.problem.held] = 0.0
+        change[self.problem.held_coefficients] = 0.0
         return change
 
     @np.errstate(over="ignore", invalid="ignore")

@@ -117,7 +117,7 @@ class BetweenRowsCheck:
         length = self._measure_length(rows.item, rows.u) - self._measure_length(
             rows.item, np.where(stays, rows.u_before, rows.u)
         )
-        entered = rows.entered
+        entered = rows.entered_rows
         if len(entered):
             old, new = rows.item_before[entered], rows.item[entered]
             begun, left, came, whole = items.measure_passed(old, new, rows.u_before[entered], rows.u[entered])

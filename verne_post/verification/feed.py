@@ -113,7 +113,7 @@ class FeedCheck:
         u_before, u = np.clip(rows.u_before, 0.0, 1.0), np.clip(rows.u, 0.0, 1.0)
         time = np.where(stays, u - u_before, 0.0) * feed_time
         slack = np.where(rows.dwell, 0.0, unsure[rows.segment] * feed_time)
-        entered = rows.entered
+        entered = rows.entered_rows
         if len(entered):
             old, new = rows.item_before[entered], rows.item[entered]
             begun, left, came, whole = items.measure_passed(old, new, u_before[entered], u[entered])

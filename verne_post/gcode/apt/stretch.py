@@ -60,5 +60,5 @@ def _is_plain(modes: AptModes, interpreter: Rs274) -> bool:
     return (
         not modes.rapid and modes.circle is None and modes.cycle is None and modes.matrix is IDENTITY
         and modes.last_arc is None
-        and interpreter.modes.vectors and interpreter.modes.motion == 10 and False not in state.known
+        and interpreter.modes.vectors and interpreter.modes.motion == 10 and False not in state.known_axes
     )  # fmt: skip

@@ -170,7 +170,7 @@ class FanucInterpreter(Rs274):
         text = self._text = " " * number + text[number:]
         if _MACRO.match(text) and (statement := read_statement(text, self.parameters)) is not None:
             return Block(line, macro=statement)
-        self.parameters.passed = ""
+        self.parameters.passed_word = ""
         corner = None
         try:
             if "," in text:
@@ -189,9 +189,9 @@ class FanucInterpreter(Rs274):
         block.corner, block.arguments = corner, arguments
         if "." in head and any(match[1] for match in _TIME.finditer(head)):
             self._in_seconds = block
-        if self.parameters.passed:
+        if self.parameters.passed_word:
             self.recorder.note_once(
-                "VP039", f"{self.parameters.passed} has a variable without a value: the word is passed over, as controls do", line
+                "VP039", f"{self.parameters.passed_word} has a variable without a value: the word is passed over, as controls do", line
             )  # fmt: skip
         if self.keys.decimal_point == "conventional":
             codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}

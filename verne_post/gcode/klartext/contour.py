@@ -70,7 +70,7 @@ class KlartextContour:
     def _record_element(self, element: Element) -> None:
         if self.modes.tcp is False and any(axis < 3 for axis in element.axes):
             self.frames.check_upright("a motion")
-        self.core.warn_of_depth(At(element.line), self.core.state.held, element.axes)
+        self.core.warn_of_depth(At(element.line), self.core.state.values_before_length, element.axes)
         self.core.start_of_motion(element.kind, absolute=True, machine=False, axes=element.axes)
         axes = list(element.axes)
         if self.frames.setup.rotary[1] in axes:

@@ -142,8 +142,8 @@ class KlartextFunctions:
         state = self.state
         number = state.loaded_tool or 0
         if state.tools is not None and number in state.tools:
-            self.q.shown[108] = 0.5 * state.tools[number].diameter + self.contour.delta_radius
-        self.q.shown |= {109: 2.0, 114: state.frame.tool_length}
+            self.q.control_values[108] = 0.5 * state.tools[number].diameter + self.contour.delta_radius
+        self.q.control_values |= {109: 2.0, 114: state.frame.tool_length}
 
     def define_tool(self, statement: Statement) -> None:
         """TOOL DEF 5 L+80 R+5; with the number alone the tool that comes next."""

@@ -247,7 +247,7 @@ class KlartextPlanes:
             return self._find_upright_angles(coordinates.turn_to_axis(here, normal, base), base, table)
 
         def rank(one: TablePosition) -> tuple[float, ...]:
-            motion = abs(one.program[tilt] - here[tilt]) + one.turned
+            motion = abs(one.program[tilt] - here[tilt]) + one.motion
             return round(motion / _SAME_MOTION), -one.tilt
 
         mine = [one for one in positions if sense is None or (one.tilt > 0) == sense.endswith("+")]
@@ -283,7 +283,7 @@ class KlartextPlanes:
     def _show_angles(self, angles: tuple[float, float]) -> None:
         """Q120 to Q122: the computed positions."""
         shown = {axis: angle - self.frames.wraps[axis] for axis, angle in zip(self.setup.rotary, angles, strict=True)}
-        self.q.shown |= {120 + number: shown.get(3 + number, 0.0) for number in range(3)}
+        self.q.control_values |= {120 + number: shown.get(3 + number, 0.0) for number in range(3)}
 
     def _move_to_plane(
         self, statement: Statement, words: PlaneWords, move: str, angles: tuple[float, float], tilt: Array | None

@@ -363,7 +363,7 @@ class Klartext:
             raise statement.error("VP005", "BEGIN PGM needs a name, and MM or INCH")
         inch = match.group(1) != "MM"  # IN: of older controls
         self.modes.inch = inch
-        self.q.shown[113] = float(inch)
+        self.q.control_values[113] = float(inch)
 
     def _end_program(self, statement: Statement) -> None:
         self.jump = Jump("end")

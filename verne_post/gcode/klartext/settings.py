@@ -63,7 +63,7 @@ class KlartextSettings:
     def _begin_setting(self, number: int) -> None:
         if number == 8:
             self._change_maps("mirror image")
-            self.maps.current.mirrored = (False, False)
+            self.maps.current.mirrored_axes = (False, False)
             self.maps.current.set("mirror", active=False)
             self.frames.refresh_frame()
         elif number == 19:
@@ -165,7 +165,7 @@ class KlartextSettings:
         if len(set(letters)) < len(letters):
             raise statement.error("VP004", "an axis of the mirror image stands twice in the block")
         layer = self.maps.current
-        layer.mirrored = ("X" in letters, "Y" in letters)
+        layer.mirrored_axes = ("X" in letters, "Y" in letters)
         layer.set("mirror", active=bool(letters))
         self.frames.refresh_frame()
 

@@ -56,7 +56,7 @@ class Layer(Struct):
     """Maps of one coordinate system by kind, in the order in which they act from outside."""
 
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    mirrored: tuple[bool, bool] = (False, False)
+    mirrored_axes: tuple[bool, bool] = (False, False)
     angle: float = 0.0
     scale: float = 1.0
     order: list[Kind] = field(default_factory=list)
@@ -79,7 +79,7 @@ class Layer(Struct):
         if kind == "shift":
             return Map(origin=np.array(self.shift))
         if kind == "mirror":
-            return Map(np.diag([-1.0 if self.mirrored[0] else 1.0, -1.0 if self.mirrored[1] else 1.0, 1.0]))
+            return Map(np.diag([-1.0 if self.mirrored_axes[0] else 1.0, -1.0 if self.mirrored_axes[1] else 1.0, 1.0]))
         if kind == "rotation":
             return Map(make_rotation(2, self.angle))
         return Map(self.scale * np.eye(3))

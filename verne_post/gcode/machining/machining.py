@@ -110,7 +110,7 @@ class Machining:
         turning = (state.spindle_on or turns_itself) and state.spindle_speed > 0
         if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
             return "spindle"
-        return "tool length" if self.setup.machine and not state.length_given else None
+        return "tool length" if self.setup.machine and not state.has_tool_length else None
 
     def find_feed(self, lengths: tuple[object, object]) -> float:
         """Feed of a move as `dump moves` shows it: see :func:`~verne_post.gcode.lengths.find_effective_feed`."""
@@ -188,7 +188,7 @@ class Machining:
             VP016: the tip is elsewhere, and this motion would not go from there, or would go down by the tool length.
         """
         state = self.state
-        held, state.held = state.held, None
+        held, state.values_before_length = state.values_before_length, None
         if held is None:
             return state.position
         machine_position = self.setup.coordinates.map_to_machine(np.array(state.position), state.frame)
@@ -267,12 +267,12 @@ class Machining:
     def arrive(self, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """The axes stand at an end (9), of which the program has named some."""
         state = self.state
-        if absolute and False in state.known:
+        if absolute and False in state.known_axes:
             self.frames.name_axes(end, axes)
         state.position = end
-        state.placed = state.placed or bool(axes)
+        state.has_position = state.has_position or bool(axes)
         for axis in axes:
-            state.named[axis] = True
+            state.named_axes[axis] = True
 
     def go_on_arc(
         self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True

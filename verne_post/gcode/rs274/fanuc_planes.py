@@ -309,7 +309,7 @@ class FanucPlanes:
         here = state.position
         positions = find_positions(self.setup, here, upright, state.frame, tip_stays=tcp)
         end = choose_position(
-            positions, lambda one: (round(abs(one.program[tilt] - here[tilt]), 6), round(one.turned, 6), -one.tilt)
+            positions, lambda one: (round(abs(one.program[tilt] - here[tilt]), 6), round(one.motion, 6), -one.tilt)
         ).program
         if not tcp:
             turn_table(self.core, block, MoveKind.RAPID, {tilt: end[tilt], turn: end[turn]})

@@ -124,7 +124,7 @@ class Rs274(Language):
             modes.motion,
             modes.inch,
             arcs=not modes.absolute_centers,
-            pointed=modes.vectors,
+            has_tool_axes=modes.vectors,
             turning=not (self.motion.is_without_tcp() or self.motion.is_retracted()),
         )
 

@@ -153,7 +153,7 @@ class MotionCodes:
             self.core.end_tool_axis(block, axes)
             go_to_machine(self.core, block, kind, {axis: self.values.read_axis_value(block, axis) for axis in axes})
             return
-        if False in state.known:
+        if False in state.known_axes:
             if motion in (20, 30):
                 self.core.require_known(block, self._find_arc_axes(axes), "an arc")
             if not self.modes.absolute:
@@ -180,7 +180,9 @@ class MotionCodes:
 
     def is_retracted(self) -> bool:
         """True where Z of the tip was not programmed, but follows from machine coordinates (G53, G28); tool vectors always hold the tip."""
-        return self.setup.machine and self.state.placed and not self.state.named[_Z] and not self.modes.vectors
+        return (
+            self.setup.machine and self.state.has_position and not self.state.named_axes[_Z] and not self.modes.vectors
+        )
 
     def _is_turned_alone(self, axes: list[int]) -> bool:
         """True where A or C are named, not all of X Y Z, and the tip is not held, or would not be on a control."""

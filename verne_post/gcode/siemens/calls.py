@@ -66,7 +66,7 @@ class Frame(Struct):
 
     section: Section
     remaining: int = 1
-    saved: Modes | None = None
+    saved_modes: Modes | None = None
     modal: Call | None = None
     repeats: list[Repeat] = field(default_factory=list)
     ends: dict[int, float] = field(default_factory=dict)

@@ -108,7 +108,7 @@ class Executor:
             A block that lacks nothing but a tool or F has moved the axes all the same: nothing else is reported for it.
         """
         if words.calls:
-            words.used.add("P")
+            words.used_words.add("P")
         try:
             moved = self.interpreter.run(words)
         except ProgramError as error:
@@ -185,7 +185,7 @@ class Executor:
         """
         state = self.interpreter.state
         own = replace(
-            state, position=list(state.position), known=[axis > 1 for axis in range(len(AXES))], named=list(state.named),
+            state, position=list(state.position), known=[axis > 1 for axis in range(len(AXES))], named=list(state.named_axes),
             systems=dict(state.systems), first_places=None,
         )  # fmt: skip
         fork = Executor(self.setup, own, Recorder())

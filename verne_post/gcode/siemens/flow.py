@@ -134,8 +134,8 @@ class Flow:
             frame.ends.clear()
             kept = {outside.inside: variables.scopes[-1][outside.inside] for outside in frame.results}
             variables.scopes[-1] = {**copy_scope(frame.scope), **kept}
-            if frame.saved is not None:
-                executor.restore(frame.saved.copy())
+            if frame.saved_modes is not None:
+                executor.restore(frame.saved_modes.copy())
             self.calls.line = read_procedure(frame.section).line + 1
             return
         self.calls.leave()
@@ -143,8 +143,8 @@ class Flow:
         called_by = self.calls.line - 1
         for outside, value in results:
             variables.write(outside.name, outside.index, value, Cursor("", 0), 0)
-        if frame.saved is not None:
-            executor.restore(frame.saved)
+        if frame.saved_modes is not None:
+            executor.restore(frame.saved_modes)
         if frame.modal is not None:
             executor.modal = frame.modal
         executor.record_event(self.calls.show(max(called_by, 1)), "return", label=frame.section.name)

@@ -90,7 +90,7 @@ class SiemensInterpreter:
     @staticmethod
     def _refuse_unused(words: Words) -> None:
         for name, word in words.words.items():
-            if name not in words.used:
+            if name not in words.used_words:
                 shown = word.text if word.text is not None else f"{word.value:g}"
                 raise word.error("VP006", f"nothing in the block uses {name}{'=' if len(name) > 1 else ''}{shown}")
 

@@ -68,7 +68,7 @@ class SiemensMotion:
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
         #: Where axes stood in numbers of the program before their offsets changed, of those that no block has named since.
-        self.shifted: dict[int, float] = {}
+        self.places_before: dict[int, float] = {}
         #: The same of all axes when the block began.
         self.block_numbers: list[float] = []
         self.core.frames.add_system(Frame(0, tool=state.frame.tool))
@@ -102,7 +102,7 @@ class SiemensMotion:
         """Keep the numbers of axes from before their offsets changed."""
         for axis, before in enumerate(self.block_numbers):
             if abs(self.find_programmed(axis) - before) > ZERO_LENGTH_MM:
-                self.shifted.setdefault(axis, before)
+                self.places_before.setdefault(axis, before)
 
     def _find_plane(self, base: Frame, position: list[float]) -> Feature | None:
         """The plane in which X, Y, Z count: of the chain, and without TRAORI of the table as it stands."""
@@ -195,7 +195,7 @@ class SiemensMotion:
         if state.tool_axis is not None and not self.follows_part:
             self.settle_table(block)
         if not self.follows_part:
-            self.core.warn_of_depth(block, state.held, places)
+            self.core.warn_of_depth(block, state.values_before_length, places)
         held = self.core.start_of_motion(
             kind, absolute=True, machine=False, axes=places, at=block if self.follows_part else None
         )

@@ -34,7 +34,7 @@ class SiemensPlaces:
         """Programmed places of the axes that a block names, absolute, mm and degrees."""
         places = self._read_polar(words, block)
         for axis in places:
-            self.motion.shifted.pop(axis, None)
+            self.motion.places_before.pop(axis, None)
         for axis, letter in enumerate(AXES):
             word = words.take(letter)
             if word is None:
@@ -52,8 +52,8 @@ class SiemensPlaces:
         if word.mode == "IC" or (not word.mode and not self.motion.modes.absolute):
             self.core.require_known(block, [axis], "an incremental value")
             return self._count_from(word, axis) + value
-        self.motion.shifted.pop(axis, None)
-        if rotary and (word.mode or word.name in self.keys.modulo_axes) and self.state.known[axis]:
+        self.motion.places_before.pop(axis, None)
+        if rotary and (word.mode or word.name in self.keys.modulo_axes) and self.state.known_axes[axis]:
             return self._resolve_rotary_place(word, axis, value)
         return value
 
@@ -62,7 +62,7 @@ class SiemensPlaces:
 
         After a change of offsets that is where the axis stands, or the number that it had before: a choice of machine data.
         """
-        before = self.motion.shifted.pop(axis, None)
+        before = self.motion.places_before.pop(axis, None)
         if before is None or self.keys.offsets_in_g91 == "kept":
             return self.motion.find_programmed(axis)
         if self.keys.offsets_in_g91 == "travelled":

@@ -237,7 +237,7 @@ class Swivel:
         begin = to.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=not tcp, axes=to.setup.rotary, at=block)
         upright = np.array([0.0, 0.0, 1.0])
         positions = find_positions(to.setup, list(begin), upright, state.frame, tip_stays=tcp)
-        end = choose_position(positions, lambda one: (-direction * one.tilt, one.turned)).program
+        end = choose_position(positions, lambda one: (-direction * one.tilt, one.motion)).program
         to.recorder.fix_c(block.line)
         if tcp or not to.setup.machine:
             to.core.go_straight(block, MoveKind.RAPID, end, list(to.setup.rotary) if to.setup.machine else [])

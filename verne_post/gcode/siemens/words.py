@@ -95,13 +95,13 @@ class Words(Struct):
     calls: list[Call] = field(default_factory=list)
     no_effect: list[tuple[str, int]] = field(default_factory=list)
     modal_call: int | None = None  # column of MCALL
-    used: set[str] = field(default_factory=set)
+    used_words: set[str] = field(default_factory=set)
 
     def take(self, name: str) -> Word | None:
         """A word, which then counts as used."""
         word = self.words.get(name)
         if word is not None:
-            self.used.add(name)
+            self.used_words.add(name)
         return word
 
     def find_code(self, group: str) -> str | None:
