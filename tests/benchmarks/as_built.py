@@ -156,7 +156,7 @@ def rates(five, tip, angles):
     """Poses a second of inverse, forward and margins."""
     q, platform, _ok = five.solve(tip, angles, TOOL)
     jobs = {
-        "inverse": lambda: five.joints(tip, angles, TOOL),
+        "inverse": lambda: five.find_joints(tip, angles, TOOL),
         "forward": lambda: five.find_nominal_pose(q, TOOL),
         "margins": lambda: five.find_geometry_margins(q, angles, platform),
     }

@@ -116,10 +116,10 @@ class Interpreter:
         kind = MoveKind.FEED if self.motion else MoveKind.RAPID
         self.core.start_of_motion(kind, absolute=self.absolute, machine=False, axes=tuple(places))
         if self.motion < 2:
-            self.core.line(at, kind, end, list(places), absolute=self.absolute)
+            self.core.go_straight(at, kind, end, list(places), absolute=self.absolute)
         else:
             arc = build_arc_from_center(start, end, 0, self.motion == 2, self.pole, True, 0)
-            self.core.arc(at, start, end, arc, list(places), absolute=self.absolute)
+            self.core.go_on_arc(at, start, end, arc, list(places), absolute=self.absolute)
 
 
 class Run:

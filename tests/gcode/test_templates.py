@@ -20,7 +20,7 @@ class Values:
     def __init__(self, custom_macro=False):
         self.custom_macro = custom_macro
 
-    def steps_of_word(self, letter):
+    def find_steps_of_word(self, letter):
         return 1000
 
     def read_value(self, key):

@@ -23,7 +23,7 @@ from verne_post.report.sheet import (
     write_times_html,
     write_verdict_html,
 )
-from verne_post.report.spectrum import spectrum
+from verne_post.report.spectrum import measure_spectrum
 from verne_post.report.study import study
 from verne_post.report.table import Study
 
@@ -245,7 +245,7 @@ def test_a_sine_is_in_its_band() -> None:
     n, cycle, hertz, amplitude = 20_000, 0.001, 30.0, 0.02
     t = cycle * np.arange(n + 1)
     values = np.stack([amplitude * np.sin(2 * np.pi * hertz * t), 0 * t], axis=1)
-    seen = spectrum(values, cycle)
+    seen = measure_spectrum(values, cycle)
     assert seen is not None
     band = int(np.searchsorted(seen.edges, hertz, side="right")) - 1
     # half the square of the amplitude of the acceleration; differences over a cycle see a sine a little smaller
@@ -259,7 +259,7 @@ def test_a_sine_is_in_its_band() -> None:
 def test_bands_add_up_to_the_whole(n: int) -> None:
     rng = np.random.default_rng(7)
     values = np.cumsum(np.cumsum(rng.normal(size=(n + 1, 2)), axis=0), axis=0) * 1e-6
-    seen = spectrum(values, 0.001)
+    seen = measure_spectrum(values, 0.001)
     assert seen is not None
     acceleration = np.diff(values, 2, axis=0, prepend=values[:1]) / 0.001**2
     lines = np.fft.rfft(acceleration, axis=0) / n
@@ -270,7 +270,7 @@ def test_bands_add_up_to_the_whole(n: int) -> None:
 
 
 def test_too_short_for_a_spectrum() -> None:
-    assert spectrum(np.zeros((100, 5)), 0.001) is None
+    assert measure_spectrum(np.zeros((100, 5)), 0.001) is None
 
 
 # --- words -------------------------------------------------------------------------------------------

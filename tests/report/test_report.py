@@ -332,9 +332,9 @@ class Outline(HTMLParser):
 
 def outside_of_the_library(page: str) -> str:
     """All that is ours."""
-    from verne_post.report.page import library
+    from verne_post.report.page import read_library
 
-    before, found, after = page.partition(library())
+    before, found, after = page.partition(read_library())
     assert found
     return before + after
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import linprog
 
 from verne_post.trajectory import reachability
-from verne_post.trajectory.reachability import _lower_to_possible, _rising_in_x
+from verne_post.trajectory.reachability import _find_rising_in_x, _lower_to_possible
 from verne_post.trajectory.section_path import Grid, build_grid_along
 
 from .curves import Curve, limits, straight, wavy
@@ -35,7 +35,7 @@ def test_the_bound_of_a_straight_line_is_that_of_the_trapezoid_on_any_grid() -> 
         section, top = straight(20.0, feed=feed), limits(3)
         grid = build_grid_along(section)
         x = reachability.solve(grid, top)
-        least = reachability.bound_duration(grid.s, x, reachability.accelerations(grid, top, x))
+        least = reachability.bound_duration(grid.s, x, reachability.find_accelerations(grid, top, x))
         exact = feed / 5000 + 20 / feed
         assert least == pytest.approx(exact, rel=1e-12)
         assert reachability.find_duration(grid.s, x) > (1 + 5e-4) * exact
@@ -46,7 +46,7 @@ def test_the_bound_of_a_straight_line_is_that_of_the_trapezoid_on_any_grid() -> 
 def test_the_bound_is_no_more_than_the_profile_takes_on_the_grid(waves: float, feed: float) -> None:
     grid, top = build_grid_along(wavy(50.0, waves, feed)), limits(3)
     x = reachability.solve(grid, top)
-    least = reachability.bound_duration(grid.s, x, reachability.accelerations(grid, top, x))
+    least = reachability.bound_duration(grid.s, x, reachability.find_accelerations(grid, top, x))
     assert 0.95 < least / reachability.find_duration(grid.s, x) <= 1.0
 
 
@@ -74,7 +74,7 @@ def test_caps_are_lowered_to_what_leaves_a_next_speed(seed: int) -> None:
     a, b = (rng.normal(size=(steps, count)) * 10.0 ** rng.uniform(-2, 2, (steps, 1)) for _ in range(2))
     a[rng.random(a.shape) < 0.2] = b[rng.random(b.shape) < 0.2] = 0.0  # lines that bound x, or K, alone
     cap = 10.0 ** rng.uniform(-1, 3, steps)
-    offset, gain = _rising_in_x((a, b))
+    offset, gain = _find_rising_in_x((a, b))
     lowered = _lower_to_possible(cap, (offset, gain))
     assert 5 < np.count_nonzero(lowered < cap) < steps - 5
     for one_offset, one_gain, most, found in zip(offset, gain, cap, lowered, strict=True):

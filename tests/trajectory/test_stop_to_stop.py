@@ -163,7 +163,7 @@ def test_position_along_real_sections_is_monotone_and_complete() -> None:
     assert isinstance(profiles, StopToStopProfiles)
     for section in range(len(profiles.length)):
         t = np.linspace(0.0, profiles.total[section] * 1.01, 2001)
-        s = profiles.position(np.full(len(t), section), t)
+        s = profiles.find_position(np.full(len(t), section), t)
         assert s[0] == 0.0
         assert s[-1] == pytest.approx(profiles.length[section], rel=1e-9)
         # rounding of the cubic polynomials, relative to the length

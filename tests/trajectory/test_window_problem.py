@@ -62,9 +62,9 @@ def test_windows_end_to_end_are_told_apart(gap: int) -> None:
     first = Window(10, 14, np.arange(7.0), begin_tied=False, end_tied=True)
     last = Window(20, 21, np.arange(10.0, 14.0), begin_tied=True, end_tied=False)
     layout = Layout([first, last], gap)
-    assert layout.knots().tolist() == [*range(10, 14 + gap), 20]
-    assert layout.in_gap().tolist() == [False] * 4 + [True] * gap + [False]
-    assert layout.held().tolist() == [False] * 4 + [True] * (gap + 3) + [False]
+    assert layout.list_knots().tolist() == [*range(10, 14 + gap), 20]
+    assert layout.find_gaps().tolist() == [False] * 4 + [True] * gap + [False]
+    assert layout.find_held().tolist() == [False] * 4 + [True] * (gap + 3) + [False]
     for window, part in zip(layout.windows, layout.split(layout.start()), strict=True):
         assert part.tolist() == window.start.tolist()
 

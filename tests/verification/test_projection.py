@@ -8,12 +8,12 @@ from verne_post.model.machine import Machine
 from verne_post.verification.projection import (
     RADIAN_MM,
     Measured,
-    deviation,
     find_programmed_pose,
     find_tip_paces,
     measure_deviation_nearby,
     measure_lengths_to,
     measure_metric_lengths,
+    measure_off_segment,
     measure_progress_lengths,
 )
 
@@ -115,7 +115,7 @@ def test_the_nearest_pose_in_both_tolerances_is_found(machine: Machine) -> None:
     measured = Measured(np.zeros((count, 5)), tip, angles)
     reach = 2 * (tip_bound + RADIAN_MM * angle_bound) / measure_metric_lengths(path)[segment]
     found = np.array(measure_deviation_nearby(path, segment, u, measured, tip_bound, angle_bound, reach))
-    at_u = np.array(deviation(path, segment, u, measured))
+    at_u = np.array(measure_off_segment(path, segment, u, measured))
     better = 0
     for k in range(count):
 

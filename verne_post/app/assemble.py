@@ -16,7 +16,7 @@ from verne_post import gcode
 from verne_post.app.row_format import find_drives
 from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
-from verne_post.app.table_places import lay_out, with_table
+from verne_post.app.table_places import add_table, lay_out
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
@@ -102,11 +102,11 @@ class Program(Struct, frozen=True, eq=False):
         """Control cycle in s."""
         return self.options.cycle or self.machine.cycle
 
-    def shaper(self) -> Array:
+    def build_shaper(self) -> Array:
         """Weights of the input shaper; a single 1 without one."""
         return find_shaper_weights(self.machine, self.options, self.cycle)
 
-    def joints(self) -> JointPath:
+    def follow_joints(self) -> JointPath:
         """The joints along the contour."""
         return JointPath(self.contour, self.machine, find_contour_pose, find_speed_cap, self.options.lift)
 
@@ -139,7 +139,7 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
     for stage in STAGES:
         draft = stage(draft)
     assert draft.contour is not None
-    restored = () if draft.restart is None else draft.restart.switched
+    restored = () if draft.restart is None else draft.restart.switched_events
     return Program(
         draft.machine, options, draft.moves, draft.contour, draft.findings, draft.free_turn, draft.stops, restored, team
     )
@@ -180,7 +180,7 @@ def view_moves_plainly(source: Text, options: Options) -> tuple[Moves, tuple[Fin
 
 def find_modal_state(source: Text, program: Program, line: int) -> State:
     """The interpreter's modal state after a line of a program that has been read."""
-    setup = with_table(build_interpreter_setup(program.machine, program.options), program.moves)
+    setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
     return find_state_after(source, setup, program.moves, line)
 
 
@@ -231,7 +231,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     machine = choose_axis_correction(machine, options, moves)
     moves, path, branches = lay_out(source, setup, moves, machine, options, team)
     restart = (
-        None if options.from_line is None else restart_at(source, with_table(setup, moves), moves, options.from_line)
+        None if options.from_line is None else restart_at(source, add_table(setup, moves), moves, options.from_line)
     )
     if not len(path):
         raise InputError(make_finding("VP021", "the program contains no motion"))
@@ -365,7 +365,7 @@ def drop_skipped_moves(draft: Draft) -> Draft:
     move = np.where(path.move >= 0, path.move - first, -1).astype(np.int32)
     return replace(
         draft,
-        moves=draft.moves.start_at(first, draft.restart.event, draft.restart.switched),
+        moves=draft.moves.start_at(first, draft.restart.event, draft.restart.switched_events),
         contour=replace(draft.contour, path=replace(path, move=move)),
         stops=tuple(stop - first for stop in draft.stops),
     )

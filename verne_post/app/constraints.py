@@ -50,7 +50,7 @@ def guard_joints(program: Program) -> JointPath:
     """The joints along the contour, with the fixtures and the stock that the motion has to keep out of."""
     frames = build_interpreter_setup(program.machine, program.options).frames
     keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
-    return replace(program.joints(), keep_out=keep_out)
+    return replace(program.follow_joints(), keep_out=keep_out)
 
 
 def sort_findings(findings: list[Finding]) -> list[Finding]:
@@ -62,11 +62,11 @@ def sort_findings(findings: list[Finding]) -> list[Finding]:
         key = (item.code, item.severity, item.axis, item.line, item.last_line, words)
         known = merged.setdefault(key, item)
         if known is not item:
-            gravest = max(known, item, key=lambda one: excess_of(one))
+            gravest = max(known, item, key=lambda one: find_excess(one))
             merged[key] = dataclasses.replace(gravest, count=known.count + item.count)
     return sorted(merged.values(), key=lambda item: (item.code not in SET_UP, item.line or 0, item.code))
 
 
-def excess_of(item: Finding) -> float:
+def find_excess(item: Finding) -> float:
     """How far beyond its limit a finding is; most for what cannot be reached at all."""
     return float("inf") if item.value is None or item.limit is None else abs(item.value - item.limit)

@@ -32,7 +32,7 @@ from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import TimedEvent
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import round_setpoints
-from verne_post.output.setpoints import column_names
+from verne_post.output.setpoints import name_columns
 from verne_post.trajectory.sample import EventRows, RowSampler
 from verne_post.trajectory.shaper import shape_rows
 from verne_post.verification.verifier import MeasuredBlock, VerifierPart, join_verdicts
@@ -129,7 +129,7 @@ def _write(
     event_rows = EventRows(before)
     for block, move in make_setpoint_blocks(plan, fmt):
         measured = verifier.measure(block)
-        event_rows.feed(block.first, move, block.written)
+        event_rows.take_rows(block.first, move, block.written)
         take(block)
         if progress is not None:
             progress("writing", block.first + len(block.values), plan.timeline.n_rows)
@@ -152,7 +152,7 @@ def _finish_part(part: VerifierPart) -> Verification:
 def make_setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:
     """Rows as they will be written (exact inverse kinematics at s(t_k), rounded), and the move of each: -1 on the approach."""
     program = plan.program
-    joints, machine, contour = program.joints(), program.machine, program.contour
+    joints, machine, contour = program.follow_joints(), program.machine, program.contour
     move_of_segment = contour.path.move_reached
     dwells = np.append(program.moves.dwells, -1)
     sampler = RowSampler(contour, plan.profiles, plan.timeline)
@@ -202,7 +202,7 @@ def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat)
     values = np.concatenate([block.written for block in blocks])
     line = np.concatenate([block.line for block in blocks])
     t = fmt.cycle * np.arange(len(values), dtype=np.float64)
-    return Setpoints(t, values, line, column_names(machine.columns, fmt.drives), fmt)
+    return Setpoints(t, values, line, name_columns(machine.columns, fmt.drives), fmt)
 
 
 class Inspection(Struct):

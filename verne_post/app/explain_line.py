@@ -6,7 +6,7 @@ import numpy as np
 
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm, format_number
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution
-from verne_post.app.line_remedies import Line, proposals
+from verne_post.app.line_remedies import Line, propose
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
@@ -233,7 +233,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     if not remedies.is_movable(line.joints):
         yield "the line is no motion of the part alone: nothing is proposed"
         return
-    found = list(proposals(line, findings))
+    found = list(propose(line, findings))
     what = "what would make the line legal" if gravest == "error" else "what would remove the warnings"
     if not found:
         yield f"{what}: no other table solution and no move within {remedies.FARTHEST_MM:g} mm was found"

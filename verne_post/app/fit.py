@@ -76,7 +76,7 @@ def propose(
     if not machine.coordinates.turns_with_part:
         raise InputError(make_finding("VP018", "fit needs a machine with a joint that turns the part about its z"))
     here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
-    elsewhere = Place(*(np.array(_ELSEWHERE) + here.array()).tolist())
+    elsewhere = Place(*(np.array(_ELSEWHERE) + here.pack_array()).tolist())
     points = sample_part_points(
         path,
         here,
@@ -106,7 +106,7 @@ def propose(
         if before_check.ok and search.holds(here):
             after, after_check = search.evaluate(here, largest.counts), before_check
         else:
-            near = SmallestMove(search, here, largest.counts).proposals() if largest.margins.min() >= 0.0 else ()
+            near = SmallestMove(search, here, largest.counts).propose() if largest.margins.min() >= 0.0 else ()
             for numbers in near:
                 place = _round_place(Place(*numbers.tolist()), free)
                 if (tried := check_at(place)).ok:
@@ -170,11 +170,11 @@ def _choose_ranges(
         max(machine.table_radius - part, _LEAST * machine.table_radius),
         raised - float(points.tip[:, 2].min()),
     )
-    low = np.minimum([-aside, -aside, lowest, -np.pi], here.array())
-    high = np.maximum([aside, aside, lowest + _LIFT_MM, np.pi], here.array())
+    low = np.minimum([-aside, -aside, lowest, -np.pi], here.pack_array())
+    high = np.maximum([aside, aside, lowest + _LIFT_MM, np.pi], here.pack_array())
     for letter, (first, last) in given.items():
         index, unit = COORDINATES.index(letter), RAD_PER_DEG if letter == "c" else 1.0
         low[index], high[index] = unit * first, unit * last
     fixed = np.array([letter not in free for letter in COORDINATES])
-    low[fixed] = high[fixed] = here.array()[fixed]
+    low[fixed] = high[fixed] = here.pack_array()[fixed]
     return low, high

@@ -68,14 +68,14 @@ class Line(Struct, frozen=True, eq=False):
         return self.moves.frames[self.moves.frame[self.move]] if self.move >= 0 else self.moves.start_frame
 
 
-def proposals(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+def propose(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """What would make the line legal, or would remove its warnings where it has no errors, in numbers."""
-    yield from (remedy.text for remedy in turns(line, findings))
+    yield from (remedy.text for remedy in propose_turns(line, findings))
     gravest = find_worst(findings)
     yield from _propose_shifts(line, [item for item in findings if item.severity == gravest])
 
 
-def turns(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
+def propose_turns(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
     """Other angles of the table that make the line legal, the part where it is: less tilt, another branch."""
     gravest = find_worst(findings)
     yield from _propose_tilts(line, [item for item in findings if item.severity == gravest])

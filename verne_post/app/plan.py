@@ -31,7 +31,7 @@ from verne_post.toolpath.contour_pose import find_contour_pose, find_speed_cap
 from verne_post.trajectory import tuning
 from verne_post.trajectory.override import build_feed_override
 from verne_post.trajectory.plan import MotionProfiles, PlanningOptions, plan_contour
-from verne_post.trajectory.sample import Rows, RowSampler, Timeline, timeline
+from verne_post.trajectory.sample import Rows, RowSampler, Timeline, lay_out
 from verne_post.trajectory.shaper import shape_rows
 
 #: Of what verification allows where the path has no tolerance, so much is used: the rest is for rounding.
@@ -81,7 +81,9 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     _require_rows(program, _compute_least_seconds(program) / program.cycle)
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("planning", done, total)
-    planning = PlanningOptions(program.cycle, options.solver, options.quality, played, program.shaper(), program.team)
+    planning = PlanningOptions(
+        program.cycle, options.solver, options.quality, played, program.build_shaper(), program.team
+    )
     profiles, laid_out = _plan(program, bounds, planning, report)
     return Plan(program, profiles, laid_out, tuple(findings), bounds.axis_error_deg)
 
@@ -97,14 +99,14 @@ def _plan(
         VP035: more rows than the options allow.
     SolverError
     """
-    joints, contour = program.joints(), program.contour
+    joints, contour = program.follow_joints(), program.contour
     limits, stretch = NO_LIMITS, np.ones(contour.n_sections)
     for _ in range(tuning.SHAPER_ATTEMPTS if planning.rest else 1):
-        limited = replace(joints, speed=limits.applied_to(contour, joints.speed)) if len(limits.begin) else joints
+        limited = replace(joints, speed=limits.cap(contour, joints.speed)) if len(limits.begin) else joints
         profiles = plan_contour(
             limited, bounds.first, bounds.second, bounds.third, program.machine.limits, planning, report, stretch
         )
-        laid_out = timeline(contour, profiles, planning)
+        laid_out = lay_out(contour, profiles, planning)
         _require_rows(program, laid_out.n_rows)
         if not planning.rest:
             return profiles, laid_out
@@ -168,7 +170,7 @@ class SpeedLimits(Struct, frozen=True, eq=False):
         begin = np.union1d(self.begin, other.begin)
         return SpeedLimits(begin, np.minimum(self.find_limits(begin), other.find_limits(begin)))
 
-    def applied_to(self, contour: Contour, speed: SpeedFunction) -> SpeedFunction:
+    def cap(self, contour: Contour, speed: SpeedFunction) -> SpeedFunction:
         """A feed cap that keeps them too."""
         starts = sum_running(contour.length)
 
@@ -208,7 +210,7 @@ def find_slowdown(program: Program, profiles: MotionProfiles, laid_out: Timeline
 def _measure_excess(program: Program, sampled: Rows, laid_out: Timeline) -> Array:
     """By which factor (n,) the motion around each shaped row is too fast."""
     contour, weights = program.contour, laid_out.weights
-    shaped = shape_rows(program.joints().find_joints(sampled.element, sampled.w), weights)
+    shaped = shape_rows(program.follow_joints().find_joints(sampled.element, sampled.w), weights)
     segment = contour.segment[sampled.shown]
     tip, angles, _ok = program.machine.five_axis.find_nominal_pose(shaped, contour.path.tool_length[segment])
     meant_tip, meant_angles = find_contour_pose(contour, sampled.shown, sampled.shown_w)

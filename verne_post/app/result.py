@@ -154,12 +154,12 @@ class Result:
     def __repr__(self) -> str:
         parts = [_format_table(self._make_text_rows())]
         if self.findings:
-            parts.append(_format_table(list_findings(self.findings)))
+            parts.append(_format_table(make_findings_table(self.findings)))
         return "\n".join(parts)
 
     def _repr_html_(self) -> str:
         return _format_html_table([["result", "value"], *self._make_text_rows()]) + (
-            _format_html_table(list_findings(self.findings)) if self.findings else ""
+            _format_html_table(make_findings_table(self.findings)) if self.findings else ""
         )
 
 
@@ -168,7 +168,7 @@ def refuse_program(error: InputError) -> Result:
     return Result(error.findings)
 
 
-def list_findings(findings: Sequence[Finding]) -> list[list[str]]:
+def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
     """Findings as rows of text, the first one the header; with what was tried, where something was."""
     tried = any(one.remedies for one in findings)
     return [

@@ -99,14 +99,14 @@ def summarise(
     for begin, end in iterate_blocks(len(path)):
         feeding = path.feed_time[begin:end] > 0
         feeds += int(feeding.sum())
-        reached += int((feeding & plan.profiles.reached[begin:end]).sum())
+        reached += int((feeding & plan.profiles.reached_segments[begin:end]).sum())
         move = path.move[begin:end]
         used.update(np.unique(moves.frame[move[move >= 0]]).tolist())
         number = find_tool_of_moves(move_of_segment[begin:end], first_move, moves)
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
         first = np.flatnonzero((number != np.append(-1, number[:-1])) | (length != np.append(np.nan, length[:-1])))
         tools |= dict.fromkeys(zip(number[first].tolist(), length[first].tolist(), strict=True))
-    q_start = program.joints().find_joints(np.array([0]), np.array([0.0]))
+    q_start = program.follow_joints().find_joints(np.array([0]), np.array([0.0]))
     places, numbers = round_setpoints(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
     systems = sorted({moves.frames[index] for index in used}, key=lambda frame: frame.system)

@@ -28,7 +28,7 @@ from verne_post.toolpath.branches import BranchPlan
 MOST_READINGS: Final = 4
 
 
-def with_table(setup: Setup, moves: Moves) -> Setup:
+def add_table(setup: Setup, moves: Moves) -> Setup:
     """A set-up with which a program is read again as it was read for these moves."""
     return replace(setup, table_places=tuple(place.machine for place in moves.table_places))
 

@@ -11,9 +11,9 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.constraints import check_program, excess_of, guard_joints
+from verne_post.app.constraints import check_program, find_excess, guard_joints
 from verne_post.app.explain_numbers import format_list
-from verne_post.app.line_remedies import Line, turns
+from verne_post.app.line_remedies import Line, propose_turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -80,7 +80,7 @@ def _try_remedies(
     elif find_family(item.code) != Family.BRANCH:
         line = _find_worst_line(program, joints, item)
         if line is not None:
-            for one in turns(line, [item]):
+            for one in propose_turns(line, [item]):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         tried = item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
         if tried:
@@ -143,7 +143,7 @@ def _find_legal_origin(
     """An origin (3,) at which nothing but tilt and rotary travel is left, and the codes that are; None if none is found."""
     there, place, concerned = program, origin, list(errors)
     for _ in range(OFFSETS):
-        line = _find_worst_line(there, guard_joints(there), max(concerned, key=excess_of))
+        line = _find_worst_line(there, guard_joints(there), max(concerned, key=find_excess))
         shift = None if line is None else find_smallest_shift(line.joints, basis)
         if shift is None:
             return None

@@ -65,7 +65,7 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verif
             accept = program.options.accept_rounding
             fmt = choose_trusted_format(program.machine, block.format, accept_rounding=accept)
             verifier = make_verifier(program, fmt)
-        verifier.feed(block)
+        verifier.check_rows(block)
     if verifier is None:
         raise InputError(make_finding("VP020", "the setpoint file has no rows"))
     return verifier.finish()

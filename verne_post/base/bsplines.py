@@ -173,7 +173,7 @@ def find_even_parts(controls: Array, measured: int) -> EvenParts:
     regular = np.ones(n, dtype=bool)
     done: list[tuple[Ints, Array, Array, Array]] = []  # curve, begin by t, length, coefficients
     for halving in range(_HALVINGS + 1):
-        fits = [_fit_parts(controls[curve[some]], measured, a[some], b[some]) for some in slices(len(curve))]
+        fits = [_fit_parts(controls[curve[some]], measured, a[some], b[some]) for some in split_slices(len(curve))]
         size, polynomial, good = (np.concatenate(column) for column in zip(*fits, strict=True))
         lost = np.bincount(curve[~good], minlength=n) > (_MOST_OPEN if halving < _HALVINGS else 0)
         regular[lost] = False
@@ -206,7 +206,7 @@ def find_even_parts(controls: Array, measured: int) -> EvenParts:
     return EvenParts(length, regular, first, low, high, polynomial)
 
 
-def slices(n: int, together: int = TOGETHER) -> list[slice]:
+def split_slices(n: int, together: int = TOGETHER) -> list[slice]:
     """Rows 0 to n, ``together`` in each; one that is empty where there are none."""
     return [slice(begin, begin + together) for begin in range(0, max(n, 1), together)]
 

@@ -59,7 +59,7 @@ def sum_running(values: NDArray[Any]) -> NDArray[Any]:
 
 
 @contextmanager
-def temporary_storage() -> Iterator[None]:
+def name_storage_errors() -> Iterator[None]:
     """Name the folder of temporary files in errors: the files have no name."""
     try:
         yield
@@ -101,7 +101,7 @@ class Growing:
             self._write()
 
     def _write(self) -> None:
-        with temporary_storage():
+        with name_storage_errors():
             if self._file is None:
                 self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open until the column is whole or deleted
                 weakref.finalize(self, self._file.close)

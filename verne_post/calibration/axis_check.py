@@ -108,7 +108,9 @@ def _plan_there_and_back(machine: Machine, joint: int, distance: float, cycle: f
     profile = StopToStopProfiles(durations, jerks, np.array([distance]))
     total = float(profile.total[0])
     cycles = int(np.ceil(total / cycle))
-    share = profile.position(np.zeros(cycles + 1, dtype=np.intp), total / cycles * np.arange(cycles + 1.0)) / distance
+    share = (
+        profile.find_position(np.zeros(cycles + 1, dtype=np.intp), total / cycles * np.arange(cycles + 1.0)) / distance
+    )
     stand = np.zeros(int(np.ceil(STANDING_S / cycle)))
     out, back = share[1:], share[::-1][1:]
     return np.concatenate([[0.0], stand, out, 1.0 + stand, back, stand, -out, stand - 1.0, -back, stand])

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from verne_post.base.text_marks import decode_text
 from verne_post.cli.colour import say
-from verne_post.cli.common import PROGRAM, expect_machine, load, name_machine, program_text, quiet_option, refuse
+from verne_post.cli.common import PROGRAM, expect_machine, load, name_machine, quiet_option, read_program_text, refuse
 from verne_post.cli.files import RunFiles, Unreadable, is_dash, show_name
 from verne_post.cli.options import (
     FILE,
@@ -158,21 +158,21 @@ def _check_one(files: RunFiles, name: str, machine: "Machine", given: dict[str, 
     from verne_post.app.result import refuse_program
     from verne_post.model.findings import InputError, make_finding
     from verne_post.output.findings import Report
-    from verne_post.output.summary import remarks
+    from verne_post.output.summary import list_remarks
 
     shown = show_name(name)
     source: Text = b""
     with show_progress(f"reading {shown}", quiet=quiet) as progress:
         try:
             options = build_options(files, shown, name, **given)
-            source, options = program_text(files, name, options, given["subroutine_path"])
+            source, options = read_program_text(files, name, options, given["subroutine_path"])
             result = check_source(source, machine, options, progress)
         except InputError as error:  # the others are checked all the same
             result = refuse_program(error)
         except (click.UsageError, Unreadable) as error:
             result = refuse_program(InputError(make_finding("VP022", str(error))))
     time = result.summary.cycle_time if result.summary else None
-    remarked = tuple(remarks(result.summary)) if result.summary else ()
+    remarked = tuple(list_remarks(result.summary)) if result.summary else ()
     return Report(shown, result.findings, time, source, remarked)
 
 

@@ -42,7 +42,7 @@ def read_program(files: RunFiles, name: str, given: dict[str, Any]) -> "tuple[Ma
     expect_machine(machine_name)
     options = build_options(files, show_name(name), name, **given)
     machine = load(files, machine_name)
-    return machine, *program_text(files, name, options, given["subroutine_path"])
+    return machine, *read_program_text(files, name, options, given["subroutine_path"])
 
 
 def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | None = None) -> str:
@@ -72,7 +72,7 @@ def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | Non
     return settings.machine
 
 
-def program_text(
+def read_program_text(
     files: RunFiles, name: str, options: "Options", subroutine_path: tuple[str, ...]
 ) -> "tuple[Text, Options]":
     """A program, and options with the files of subroutines that it may call.
@@ -135,7 +135,7 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
         VP022: what begins as no text is not read on, nor more megabytes than allowed.
     """
     from verne_post.app.source_text import check_source_begin
-    from verne_post.base.columns import temporary_storage
+    from verne_post.base.columns import name_storage_errors
     from verne_post.base.long_text import map_text
     from verne_post.base.text_marks import strip_mark
     from verne_post.model.findings import InputError, make_finding
@@ -147,7 +147,7 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
             return strip_mark(part)
         check_source_begin(part, show_name(name))
         part, read = strip_mark(part), 0
-        with temporary_storage():
+        with name_storage_errors():
             copy = tempfile.TemporaryFile()  # noqa: SIM115 - closed below
         with copy:
             while part:
@@ -157,7 +157,7 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
                         f"{show_name(name)} has more than {max_megabytes} MB; if it is meant to, raise --max-megabytes"
                     )
                     raise InputError(make_finding("VP022", text))
-                with temporary_storage():
+                with name_storage_errors():
                     copy.write(part)
                     copy.flush()
                 with name_unreadable(name):

@@ -45,6 +45,10 @@ def command(stage: str, input_name: str, **given: Any) -> int:
             program = assemble(source, machine, options)
     except InputError as error:
         return refuse(name, error, source)
-    lines = dump.dump_poses(program.joints(), program.moves) if stage == "poses" else dump.dump_joints(program.joints())
+    lines = (
+        dump.dump_poses(program.follow_joints(), program.moves)
+        if stage == "poses"
+        else dump.dump_joints(program.follow_joints())
+    )
     sys.stdout.writelines(lines)
     return ExitStatus.CLEAN

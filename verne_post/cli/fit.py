@@ -77,7 +77,7 @@ def command(
             proposal = propose(source, machine, options, free, allowed, aim=aim, progress=progress)
     except InputError as error:
         return refuse(name, error, source)
-    echo((output.as_json if as_json else output.make_text)(name, machine, proposal), nl=False)
+    echo((output.make_json if as_json else output.make_text)(name, machine, proposal), nl=False)
     return find_exit_status(proposal.findings)
 
 

@@ -19,7 +19,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.printable import format_json
-from verne_post.cli.common import program_text
+from verne_post.cli.common import read_program_text
 from verne_post.cli.conversion import Outputs, convert_to_files
 from verne_post.cli.files import FileError, RunFiles, Unreadable
 from verne_post.cli.temporary import make_temporary_folder, remove_all, tidy_up_when_ended
@@ -83,7 +83,7 @@ class Job(Struct, frozen=True):
 
         split = self.options.split_at_stops
         if split:
-            files.claim_parts(self.output, self.what(self.output))
+            files.claim_parts(self.output, self.describe_file(self.output))
         for path in (index_path(self.output) if split else self.output, self.side_car, self.record):
             self.claim_one(files, path)
 
@@ -96,9 +96,9 @@ class Job(Struct, frozen=True):
         """
         if not _has_no_links(self.root, path):
             raise FileError(f"{path}: a symbolic link inside {self.root} leads to it; batch follows none there")
-        files.claim(path, self.what(path))
+        files.claim(path, self.describe_file(path))
 
-    def what(self, path: Path) -> str:
+    def describe_file(self, path: Path) -> str:
         """What a file of this job is for, in messages."""
         kind = {self.side_car: "side-car", self.record: "record"}.get(path, "rows")
         return f"the {kind} of {self.program}"
@@ -176,7 +176,7 @@ def _make_outcome(job: Job) -> Outcome:
         if job.wrong:
             raise InputError(*job.wrong)
         options = job.options
-        source, options = program_text(files, job.program, options, job.subroutine_path)
+        source, options = read_program_text(files, job.program, options, job.subroutine_path)
         key = _compute_key(job, source, options)
     except InputError as error:
         done = _make_failure(job, *error.findings)
@@ -206,9 +206,9 @@ def _make_outcome(job: Job) -> Outcome:
             made_now = msgspec.to_builtins(Record(_LAYOUT, key, digests, done), enc_hook=_convert_number)
             text = format_json(made_now)
             job.record.parent.mkdir(parents=True, exist_ok=True)
-            files.write(job.record, job.what(job.record), [text + "\n"])
+            files.write(job.record, job.describe_file(job.record), [text + "\n"])
             for name, path in made.items():
-                files.place(path, job.root / name, job.what(job.root / name))
+                files.place(path, job.root / name, job.describe_file(job.root / name))
     return replace(done, left=_find_unknown_files(job, record, made))
 
 

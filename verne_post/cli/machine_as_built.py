@@ -100,8 +100,8 @@ def tolerances(
         opened = OpenedMachine(files, name_machine(files, machine_name))
     except InputError as error:
         return refuse(machine_name or "tolerances", error)
-    chosen = opened.tolerances(tolerance_mm, tolerance_mrad)
-    poses = opened.workspace_poses(opened.lengths(lengths))
+    chosen = opened.choose_tolerances(tolerance_mm, tolerance_mrad)
+    poses = opened.sample_workspace(opened.choose_lengths(lengths))
     study = study_tolerances(
         AsBuiltModel(opened.as_built), opened.as_built.deviations.pack_vector(), chosen, poses, IS_ANGLE
     )
@@ -210,7 +210,7 @@ def calibrate(readings: str | None, machine_name: str | None, output: Path, plot
         from verne_post.cli.machine_calibration import run_calibration, run_plan
 
         opened = OpenedMachine(files, machine_name)
-        tolerances = opened.tolerances(given["tolerance_mm"], given["tolerance_mrad"])
+        tolerances = opened.choose_tolerances(given["tolerance_mm"], given["tolerance_mrad"])
         name = show_name(readings) if readings else machine_name
         if given["planned"] is not None:
             return run_plan(files, opened, tolerances, readings, output, given)

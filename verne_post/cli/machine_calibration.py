@@ -104,7 +104,7 @@ def run_calibration(
     measurement, blank = _read_measurement(files, opened, readings, given)
     prior = _make_prior(files, opened, tolerances, given)
     before = opened.as_built.deviations.pack_vector()
-    poses = opened.workspace_poses(tuple(np.unique(measurement.tools.length).tolist()))
+    poses = opened.sample_workspace(tuple(np.unique(measurement.tools.length).tolist()))
     try:
         with show_progress("fitting deviations"):
             result = calibrate(measurement, prior, opened.present.five_axis, opened.as_built, poses)
@@ -168,7 +168,7 @@ def run_plan(
     if readings is not None:  # the poses to measure next, after these readings
         fit = fit_robustly(_read_measurement(files, opened, readings, given)[0], prior)[0]
         prior = build_prior_of_covariance(fit.deviations, fit.covariance)
-    lengths = opened.lengths(given["tool_lengths"])
+    lengths = opened.choose_lengths(given["tool_lengths"])
     places = [read_numbers(text, f"--at {text}") for text in given["places"]]
     if any(len(place) != 3 for place in places):
         raise click.UsageError("--at takes three numbers X,Y,Z of the table frame, mm")
@@ -185,7 +185,7 @@ def run_plan(
     dwell = DWELL_S if given["dwell"] is None else given["dwell"]
     tips = np.full((planned, 3), np.nan)
     if given["simulate"] is not None:
-        true = opened.like(files, given["simulate"])
+        true = opened.open_like(files, given["simulate"])
         tips = simulate_tips(
             true, poses.joints, poses.length, given["sigma_mm"], given["seed"] or 0, _make_joint_uncertainty(given)
         )

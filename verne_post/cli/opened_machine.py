@@ -42,7 +42,7 @@ class OpenedMachine:
         return write_machine_text(self.raw, Deviations.build_from_vector(deviations), source, self.path.name)
 
     @staticmethod
-    def like(files: RunFiles, name: str) -> "AsBuiltMachine":
+    def open_like(files: RunFiles, name: str) -> "AsBuiltMachine":
         """The as-built kinematics of another machine."""
         from verne_post.kinematics.as_built.machine import AsBuiltMachine
 
@@ -59,13 +59,13 @@ class OpenedMachine:
         build_machine(text.encode(), output.name)
 
     @staticmethod
-    def lengths(given: tuple[float, ...]) -> tuple[float, ...]:
+    def choose_lengths(given: tuple[float, ...]) -> tuple[float, ...]:
         """Tool lengths of an option."""
         for value in given:
             require_positive("--tool-length", value, zero=True)
         return given or TOOL_LENGTHS
 
-    def workspace_poses(self, lengths: tuple[float, ...]) -> "WorkspacePoses":
+    def sample_workspace(self, lengths: tuple[float, ...]) -> "WorkspacePoses":
         """Poses all over the workspace."""
         import numpy as np
 
@@ -76,7 +76,7 @@ class OpenedMachine:
         except ValueError as error:
             raise click.UsageError(f"tools of {', '.join(f'{length:g}' for length in lengths)} mm: {error}") from None
 
-    def tolerances(self, lengths: float | None, directions: float | None) -> "Array":
+    def choose_tolerances(self, lengths: float | None, directions: float | None) -> "Array":
         """Standard deviations of manufacture (58,), mm and rad."""
         import numpy as np
 

@@ -42,7 +42,7 @@ class AsBuiltFile(Table, frozen=True, kw_only=True):
     rotary_axis_mrad: _Angles | None = None
     spindle_axis_mrad: _Angles | None = None
 
-    def deviations(self) -> Deviations:
+    def build_deviations(self) -> Deviations:
         """The deviations, mm and rad."""
         given = {name: getattr(self, key) for name, (key, _shape, _angle) in ENTRIES.items()}
         return replace(
@@ -98,7 +98,7 @@ def build_as_built(
     nominal: HybridMachine, places: RodPlaces, file: AsBuiltFile, axis_error_deg: float, limits: Limits, file_name: str
 ) -> AsBuiltMachine:
     """The as-built machine; refused where it does not work in the nominal machine's working mode."""
-    machine = AsBuiltMachine(nominal, places, file.deviations(), axis_error_deg)
+    machine = AsBuiltMachine(nominal, places, file.build_deviations(), axis_error_deg)
     travel = np.stack([limits.lower[:3], limits.upper[:3]], axis=1)
     fault = find_fault(machine, travel, limits.serial_singularity)
     if fault is not None:

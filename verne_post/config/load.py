@@ -187,14 +187,14 @@ def _convert_limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -
         )
     rows = np.array([*ranges, *angles], dtype=float)
 
-    def joints(what: str) -> np.ndarray:
+    def collect_joints(what: str) -> np.ndarray:
         a, c = (RAD_PER_DEG * (values[f"{joint}_{what}"] or math.inf) for joint in ("a", "c"))
         return np.array([*convert_actuators(values[f"{kind.group}_{what}"]), a, c])
 
     smallest_drop = values["serial_singularity_mm"] if kind.rods else 0.0
     determinant = values["parallel_singularity"] if kind.rods else None
     return Limits(
-        rows[:, 0], rows[:, 1], joints("velocity"), joints("acceleration"), joints("jerk"),
+        rows[:, 0], rows[:, 1], collect_joints("velocity"), collect_joints("acceleration"), collect_joints("jerk"),
         smallest_drop, -math.inf if determinant is None else determinant,
     )  # fmt: skip
 
@@ -211,14 +211,14 @@ def _check_schemas(
     """
     mistakes: list[Finding] = []
 
-    def checked(schema: type[_Schema], part: dict[str, Any], prefix: str = "", kind: str = "") -> _Schema | None:
+    def check_part(schema: type[_Schema], part: dict[str, Any], prefix: str = "", kind: str = "") -> _Schema | None:
         try:
             return check_table(schema, part, f"a machine file{f' of kind {kind!r}' if kind else ''}", prefix)
         except WrongTableError as error:
             mistakes.extend(make_finding("VP501", f"{file_name}: {text}") for text in error.sentences)
             return None
 
-    content = checked(MachineFile, data)
+    content = check_part(MachineFile, data)
     name = data.get("kind")
     kind = KINDS.get(name) if isinstance(name, str) else None
     if kind is None and isinstance(name, str):
@@ -232,11 +232,11 @@ def _check_schemas(
             name: data.get(name) if isinstance(data.get(name), dict) else None for name in ("module", "limits", "rods")
         }
         if groups["module"] is not None:
-            module = checked(kind.schema, groups["module"], "module", str(name))
+            module = check_part(kind.schema, groups["module"], "module", str(name))
         if groups["limits"] is not None:
-            limits = checked(describe_limits_table(kind.group, kind.rods), groups["limits"], "limits", str(name))
+            limits = check_part(describe_limits_table(kind.group, kind.rods), groups["limits"], "limits", str(name))
         if groups["rods"] is not None and kind.bodies is not None:
-            rods = checked(kind.bodies, groups["rods"], "rods", str(name))
+            rods = check_part(kind.bodies, groups["rods"], "rods", str(name))
         elif groups["rods"] is not None:
             mistakes.append(make_finding("VP501", f"{file_name}: [rods]: kind {name!r} has no rods as bodies"))
     if mistakes:
@@ -297,7 +297,7 @@ def _make_clearance(
         diameters = rods.diameter_mm if isinstance(rods.diameter_mm, list) else [rods.diameter_mm] * len(legs)
         radius = np.array([0.5 * diameters[legs.index(leg)] for leg in rod_module.rod_legs])
 
-    def angle(value: float | None) -> float | None:
+    def convert_angle(value: float | None) -> float | None:
         return None if value is None else RAD_PER_DEG * value
 
     bodies = Bodies(
@@ -308,8 +308,8 @@ def _make_clearance(
         tool_radius=0.5 * file.tool_diameter_mm if file and file.tool_diameter_mm else None,
         platform=_stack_ends(file.platform_ends_mm) if file and file.platform_ends_mm else None,
         platform_radius=0.5 * file.platform_diameter_mm if file and file.platform_diameter_mm else 0.0,
-        slider_cone=angle(rods.slider_cone_deg) if rods else None,
-        platform_cone=angle(rods.platform_cone_deg) if rods else None,
+        slider_cone=convert_angle(rods.slider_cone_deg) if rods else None,
+        platform_cone=convert_angle(rods.platform_cone_deg) if rods else None,
         cone_centre=np.array(rods.cone_centre) if rods and rods.cone_centre else None,
     )
     return Clearance(bodies, rod_module, nominal.nose_offset, five_axis.spindle, content.table.radius)

@@ -78,12 +78,12 @@ class Execution(Struct):
         settled = item.settled_by if settled_by in item.settled_by or not settled_by else (*item.settled_by, settled_by)
         self.errors[at] = replace(
             item, last_line=max(item.last_line or line, line), count=item.count + 1,
-            message=words.replace("\0", _names(things)).replace(ONE_TOOL if len(things) > 1 else "\0", ""),
+            message=words.replace("\0", _join_names(things)).replace(ONE_TOOL if len(things) > 1 else "\0", ""),
             settled_by=settled,
         )  # fmt: skip
 
 
-def _names(things: list[str]) -> str:
+def _join_names(things: list[str]) -> str:
     """Tool 1, tool 2 and tool 3."""
     shown = things if len(things) <= _NAMED else [*things[: _NAMED - 1], f"{len(things) - _NAMED + 1} more"]
     return " and ".join((*([", ".join(shown[:-1])] if shown[:-1] else []), *shown[-1:]))
@@ -139,7 +139,7 @@ class StopConditions(Struct, frozen=True):
     def is_met(self, state: State, setup: Setup, line: int, then: int, *, in_main: bool) -> bool:
         """Whether a line that has been executed was the last one; ``then`` is the one that would follow."""
         passed = self.after_line is not None and in_main and line <= self.after_line < then
-        return passed or (self.all_known and all_known(state, setup))
+        return passed or (self.all_known and knows_all(state, setup))
 
 
 class Run(Protocol):
@@ -202,6 +202,6 @@ def may_restart(state: State) -> bool:
     return state.compensation is None and state.centre is None
 
 
-def all_known(state: State, setup: Setup) -> bool:
+def knows_all(state: State, setup: Setup) -> bool:
     """True when the position of every axis of the machine is known."""
-    return all(state.known[AXES.index(letter)] for letter in setup.axes)
+    return all(state.known_axes[AXES.index(letter)] for letter in setup.axes)

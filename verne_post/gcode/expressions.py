@@ -37,7 +37,7 @@ class Values(Protocol):
     def custom_macro(self) -> bool:
         """Fanuc's rules: other ranges and signs of functions and MOD, and an expression after ``=`` needs no brackets."""
 
-    def steps_of_word(self, letter: str) -> int | None:
+    def find_steps_of_word(self, letter: str) -> int | None:
         """Fanuc's rules: to how many steps of a unit ROUND rounds in the word of a letter; None where controls differ."""
 
     def read_value(self, key: Key) -> float:
@@ -100,7 +100,7 @@ class ValueReader:
                 raise self.error("VP001", f"{letter}{self.characters[begin : end + 1]}: not a number", end)
         if self._is_macro:
             assert self.values is not None
-            self._steps = self.values.steps_of_word(letter)
+            self._steps = self.values.find_steps_of_word(letter)
         value = self.read_value(letter)
         self._steps = 1
         if math.isnan(value):
@@ -120,7 +120,7 @@ class ValueReader:
         if first == "[":
             return self._require_finite(self.read_bracket(), begin)
         if first == "#":
-            return self._parameter()
+            return self._read_parameter()
         if first in ("+", "-") and first and re.match(r"[#\[A-Z]", characters[begin + 1 :]):
             self.at += 1
             value = self.read_value(owner)
@@ -130,14 +130,14 @@ class ValueReader:
             name = next((name for name in names if match.group().startswith(name)), None)
             if name is not None:
                 self.at += len(name)
-                return self._require_finite(self._function(SHORT_NAMES.get(name, name), begin), begin)
+                return self._require_finite(self._read_function(SHORT_NAMES.get(name, name), begin), begin)
         shown = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
         raise self.error("VP001", f"{owner} needs a number, found {shown}", begin)
 
     def read_assigned(self, owner: str) -> float:
         """The value after ``=``."""
         self._operators = set()
-        return self._binary(1) if self._is_macro else self.read_word(owner, math.inf)
+        return self._read_binary(1) if self._is_macro else self.read_word(owner, math.inf)
 
     def read_bracket(self) -> float:
         """An expression in brackets."""
@@ -153,7 +153,7 @@ class ValueReader:
         self._enter_bracket(begin)
         self.at += 1
         outside, self._operators = self._operators, set()
-        value = self._binary(1)
+        value = self._read_binary(1)
         self._operators = outside
         if self.characters[self.at : self.at + 1] not in tuple(ends):
             raise self.error("VP001", f"expected an operator or {' or '.join(map(repr, ends))}", self.at)
@@ -182,7 +182,7 @@ class ValueReader:
             raise self.error("VP025", f"#{value:g}: the index of a parameter is a whole number", begin)
         return index
 
-    def _parameter(self) -> float:
+    def _read_parameter(self) -> float:
         begin = self.at
         if self.values is None:
             raise self.error("VP001", "'#': parameters are not possible here", begin)
@@ -203,7 +203,7 @@ class ValueReader:
             raise self.error("VP007", "the value is not finite", begin)
         return value
 
-    def _binary(self, least: int) -> float:
+    def _read_binary(self, least: int) -> float:
         left = self.read_value("an expression")
         while True:
             match = OPERATOR.match(self.characters, self.at)
@@ -211,7 +211,7 @@ class ValueReader:
             if match is None or precedence[match.group()] < least:
                 return left
             begin, self.at = self.at, match.end()
-            right = self._binary(precedence[match.group()] + 1)
+            right = self._read_binary(precedence[match.group()] + 1)
             left = self._require_finite(self._apply(match.group(), left, right, begin), begin)
 
     def _apply(self, operator: str, left: float, right: float, begin: int) -> float:
@@ -245,7 +245,7 @@ class ValueReader:
             )
         return (_round(left), _round(right)) if operator == "MOD" else (left, right)
 
-    def _function(self, name: str, begin: int) -> float:
+    def _read_function(self, name: str, begin: int) -> float:
         if self.characters[self.at : self.at + 1] != "[":
             raise self.error("VP001", f"{name} needs its argument in brackets: {name}[...]", self.at)
         if name == "EXISTS":

@@ -26,7 +26,7 @@ class FirstPlaces(Struct):
 
     Attributes
     ----------
-    unnamed : tuple of int
+    unnamed_axes : tuple of int
         Axes that the program never names: they stand at 0 in the work system of the first move to a place of the program.
     start : Array
         The place from which the program is executed, machine coordinates (9).
@@ -42,7 +42,7 @@ class FirstPlaces(Struct):
         A place of the machine has been named, and no complete place of the program since.
     """
 
-    unnamed: tuple[int, ...]
+    unnamed_axes: tuple[int, ...]
     start: Array
     waits: bool = False
     misses: list[float] = field(default_factory=lambda: [0.0] * len(AXES))
@@ -52,7 +52,7 @@ class FirstPlaces(Struct):
 
     def is_named(self, axis: int) -> bool:
         """True where the position of an axis counts as known, though it is not settled."""
-        return axis in self.waiting or axis in self.unnamed
+        return axis in self.waiting or axis in self.unnamed_axes
 
     def note(
         self, known: list[bool], begin: list[float], end: list[float], axes: list[int],
@@ -99,7 +99,7 @@ class FirstPlaces(Struct):
             self.misses[axis] = float(place[axis] - self.start[axis])
 
     def _place_unnamed(self, known: list[bool], begin: list[float]) -> None:
-        for axis in self.unnamed:
+        for axis in self.unnamed_axes:
             if not known[axis]:
                 self.misses[axis], known[axis] = -begin[axis], True
 

@@ -19,11 +19,11 @@ def make_initial_state(setup: Setup, tool_axis: tuple[float, float, float] | Non
         systems = {number: replace(frame, tool=tool) for number, frame in systems.items()}
     state = State(
         position=[0.0] * 9,
-        known=[not setup.machine] * 9,
+        known_axes=[not setup.machine] * 9,
         systems=systems,
         frame=systems[1],
         tools=dict(setup.tools) if setup.tools is not None else None,
-        length_given=setup.tool_length is not None,
+        has_tool_length=setup.tool_length is not None,
         modes=Modes(),
         tool_axis=tool_axis,
         home=setup.home,

@@ -36,7 +36,7 @@ _LENGTHS, _ANGLES, _WHOLE = frozenset("XYZUVWIJKRQ"), frozenset("ABC"), frozense
 class Parameters:
     """The parameters of one interpretation; implements :class:`~verne_post.gcode.expressions.Values`.
 
-    ``line`` is the block that is being read; ``custom_macro``: expressions are Fanuc's, and ``passed`` is the letter of a word
+    ``line`` is the block that is being read; ``custom_macro``: expressions are Fanuc's, and ``passed_word`` is the letter of a word
     that has been passed over, with a vacant variable.
     """
 
@@ -44,7 +44,7 @@ class Parameters:
         self.setup, self.state, self.custom_macro = setup, state, custom_macro
         self.modes: Modes = state.modes
         self.line = 0
-        self.passed = ""
+        self.passed_word = ""
 
     # --- reading ------------------------------------------------------------------------------
 
@@ -66,9 +66,9 @@ class Parameters:
             return self._read_numbered_state(key)
         if 5021 <= key <= 5029 or 5081 <= key <= 5089:
             raise ProgramError("VP025", f"#{key}: positions of the machine have no parameter here; use #5420 to #5428")
-        return self.state.store.numbered.get(key, 0.0)
+        return self.state.store.numbered_values.get(key, 0.0)
 
-    def steps_of_word(self, letter: str) -> int | None:
+    def find_steps_of_word(self, letter: str) -> int | None:
         """To how many steps of a unit Fanuc's ROUND rounds in the word of a letter; None where controls differ.
 
         Lengths and angles have the least input increment of most controls (IS-B).
@@ -79,18 +79,18 @@ class Parameters:
 
     def pass_word(self, letter: str) -> None:
         """The word of a letter has a vacant variable."""
-        self.passed = letter
+        self.passed_word = letter
 
     def exists(self, key: Key) -> bool:
         """True for a named parameter that has a value, and for a number that parameters have."""
         if not isinstance(key, str):
             return 1 <= key <= MAX_PARAMETER
         store, name = self.state.store, key
-        return name in (store.named if name.startswith("_") else store.local[-1]) or name in PREDEFINED
+        return name in (store.named_values if name.startswith("_") else store.local[-1]) or name in PREDEFINED
 
     def _read_named(self, name: str) -> float:
         store = self.state.store
-        place = store.named if name.startswith("_") else store.local[-1]
+        place = store.named_values if name.startswith("_") else store.local[-1]
         if name in place:
             return place[name]
         shown = PREDEFINED.get(name)
@@ -120,7 +120,7 @@ class Parameters:
             if system < 9 and entry < 10:
                 frame = state.systems[system + 1]
                 return frame.turn if entry == 9 else self._read_in_file(entry, frame.origin[entry])
-            if key == 5399 and key not in store.numbered and self.modes.inputs_read:
+            if key == 5399 and key not in store.numbered_values and self.modes.inputs_read:
                 raise ProgramError("VP025", "#5399: what M66 reads is only known at the machine")
         if _TOOL <= key <= 5413:
             tool = (state.tools or {}).get(state.loaded_tool or 0)
@@ -131,7 +131,7 @@ class Parameters:
                     check_measured(tool, self.setup, self.state)
                 return self._read_in_file(key - 5401, tool.offset[key - 5401]) if tool else 0.0
             return self._read_in_file(0, tool.diameter) if tool and key == 5410 else 0.0
-        return store.numbered.get(key, 0.0)
+        return store.numbered_values.get(key, 0.0)
 
     def find_position(self, axis: int) -> float:
         """Position in the program, in the unit of the program."""
@@ -169,7 +169,7 @@ class Parameters:
         if isinstance(key, str):
             if key in PREDEFINED and key not in SETTABLE:
                 raise ProgramError("VP025", f"{show_key(key)} shows a state and cannot be set")
-            (store.named if key.startswith("_") else store.local[-1])[key] = value
+            (store.named_values if key.startswith("_") else store.local[-1])[key] = value
             return
         if self.custom_macro:
             set_variable(store, key, value)
@@ -179,25 +179,25 @@ class Parameters:
         if key in (5210, ACTIVE_SYSTEM) or _TOOL <= key <= 5428 or 5021 <= key <= 5029 or 5081 <= key <= 5089:
             raise ProgramError("VP025", f"#{key} shows a state and cannot be set")
         if _HOME <= key < _HOME + 9:
-            set_home(state, self._with_entry(state.home, key - _HOME, value), second=False)
+            set_home(state, self._set_entry(state.home, key - _HOME, value), second=False)
         elif _HOME2 <= key < _HOME2 + 9:
-            set_home(state, self._with_entry(state.home2, key - _HOME2, value), second=True)
+            set_home(state, self._set_entry(state.home2, key - _HOME2, value), second=True)
         elif _G92 <= key < _G92 + 9:
-            set_stored_shift(state, self._with_entry(state.g92_stored, key - _G92, value))
+            set_stored_shift(state, self._set_entry(state.g92_stored, key - _G92, value))
         elif _ORIGINS <= key < 5400 and (key - _ORIGINS) // 20 < 9 and (key - _ORIGINS) % 20 < 10:
             system, entry = divmod(key - _ORIGINS, 20)
             frame = state.systems[system + 1]
-            origin = make_vector9(self._with_entry(frame.origin, entry, value)) if entry < 9 else frame.origin
+            origin = make_vector9(self._set_entry(frame.origin, entry, value)) if entry < 9 else frame.origin
             set_stored_system(state, replace(frame, origin=origin, turn=value if entry == 9 else frame.turn))
         else:
-            store.numbered[key] = value
+            store.numbered_values[key] = value
 
-    def _with_entry(self, point: tuple[float, ...] | None, axis: int, value: float) -> tuple[float, ...]:
+    def _set_entry(self, point: tuple[float, ...] | None, axis: int, value: float) -> tuple[float, ...]:
         values = [np.nan] * 9 if point is None else list(point)
         values[axis] = value * self.setup.parameter_mm if axis in _LINEAR else value
         return tuple(values)
 
-    def persistent(self) -> dict[int, float]:
+    def list_persistent(self) -> dict[int, float]:
         """What a parameter file keeps: home positions, G92, the active system, all work systems, and what it had before."""
         state = self.state
         found = {index: self.read_value(index) for index in self.setup.parameters}

@@ -54,7 +54,7 @@ class PlainLines:
 
     The columns are the nine axes, F, G and N; ``offsets`` has other words of each line itself, NaN where it has none, and
     is None where no line has any: I, J, K and R of arcs or of tool axes, or I, J, K in place of the tool axes of Siemens programs. ``plain`` is True for lines that may be executed from here; ``row`` is,
-    for each line and column, the last line up to it that has the word (-1: none), ``filled`` that word; ``moves`` is
+    for each line and column, the last line up to it that has the word (-1: none), ``filled_words`` that word; ``moves`` is
     True for lines that make a move (G0 or G1 alone: where ``bare_codes`` do), ``beyond_mm`` and ``beyond_inch`` for those with a coordinate beyond any machine.
     """
 
@@ -94,12 +94,12 @@ class PlainLines:
         if has_others:
             self.moves |= present[:, _N + 1 : _N + 4].any(axis=1)
         self.row = np.full((words.n_lines, _N + 1), -1, dtype=np.int32)
-        self.filled = np.full(self.row.shape, np.nan)
+        self.filled_words = np.full(self.row.shape, np.nan)
         numbers = np.arange(words.n_lines, dtype=np.int32)
         for at in np.flatnonzero(np.bincount(which[which <= _N], minlength=_N + 1)).tolist():
             last = np.maximum.accumulate(np.where(present[:, at], numbers, -1))
             self.row[:, at] = last
-            self.filled[:, at] = values[np.maximum(last, 0), at]
+            self.filled_words[:, at] = values[np.maximum(last, 0), at]
         self._first_g = present[:, _G]
 
     @staticmethod
@@ -119,7 +119,7 @@ class PlainLines:
 
         First line -> line after the last, and what the first line names, as :data:`_BITS`.
         """
-        g = self.filled[:, _G]
+        g = self.filled_words[:, _G]
         other = ~self.moves | self._beyond | self._curved
         other[1:] |= self._first_g[1:] & ~(g[1:] == g[:-1])
         begin = np.flatnonzero(self.plain & np.append(True, ~self.plain[:-1]))
@@ -141,7 +141,7 @@ class PlainLines:
     @cached_property
     def _curved(self) -> Mask:
         """Lines that have words of an arc, or its code."""
-        return self.has_offsets | (self._first_g & (self.filled[:, _G] >= 2)) if self.arcs else self.has_offsets
+        return self.has_offsets | (self._first_g & (self.filled_words[:, _G] >= 2)) if self.arcs else self.has_offsets
 
     @cached_property
     def _curves(self) -> list[int]:
@@ -192,7 +192,7 @@ class PlainView(Struct):
     inch : bool
     arcs : bool
         Words of arcs are nothing but an incremental centre or a radius.
-    pointed : bool
+    has_tool_axes : bool
         Every line gives the tool axis anew.
     turning : bool
         Lines that turn the table and name not all of X, Y and Z are nothing but moves.
@@ -201,7 +201,7 @@ class PlainView(Struct):
     motion: int | None = None
     inch: bool = False
     arcs: bool = True
-    pointed: bool = False
+    has_tool_axes: bool = False
     turning: bool = True
 
 
@@ -210,8 +210,8 @@ def is_ready(state: State, view: PlainView, lines: PlainLines, row: int) -> bool
     arcs = lines.arcs and _may_curve(state, view)
     return (
         (view.motion in (0, 10) or (arcs and view.motion in (20, 30)) or bool(lines.row[row, _G] == row))
-        and state.held is None
-        and (view.pointed or state.tool_axis is None)
+        and state.values_before_length is None
+        and (view.has_tool_axes or state.tool_axis is None)
         and state.compensation is None
         and state.centre is None
         and not state.tcp_off
@@ -220,7 +220,7 @@ def is_ready(state: State, view: PlainView, lines: PlainLines, row: int) -> bool
 
 def _may_curve(state: State, view: PlainView) -> bool:
     """True where arcs may be executed at once: feed rates are those of the tip."""
-    return view.arcs and state.feed_mode != FeedMode.INVERSE and False not in state.known
+    return view.arcs and state.feed_mode != FeedMode.INVERSE and False not in state.known_axes
 
 
 def turn_to_axes(core: Machining, end: Array, axes: Array) -> None:
@@ -229,7 +229,7 @@ def turn_to_axes(core: Machining, end: Array, axes: Array) -> None:
     words = state.position[tilt], state.position[turn]
     end[:, [tilt, turn]] = core.setup.coordinates.turn_to_axes(words, axes, state.frame)
     if core.setup.machine:
-        state.placed = state.named[tilt] = state.named[turn] = True
+        state.has_position = state.named_axes[tilt] = state.named_axes[turn] = True
 
 
 def execute(
@@ -273,13 +273,13 @@ def _execute(
         last = min(last, lines.find_next_curved(first))
         if last == first:
             return first
-    if False in state.known:
+    if False in state.known_axes:
         last = _cut_before_named(lines, first, last, state)
         if last == first:
             return first
     scaled = view.inch and state.feed_mode != FeedMode.INVERSE
     given = lines.row[first:last] >= first
-    filled = lines.filled[first:last]
+    filled = lines.filled_words[first:last]
     motion = np.where(given[:, _G], filled[:, _G], (view.motion or 0) / 10)
     angular = np.where(given[:, _F], filled[:, _F], state.feed_angular)
     feed = np.where(given[:, _F], filled[:, _F] * MM_PER_INCH if scaled else filled[:, _F], state.feed)
@@ -317,7 +317,7 @@ def _execute(
         curved = motion >= 2
         kind[curved], shown[curved] = MoveKind.ARC, feed[curved]
         straight = bool((moves & ~curved).any())
-        curves = arcs[0].before(len(motion), state.plane)
+        curves = arcs[0].select_before(len(motion), state.plane)
     if not moves.all():
         number = number[moves] if number is not None else None
         kind, shown, moved = kind[moves], shown[moves], end[moves]
@@ -335,7 +335,7 @@ def _execute(
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
     for axis in np.flatnonzero(given[-1, :9]).tolist():
-        state.placed = state.named[axis] = True
+        state.has_position = state.named_axes[axis] = True
     return last
 
 
@@ -352,7 +352,7 @@ def _find_arcs(
         offsets[curved], motion[curved] == 2, np.flatnonzero(curved), end, state, inch=view.inch
     )
     bad = ~curved & lines.has_offsets[first:last]
-    bad[arcs.row] = arcs.refused
+    bad[arcs.row] = arcs.refused_rows
     if not state.arc_may_follow:
         bad |= curved & (np.cumsum(moves & ~curved) == 0)
     return arcs, bad
@@ -368,20 +368,20 @@ def _execute_alike(
     state = core.state
     end_of_alike, bits = lines.alike.get(first, _NOT_ALIKE)
     if (
-        end_of_alike < last or False in state.known or view.inch or state.feed_mode != FeedMode.PER_MINUTE
-        or (core.setup.machine and not state.length_given)
+        end_of_alike < last or False in state.known_axes or view.inch or state.feed_mode != FeedMode.PER_MINUTE
+        or (core.setup.machine and not state.has_tool_length)
     ):  # fmt: skip
         return False
     mask, axes, has_feed, has_code = _find_named_words(bits)
-    motion = 10 * int(lines.filled[first, _G]) if has_code else view.motion or 0
-    feed = float(lines.filled[first, _F]) if has_feed else state.feed
+    motion = 10 * int(lines.filled_words[first, _G]) if has_code else view.motion or 0
+    feed = float(lines.filled_words[first, _F]) if has_feed else state.feed
     if motion > 10 or (motion == 10 and feed == 0.0) or (not has_feed and feed != state.feed_angular):
         return False
-    end = RunEnds(lines.filled[first:last, :_F], mask, state.position)
-    ends_at, final = state.position.copy(), lines.filled[last - 1].tolist()
+    end = RunEnds(lines.filled_words[first:last, :_F], mask, state.position)
+    ends_at, final = state.position.copy(), lines.filled_words[last - 1].tolist()
     for axis in axes:
         ends_at[axis] = final[axis]
-        state.placed = state.named[axis] = True
+        state.has_position = state.named_axes[axis] = True
     kind, shown = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
     line = lines.first_line + first if shown_line is None else shown_line
     core.recorder.add_run(state, line, kind, end, shown, counted=shown_line is None)
@@ -407,7 +407,7 @@ def _find_refused(
     if setup.machine:
         beyond = (lines.beyond_inch if view.inch else lines.beyond_mm)[first:last]
         turning = state.spindle_on and state.spindle_speed > 0 and not state.surface_speed
-        if (state.feed_mode == FeedMode.PER_REVOLUTION and not turning) or not state.length_given:
+        if (state.feed_mode == FeedMode.PER_REVOLUTION and not turning) or not state.has_tool_length:
             beyond = beyond | feeds
         bad = beyond if bad is None else bad | beyond
     return bad
@@ -415,8 +415,8 @@ def _find_refused(
 
 def _cut_before_named(lines: PlainLines, first: int, last: int, state: State) -> int:
     """End of the lines before the first that names an axis for the first time, which the general interpreter executes."""
-    if state.first_places is not None and not all(state.is_known(axis) == state.known[axis] for axis in range(9)):
+    if state.first_places is not None and not all(state.is_known(axis) == state.known_axes[axis] for axis in range(9)):
         return first  # axes that are never named wait for the first move
-    unknown = [axis for axis, known in enumerate(state.known) if not known]
+    unknown = [axis for axis, known in enumerate(state.known_axes) if not known]
     fresh = (lines.row[first:last, unknown] >= first).any(axis=1)
     return first + int(np.argmax(fresh)) if fresh.any() else last

@@ -40,16 +40,16 @@ class PlainArcs(Struct, frozen=True, eq=False):
         Program coordinates, mm.
     sweep : ndarray, shape (n,)
         Degrees, counter-clockwise positive.
-    refused : ndarray of bool, shape (n,)
+    refused_rows : ndarray of bool, shape (n,)
         The general interpreter has to say what is wrong; the other columns mean nothing there.
     """
 
     row: Ints
     center: Array
     sweep: Array
-    refused: Mask
+    refused_rows: Mask
 
-    def before(self, last: int, plane: int) -> "ArcRows":
+    def select_before(self, last: int, plane: int) -> "ArcRows":
         """Those of the lines before ``last``, as they are recorded."""
         n = int(np.searchsorted(self.row, last))
         return ArcRows(self.center[:n], self.sweep[:n], plane)

@@ -20,23 +20,23 @@ _R: Final = 3
 def end_of_vectors(core: Machining, view: plain.PlainView, lines: plain.PlainLines, first: int, last: int) -> int:
     """Where lines end that are straight moves and all have a tool axis; the first itself where they cannot be executed at once."""
     state, offsets = core.state, lines.offsets
-    if offsets is None or False in state.known:
+    if offsets is None or False in state.known_axes:
         return first
     last = lines.find_first_named(first, last, _ROTARY)
     words = offsets[first:last]
     # what has no length is not one either
     other = ~(np.abs(measure_length(words[:, :_R]) - 1.0) <= VECTOR_LENGTH) | ~np.isnan(words[:, _R])
     named = lines.row[first:last, _G] >= first
-    other |= np.where(named, lines.filled[first:last, _G], (view.motion or 0) / 10) > 1
+    other |= np.where(named, lines.filled_words[first:last, _G], (view.motion or 0) / 10) > 1
     return first + int(np.argmax(other)) if other.any() else last
 
 
 def take_vectors(core: Machining, lines: plain.PlainLines) -> plain.Point:
     """Takes the tool axes of lines up to :func:`end_of_vectors`."""
-    return partial(_point, core, lines)
+    return partial(_aim_tool, core, lines)
 
 
-def _point(core: Machining, lines: plain.PlainLines, first: int, end: Array) -> Array:
+def _aim_tool(core: Machining, lines: plain.PlainLines, first: int, end: Array) -> Array:
     """Turn the rotary axes of ends (n, 9) to the tool axes of the lines; returns these (n, 3)."""
     assert lines.offsets is not None
     vectors = lines.offsets[first : first + len(end), :_R]

@@ -40,20 +40,20 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         try:
             state.position, unsaid = find_start(source, setup, dialect)
         except InputError as error:  # report what else is wrong, after the opening lines
-            state.known = [True] * 9
+            state.known_axes = [True] * 9
             done = dialect.execute(source, setup, state, StopConditions())
             seen = {(item.line, item.code) for item in done.errors}
             every = [*done.errors, *(item for item in error.findings if (item.line, item.code) not in seen)]
-            raise _refusal(source, every, dialect, done, setup) from None
-        state.known = [True] * 9
+            raise _make_refusal(source, every, dialect, done, setup) from None
+        state.known_axes = [True] * 9
     start, start_frame = list(state.position), state.frame
     done = dialect.execute(source, setup, state, StopConditions())
     if unsaid is not None:
         done.recorder.warn("VP036", *unsaid, None)
     if done.errors:
         every = [*done.errors, *done.recorder.warnings.values()]
-        raise _refusal(source, every, dialect, done, setup)
-    return done.recorder.freeze(start, start_frame, Parameters(setup, state).persistent())
+        raise _make_refusal(source, every, dialect, done, setup)
+    return done.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())
 
 
 def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
@@ -67,7 +67,7 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = _find_language(source, every, dialect)
         errors = errors if other is None else [other]
-    return done.recorder.freeze(start, frame, Parameters(setup, state).persistent()), tuple(errors)
+    return done.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
 
 
 def _find_cause(source: Text, errors: list[Finding], dialect: Dialect) -> list[Finding]:
@@ -76,7 +76,7 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect) -> list[F
     return sorted(errors, key=lambda item: item.line or 0) if other is None else [other]
 
 
-def _refusal(source: Text, errors: list[Finding], dialect: Dialect, done: Execution, setup: Setup) -> InputError:
+def _make_refusal(source: Text, errors: list[Finding], dialect: Dialect, done: Execution, setup: Setup) -> InputError:
     """The errors of a program; where a tool is missing, with the work offsets that nobody gave either."""
     found = _find_cause(source, errors, dialect)
     if done.recorder.count and any(item.code in ("VP012", "VP018") for item in found):
@@ -102,6 +102,6 @@ def replay(source: Text, setup: Setup, moves: Moves, stop: StopConditions) -> tu
     """Execute a program that has been read again from its start, up to ``stop``: the state there, and what was recorded."""
     dialect = choose_dialect(setup.dialect, source, setup.source_name)
     state = dialect.initial_state(setup)
-    state.known = [True] * 9
+    state.known_axes = [True] * 9
     state.position = [float(value) for value in moves.start]
     return state, dialect.execute(source, setup, state, stop).recorder

@@ -88,7 +88,7 @@ class RunEnds(NamedTuple):
     """Ends of straight moves: words (n, 9), which axes (9,) have them, and where the other axes stand."""
 
     words: Array
-    named: Mask
+    named_axes: Mask
     rest: list[float]
 
 
@@ -140,7 +140,7 @@ class Recorder(Struct):
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     #: Work systems to which the program has given an origin.
-    placed: set[int] = field(default_factory=set)
+    placed_systems: set[int] = field(default_factory=set)
     #: Where tool axes gave way to places of the table.
     table_places: list[TablePlace] = field(default_factory=list)
     stock: Stock | None = None
@@ -151,7 +151,7 @@ class Recorder(Struct):
     table: GrowingTable = field(default_factory=lambda: GrowingTable(**MOVE_COLUMNS))
     arc_table: GrowingTable = field(default_factory=lambda: GrowingTable(**_ARC_LAYOUT))
     splines: GrowingSplines = field(default_factory=lambda: GrowingSplines(len(AXES)))
-    settled: int = 0
+    settled_rows: int = 0
     settled_arcs: int = 0
     #: The frame and the path control that were recorded last, and their rows.
     _last: tuple[Frame | None, int, PathControl | None, int] = (None, -1, None, -1)
@@ -260,7 +260,7 @@ class Recorder(Struct):
         place = slice(self.count, self.count + n)
         self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
         self.count += n
-        if self.count - self.settled >= BLOCK_ROWS:  # nothing waits for its end to be amended before such moves
+        if self.count - self.settled_rows >= BLOCK_ROWS:  # nothing waits for its end to be amended before such moves
             self._settle()
 
     def _keep_arcs(self, kind: NDArray[np.int_], arcs: ArcRows | None) -> NDArray[np.int64] | int:
@@ -282,7 +282,7 @@ class Recorder(Struct):
         shared = (kind, feed, *self._record_modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS, np.nan)
         self.runs.append(_Run(self.count, line, counted, end, shared))
         self.count += len(end.words)
-        if self.count - self.settled >= BLOCK_ROWS:
+        if self.count - self.settled_rows >= BLOCK_ROWS:
             self._settle()
 
     def fix_c(self, line: int) -> None:
@@ -339,7 +339,7 @@ class Recorder(Struct):
     def _settle(self, kept: int = 0) -> None:
         """Add everything recorded so far to the table, but for so many of the last rows that are kept one by one."""
         self._flush(len(self.rows) - kept)
-        first, end = self.settled, self.places[0] if self.places else self.count
+        first, end = self.settled_rows, self.places[0] if self.places else self.count
         part = {name: np.empty((end - first, *width), dtype) for name, (dtype, *width) in MOVE_COLUMNS.items()}
         settled = [run for run in self.runs if run.place < end]
         _fill_runs(part, settled, first)
@@ -354,7 +354,7 @@ class Recorder(Struct):
             for name, values in zip(part, (*columns, *shared), strict=True):
                 part[name][at] = values
         self.table.extend(**part)
-        self.blocks, self.settled = later, end
+        self.blocks, self.settled_rows = later, end
         release_memory()  # the text so far
 
     def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
@@ -372,7 +372,7 @@ class Recorder(Struct):
         return Moves(
             arcs=arcs, splines=self.splines.freeze(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
-            placed_systems=frozenset(self.placed), arc_feeds=tuple(self.arc_feeds.values()),
+            placed_systems=frozenset(self.placed_systems), arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
             findings=tuple(self.warnings.values()), **table,

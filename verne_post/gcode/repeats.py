@@ -18,12 +18,12 @@ class Repeats(Struct):
     ----------
     most : int
         So many may be repeated.
-    repeated : int
+    repeated_blocks : int
         So far.
     """
 
     most: int
-    repeated: int = 0
+    repeated_blocks: int = 0
     _reached: dict[Hashable, int] = field(default_factory=dict)
 
     def count(self, text: Hashable, first: int, last: int, moves: int) -> None:
@@ -36,11 +36,11 @@ class Repeats(Struct):
         """
         seen = self._reached.get(text, 0)
         if moves > MOVES_OF_BLOCK:
-            self.repeated += moves - MOVES_OF_BLOCK
+            self.repeated_blocks += moves - MOVES_OF_BLOCK
         if last > seen:
             self._reached[text] = last
         if first <= seen:
-            self.repeated += max(min(last, seen) - first + 1, moves)
+            self.repeated_blocks += max(min(last, seen) - first + 1, moves)
         self.add(0)
 
     def add(self, blocks: int) -> None:
@@ -51,8 +51,8 @@ class Repeats(Struct):
         ProgramError
             VP024, as above.
         """
-        self.repeated += blocks
-        if self.repeated > self.most:
+        self.repeated_blocks += blocks
+        if self.repeated_blocks > self.most:
             raise ProgramError(
                 "VP024",
                 f"loops and calls have repeated {self.most} blocks and moves; if the program is meant to, raise --max-repeats",

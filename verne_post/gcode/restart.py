@@ -18,7 +18,7 @@ class Restart(Struct, frozen=True):
 
     move: int
     event: int
-    switched: tuple[Event, ...]
+    switched_events: tuple[Event, ...]
 
 
 def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
@@ -42,7 +42,7 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
     trace = LineTrace()
     replay(source, setup, moves, StopConditions(trace=trace))
     spans = np.array(trace.spans, dtype=np.int64).reshape(-1, 3)
-    why = _refusal(spans, line)
+    why = _explain_refusal(spans, line)
     if why is not None:
         near = _find_nearest(spans, line)
         right = "no line of this program will do" if near is None else f"the nearest line that will do is {near}"
@@ -57,7 +57,7 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
     return Restart(recorder.count, len(recorder.events), tuple(one for one in switched if not _is_replaced(one, ahead)))
 
 
-def _refusal(spans: np.ndarray, line: int) -> str | None:
+def _explain_refusal(spans: np.ndarray, line: int) -> str | None:
     """Why a program cannot be restarted at a line; None where it can."""
     times = spans[(spans[:, 0] <= line) & (line < spans[:, 1])]
     if not len(times):
@@ -73,7 +73,7 @@ def _find_nearest(spans: np.ndarray, line: int) -> int | None:
     # spans end where the order of execution jumps, so that a line between their ends is no better than those
     candidates = np.unique(np.concatenate([good[:, 0], good[:, 1] - 1, np.clip(line, good[:, 0], good[:, 1] - 1)]))
     for candidate in candidates[np.argsort(np.abs(candidates - line), kind="stable")].tolist():
-        if _refusal(spans, candidate) is None:
+        if _explain_refusal(spans, candidate) is None:
             return int(candidate)
     return None
 

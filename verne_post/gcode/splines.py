@@ -12,7 +12,13 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.bsplines import evaluate_piece_ends, find_bezier_controls, find_even_parts, slices, split_bezier
+from verne_post.base.bsplines import (
+    evaluate_piece_ends,
+    find_bezier_controls,
+    find_even_parts,
+    split_bezier,
+    split_slices,
+)
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import STRAIGHT_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -156,7 +162,7 @@ def cut_spline(spline: BSpline) -> CutSpline:
     n = len(last)
     straight, length, ends = np.empty(n, dtype=bool), np.empty(n), np.empty((n, points.shape[2]))
     axes = None if spline.axes is None else np.empty((n, 3))
-    for some in slices(n, _TRIED):  # up to the first that is refused
+    for some in split_slices(n, _TRIED):  # up to the first that is refused
         here = points[some], weights[some], knots[some]
         straight[some], length[some] = _measure(*here, [spline.lines[k] for k in last[some].tolist()])
         ends[some] = evaluate_piece_ends(*here)
@@ -187,7 +193,9 @@ def _cut_at_rests(points: Array, weights: Array, knots: Array, last: Ints) -> tu
     for piece, at in enumerate(last.tolist()):
         cut = _cut_rest(controls[piece], points[piece, 0], at_begin=bool(begins[piece])) if resting[piece] else None
         own = points[piece], weights[piece], knots[piece]
-        parts += [(*own, at)] if cut is None else [(*_plain(part, points[piece, 0]), bezier, at) for part in cut]
+        parts += (
+            [(*own, at)] if cut is None else [(*_divide_weights(part, points[piece, 0]), bezier, at) for part in cut]
+        )
     split_points, split_weights, split_knots, lasts = zip(*parts, strict=True)
     return np.array(split_points), np.array(split_weights), np.array(split_knots), np.array(lasts, dtype=last.dtype)
 
@@ -197,13 +205,13 @@ def _cut_rest(controls: Array, origin: Array, *, at_begin: bool) -> tuple[Array,
     share = 0.5
     for _ in range(_MOST_HALVINGS):
         parts = split_bezier(controls, share if at_begin else 1.0 - share)
-        if _is_straight(_plain(parts[0 if at_begin else 1], origin)[0]):
+        if _is_straight(_divide_weights(parts[0 if at_begin else 1], origin)[0]):
             return parts
         share *= 0.5
     return None
 
 
-def _plain(controls: Array, origin: Array) -> tuple[Array, Array]:
+def _divide_weights(controls: Array, origin: Array) -> tuple[Array, Array]:
     """Control points and weights of homogeneous ones."""
     return controls[:, :-1] / controls[:, -1:] + origin, controls[:, -1]
 

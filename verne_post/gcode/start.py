@@ -57,10 +57,10 @@ class _Opening:
     def __init__(self, source: Text, setup: Setup, dialect: Dialect) -> None:
         self.source, self.setup, self.dialect = source, setup, dialect
         self.frame = dialect.initial_state(setup).frame
-        self.unnamed = tuple(
+        self.unnamed_axes = tuple(
             AXES.index(letter) for letter in setup.axes if not dialect.names_axis(source, letter, setup)
         )
-        self.discovered: Execution | None = None  # the replay that settled A and C
+        self.discovered_run: Execution | None = None  # the replay that settled A and C
 
     def find_start(self) -> Array:
         """Program position (9) at the start.
@@ -73,9 +73,9 @@ class _Opening:
         _misses, done = self._replay(position, tolerant=True)
         late = [axis for axis in range(len(AXES)) if not done.state.is_known(axis)]
         if late:  # their letters stand in blocks like G10 alone
-            self.unnamed += tuple(late)
+            self.unnamed_axes += tuple(late)
             _misses, done = self._replay(position, tolerant=True)
-        self.discovered = done
+        self.discovered_run = done
         for waits in (False, True):
             found = self._solve(position, waits=waits)
             if found is not None:
@@ -112,14 +112,14 @@ class _Opening:
         turned = [
             axis
             for axis in self.setup.rotary
-            if AXES[axis] in self.setup.axes and axis not in self.unnamed
+            if AXES[axis] in self.setup.axes and axis not in self.unnamed_axes
             and abs(machine[axis]) > ZERO_ANGLE * DEG_PER_RAD
         ]  # fmt: skip
         if not turned:
             return None
         other = position.copy()
         other[turned] += _TURN_DEG
-        here, there = (self._moves(start) for start in (position, other))
+        here, there = (self._list_moves(start) for start in (position, other))
         if len(here) != len(there):  # an error in one of them, which is reported by itself
             return None
         cuts = np.isin(here.kind, (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE))
@@ -137,7 +137,7 @@ class _Opening:
         )
         return text, first
 
-    def _moves(self, position: Array) -> Moves:
+    def _list_moves(self, position: Array) -> Moves:
         """Moves of the opening lines of a program that starts at a position."""
         _misses, done = self._replay(position, tolerant=True)
         return done.recorder.freeze(position.tolist(), self.frame, {})
@@ -145,10 +145,10 @@ class _Opening:
     def _replay(self, position: Array, *, tolerant: bool = False, waits: bool = False) -> tuple[Array, Execution]:
         """What is missing at each axis (9) when the opening lines start at a program position, mm and degrees."""
         state = self.dialect.initial_state(self.setup)
-        state.known = [letter not in self.setup.axes for letter in AXES]
+        state.known_axes = [letter not in self.setup.axes for letter in AXES]
         state.position = position.tolist()
         machine = self.setup.coordinates.map_to_machine(position, self.frame)
-        state.first_places = FirstPlaces(self.unnamed, machine, waits)
+        state.first_places = FirstPlaces(self.unnamed_axes, machine, waits)
         start = list(state.position)
         done = self.dialect.execute(self.source, self.setup, state, StopConditions(all_known=True))
         # a tool of no length hides nothing: with what it leaves open, A and C are settled all the same
@@ -158,7 +158,7 @@ class _Opening:
 
     def _explain_tilt(self, item: Finding, start: list[float]) -> Finding:
         """An error that comes from the tilt of the start (VP017), with where that is from: the last of the opening lines."""
-        opened, tilt = self.discovered, self.setup.rotary[0]
+        opened, tilt = self.discovered_run, self.setup.rotary[0]
         if item.code != "VP017" or not start[tilt] or not item.line or opened is None or not opened.recorder.count:
             return item
         opening = int(opened.recorder.freeze(start, opened.state.frame, {}).line[-1])

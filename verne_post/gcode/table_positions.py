@@ -25,7 +25,7 @@ class TablePosition(Struct, frozen=True, eq=False):
         Nine-vector in the frame.
     tilt : float
         A of the machine, degrees; its sign tells the two sides apart.
-    turned : float
+    motion : float
         How far C is from where it stood, degrees.
     beyond : str
         Letters of the axes that would be beyond their travel.
@@ -33,7 +33,7 @@ class TablePosition(Struct, frozen=True, eq=False):
 
     program: list[float]
     tilt: float
-    turned: float
+    motion: float
     beyond: str
 
 
@@ -67,7 +67,7 @@ def find_positions(
             if not tip_stays:
                 place[:3] = here[:3]
                 program = np.array(coordinates.map_to_program(place, frame))
-            beyond = setup.travel.beyond(place, frame.tool_length) if setup.travel is not None else ""
+            beyond = setup.travel.find_beyond(place, frame.tool_length) if setup.travel is not None else ""
             if beyond and whole:
                 continue
             values = [float(value) for value in program]

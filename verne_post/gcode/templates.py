@@ -80,7 +80,7 @@ def read_by_template(text: str, values: Values) -> Words | None:
         words = {letter: node(n, values) for letter, node in template.words}
         codes = [(letter, node(n, values), at) for letter, node, at in template.codes]
         settings: list[tuple[Key, float, int]] = [
-            (_whole(index(n, values)), node(n, values), at) for index, node, at in template.settings
+            (_round_index(index(n, values)), node(n, values), at) for index, node, at in template.settings
         ]
     except (ProgramError, ArithmeticError, ValueError):
         return None
@@ -147,16 +147,18 @@ class _Compiler:
             self._end_word()
         while self.at < len(self.text):
             count -= 1
-            letter = self._next()
+            letter = self._peek()
             if letter == "#":
                 index = self._index()
-                if self._next() != "=":
+                if self._peek() != "=":
                     raise _NoTemplateError
-                template.settings.append((index, self._binary(1) if self.custom_macro else self._value(), count))
+                template.settings.append(
+                    (index, self._compile_binary(1) if self.custom_macro else self._compile_value(), count)
+                )
             elif letter in ("G", "M"):
-                template.codes.append((letter, self._value(), count))
+                template.codes.append((letter, self._compile_value(), count))
             elif letter in _LETTERS and letter not in template.columns:
-                template.words.append((letter, self._value()))
+                template.words.append((letter, self._compile_value()))
                 template.columns[letter] = count
             else:
                 raise _NoTemplateError
@@ -169,69 +171,69 @@ class _Compiler:
         if self.text[self.at : self.at + 1] in ("?", "+", "-", "."):
             raise _NoTemplateError
 
-    def _next(self) -> str:
+    def _peek(self) -> str:
         character = self.text[self.at : self.at + 1]
         self.at += 1
         return character
 
-    def _value(self) -> Node:
-        first = self._next()
+    def _compile_value(self) -> Node:
+        first = self._peek()
         if first == "?":
             at = self.number
             self.number += 1
             return lambda n, _values: n[at]
         if first == "[":
-            node = self._binary(1)
-            if self._next() != "]":
+            node = self._compile_binary(1)
+            if self._peek() != "]":
                 raise _NoTemplateError
             return node
         if first == "#":
             index = self._index()
-            return lambda n, values: _ordinary(values.read_value(_whole(index(n, values))))
+            return lambda n, values: _check_ordinary(values.read_value(_round_index(index(n, values))))
         if first in ("+", "-"):
             if self.text[self.at : self.at + 1] in ("+", "-"):
                 raise _NoTemplateError
-            node = self._value()
+            node = self._compile_value()
             return node if first == "+" else lambda n, values: -node(n, values)
         self.at -= 1
-        return self._function()
+        return self._compile_function()
 
     def _index(self) -> Node:
         if self.text[self.at : self.at + 1] in ("+", "-"):
             raise _NoTemplateError
-        return self._value()
+        return self._compile_value()
 
-    def _function(self) -> Node:
+    def _compile_function(self) -> Node:
         name = next((name for name in FUNCTIONS_LONGEST_FIRST if self.text.startswith(name, self.at)), None)
         if name is None or name == "EXISTS" or (self.custom_macro and name in _MACRO_NAMES):
             raise _NoTemplateError
         self.at += len(name)
         argument = self._bracket()
         if name == "ATAN":
-            if self._next() != "/":
+            if self._peek() != "/":
                 raise _NoTemplateError
             other = self._bracket()
-            return lambda n, values: _ordinary(math.degrees(math.atan2(argument(n, values), other(n, values))))
+            return lambda n, values: _check_ordinary(math.degrees(math.atan2(argument(n, values), other(n, values))))
         function, allowed = FUNCTIONS[name], DOMAIN.get(name, (lambda _value: True, ""))[0]
 
         def apply(n: list[float], values: Values) -> float:
             value = argument(n, values)
             if not allowed(value):
                 raise ValueError
-            return _ordinary(float(function(value)))
+            return _check_ordinary(float(function(value)))
 
         return apply
 
     def _bracket(self) -> Node:
         if self.text[self.at : self.at + 1] != "[":
             raise _NoTemplateError
-        return self._value()
+        return self._compile_value()
 
-    def _binary(self, least: int) -> Node:
-        left = self._value()
+    def _compile_binary(self, least: int) -> Node:
+        left = self._compile_value()
         while (match := OPERATOR.match(self.text, self.at)) is not None and PRECEDENCE[match.group()] >= least:
             self.at = match.end()
-            left = self._join(match.group(), left, self._binary(PRECEDENCE[match.group()] + 1))
+            left = self._join(match.group(), left, self._compile_binary(PRECEDENCE[match.group()] + 1))
         return left
 
     def _join(self, operator: str, left: Node, right: Node) -> Node:
@@ -250,14 +252,14 @@ class _Compiler:
         return lambda n, values: float(apply(left(n, values), right(n, values)))
 
 
-def _ordinary(value: float) -> float:
+def _check_ordinary(value: float) -> float:
     """A value with which nothing overflows; any other is for the exact reader."""
     if value and not 1.0 / MAX_NUMBER < abs(value) < MAX_NUMBER:
         raise ValueError
     return value
 
 
-def _whole(value: float) -> int:
+def _round_index(value: float) -> int:
     index = round(value)
     if abs(value - index) > WHOLE_NUMBER:
         raise ValueError

@@ -307,7 +307,7 @@ class _Opened:
             o.check_bare()
         if kind is None:
             structure.programs.setdefault(label, line)
-        elif kind == "while" and self._top("do", label):
+        elif kind == "while" and self._is_top("do", label):
             self._close_loop(structure, line)
         elif kind in ("sub", "if", *_LOOPS):
             if kind == "sub" and self._open:
@@ -344,11 +344,11 @@ class _Opened:
         item = self._open.pop()
         structure.end[item.line], structure.begin[line] = line, item.line
 
-    def _top(self, kind: str, label: str) -> bool:
+    def _is_top(self, kind: str, label: str) -> bool:
         return bool(self._open) and self._open[-1].kind == kind and self._open[-1].label == label
 
     def _expect(self, opening: str, label: str, kind: str) -> None:
-        if not self._top(opening, label):
+        if not self._is_top(opening, label):
             still = f"; {self._describe(self._open[-1])} is open" if self._open else ""
             raise ProgramError("VP023", f"o{label} {kind} without o{label} {opening} before it{still}")
 

@@ -19,7 +19,7 @@ class MachineTravel(Struct, frozen=True, eq=False):
 
     machine: Machine
 
-    def beyond(self, place: Array, tool_length: float) -> str:
+    def find_beyond(self, place: Array, tool_length: float) -> str:
         """The letters of rotary axes that would be beyond their travel at a place of the nominal machine (9,), mm and degrees.
 
         Where no sliders reach the place, the nominal angles are compared.

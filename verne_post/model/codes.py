@@ -649,7 +649,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 _EITHER: Final = ("VP202", "VP203", "VP301")
 
 
-def response(code: Code) -> str:
+def describe_response(code: Code) -> str:
     """What the program does about a finding of this code: exit status, and whether anything is written."""
     number = int(code.code[2:])
     if code.severity == "note":

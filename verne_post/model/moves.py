@@ -195,7 +195,7 @@ def name_tools(events: Iterable[Event]) -> dict[int, str]:
     return {int(str(event.data["number"])): str(event.data["name"]) for event in events if "name" in event.data}
 
 
-def tool_of_event(event: Event) -> str:
+def describe_tool(event: Event) -> str:
     """The tool of a tool change, as a person knows it."""
     return describe_tool_number(int(str(event.data["number"])), name_tools([event]))
 

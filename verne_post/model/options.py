@@ -106,7 +106,7 @@ class About(Struct, frozen=True):
     in_settings: bool = True
 
 
-def dialects() -> tuple[str, ...]:
+def list_dialects() -> tuple[str, ...]:
     """Names of the controller dialects: the modules of :mod:`verne_post.gcode.dialects`."""
     return ("auto", *list_module_names([str(Path(__file__).parents[1] / "gcode" / "dialects")]))
 
@@ -148,8 +148,8 @@ class Options:
         "Control cycle, in place of the machine file's.", Group.SETUP, unit="s")] = None
 
     # --- reading the program ---
-    dialect: Annotated[str, accept_one(dialects), About(
-        "Controller dialect; auto: as its first lines or the ending of its file show, else rs274.", Group.PROGRAM, choices=dialects)] = "auto"
+    dialect: Annotated[str, accept_one(list_dialects), About(
+        "Controller dialect; auto: as its first lines or the ending of its file show, else rs274.", Group.PROGRAM, choices=list_dialects)] = "auto"
     block_delete: Annotated[bool, About("Skip blocks that begin with a slash.", Group.PROGRAM)] = False
     optional_stop: Annotated[bool, About("M1 stops.", Group.PROGRAM)] = False
     subroutines: Annotated[dict[str, Any], Checked(check_texts), About(

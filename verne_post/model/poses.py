@@ -55,11 +55,11 @@ class Platform(Struct, frozen=True, eq=False):
         alpha, beta, gamma = np.moveaxis(self.angles, -1, 0)
         return rotate_z(rotate_y(rotate_x(vector, -alpha), -beta), -gamma)
 
-    def of_vectors(self) -> "Platform":
+    def add_axis(self) -> "Platform":
         """Platforms (n,) as (n, 1): then :meth:`turn` takes several vectors (n, k, 3) of each."""
         return Platform(self.position[:, None], self.angles[:, None])
 
-    def matrix(self) -> Array:
+    def build_matrix(self) -> Array:
         """R (..., 3, 3)."""
         (ca, cb, cc), (sa, sb, sc) = np.moveaxis(np.cos(self.angles), -1, 0), np.moveaxis(np.sin(self.angles), -1, 0)
         rows = (

@@ -406,7 +406,7 @@ class Coordinates(Protocol):
 class TableTravel(Protocol):
     """What an interpreter may ask about the travel of the table."""
 
-    def beyond(self, place: Array, tool_length: float) -> str:
+    def find_beyond(self, place: Array, tool_length: float) -> str:
         """Letters of the rotary axes that would be beyond their travel at machine coordinates (9,); "" where none is."""
 
 

@@ -42,7 +42,7 @@ class Splines(Struct, frozen=True, eq=False):
     def __len__(self) -> int:
         return len(self.degree)
 
-    def of_degree(self, piece: Ints, degree: int) -> tuple[Array, Array, Array]:
+    def select_degree(self, piece: Ints, degree: int) -> tuple[Array, Array, Array]:
         """Control points (n, degree + 1, k), weights (n, degree + 1) and knots (n, 2 degree) of pieces of one degree."""
         point = self.first_point[piece][:, None] + np.arange(degree + 1)
         return (

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from verne_post.model.codes import CODES, response
+from verne_post.model.codes import CODES, describe_response
 
 #: Where examples stand that name no work offset, and so that nothing else is found in them.
 _AT_ZERO: Final = "--wcs G54=0,0,0"
@@ -70,7 +70,7 @@ def _list_parts(code: str) -> list[tuple[str, str, bool]]:
             parts.append(("In a copy of verne.toml (verne-post machine show)", news, True))
         parts.append(("Shown by", example.command, True))
     parts += [("Why it matters", page["why"], False), ("Remedy", known.remedy, False)]
-    parts.append(("Response", response(known), False))
+    parts.append(("Response", describe_response(known), False))
     if "parameters" in page:
         parts.append(("Parameters", f"{page['parameters']}.", False))
     return parts

@@ -30,7 +30,7 @@ def _move_text(proposal: Proposal, place: Place) -> str:
 
 def _measure_shift(proposal: Proposal, place: Place) -> list[float]:
     """From where the part is now: mm, mm, mm, deg."""
-    x, y, z, c = (place.array() - proposal.before.place.array()).tolist()
+    x, y, z, c = (place.pack_array() - proposal.before.place.pack_array()).tolist()
     return [round(value, WRITTEN_DECIMALS) + 0.0 for value in (x, y, z, c * DEG_PER_RAD)]
 
 
@@ -100,7 +100,7 @@ def _select_blocking(findings: tuple[Finding, ...]) -> list[Finding]:
     return list(first.values())
 
 
-def as_json(program: str, machine: Machine, proposal: Proposal) -> str:
+def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
     """The result as JSON."""
     before, after = proposal.before, proposal.after
     fits = find_worst(proposal.findings) != "error"

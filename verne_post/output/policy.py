@@ -100,7 +100,7 @@ def make_fingerprint(report: Report, item: Finding, seen: Counter[str]) -> str:
     return f"{key}:{seen[key]}"
 
 
-def uri(program: str) -> str:
+def make_uri(program: str) -> str:
     """A path as a URI: relative to the current folder where the file lies in it, else with the scheme file."""
     path = PurePath(program)
     if path.is_absolute() and path.is_relative_to(Path.cwd()):

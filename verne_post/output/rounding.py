@@ -44,7 +44,7 @@ def choose_setpoint_format(
     needed = np.ceil(-np.log10(coarsest * scale)).astype(int)
     chosen = np.clip(needed, 0, MAX_DECIMALS) if decimals is None else np.full(len(jerk), decimals)
     chosen = np.where(whole, 0, chosen)
-    fmt = SetpointFormat(cycle, tuple(int(d) for d in chosen), time_decimals(cycle), drives)
+    fmt = SetpointFormat(cycle, tuple(int(d) for d in chosen), choose_time_decimals(cycle), drives)
     if accept_rounding:
         return fmt
     for index, (column, noise, limit) in enumerate(
@@ -89,7 +89,7 @@ def estimate_rounding_noise(fmt: SetpointFormat) -> tuple[Array, Array]:
     return 2 * fmt.quanta / fmt.cycle**2, 4 * fmt.quanta / fmt.cycle**3
 
 
-def time_decimals(cycle: float) -> int:
+def choose_time_decimals(cycle: float) -> int:
     """Decimals of t_s: as many as the cycle needs."""
     exponent = Decimal(repr(cycle)).normalize().as_tuple().exponent
     return min(max(-int(exponent), 0), MAX_DECIMALS)

@@ -13,7 +13,7 @@ from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.output.cells import describe_first_wrong
 from verne_post.output.fixed_point import format_rows
-from verne_post.output.rounding import MAX_DECIMALS, convert_positions, name_column, time_decimals
+from verne_post.output.rounding import MAX_DECIMALS, choose_time_decimals, convert_positions, name_column
 
 _READ_ROWS: Final = 8192
 #: Characters: no row has so many, and a file without line ends is not read into memory as one.
@@ -27,7 +27,7 @@ def name_joints(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> tuple
     return tuple(name_column(column, drives, index) for index, column in enumerate(columns))
 
 
-def column_names(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> tuple[str, ...]:
+def name_columns(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> tuple[str, ...]:
     """Names of all columns of a file, in the order of :func:`take_columns`."""
     return ("t_s", *name_joints(columns, drives), "line")
 
@@ -40,7 +40,7 @@ def take_columns(block: SetpointBlock) -> tuple[NDArray[Any], ...]:
 
 def write_csv_header(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> str:
     """``t_s,rho1_mm,...,line``."""
-    return ",".join(column_names(columns, drives)) + "\n"
+    return ",".join(name_columns(columns, drives)) + "\n"
 
 
 def write_csv_rows(block: SetpointBlock) -> str:
@@ -127,7 +127,11 @@ def _check_time(t: Array, name: str, first: int, fmt: SetpointFormat) -> None:
     """Refuse rows that are not at their time."""
     expected = (first + np.arange(len(t))) * fmt.cycle
     # half a unit of the last decimal that the cycle has; a time that leaves it out cannot tell rows apart
-    allowed = 0.51 * 10.0 ** -max(time_decimals(fmt.cycle), 3) if fmt.time_decimals >= time_decimals(fmt.cycle) else 0.0
+    allowed = (
+        0.51 * 10.0 ** -max(choose_time_decimals(fmt.cycle), 3)
+        if fmt.time_decimals >= choose_time_decimals(fmt.cycle)
+        else 0.0
+    )
     allowed = min(allowed, 0.05 * fmt.cycle)
     bad = np.flatnonzero(~(np.abs(t - expected) <= allowed))
     if len(bad):

@@ -16,7 +16,7 @@ from verne_post.model.options import OPTIONS, Changes, Options, find_about, find
 from verne_post.model.summary import FreeTurn, Summary
 from verne_post.model.verification import Verification
 from verne_post.output.cells import blank_nonfinite
-from verne_post.output.setpoints import column_names
+from verne_post.output.setpoints import name_columns
 
 #: Version of the layout.
 SIDE_CAR_SCHEMA: Final = 2
@@ -48,7 +48,7 @@ def format_side_car(summary: Summary) -> str:
         "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
         "options": summary.options.record(),
         "columns": {
-            "names": list(column_names(machine.columns, summary.format.drives)),
+            "names": list(name_columns(machine.columns, summary.format.drives)),
             "decimals": list(summary.format.decimals),
             "rounding_jerk_share": ROUNDING_SHARES[2],
         },
@@ -79,13 +79,13 @@ def format_side_car(summary: Summary) -> str:
     if summary.compared:
         data["part"] = list(summary.compared)
     if summary.free_turn is not None:
-        data["free_c"] = _free_turn(summary.free_turn, machine)
+        data["free_c"] = _describe_free_turn(summary.free_turn, machine)
     if summary.verification is not None:
         data["verification"] = _record_verification(summary.verification, machine)
     return format_json(data, 2) + "\n"
 
 
-def _free_turn(turn: FreeTurn, machine: Machine) -> dict[str, object]:
+def _describe_free_turn(turn: FreeTurn, machine: Machine) -> dict[str, object]:
     """What ``--free-c`` chose, in the sense of the machine file."""
     factor = machine.columns[-1].factor
     return {

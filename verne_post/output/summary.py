@@ -11,7 +11,7 @@ from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, name_tools, tool_of_event
+from verne_post.model.moves import Event, describe_tool, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, describe_tool_number
 from verne_post.model.summary import Summary
 from verne_post.model.verification import Verification
@@ -29,7 +29,7 @@ _REASONS = 3
 Facts = Sequence[tuple[str, str]]
 
 
-def remarks(summary: Summary) -> list[str]:
+def list_remarks(summary: Summary) -> list[str]:
     """What a person must compare with the machine: tools, offsets, bodies."""
     return [f"{key}: {text}" for key, text in _describe_setup(summary)]
 
@@ -62,7 +62,7 @@ def list_facts(summary: Summary) -> list[tuple[str, str]]:
     """Facts of a conversion by their keys, in groups: where the machine starts, time, tolerance, limits, what is assumed, what to do."""
     return [
         ("start position", _describe_first_row(summary)), *_restart(summary), *_describe_dry_run(summary),
-        ("time", _describe_motion(summary)), *_bound(summary), *_describe_feed(summary), *_free_turn(summary),
+        ("time", _describe_motion(summary)), *_bound(summary), *_describe_feed(summary), *_describe_free_turn(summary),
         *_describe_tolerance(summary), *_describe_vibration(summary), *_describe_axis_error(summary), *_describe_limits(summary), *_describe_rounding(summary),
         *_describe_setup(summary), *([("not limited", summary.machine.unlimited)] if summary.machine.unlimited else []),
         *_describe_provisional(summary), *_describe_manual_stops(summary),
@@ -111,16 +111,16 @@ def describe_following(
         )
     )
 
-    def at(row: int) -> str:
+    def describe_row(row: int) -> str:
         return f"line {lines[row]}, {row * cycle:.3f} s"
 
     delay = following.delay
     return _wrap(
         f"{name}: {following.rows} rows, {delay} rows ({delay * cycle:g} s) later than the setpoints. "
         f"Following error of the joints at most: {joints}. "
-        f"The tip was at most {following.tip_worst:.6f} mm from the position commanded for that time ({at(following.tip_row)}), "
-        f"and {following.path_worst:.6f} mm from the commanded path ({at(following.path_row)}); "
-        f"the axis at most {DEG_PER_RAD * following.axis_worst:.6f} deg ({at(following.axis_row)})."
+        f"The tip was at most {following.tip_worst:.6f} mm from the position commanded for that time ({describe_row(following.tip_row)}), "
+        f"and {following.path_worst:.6f} mm from the commanded path ({describe_row(following.path_row)}); "
+        f"the axis at most {DEG_PER_RAD * following.axis_worst:.6f} deg ({describe_row(following.axis_row)})."
     )
 
 
@@ -156,7 +156,7 @@ def _restart(summary: Summary) -> Facts:
     forms = {"spindle": "spindle {direction} at {speed:g}{per}", "coolant": "coolant {state}",
              "override": "overrides switched off by M48 to M53", "signal": "output {output} as line {line} sets it",
              "remapped": "{code} of line {line}"}  # fmt: skip
-    states = [tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, per=_name_speed_unit(event), **event.data)
+    states = [describe_tool(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, per=_name_speed_unit(event), **event.data)
               for event in summary.switched]  # fmt: skip
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
     return [("restart", f"starts at line {summary.options.from_line}{needed}")]
@@ -272,7 +272,7 @@ def _describe_feed(summary: Summary) -> Facts:
     return [("feed rate", text)]
 
 
-def _free_turn(summary: Summary) -> Facts:
+def _describe_free_turn(summary: Summary) -> Facts:
     turn = summary.free_turn
     if turn is None:
         return []
@@ -401,7 +401,7 @@ def _describe_manual_stops(summary: Summary) -> Facts:
     heads = list(groups)
     for event in stops:
         head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
-        what = tool_of_event(event) if event.kind == "tool" else forms[event.kind].format(**event.data)
+        what = describe_tool(event) if event.kind == "tool" else forms[event.kind].format(**event.data)
         groups[head].append(f"line {event.line} {what}")
     return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]
 

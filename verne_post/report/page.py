@@ -92,7 +92,7 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
         "sheet": write_sheet_html(program, source, machine, study),
         "data": write_json_in_html(data),
         "bytes": pack.encode(),
-        "library": library(),
+        "library": read_library(),
     }
     return fill_page("page.html", _PARTS, parts)
 
@@ -106,7 +106,7 @@ def fill_page(name: str, files: Sequence[str], parts: Mapping[str, str]) -> str:
     return re.sub(r"<!--(\w+)-->", lambda mark: filled[mark[1]], text)
 
 
-def library() -> str:
+def read_library() -> str:
     """The script of three.js, with its controls and wide lines."""
     folder = importlib.resources.files("jupyter_threejs_sage") / "static"
     newest = max(

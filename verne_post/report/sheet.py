@@ -17,7 +17,7 @@ from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, MoveKind, name_tools, tool_of_event
+from verne_post.model.moves import Event, MoveKind, describe_tool, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.findings import describe
@@ -433,10 +433,10 @@ def _list_actions(study: Study) -> list[Row]:
     rows = {} if study.summary is None else {id(timed.event): timed.row for timed in study.summary.timed}
     cycle = program.cycle
 
-    def at(event: Event) -> str:
+    def describe_time(event: Event) -> str:
         return f"{rows[id(event)] * cycle:.3f} s" if id(event) in rows else ""
 
-    def action(event: Event) -> str:
-        return f"put in {tool_of_event(event)}" if event.kind == "tool" else _ACTIONS[event.kind].format(**event.data)
+    def describe_action(event: Event) -> str:
+        return f"put in {describe_tool(event)}" if event.kind == "tool" else _ACTIONS[event.kind].format(**event.data)
 
-    return [(str(event.line), at(event), action(event)) for event in waits]
+    return [(str(event.line), describe_time(event), describe_action(event)) for event in waits]

@@ -13,7 +13,7 @@ _LOWEST_HZ: Final = 1.0
 _BANDS: Final = 6
 
 
-def spectrum(values: Array, cycle: float) -> Spectrum | None:
+def measure_spectrum(values: Array, cycle: float) -> Spectrum | None:
     """Root mean square of each joint's acceleration in bands of frequency, for rows (n, n_joints); None for too short a program.
 
     The squares of all bands, and of what is slower than the lowest, add up to the mean square over the program.

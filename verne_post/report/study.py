@@ -28,7 +28,7 @@ from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.verdict import Machined
 from verne_post.report.governing import GoverningLimits
 from verne_post.report.operations import OperationTimes
-from verne_post.report.spectrum import spectrum
+from verne_post.report.spectrum import measure_spectrum
 from verne_post.report.surfaces import find_frames
 from verne_post.report.table import Curve, Governing, LineTimes, Operation, Spectrum, Study, Trail
 from verne_post.toolpath.margins import list_margin_functions
@@ -105,13 +105,13 @@ def _study_rows(source: Text, program: Program, result: Result, values: Array, l
             _Samples(np.asarray(row * cycle), line[first:last], q[3:], of, tip, angles, ok, speed, stretch),
             frames[stretch] == row, {"position": recent[3:], **rates, "speed": speed[:, None], "feed": feed[:, None]},
         )  # fmt: skip
-    return collector.finish(result, governing.finish(), *operations.finish(), spectrum(values, cycle))
+    return collector.finish(result, governing.finish(), *operations.finish(), measure_spectrum(values, cycle))
 
 
 def _study_path(program: Program, result: Result) -> Study:
     """Take points evenly spaced along the path as frames, and the beginnings of blocks; between them, some points of every element."""
     machine, contour, n = program.machine, program.contour, len(program.contour)
-    joints, factor = program.joints(), np.array([column.factor for column in machine.columns])
+    joints, factor = program.follow_joints(), np.array([column.factor for column in machine.columns])
     begins = sum_running(contour.length)
     frames = np.linspace(0.0, begins[-1], FRAMES + 1)
     line = contour.find_lines()

@@ -143,7 +143,7 @@ class _Choice(Struct, frozen=True, eq=False):
     c_range: tuple[float, float]
     nutation: Nutation | None
 
-    def legal(self, branch: Branch) -> Mask:
+    def find_legal(self, branch: Branch) -> Mask:
         """Segments (n,) that a branch can take, the travel of C included."""
         c0, c1 = (_find_turn(branch.apply_to(pose[:, 3:]), self.nutation) for pose in (self.path.start, self.path.end))
         low, high = self.c_range[0] - ZERO_ANGLE, self.c_range[1] + ZERO_ANGLE
@@ -231,7 +231,7 @@ def _split_breaks(choice: _Choice, breaks: set[int]) -> set[int]:
     """Add breaks where the legality of a branch changes, and on both sides of rapids."""
     finer = set(breaks)
     for branch in choice.states:
-        good = choice.legal(branch)
+        good = choice.find_legal(branch)
         finer.update((np.flatnonzero(good[1:] != good[:-1]) + 1).tolist())
     rapid = choice.path.feed_time == 0
     finer.update((np.flatnonzero(rapid[1:] | rapid[:-1]) + 1).tolist())
@@ -254,7 +254,7 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     words = np.append(0, np.cumsum(~path.free))
     illegal, departures = [], []
     for branch in states:
-        bad = np.append(0, np.cumsum(~choice.legal(branch)))
+        bad = np.append(0, np.cumsum(~choice.find_legal(branch)))
         illegal.append(bad[lasts] - bad[firsts])
         departures.append(0 * firsts if branch == AS_PROGRAMMED else words[lasts] - words[firsts])
     begin = np.stack([branch.apply_to(path.start[firsts, 3:]) for branch in states], axis=1)

@@ -45,7 +45,7 @@ class _ToolPose(Struct, frozen=True, eq=False):
     pose: Array
     length: Array
 
-    def with_length(self, length: Array) -> Array:
+    def add_length(self, length: Array) -> Array:
         """Poses (n, 5) of tools of other lengths (n,) with the gauge line at the same place."""
         return _keep_gauge_line(self.pose, self.length - length)
 
@@ -81,7 +81,7 @@ def build_path(
     )
     if len(moves):
         length = np.array([moves.frames[moves.frame[0]].tool_length])
-        first = _ToolPose(first.with_length(length), length)
+        first = _ToolPose(first.add_length(length), length)
     placed = _place_moves(moves, coordinates, first)
     path = _assemble_path(placed, first, coordinates, orientation)
     chosen = planner(path) if planner is not None and len(placed) else None
@@ -160,7 +160,7 @@ def _assemble_path(placed: PlacedMoves, first: _ToolPose, coordinates: TableCoor
         seen = max(begin - 1, 0)  # whether a segment continues depends on the one before
         block = make_segments(placed.select(slice(seen, stop)), coordinates, orientation)
         if seen < begin:
-            block = block.without_first()
+            block = block.drop_first()
         at = dwell_before[(dwell_before > 0) & (dwell_before >= begin) & (dwell_before < stop)]
         block.continues[at - begin] = False
         sections = np.cumsum(~block.continues) + section

@@ -64,7 +64,7 @@ class _ContourTable:
         self._section = int(section[-1])
         self._blended |= bool(block.elements["blended"].any())
 
-    def contour(self, path: ToolPath, shape: ToolPath, s: Array) -> Contour:
+    def build(self, path: ToolPath, shape: ToolPath, s: Array) -> Contour:
         """The contour of a path, that follows ``shape``, with corners at ``s``; nothing can be added any more."""
         of_segment = self._segments.freeze()
         feeds = Feeds(*(of_segment.pop(name) for name in ("rate", "by_tip", "cap")))
@@ -86,7 +86,7 @@ def make_exact_contour(path: ToolPath) -> Contour:
             "rotation": measure_rotation(part), "section": part.section, "blended": zero,
         }  # fmt: skip
         table.extend(elements, find_feeds(part), zero, zero)
-    return table.contour(path, path, np.empty(0))
+    return table.build(path, path, np.empty(0))
 
 
 def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing, team: Team = ALONE) -> Contour:
@@ -128,7 +128,7 @@ def smooth_contour(path: ToolPath, moves: Moves, smoothing: Smoothing, team: Tea
     table = _ContourTable()
     for (begin, end), (rounded, feeds) in zip(parts, team.map(round_part, parts), strict=True):
         table.extend_rounded(rounded, feeds, begin, last=end == n)
-    contour = table.contour(path, shape, s)
+    contour = table.build(path, shape, s)
     return replace(
         contour, dwell_section=find_sections(contour.section, np.searchsorted(contour.segment, path.dwell_segment))
     )

@@ -62,22 +62,22 @@ class CornerRules(Struct, frozen=True):
 
     Attributes
     ----------
-    allowed : ndarray of bool
+    allowed_corners : ndarray of bool
         G64 holds, and the segments meet.
     smooth : ndarray of bool
         The segments continue each other without a corner.
     straight : ndarray of bool
         Both segments are straight: a corner is blended as in :mod:`verne_post.toolpath.corners`.
-    curved : ndarray of bool
+    curved_corners : ndarray of bool
         It may be blended as in :mod:`verne_post.toolpath.curved_corners`.
     tip_tolerance, axis_tolerance : ndarray
         mm and rad.
     """
 
-    allowed: Mask
+    allowed_corners: Mask
     smooth: Mask
     straight: Mask
-    curved: Mask
+    curved_corners: Mask
     tip_tolerance: Array
     axis_tolerance: Array
 

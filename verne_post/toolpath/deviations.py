@@ -45,7 +45,7 @@ class Chords(Struct, frozen=True):
         """Those of some segments."""
         return Chords(self.sag[segment], self.cosine[segment])
 
-    def height(self, part: Array) -> Array:
+    def measure_height(self, part: Array) -> Array:
         """From the arcs to the segments (n, 3), mm, at shares ``part`` (n,) of their chords."""
         from_middle = (2.0 * part - 1.0) ** 2
         root = np.sqrt(1.0 - (1.0 - self.cosine**2) * from_middle)
@@ -96,7 +96,7 @@ def find_share_used(
 
 def _find_heights(chords: Chords | None, ends: tuple[Array, Array], along: Array | float) -> Array | float:
     """From arcs to their chords (n, 3), mm, ``along`` (n,) mm beyond poses that are ``ends`` from the ends."""
-    return 0.0 if chords is None else chords.height((along - ends[0]) / (ends[1] - ends[0]))
+    return 0.0 if chords is None else chords.measure_height((along - ends[0]) / (ends[1] - ends[0]))
 
 
 def find_bend_shares(bend: Array, slope: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:

@@ -69,9 +69,9 @@ def fair_path(
         first, last = max(begin - NEIGHBOURS, 0), min(end + NEIGHBOURS, n)
         part, rules = path.take_part(first, last), find_corner_rules(path, left.swing, first, last, moves, smoothing)
         reversal = find_reversals(find_slopes(part.start, part.end, part.length))
-        soft = rules.allowed & rules.straight & ~rules.smooth & ~reversal
+        soft = rules.allowed_corners & rules.straight & ~rules.smooth & ~reversal
         # a segment that continues in another, or ends at a curve, keeps its direction, which was matched as programmed
-        kept = rules.smooth | rules.curved
+        kept = rules.smooth | rules.curved_corners
         soft[1:-1] &= ~(kept[2:] | kept[:-2])
         whole = FAIRING_SHARE * rules.tip_tolerance
         tip = limit_fairing(part, moves, whole)

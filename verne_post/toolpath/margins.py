@@ -29,7 +29,7 @@ def list_margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
     error = np.array([margin.error_below for _index, margin in measured])
     scale = np.array([margin.warn_below for _index, margin in measured]) - error
 
-    def margins(tip: Array, angles: Array, tool_length: Array) -> Array:
+    def find_margins(tip: Array, angles: Array, tool_length: Array) -> Array:
         q, platform, ok = machine.five_axis.solve(tip, angles, tool_length)
         inside = np.minimum(q - limits.lower, limits.upper - q)[:, travel] / half
         geometry = (machine.five_axis.find_geometry_margins(q, angles, platform)[:, kept] - error) / scale
@@ -39,4 +39,4 @@ def list_margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
 
     names = [f"travel of {machine.columns[joint].joint}" for joint in travel]
     names += [f"{margin.name} of {margin.axis}" if margin.axis else margin.name for _index, margin in measured]
-    return margins, tuple(names)
+    return find_margins, tuple(names)

@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 from verne_post.model.machine import Machine
 from verne_post.model.toolpath import SegmentKind, ToolPath
-from verne_post.toolpath.metric import metric_length
+from verne_post.toolpath.metric import measure_metric
 
 
 def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
@@ -27,7 +27,7 @@ def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
     kind, length, joint = path.kind.copy(), path.length.copy(), path.joint.copy()
     circle, turn = path.circle.copy(), path.turn.copy()
     kind[rapid], circle[rapid], turn[rapid] = SegmentKind.JOINT, -1, -1
-    length[rapid] = metric_length(joints[:, 1] - joints[:, 0])
+    length[rapid] = measure_metric(joints[:, 1] - joints[:, 0])
     joint[rapid] = len(path.joints) + np.arange(len(rapid))
     earlier = path.joints if len(path.joints) else joints[:0]
     breaks = np.zeros(len(path), dtype=bool)

@@ -117,7 +117,7 @@ def round_corners(
     slope = blends.find_slopes(shape.start, shape.end, shape.length)
     bend = blends.find_bends(slope)
     bend[~rules.straight] = 0.0
-    blended = rules.allowed & rules.straight & ~rules.smooth & ~blends.find_reversals(slope)
+    blended = rules.allowed_corners & rules.straight & ~rules.smooth & ~blends.find_reversals(slope)
     share = np.where(blended, find_bend_shares(bend, slope, tip_left, axis_left), 0.0)
     feed = blends.find_smaller_beside(find_feeds(path).cap)
     kind = blends.choose_shapes(
@@ -129,18 +129,18 @@ def round_corners(
     )
     kind[_find_swung_out(shape, slope, bend, kind, blends.find_widest(kind, share), smoothing)] = 0
     wanted = np.where(blended, blends.find_widest(kind, share), 0.0)
-    wanted = np.where(rules.curved, np.inf, wanted)
+    wanted = np.where(rules.curved_corners, np.inf, wanted)
     reach = blends.share_segments(wanted, path.length)
-    most = reach[rules.curved]
+    most = reach[rules.curved_corners]
     if smoothing.overlap:
         walls = ~(blended | (rules.smooth & rules.straight))
-        reach = blends.limit_overlap(np.where(blended, wanted, 0.0), s, walls, rules.curved)
+        reach = blends.limit_overlap(np.where(blended, wanted, 0.0), s, walls, rules.curved_corners)
         kind[chain] = 0
         reach[chain] = limit_chain_reach(chain, blends.find_widest(kind, share), s)[chain]
         bounds = rules.tip_tolerance, rules.axis_tolerance
         reach = narrow_blends(Corners(s, reach, bend, kind), chain, slope, shift, left.chords, *bounds)
     reach = np.where(blended, reach, 0.0)
-    curved = np.flatnonzero(rules.curved)
+    curved = np.flatnonzero(rules.curved_corners)
     # corner blends that reach over a corner leave less to the curve after it
     most = np.minimum(most, blends.measure_gaps(reach, s)[curved])
     # blends of curved corners are measured from chords: shapes with lobes may add to what those are off

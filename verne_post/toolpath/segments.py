@@ -84,7 +84,7 @@ class Segments(Struct, frozen=True):
     circles: GreatCircles
     continues: Mask
 
-    def without_first(self) -> "Segments":
+    def drop_first(self) -> "Segments":
         """All but the first; the table of splines keeps what only that one has."""
         arc, turn, circle = (self.columns[name] for name in ("arc", "turn", "circle"))
         arcs, turns, circles = (int(column[0] >= 0) for column in (arc, turn, circle))

@@ -36,7 +36,7 @@ class SmallestMove:
     """
 
     def __init__(self, search: Search, start: Place, counts: Mask) -> None:
-        self.search, self.start, self.counts = search, start.array(), counts
+        self.search, self.start, self.counts = search, start.pack_array(), counts
         tip = search.points.tip
         self.reach = float(np.hypot(tip[:, 0], tip[:, 1]).max())
 
@@ -45,7 +45,7 @@ class SmallestMove:
         moved = places - self.start
         return np.asarray(np.linalg.norm(moved[..., :3], axis=-1) + self.reach * np.abs(moved[..., 3]))
 
-    def proposals(self) -> Iterator[Array]:
+    def propose(self) -> Iterator[Array]:
         """Places (4,) that are legal by the points of the program, the smallest move first, in round numbers first."""
         shifts, every = self.search.free & [True, True, True, False], self.search.free
         for reserve in RESERVES:

@@ -18,7 +18,7 @@ from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MOVE_COLUMNS, ZERO9, Frame, MoveKind, Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath, find_sections
-from verne_post.toolpath.metric import metric_length
+from verne_post.toolpath.metric import measure_metric
 
 #: A stop stands as a dwell of this length, which becomes one cycle.
 STOP_SECONDS: Final = 1e-9
@@ -100,7 +100,7 @@ def make_rapid_segments(steps: Sequence[Step], like: ToolPath, segment: int) -> 
         tool_length=np.full(n, like.tool_length[segment]),
         feed_time=np.zeros(n),
         timed=np.zeros(n, dtype=bool),
-        length=np.array([metric_length(step.delta) for step in steps]),
+        length=np.array([measure_metric(step.delta) for step in steps]),
         arc=np.full(n, -1, dtype=np.int32),
         spline=np.full(n, -1, dtype=np.int32),
         turn=np.full(n, -1, dtype=np.int32),

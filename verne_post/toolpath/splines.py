@@ -21,7 +21,7 @@ from verne_post.base.bsplines import (
     find_bezier_controls,
     find_curve_parameter,
     find_even_parts,
-    slices,
+    split_slices,
 )
 from verne_post.base.columns import GrowingTable
 from verne_post.base.ragged import number_parts
@@ -84,7 +84,7 @@ def find_ends(pieces: Splines) -> Array:
     """Poses (m, 5) at the ends of pieces."""
     ends = np.empty((len(pieces), 5))
     for degree, where in pieces.group_by_degree(np.arange(len(pieces))):
-        ends[where] = evaluate_piece_ends(*pieces.of_degree(where, degree))
+        ends[where] = evaluate_piece_ends(*pieces.select_degree(where, degree))
     return ends
 
 
@@ -96,7 +96,7 @@ def turn_pieces(pieces: Splines, start: Array, end: Array) -> Splines:
     """
     points, weights, knots = pieces.points.copy(), pieces.weights.copy(), pieces.knots.copy()
     for degree, where in pieces.group_by_degree(np.arange(len(pieces))):
-        here, weight, knot = pieces.of_degree(where, degree)
+        here, weight, knot = pieces.select_degree(where, degree)
         rows = pieces.first_point[where][:, None] + np.arange(degree + 1)
         ends = evaluate_piece_ends(here, weight, knot)
         begins = _find_begins(here, weight, knot)
@@ -143,7 +143,7 @@ def make_spline_segments(pieces: Splines, line: Ints) -> SplineSegments:
     controls, count = np.zeros((len(pieces.points), 6)), np.zeros(m, dtype=np.int64)
     of_degree: list[tuple[NDArray[np.intp], EvenParts, Array]] = []
     for degree, where in pieces.group_by_degree(np.arange(m)):
-        points, weights, knots = pieces.of_degree(where, degree)
+        points, weights, knots = pieces.select_degree(where, degree)
         bezier = find_bezier_controls(points - points[:, :1], weights, knots)
         controls[pieces.first_point[where][:, None] + np.arange(degree + 1)] = bezier
         parts = find_even_parts(bezier, 3)
@@ -172,7 +172,7 @@ def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
     x = (np.arange(_PLACES) + 0.5) / _PLACES
     x[0], x[-1] = 0.0, 1.0  # the ends of a part are looked at too
     turned, bend = np.empty((len(curve), _PLACES)), np.empty(len(curve))
-    for some in slices(len(curve)):
+    for some in split_slices(len(curve)):
         part = np.repeat(np.arange(len(curve))[some], _PLACES)
         width = (parts.high - parts.low)[part]
         low = parts.low[part]

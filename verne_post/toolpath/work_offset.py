@@ -62,7 +62,7 @@ class Place(Struct, frozen=True):
     z: float
     c: float
 
-    def array(self) -> Array:
+    def pack_array(self) -> Array:
         """x, y, z, c."""
         return np.array([self.x, self.y, self.z, self.c])
 
@@ -208,7 +208,7 @@ class Search:
 
     def evaluate(self, place: Place, counts: Mask | None = None) -> Fit:
         """The margins of a place over all points."""
-        table = self._measure_margins(place.array()[None], self.points)
+        table = self._measure_margins(place.pack_array()[None], self.points)
         margins = table[0].min(axis=0)
         lines = self.points.line[table[0].argmin(axis=0)]
         return Fit(place, margins, lines, np.ones(len(margins), bool) if counts is None else counts, self.names)
@@ -217,8 +217,8 @@ class Search:
         """The place with the largest smallest margin; ``notify`` gets done and total."""
         random = np.random.default_rng(0)  # the same program has the same fit
         scattered = self.low + random.random((SCATTERED, 4)) * (self.high - self.low)
-        scattered[:, ~self.free] = start.array()[~self.free]
-        scattered[0] = np.clip(start.array(), self.low, self.high)
+        scattered[:, ~self.free] = start.pack_array()[~self.free]
+        scattered[0] = np.clip(start.pack_array(), self.low, self.high)
         rows = self.choose_first_rows()
         smallest, lost = self._find_smallest(scattered, rows)
         with np.errstate(invalid="ignore"):
@@ -244,7 +244,7 @@ class Search:
 
     def holds(self, place: Place) -> bool:
         """Whether a place lies in the range."""
-        return bool((self.low <= place.array()).all() and (place.array() <= self.high).all())
+        return bool((self.low <= place.pack_array()).all() and (place.pack_array() <= self.high).all())
 
     def choose_first_rows(self) -> NDArray[np.intp]:
         """Points to begin with, spread over the program."""
@@ -280,7 +280,7 @@ class Search:
         """The place of least time among samples around one of large margin, with enough of it."""
         random, counts = np.random.default_rng(0), best.counts
         width = 0.5 * (self.high - self.low) * self.free
-        place = best.place.array()
+        place = best.place.pack_array()
         time, rows = self._estimate_seconds(place), np.union1d(self.choose_first_rows(), self.find_worst_rows(place))
         for _ in range(ROUNDS):
             around = np.clip(place + width * random.uniform(-1, 1, (AROUND, 4)), self.low, self.high)

@@ -25,7 +25,7 @@ from verne_post.trajectory.repair import repair_or_slow_down, repair_rows
 from verne_post.trajectory.retiming import retime
 from verne_post.trajectory.row_limits import add_rest, find_exceeding, measure_excess
 from verne_post.trajectory.section_path import Section, SectionTask, find_finite_joints
-from verne_post.trajectory.spline_profile import Profile, Times, positions
+from verne_post.trajectory.spline_profile import Profile, Times, find_positions
 from verne_post.trajectory.tuning import Effort
 
 #: Where no joint has a jerk limit, sections of at most so many rows are tried with fewer: of longer ones a row is less than 0.01 %.
@@ -102,10 +102,10 @@ def plan_continuous(
     if planned.rows is not None and playback == AS_PLANNED:
         return ContinuousProfile(try_fewer_rows(task, planned.rows, few_rows), bound)
 
-    def rows(slower: float) -> Array:
+    def make_rows(slower: float) -> Array:
         return sample_rows(task, planned.profile, planned.times, slower, playback, begin)
 
-    return ContinuousProfile(repair_or_slow_down(replace(task, feed_share=playback.override), rows), bound)
+    return ContinuousProfile(repair_or_slow_down(replace(task, feed_share=playback.override), make_rows), bound)
 
 
 def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> _PlannedSection:
@@ -136,9 +136,9 @@ def rebuild_profile(task: SectionTask, profile: Profile, times: Times) -> Profil
     unit = task.unit
     count = int(np.ceil(times.total / unit)) + 1
     samples = Growing(float)
-    for part in positions(profile, times, count, lambda number: np.minimum(unit * number, times.total), task.team):
+    for part in find_positions(profile, times, count, lambda number: np.minimum(unit * number, times.total), task.team):
         samples.extend(part)
-    return Profile.through_samples(samples.freeze(), unit)
+    return Profile.interpolate(samples.freeze(), unit)
 
 
 def sample_rows(
@@ -152,12 +152,12 @@ def sample_rows(
     section, cycle = task.section, task.cycle
     cycles = playback.count_cycles(times.total * slower, begin, cycle)
 
-    def instants(row: Array) -> Array:
+    def find_instants(row: Array) -> Array:
         done = playback.find_shares(row, np.full(len(row), float(cycles)), np.full(len(row), begin), cycle)
         return times.total * done
 
     every, farthest = Growing(float), 0.0
-    for s in positions(profile, times, cycles + 1, instants, task.team):
+    for s in find_positions(profile, times, cycles + 1, find_instants, task.team):
         s = np.maximum.accumulate(np.append(farthest, np.clip(s, 0.0, section.length)))[1:]
         every.extend(s)
         farthest = float(s[-1])
@@ -187,12 +187,12 @@ def _count_creeping(task: SectionTask, s: Array, cycle: float) -> tuple[int, int
     moved = find_finite_joints(section, tail)
     by_feed = cycle * np.asarray(section.find_speed(tail), dtype=float)
 
-    def creeping(rows: slice, end: int) -> int:
+    def count_creeping(rows: slice, end: int) -> int:
         strain = (np.abs(moved[rows] - moved[end]) / reach).max(axis=1)
         strain = np.maximum(strain, np.abs(tail[rows] - tail[end]) / by_feed[rows])
         return int(np.count_nonzero(strain < tuning.CREEPING_MOTION))
 
-    at_start, at_end = creeping(slice(1, count), 0), creeping(slice(count, -1), -1)
+    at_start, at_end = count_creeping(slice(1, count), 0), count_creeping(slice(count, -1), -1)
     # the step that takes their place must be one that the rows allow
     while at_start and _is_too_far(section, np.array([0.0, 0.0, s[1 + at_start]]), cycle):
         at_start //= 2

@@ -34,8 +34,8 @@ def bound_second_order_time(section: Section, limits: Limits, solver: Solver, te
 
 def _find_least_seconds(section: Section, grid: Grid, limits: Limits, x: Array, last: int) -> tuple[float, float]:
     """Time of the second-order optimum x = sd^2 (n,) up to element ``last``, s, and x there."""
-    s, fastest = _kept(section, grid, x, last)
-    _s, steepest = _kept(section, grid, reachability.accelerations(grid, limits, x), last)
+    s, fastest = _keep_before(section, grid, x, last)
+    _s, steepest = _keep_before(section, grid, reachability.find_accelerations(grid, limits, x), last)
     return reachability.bound_duration(s, fastest, steepest), float(fastest[-1])
 
 
@@ -66,7 +66,7 @@ def plan_initial_profile(
         cruise.append(np.minimum(find_cruise(grid, x, limits, unit), section.breaks[last]))
         seconds, x_end = _find_least_seconds(section, grid, limits, x, last)
         bound += seconds
-        s, x = _kept(
+        s, x = _keep_before(
             section, grid, np.minimum(x, tuning.START_JERK_EXCESS * reachability.limit_jerk(grid, limits)), last
         )
         x = x / tuning.START_SLOWER**2
@@ -119,7 +119,7 @@ def _build_grids(section: Section, team: Team) -> Iterator[tuple[int, int, Grid]
         known = known[tuning.GRID_PIECES :]
 
 
-def _kept(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Array]:
+def _keep_before(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Array]:
     """Grid points s and x = sd^2 of a profile, without what it does beyond element ``last``, where it looks ahead."""
     end = float(section.breaks[last])
     kept = grid.s < end

@@ -41,7 +41,7 @@ class Problem(Struct, frozen=True, eq=False):
         Rows g with ``g0 X + g1 X' <= 1``.
     jerk : tuple of 3 ndarrays, shape (j, k n)
         Rows g with ``g0 X + g1 X' + g2 X'' <= X^(-1/2)``.
-    held : ndarray of bool, shape (n + 3,)
+    held_coefficients : ndarray of bool, shape (n + 3,)
         Coefficients that stay what they are at the start.
     """
 
@@ -50,7 +50,7 @@ class Problem(Struct, frozen=True, eq=False):
     cap: Array
     acceleration: tuple[Array, ...]
     jerk: tuple[Array, ...]
-    held: NDArray[np.bool_]
+    held_coefficients: NDArray[np.bool_]
 
 
 def build_basis(knot: float, fraction: Array) -> Array:
@@ -124,20 +124,20 @@ class _Iteration:
         self._j_gradient = np.empty_like(self.jerk[0])
         self._a_work = np.empty_like(self.acc[0])
 
-    def at_points(self, c: Array) -> Array:
+    def evaluate_at_points(self, c: Array) -> Array:
         """(X, X', X'') at the points, shape (3, points)."""
         shifted = np.stack([c[k : k + self.n] for k in range(4)])
-        return _product(self.to_points, shifted).reshape(3, -1)
+        return _multiply(self.to_points, shifted).reshape(3, -1)
 
     def gather_coefficients(self, y: Array) -> Array:
         """Transposed map: (3, points) to coefficients."""
-        local = _product(self.to_coefficients, y.reshape(-1, self.n))
+        local = _multiply(self.to_coefficients, y.reshape(-1, self.n))
         c = np.zeros(self.n + 3)
         for k in range(4):
             c[k : k + self.n] += local[k]
         return c
 
-    def _changes(self, out: Rows, points: Array, root_at_points: Array) -> Rows:
+    def _find_changes(self, out: Rows, points: Array, root_at_points: Array) -> Rows:
         """Slacks without their constant parts: the rows' negative values, plus the root on the jerk rows."""
         y, root = points.astype(np.float32), root_at_points.astype(np.float32)
         out[0] = -y[0]
@@ -152,46 +152,46 @@ class _Iteration:
         np.subtract(root, jerk, out=jerk)
         return out
 
-    def slacks(self, y: Array, out: Rows) -> Rows:
+    def find_slacks(self, y: Array, out: Rows) -> Rows:
         """How far each constraint is from its limit."""
-        self._changes(out, y, 1.0 / np.sqrt(np.maximum(y[0], tuning.SMALLEST_X)))
+        self._find_changes(out, y, 1.0 / np.sqrt(np.maximum(y[0], tuning.SMALLEST_X)))
         out[0] += self.cap
         out[1] -= tuning.SMALLEST_X
         out[self.a] += 1.0
         return out
 
-    def factor(self, root_bend: Array, ratio: Rows, dual: Rows) -> Array | None:
+    def factorise(self, root_bend: Array, ratio: Rows, dual: Rows) -> Array | None:
         """Cholesky factor of the normal matrix, X^(-1/2) having this second derivative; None where rounding has spoilt it."""
         w_acc, w_jerk = ratio[self.a], ratio[self.j]
         g0, (_j0, j1, j2) = self._j_gradient, self.jerk
         local = np.empty((6, self.points))
         work = self._a_work
         np.multiply(w_acc, self.acc[0], out=work)
-        local[0] = _dot(work, self.acc[0])
-        local[1] = _dot(work, self.acc[1])
-        local[3] = _dot(np.multiply(w_acc, self.acc[1], out=work), self.acc[1])
+        local[0] = _sum_products(work, self.acc[0])
+        local[1] = _sum_products(work, self.acc[1])
+        local[3] = _sum_products(np.multiply(w_acc, self.acc[1], out=work), self.acc[1])
         work = self._j_work
         np.multiply(w_jerk, g0, out=work)
-        local[0] += _dot(work, g0)
-        local[1] += _dot(work, j1)
-        local[2] = _dot(work, j2)
+        local[0] += _sum_products(work, g0)
+        local[1] += _sum_products(work, j1)
+        local[2] = _sum_products(work, j2)
         np.multiply(w_jerk, j1, out=work)
-        local[3] += _dot(work, j1)
-        local[4] = _dot(work, j2)
-        local[5] = _dot(np.multiply(w_jerk, j2, out=work), j2)
+        local[3] += _sum_products(work, j1)
+        local[4] = _sum_products(work, j2)
+        local[5] = _sum_products(np.multiply(w_jerk, j2, out=work), j2)
         # the jerk constraints bend the other way than the objective; a share of its curvature always stays
         bend = np.maximum(self.weight - dual[self.j].sum(axis=0), tuning.LEAST_CURVATURE * self.weight)
         bend *= root_bend
         local[0] += bend
         local[0] += ratio[0] + ratio[1]
-        parts = _product(self.band_weights, local.reshape(-1, self.n))
+        parts = _multiply(self.band_weights, local.reshape(-1, self.n))
         band = np.zeros((4, self.n + 3), order="F")
         row = 0
         for i in range(4):
             for k in range(i, 4):
                 band[k - i, i : i + self.n] += parts[row]
                 row += 1
-        band[0, self.problem.held] = tuning.FIXED_DIAGONAL
+        band[0, self.problem.held_coefficients] = tuning.FIXED_DIAGONAL
         factor, info = pbtrf(band, lower=1, overwrite_ab=1)
         return factor if info == 0 and np.isfinite(factor[0]).all() else None
 
@@ -201,22 +201,22 @@ class _Iteration:
         pull = np.empty((3, self.points))
         acc = push[self.a]
         pull[0] = -self.weight * root_slope
-        pull[0] += push[1] - push[0] - _dot(acc, self.acc[0]) - _dot(jerk, self._j_gradient)
-        pull[1] = -_dot(acc, self.acc[1]) - _dot(jerk, self.jerk[1])
-        pull[2] = -_dot(jerk, self.jerk[2])
+        pull[0] += push[1] - push[0] - _sum_products(acc, self.acc[0]) - _sum_products(jerk, self._j_gradient)
+        pull[1] = -_sum_products(acc, self.acc[1]) - _sum_products(jerk, self.jerk[1])
+        pull[2] = -_sum_products(jerk, self.jerk[2])
         rhs = self.gather_coefficients(pull)
-        rhs[self.problem.held] = 0.0
+        rhs[self.problem.held_coefficients] = 0.0
         change, _info = pbtrs(factor, rhs, lower=1)
         change = change.reshape(-1)
-        change[self.problem.held] = 0.0
+        change[self.problem.held_coefficients] = 0.0
         return change
 
     @np.errstate(over="ignore", invalid="ignore")
     def iterate(self, start: Array, start_gap: float, final_gap: float, iterations: int) -> Solution:
         """The iteration itself; see :func:`solve`. Where numbers overflow it ends with what it has."""
         c = start.copy()
-        y = self.at_points(c)
-        now = self.slacks(y, self._slack_now)
+        y = self.evaluate_at_points(c)
+        now = self.find_slacks(y, self._slack_now)
         slack: Rows = np.maximum(now, np.float32(tuning.START_SLACK))
         dual: Rows = np.float32(start_gap * self.weight * self.points / self.count) / slack
         done, legal, blocked = 0, False, False
@@ -236,15 +236,15 @@ class _Iteration:
             np.subtract(self.jerk[0], root_slope.astype(np.float32), out=self._j_gradient)
             np.divide(1.0, slack, out=inverse)
             np.multiply(dual, inverse, out=ratio)
-            factor = self.factor(-1.5 * inverse_x * root_slope, ratio, dual)
+            factor = self.factorise(-1.5 * inverse_x * root_slope, ratio, dual)
             if factor is None:
                 break
             # predictor: towards complementarity zero; relative to what there is, slacks change by r and duals by -1 - r
             settled = np.multiply(ratio, infeasible, out=work)
             push = np.negative(settled, out=self._push)
             change = self.find_direction(root_slope, factor, push)
-            dy = self.at_points(change)
-            relative = self._changes(d_slack, dy, root_slope * dy[0])
+            dy = self.evaluate_at_points(change)
+            relative = self._find_changes(d_slack, dy, root_slope * dy[0])
             relative += infeasible
             relative *= inverse
             step_p = _step(-float(relative.min()))
@@ -266,8 +266,8 @@ class _Iteration:
             change = self.find_direction(root_slope, factor, push)
             if not np.isfinite(change).all():
                 break
-            dy = self.at_points(change)
-            self._changes(d_slack, dy, root_slope * dy[0])
+            dy = self.evaluate_at_points(change)
+            self._find_changes(d_slack, dy, root_slope * dy[0])
             d_slack += infeasible
             np.multiply(ratio, d_slack, out=d_dual)
             np.subtract(target, d_dual, out=d_dual)
@@ -277,11 +277,11 @@ class _Iteration:
             if step_p < tuning.STUCK_STEP:
                 break
             c += step_p * change
-            y = self.at_points(c)
+            y = self.evaluate_at_points(c)
             blocked = min(step_p, step_d) < tuning.SHORT_STEP
             d_slack *= step_p
             slack += d_slack
-            now = self.slacks(y, self._slack_now)
+            now = self.find_slacks(y, self._slack_now)
             # a slack that the nonlinear constraint exceeds is simply taken over
             np.maximum(slack, now, out=slack)
             d_dual *= step_d
@@ -289,7 +289,7 @@ class _Iteration:
         return Solution(np.maximum(c, tuning.SMALLEST_X), done, legal)
 
 
-def _dot(a: Rows, b: Rows) -> Rows:
+def _sum_products(a: Rows, b: Rows) -> Rows:
     """Sum over rows of the product of (r, points) arrays."""
     return np.einsum("rp,rp->p", a, b)
 
@@ -299,7 +299,7 @@ def _multiply_and_sum(a: Rows, b: Rows) -> float:
     return float(np.einsum("rp,rp->", a, b))
 
 
-def _product(a: Array, b: Array) -> Array:
+def _multiply(a: Array, b: Array) -> Array:
     """Product of a small matrix and a wide one, in segments that BLAS does not spread over threads."""
     out = np.empty((len(a), b.shape[1]))
     width = max(tuning.BLAS_WORK // a.size, 1)

@@ -45,7 +45,7 @@ class MotionProfiles(Struct, frozen=True, eq=False):
         Control cycles that each section lasts, at the speed at which it is executed.
     continuous_s : ndarray, shape (n,)
         Path parameter of each row of the continuous sections, mm.
-    reached : ndarray of bool, shape (n_segments,)
+    reached_segments : ndarray of bool, shape (n_segments,)
         The segment's feed is reached somewhere on it.
     second_order_bound_s : float
         Sum of the second-order bounds of the continuous sections, s.
@@ -57,7 +57,7 @@ class MotionProfiles(Struct, frozen=True, eq=False):
     continuous_first: NDArray[np.int64]
     cycles: NDArray[np.int64]
     continuous_s: Array
-    reached: NDArray[np.bool_]
+    reached_segments: NDArray[np.bool_]
     second_order_bound_s: float
     toppra_bound_s: float | None
 
@@ -161,7 +161,7 @@ class ContourSection:
 
     def _find_hidden(self, s: Array, element: Ints, w: Array, poses: tuple[Array, Array]) -> Array:
         turned = None if self.turning is None else self.turning.measure_turn(element, w)
-        found = measure_hidden(self._pose, self.joints.contour, s, element, poses, turned)
+        found = measure_hidden(self._find_pose, self.joints.contour, s, element, poses, turned)
         if self.asked is not None:
             passed = np.flatnonzero(
                 np.diff(element) > 1
@@ -170,7 +170,7 @@ class ContourSection:
             found[passed] = np.maximum(found[passed], asked / self.cycle)
         return found
 
-    def _pose(self, s: Array) -> tuple[Array, Array]:
+    def _find_pose(self, s: Array) -> tuple[Array, Array]:
         """Tip (n, 3) and nominal angles (n, 2) at s (n,)."""
         return self.joints.pose(self.joints.contour, *self.locate(s))
 
@@ -205,7 +205,7 @@ def plan_contour(
     )
     continuous |= _find_uneven(joints, limits, planning, profiles)
     if slower is not None and (slower > 1.0).any():
-        profiles = profiles.stretch(slower)
+        profiles = profiles.slow_down(slower)
     planner = _Planner(joints, limits, planning, profiles, continuous)
     for section, planned in planner.plan_in_time() if planning.playback.ramp else planner.plan_each():
         planner.keep(section, planned)
@@ -242,7 +242,7 @@ class _SectionProfile(Struct, frozen=True, eq=False):
     s: Array
     second_order_bound_s: float
     toppra_bound_s: float
-    reached: Ints
+    reached_segments: Ints
 
 
 class _Planner:
@@ -319,7 +319,7 @@ class _Planner:
         self.cycles[section] = self.rows.count - self.first_row[section] - 1
         self.second_order_bound_s += planned.second_order_bound_s
         self.toppra_bound_s += planned.toppra_bound_s
-        self.reached[planned.reached] = True
+        self.reached[planned.reached_segments] = True
 
     def _find_feed_reached(self, path: ContourSection, s: Array, team: Team) -> Ints:
         """Segments (m,) on which the steps between rows s (n,) are as long as the feed rate allows."""

@@ -51,11 +51,11 @@ def solve(grid: Grid, limits: Limits, *, start: float = 0.0, window: int | None 
     window = window or tuning.PASS_WINDOW
     x_cap = limit_speeds(grid, limits)
     x_cap[0], x_cap[-1] = min(x_cap[0], start), 0.0
-    lines = _lines(grid, limits)
-    forward = _rising_in_x(lines)
+    lines = _find_lines(grid, limits)
+    forward = _find_rising_in_x(lines)
     x_cap[:-1] = _lower_to_possible(x_cap[:-1], forward)
     # backward: from K at i + 1 to x at i
-    reach = _solve_windows(x_cap[:-1][::-1], _run_backward(_rising_in_k(lines)), window)
+    reach = _solve_windows(x_cap[:-1][::-1], _run_backward(_find_rising_in_k(lines)), window)
     controllable = np.append(reach[::-1], 0.0)
     # forward: from x at i to K at i + 1
     begin = float(controllable[0])
@@ -81,7 +81,7 @@ def bound_duration(s: Array, x: Array, acceleration: Array) -> float:
     return float((change + (step - even * step / steepest) / np.maximum(speed[1:], speed[:-1])).sum())
 
 
-def accelerations(grid: Grid, limits: Limits, x: Array) -> Array:
+def find_accelerations(grid: Grid, limits: Limits, x: Array) -> Array:
     """Largest path acceleration (n,) that any joint leaves at squared speeds x (n,), mm/s2."""
     with np.errstate(divide="ignore"):
         return np.asarray(find_row_min((limits.acceleration + np.abs(grid.d2) * x[:, None]) / np.abs(grid.d1)))
@@ -100,7 +100,7 @@ def limit_jerk(grid: Grid, limits: Limits) -> Array:
         return np.cbrt(find_row_min(limits.jerk / np.abs(grid.d3)) ** 2)
 
 
-def _lines(grid: Grid, limits: Limits) -> tuple[Array, Array]:
+def _find_lines(grid: Grid, limits: Limits) -> tuple[Array, Array]:
     """A and B over a of every step, shape (n - 1, 2 n_joints): |A K + B x| <= 1."""
     half = (0.5 / np.diff(grid.s))[:, None]
     begin, end = half * grid.d1[:-1], half * grid.d1[1:]
@@ -110,7 +110,7 @@ def _lines(grid: Grid, limits: Limits) -> tuple[Array, Array]:
     return a * over, b * over
 
 
-def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+def _find_rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     """Offset and gain of the bounds x <= offset + gain K that rise with K; the others are infinite."""
     a, b = lines
     steep, size = np.abs(a), np.abs(b)
@@ -123,7 +123,7 @@ def _rising_in_k(lines: tuple[Array, Array]) -> tuple[Array, Array]:
         return np.divide(1.0, size, out=size), steep
 
 
-def _rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
+def _find_rising_in_x(lines: tuple[Array, Array]) -> tuple[Array, Array]:
     """Offset and gain of the bounds K <= offset + gain x; the gain is negative where a larger x leaves less K."""
     a, b = lines
     bounding = np.abs(a) * _HUGE > np.abs(b)

@@ -67,7 +67,7 @@ def _solve_group(task: SectionTask, profile: Profile, settings: PassSettings, gr
     release_memory()
     if len(group) == 1:
         return _retime_piece(task, profile, settings, group[0])
-    found, legal = _solve(task, profile, settings, [_whole(piece, settings) for piece in group])
+    found, legal = _solve(task, profile, settings, [_make_whole_window(piece, settings) for piece in group])
     parts = [part for piece, own in zip(group, found, strict=True) for part in (piece.cruise[TIED:-TIED], own)]
     return np.concatenate(parts), legal
 
@@ -87,14 +87,14 @@ def _solve(
     return layout.split(found.coefficients), found.legal
 
 
-def _whole(piece: Piece, settings: PassSettings) -> Window:
+def _make_whole_window(piece: Piece, settings: PassSettings) -> Window:
     """A piece as one window."""
-    known = np.append(piece.cruise[-TIED:], np.full(piece.end - piece.begin + TIED, _held(piece)))
+    known = np.append(piece.cruise[-TIED:], np.full(piece.end - piece.begin + TIED, _find_held(piece)))
     known = known[: piece.end - piece.begin + TIED]
-    return _window(known, _held(piece), settings.knot_units, piece.begin, piece.after)
+    return _build_window(known, _find_held(piece), settings.knot_units, piece.begin, piece.after)
 
 
-def _held(piece: Piece) -> float:
+def _find_held(piece: Piece) -> float:
     """X of the cruise beside a piece; 1 where there is none."""
     if len(piece.cruise):
         return float(piece.cruise[-1])
@@ -106,7 +106,7 @@ def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, p
     settled = Growing(float)
     settled.extend(piece.cruise[TIED:-TIED])
     recent = piece.cruise[-TIED:]  # coefficients of the window before, and of this one
-    held = _held(piece)
+    held = _find_held(piece)
     begin, careful, all_legal = piece.begin, -1, True
     done = begin  # knots before which all is settled
     look_ahead = tuning.LOOK_AHEAD_UNITS // settings.knot_units
@@ -119,7 +119,9 @@ def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, p
         coefficients = recent[begin - done : end + TIED - done]
         crawl = tuning.CRAWLING_X if begin <= careful else tuning.WINDOW_END_X
         after = piece.after if end == piece.end else np.full(TIED, crawl)
-        found, legal = _solve(task, profile, settings, [_window(coefficients, held, settings.knot_units, begin, after)])
+        found, legal = _solve(
+            task, profile, settings, [_build_window(coefficients, held, settings.knot_units, begin, after)]
+        )
         if begin > careful and begin > piece.begin and not legal:
             # the window before may have been too fast at its end: again, this time down to a crawl
             careful = begin
@@ -134,7 +136,7 @@ def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, p
     return settled.freeze(), all_legal
 
 
-def _window(known: Array, held: float, knot_units: int, begin: int, after: Array | None) -> Window:
+def _build_window(known: Array, held: float, knot_units: int, begin: int, after: Array | None) -> Window:
     """The window from knot ``begin`` on that starts near the X ``held`` in cruises, and ends with coefficients ``after``.
 
     Where it goes on, ``known`` begins with those of the window before.

@@ -40,18 +40,18 @@ def shift_rows(s: Array, lengths: Ints, reach: int, task: SectionTask) -> JointR
         owner, place = number_parts(high - low)
         here = low[owner] + place
         model = _LinearModel(rows.select(here), slope[here], owner, task)
-        trial = np.clip(model.rows.s + model.shifts(damping), rows.s[low][owner], rows.s[high - 1][owner])
+        trial = np.clip(model.rows.s + model.solve_shifts(damping), rows.s[low][owner], rows.s[high - 1][owner])
         _keep_rising(trial, owner)
         tried = _LinearModel(JointRows.build(task, trial), slope[here], owner, task)
-        merit, after = (np.bincount(owner, one.squares(tuning.AIMED_RATIOS)) for one in (model, tried))
-        left = tried.squares(tuning.ACCEPTED_RATIOS)
+        merit, after = (np.bincount(owner, one.sum_squares(tuning.AIMED_RATIOS)) for one in (model, tried))
+        left = tried.sum_squares(tuning.ACCEPTED_RATIOS)
         better = (np.bincount(owner, left) == 0.0) | (after < merit)
         taken = better[owner]
         rows.s[here[taken]], rows.q[here[taken]] = trial[taken], tried.rows.q[taken]
         taken = taken[:-1] & (owner[1:] == owner[:-1])
         rows.cap[here[:-1][taken]] = tried.rows.cap[taken]
         damping = np.where(better, np.maximum(0.1 * damping, tuning.SHIFT_DAMPING), 100.0 * damping)
-        still = np.flatnonzero(np.where(better[owner], left, model.squares(tuning.ACCEPTED_RATIOS)) > 0.0)
+        still = np.flatnonzero(np.where(better[owner], left, model.sum_squares(tuning.ACCEPTED_RATIOS)) > 0.0)
         if not len(still):
             break
         bad, of = here[still], owner[still]
@@ -113,7 +113,7 @@ class _LinearModel:
         edge[HELD_ROWS:-HELD_ROWS] = owner[2 * HELD_ROWS :] != owner[: -2 * HELD_ROWS]
         self.edge = edge
 
-    def squares(self, bounds: tuple[float, float, float]) -> Array:
+    def sum_squares(self, bounds: tuple[float, float, float]) -> Array:
         """Squares (n,) beyond the bounds on velocity and feed, acceleration, and jerk, of differences that begin at each row."""
         total = np.zeros(self.n)
         total[:-1] = np.maximum(self.feed - bounds[0], 0.0) ** 2
@@ -121,7 +121,7 @@ class _LinearModel:
             total[:-order] += sum_rows(np.maximum(np.abs(values) - bounds[order - 1], 0.0) ** 2)
         return total
 
-    def shifts(self, damping: Array) -> Array:
+    def solve_shifts(self, damping: Array) -> Array:
         """Shifts (n,) that bring everything inside in the linear model, damped by stretch."""
         n = self.n
         fixed = np.zeros((4, n))

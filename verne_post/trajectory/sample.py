@@ -53,7 +53,7 @@ class Timeline(Struct, frozen=True, eq=False):
         return len(self.weights) // 2
 
 
-def timeline(contour: Contour, profiles: MotionProfiles, planning: PlanningOptions) -> Timeline:
+def lay_out(contour: Contour, profiles: MotionProfiles, planning: PlanningOptions) -> Timeline:
     """Lay sections and dwells end to end, each a whole number of cycles."""
     dwells = dwell_cycles(contour, planning.cycle)
     n_sections, n_dwells = len(profiles.cycles), len(dwells)
@@ -144,7 +144,7 @@ class RowSampler:
         done = plan.playback.find_shares(
             row.astype(float), np.maximum(cycles, 1), plan.cycle * begin.astype(float), plan.cycle
         )
-        s = profiles.profiles.position(owner, np.where(moving, done * profiles.profiles.total[owner], 0.0))
+        s = profiles.profiles.find_position(owner, np.where(moving, done * profiles.profiles.total[owner], 0.0))
         flows = np.flatnonzero(moving & (profiles.continuous_first[owner] >= 0))
         s[flows] = profiles.continuous_s[profiles.continuous_first[owner[flows]] + row[flows]]
         first = self.section_begin[owner]
@@ -185,7 +185,7 @@ class EventRows:
         self._last: Array | None = None
         self._seen = 0
 
-    def feed(self, first: int, move: Ints, numbers: Array) -> None:
+    def take_rows(self, first: int, move: Ints, numbers: Array) -> None:
         """The next rows: the number of the first, the move that each belongs to, and what is written of it."""
         while len(self.numbers) < len(self.before):
             due = self.before[len(self.numbers)]

@@ -135,7 +135,7 @@ def build_grid_along(section: Section, first: int = 0, last: int | None = None) 
     low, width = (np.concatenate(column)[order] for column in (lows, widths))
     kept = tuning.KEPT_POINTS if len(low) > tuning.MANY_SPANS else list(range(spans.NODES))
     noise = tuning.JOINT_ROUNDING * max(float(np.abs(chunk).max(initial=0.0)) for chunk in samples)
-    derived = [_derivatives(chunk, wide, kept, noise) for chunk, wide in zip(samples, widths, strict=True)]
+    derived = [_differentiate(chunk, wide, kept, noise) for chunk, wide in zip(samples, widths, strict=True)]
     d1, d2, d3 = (
         np.concatenate(part).take(order, axis=0).reshape(len(order) * len(kept), -1)
         for part in zip(*derived, strict=True)
@@ -145,10 +145,16 @@ def build_grid_along(section: Section, first: int = 0, last: int | None = None) 
     if not (speed > 0).all():
         raise ValueError(f"the feed allows no speed at s = {s[np.argmin(speed > 0)]:.6g} mm of the section")
 
-    def framed(a: Array) -> Array:
+    def repeat_ends(a: Array) -> Array:
         return np.concatenate([a[:1], a, a[-1:]])
 
-    return Grid(np.concatenate([breaks[:1], s, breaks[-1:]]), framed(d1), framed(d2), framed(d3), framed(speed))
+    return Grid(
+        np.concatenate([breaks[:1], s, breaks[-1:]]),
+        repeat_ends(d1),
+        repeat_ends(d2),
+        repeat_ends(d3),
+        repeat_ends(speed),
+    )
 
 
 def join_grids(pieces: list[Grid]) -> Grid:
@@ -201,7 +207,7 @@ def _sample_spans(section: Section, low: Array, width: Array) -> Array:
     return find_finite_joints(section, s.ravel()).reshape(*s.shape, -1)
 
 
-def _derivatives(q: Array, width: Array, kept: list[int], noise: float) -> list[Array]:
+def _differentiate(q: Array, width: Array, kept: list[int], noise: float) -> list[Array]:
     """First three derivatives by s, each (m, len(kept), n_joints), of joints (nodes, m, n_joints) at samples of spans (m,).
 
     Only what they have beyond the ``noise`` of the joints counts: tiny spans would otherwise seem to bend.

@@ -58,7 +58,7 @@ class Profile(Struct, frozen=True, eq=False):
         return cls(coefficients.freeze(), step)
 
     @classmethod
-    def through_samples(cls, samples: Array, step: float) -> "Profile":
+    def interpolate(cls, samples: Array, step: float) -> "Profile":
         """Interpolate samples from rest to rest.
 
         What a sample adds to the coefficients around it falls by more than half from each to the next, so that long
@@ -144,7 +144,7 @@ class Times(Struct, frozen=True, eq=False):
         """Duration of the profile, s."""
         return float(self.t[-1])
 
-    def sigma(self, t: Array) -> Array:
+    def find_sigma(self, t: Array) -> Array:
         """Pseudo-time at times t (n,) by quintic Hermite interpolation between knots; rises with t."""
         i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
         h = self.t[i + 1] - self.t[i]
@@ -160,7 +160,7 @@ class Times(Struct, frozen=True, eq=False):
         return np.asarray((i + np.clip(passed, 0.0, 1.0)) * self.knot, dtype=np.float64)
 
 
-def positions(
+def find_positions(
     profile: Profile, times: Times, count: int, instants: Callable[[Array], Array], team: Team = ALONE
 ) -> Iterator[Array]:
     """Path parameters (count,) of a profile that has been re-timed, at the times that ``instants`` has for numbers 0, 1, ...
@@ -170,6 +170,6 @@ def positions(
 
     def evaluate(part: tuple[int, int]) -> Array:
         release_memory()
-        return profile.find_s(times.sigma(instants(np.arange(*part, dtype=float))))
+        return profile.find_s(times.find_sigma(instants(np.arange(*part, dtype=float))))
 
     return team.map(evaluate, split_evenly(count, tuning.SHARED_ROWS))

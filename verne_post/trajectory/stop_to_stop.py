@@ -42,7 +42,7 @@ class StopToStopProfiles(Struct, frozen=True, eq=False):
         """Duration of each section, s."""
         return self.durations.sum(axis=1)
 
-    def stretch(self, factor: Array) -> "StopToStopProfiles":
+    def slow_down(self, factor: Array) -> "StopToStopProfiles":
         """The same profiles, each taking ``factor`` (n_sections,) times as long."""
         return replace(self, durations=self.durations * factor[:, None], jerks=self.jerks / factor[:, None] ** 3)
 
@@ -60,7 +60,7 @@ class StopToStopProfiles(Struct, frozen=True, eq=False):
             speed = np.maximum(speed, v)
         return speed
 
-    def position(self, section: NDArray[np.integer], t: Array) -> Array:
+    def find_position(self, section: NDArray[np.integer], t: Array) -> Array:
         """Path parameter s (n,) at times t (n,) after the start of sections (n,)."""
         durations, jerks = self.durations[section], self.jerks[section]
         s, v, a = np.zeros(len(t)), np.zeros(len(t)), np.zeros(len(t))

@@ -62,16 +62,18 @@ class Turning:
         for begin, end in iterate_blocks(last, first):
             element = np.arange(begin, end)
             segment = contour.segment[element]
-            over_elements.extend(self._on(segment, contour.high[element]) - self._on(segment, contour.low[element]))
+            over_elements.extend(
+                self._measure_on(segment, contour.high[element]) - self._measure_on(segment, contour.low[element])
+            )
         self._over = sum_running(over_elements.freeze())
 
     def measure_turn(self, element: Ints, w: Array) -> Array:
         """Rad from the beginning of the elements up to w (n,) of elements (n,)."""
         segment, low = self.contour.segment[element], self.contour.low[element]
-        turned = self._on(segment, self.contour.find_parameters(element, w)) - self._on(segment, low)
+        turned = self._measure_on(segment, self.contour.find_parameters(element, w)) - self._measure_on(segment, low)
         return np.asarray(self._over[element - self.first] + turned)
 
-    def _on(self, segment: Ints, u: Array) -> Array:
+    def _measure_on(self, segment: Ints, u: Array) -> Array:
         """Rad from the beginning of segments (n,) up to u (n,)."""
         path, splines = self.contour.path, self.contour.path.splines
         turned = np.zeros(len(segment))

@@ -69,7 +69,7 @@ class Layout(Struct, frozen=True, eq=False):
         reach = 3.0 * task.cycle / (settings.knot_units * task.unit)
         return cls(windows, max(TIED, math.ceil(reach)))
 
-    def first(self) -> list[int]:
+    def find_begins(self) -> list[int]:
         """The interval, and the coefficient, with which each window begins."""
         counts = [window.end - window.begin + self.gap for window in self.windows]
         return np.cumsum([0, *counts[:-1]]).tolist()
@@ -77,29 +77,29 @@ class Layout(Struct, frozen=True, eq=False):
     @property
     def n(self) -> int:
         """Intervals; after the last window there is no gap."""
-        return self.first()[-1] + self.windows[-1].end - self.windows[-1].begin
+        return self.find_begins()[-1] + self.windows[-1].end - self.windows[-1].begin
 
     def start(self) -> Array:
         """Coefficients (n + 3,) to start from; in the gaps those of the window before go on."""
         filled = [hold_ends(window.start, 0, self.gap - TIED) for window in self.windows]
         return np.concatenate(filled)[: self.n + TIED]
 
-    def held(self) -> NDArray[np.bool_]:
+    def find_held(self) -> NDArray[np.bool_]:
         """Coefficients (n + 3,) that stay what they are."""
         held = np.zeros(self.n + TIED, dtype=bool)
-        for first, window in zip(self.first(), self.windows, strict=True):
+        for first, window in zip(self.find_begins(), self.windows, strict=True):
             end = first + window.end - window.begin
             held[first : first + TIED * window.begin_tied] = True
             if window.end_tied:
                 held[end : end + self.gap] = True
         return held
 
-    def knots(self) -> Array:
+    def list_knots(self) -> Array:
         """Knots (n,) of the profile at which the intervals begin; in the gaps those after the window before."""
         parts = [np.arange(window.begin, window.end + self.gap, dtype=float) for window in self.windows]
         return np.concatenate(parts)[: self.n]
 
-    def in_gap(self) -> NDArray[np.bool_]:
+    def find_gaps(self) -> NDArray[np.bool_]:
         """Intervals (n,) that belong to no window."""
         parts = [
             np.arange(window.end - window.begin + self.gap) >= window.end - window.begin for window in self.windows
@@ -108,7 +108,7 @@ class Layout(Struct, frozen=True, eq=False):
 
     def split(self, coefficients: Array) -> list[Array]:
         """The coefficients of each window, of those of all."""
-        parts = zip(self.first(), self.windows, strict=True)
+        parts = zip(self.find_begins(), self.windows, strict=True)
         return [coefficients[first : first + len(window.start)] for first, window in parts]
 
 
@@ -125,7 +125,7 @@ def build_window_problem(task: SectionTask, profile: Profile, settings: PassSett
     """Constraints at the points of windows, from differences of rows a cycle apart: the acceptance metric itself."""
     k = settings.points_per_knot
     unit, limits, shares = task.unit, task.limits, settings.shares
-    samples = _Samples.build(layout.knots(), settings.knot_units * unit, k, task.cycle)
+    samples = _Samples.build(layout.list_knots(), settings.knot_units * unit, k, task.cycle)
     at_points = _take_differences(task.section, profile, samples, task.cycle)
     q1, q2, q3 = at_points.first, at_points.second, at_points.third
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -135,11 +135,11 @@ def build_window_problem(task: SectionTask, profile: Profile, settings: PassSett
     cap = np.clip(cap, 2 * tuning.SMALLEST_X, settings.largest_x)
     # coefficients that are held may stand at the cap itself, which leaves no interior
     by_interval = cap.reshape(k, -1)
-    for first, window in zip(layout.first(), layout.windows, strict=True):
+    for first, window in zip(layout.find_begins(), layout.windows, strict=True):
         end = first + window.end - window.begin
         by_interval[:, first : first + TIED * window.begin_tied] *= _HELD_EXCESS
         by_interval[:, end - TIED * window.end_tied : end] *= _HELD_EXCESS
-    in_gap = layout.in_gap()
+    in_gap = layout.find_gaps()
     by_interval[:, in_gap] = 2.0 * settings.largest_x
     acceleration, jerk = shares[1] * limits.acceleration[:, None], shares[2] * limits.jerk[:, None]
     virtual = np.zeros((1, len(cap)))
@@ -155,7 +155,7 @@ def build_window_problem(task: SectionTask, profile: Profile, settings: PassSett
     )
     for row in (*acceleration_rows, *jerk_rows):
         row.reshape(len(row), k, -1)[:, :, in_gap] = 0.0
-    return Problem(settings.knot_units * unit, samples.phases, cap, acceleration_rows, jerk_rows, layout.held())
+    return Problem(settings.knot_units * unit, samples.phases, cap, acceleration_rows, jerk_rows, layout.find_held())
 
 
 class _Samples(Struct, frozen=True, eq=False):

@@ -117,10 +117,10 @@ class BetweenRowsCheck:
         length = self._measure_length(rows.item, rows.u) - self._measure_length(
             rows.item, np.where(stays, rows.u_before, rows.u)
         )
-        entered = rows.entered
+        entered = rows.entered_rows
         if len(entered):
             old, new = rows.item_before[entered], rows.item[entered]
-            begun, left, came, whole = items.passed(old, new, rows.u_before[entered], rows.u[entered])
+            begun, left, came, whole = items.measure_passed(old, new, rows.u_before[entered], rows.u[entered])
             passed = self._measure_length(begun, np.ones(len(old))) - self._measure_length(begun, 1.0 - left)
             passed += items.length_before[new] - items.length_before[old + 1] + self._measure_length(new, came)
             length[entered] = passed * whole

@@ -100,7 +100,7 @@ class CompletenessCheck:
     def _check_changes(self, rows: MeasuredRows) -> None:
         """Check steps from one item to a later one: no standstill is left out, and stops are reached."""
         reference, items = self.reference, self.reference.items
-        old, new = rows.item_before[rows.entered], rows.item[rows.entered]
+        old, new = rows.item_before[rows.entered_rows], rows.item[rows.entered_rows]
         stops_there = items.stop_before[new]
         skips = items.count_stops_between(old, new) > stops_there
         after_dwell = (old >= 0) & (items.segment[old] < 0)
@@ -108,10 +108,10 @@ class CompletenessCheck:
         length = reference.measures.motion_length[segment]
         # a restart may begin beside the corner that the whole program would round
         aside = np.where(segment == reference.entry, reference.entry_aside, 0.0)
-        off = np.abs(rows.u[rows.entered]) * length > PATH_TIP_MM + reference.noise.tip + aside
+        off = np.abs(rows.u[rows.entered_rows]) * length > PATH_TIP_MM + reference.noise.tip + aside
         off &= stops_there & (segment >= 0)
         for k in np.flatnonzero(skips | after_dwell | off).tolist():
-            row, line = f"row {rows.first + rows.entered[k]}", int(rows.line[rows.entered[k]])
+            row, line = f"row {rows.first + rows.entered_rows[k]}", int(rows.line[rows.entered_rows[k]])
             if skips[k]:
                 skipped = items.line[old[k] + 1 : new[k]]
                 lines = ", ".join(str(value) for value in skipped[:5]) or str(line)

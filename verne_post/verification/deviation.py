@@ -4,7 +4,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.verification.projection import RADIAN_MM, Measured, deviation, measure_deviation_nearby
+from verne_post.verification.projection import RADIAN_MM, Measured, measure_deviation_nearby, measure_off_segment
 from verne_post.verification.reference import Reference
 
 
@@ -36,7 +36,7 @@ class Deviation(Struct, frozen=True, eq=False):
 def measure_deviation(reference: Reference, segment: Ints, u: Array, pose: Measured) -> Deviation:
     """Measure how far poses (n,) are from one pose of their segments near ``u``."""
     path, measures = reference.path, reference.measures
-    found = Deviation(*deviation(path, segment, np.clip(u, 0.0, 1.0), pose), *reference.find_bounds(segment))
+    found = Deviation(*measure_off_segment(path, segment, np.clip(u, 0.0, 1.0), pose), *reference.find_bounds(segment))
     # a projection weighs tip against angles; where both may be off, another pose of the segment may be nearer
     doubtful = np.flatnonzero((measures.has_tolerance[segment] | (path.circle[segment] >= 0)) & ~found.within)
     if len(doubtful):

@@ -113,10 +113,10 @@ class FeedCheck:
         u_before, u = np.clip(rows.u_before, 0.0, 1.0), np.clip(rows.u, 0.0, 1.0)
         time = np.where(stays, u - u_before, 0.0) * feed_time
         slack = np.where(rows.dwell, 0.0, unsure[rows.segment] * feed_time)
-        entered = rows.entered
+        entered = rows.entered_rows
         if len(entered):
             old, new = rows.item_before[entered], rows.item[entered]
-            begun, left, came, whole = items.passed(old, new, u_before[entered], u[entered])
+            begun, left, came, whole = items.measure_passed(old, new, u_before[entered], u[entered])
             spent = left * self._compute_item_times(begun) + (items.time_before[new] - items.time_before[old + 1])
             time[entered] = (spent + came * self._compute_item_times(new)) * whole
             segment = items.segment[begun]

@@ -141,7 +141,7 @@ class Items(Struct, frozen=True, eq=False):
         """How many standstills (n,) there are from items to later ones, that before the later one included."""
         return self.stops_before[new + 1] - self.stops_before[old + 1]
 
-    def passed(self, old: Ints, new: Ints, old_u: Array, new_u: Array) -> tuple[Ints, Array, Array, Mask]:
+    def measure_passed(self, old: Ints, new: Ints, old_u: Array, new_u: Array) -> tuple[Ints, Array, Array, Mask]:
         """What steps pass from u of items (n,), -1 before the first, to u of later items (n,).
 
         Returns

@@ -11,7 +11,13 @@ from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.toolpath import SegmentKind
 from verne_post.verification.matching import match_places
-from verne_post.verification.projection import RADIAN_MM, Measured, deviation, project_onto_straight, project_unwrapped
+from verne_post.verification.projection import (
+    RADIAN_MM,
+    Measured,
+    measure_off_segment,
+    project_onto_straight,
+    project_unwrapped,
+)
 from verne_post.verification.reference import Reference
 
 #: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).
@@ -96,7 +102,7 @@ def _choose(
         u[on_arc] += turn * np.round((guess - u[on_arc]) / turn)
     u = np.clip(u, 0.0, 1.0)
     where = begin + u * length
-    tip, axis, rotary = deviation(path, segment, u, many)
+    tip, axis, rotary = measure_off_segment(path, segment, u, many)
     off = np.maximum(tip / tip_bound[item - first], np.maximum(axis, rotary) / axis_bound[item - first])
     cost = _AT_BOUND * step[row] * off**2 + _BEYOND * np.maximum(off - _JUST_WITHIN, 0.0)
     first_of_row = np.append(np.flatnonzero(within == 0), len(row))

@@ -44,7 +44,7 @@ class PathCheck:
     def _check_standing(self, rows: MeasuredRows) -> None:
         """Check the rows of dwells, and the first row after each standstill: that of the standstill itself."""
         stands = rows.dwell.copy()
-        stands[rows.entered] |= self.reference.items.stop_before[rows.item[rows.entered]]
+        stands[rows.entered_rows] |= self.reference.items.stop_before[rows.item[rows.entered_rows]]
         row = np.flatnonzero(stands)
         if not len(row):
             return

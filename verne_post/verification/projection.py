@@ -414,7 +414,7 @@ def find_programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array
     return tip, angles
 
 
-def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
+def measure_off_segment(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
     """Distance from the programmed segment at u: tip (mm), tool axis (rad), rotary angle (rad).
 
     Along a great circle, and of poses ``by_axis``, the rotary angle counts by what it moves the tool axis: near the pole C turns
@@ -440,7 +440,7 @@ def deviation(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tu
 def measure_deviation_nearby(
     path: ToolPath, segment: Ints, u: Array, measured: Measured, tip_bound: Array, angle_bound: Array, reach: Array
 ) -> tuple[Array, Array, Array]:
-    """As :func:`deviation`, at the pose within ``reach`` (n,) of u whose larger share of the two bounds (mm, rad) is smallest.
+    """As :func:`measure_off_segment`, at the pose within ``reach`` (n,) of u whose larger share of the two bounds (mm, rad) is smallest.
 
     A projection weighs millimetres against radians; a tolerance is kept where one pose is near enough in both.
     """
@@ -450,7 +450,7 @@ def measure_deviation_nearby(
     many = measured.select(rows)
     for _ in range(NEARBY_ROUNDS):
         at = low[:, None] + np.linspace(0.0, 1.0, NEARBY_POINTS) * (high - low)[:, None]
-        tip, axis, rotary = deviation(path, segment[rows], at.ravel(), many)
+        tip, axis, rotary = measure_off_segment(path, segment[rows], at.ravel(), many)
         share = np.maximum(tip / tip_bound[rows], np.maximum(axis, rotary) / angle_bound[rows]).reshape(at.shape)
         best = np.argmin(share, axis=1)
         low, high = at[row, np.maximum(best - 1, 0)], at[row, np.minimum(best + 1, NEARBY_POINTS - 1)]

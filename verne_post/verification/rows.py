@@ -73,12 +73,12 @@ class MeasuredRows(Struct, frozen=True, eq=False):
     origin, step : ndarray, shape (n, 5)
         Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row. The tip is that of this row's
         tool: where the tool length changes, the machine does not move.
-    entered : ndarray of int, shape (c,)
+    entered_rows : ndarray of int, shape (c,)
         Rows that are the first of their item.
     rows_before : ndarray of int, shape (c,)
         How many rows the item before those had.
     touched : Touched
-        By the steps to ``entered``.
+        By the steps to ``entered_rows``.
     """
 
     first: int
@@ -92,7 +92,7 @@ class MeasuredRows(Struct, frozen=True, eq=False):
     pose: Measured
     origin: Array
     step: Array
-    entered: Ints
+    entered_rows: Ints
     rows_before: Ints
     touched: Touched
 

@@ -123,7 +123,7 @@ def differentiate_spline_points(pieces: Splines, piece: Ints, at: Array) -> tupl
     """
     point, slope = np.empty((len(piece), 5)), np.empty((len(piece), 5))
     for degree, where in pieces.group_by_degree(piece):
-        points, weights, knots = pieces.of_degree(piece[where], degree)
+        points, weights, knots = pieces.select_degree(piece[where], degree)
         x = at[where, None]
         origin = points[:, :1]
         row = np.concatenate([(points - origin) * weights[:, :, None], weights[:, :, None]], axis=2)

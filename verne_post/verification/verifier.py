@@ -70,7 +70,7 @@ class Verifier:
             _PathPart(reference), _MotionPart(reference, self._matcher, axis_error_limit),
         )  # fmt: skip
 
-    def feed(self, block: SetpointBlock) -> None:
+    def check_rows(self, block: SetpointBlock) -> None:
         """Check the next rows."""
         measured = self.measure(block)
         for part in self.parts:

@@ -54,7 +54,7 @@ class ToolReadings(Struct, frozen=True, eq=False):
         """Some of the rows."""
         return ToolReadings(*(getattr(self, name)[chosen] for name in self.__struct_fields__))
 
-    def with_tips(self, tip: Array) -> "ToolReadings":
+    def replace_tips(self, tip: Array) -> "ToolReadings":
         """The same rows with other tips."""
         return replace(self, tip=tip)
 
@@ -83,7 +83,7 @@ class JointUncertainty(Struct, frozen=True):
         """Of the five joints (5,)."""
         return np.array([self.slider] * 3 + [self.angle] * 2)
 
-    def covariance(self, by_joint: Array) -> Array:
+    def propagate_covariance(self, by_joint: Array) -> Array:
         """Covariance (n, k, k) that it gives to quantities whose derivatives by the joints are ``by_joint`` (n, k, 5)."""
         scaled = by_joint * self.spread
         return np.asarray(scaled @ scaled.transpose(0, 2, 1))

@@ -106,7 +106,7 @@ class Measurement(Struct, frozen=True, eq=False):
             design[rows, :3, columns] = seen.tip_by_station[rows]
             design[rows, 3:, columns] = across[rows] @ seen.axis_by_station[rows]
         by_joint = np.concatenate([seen.turn @ rates.tip_by_joint, across @ seen.turn @ rates.axis_by_joint], axis=1)
-        covariance = self.joint_sigma.covariance(by_joint)
+        covariance = self.joint_sigma.propagate_covariance(by_joint)
         own = np.concatenate([np.repeat(tools.sigma_tip[:, None], 3, 1), np.repeat(tools.sigma_axis[:, None], 2, 1)], 1)
         covariance[:, range(ROWS), range(ROWS)] += own**2
         return _whiten(off, design, covariance)

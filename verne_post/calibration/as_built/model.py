@@ -34,7 +34,7 @@ class AsBuiltModel(Struct, frozen=True, eq=False):
         """Where the tool is, and its derivatives by the deviations and by the joints."""
         machine = self._make_machine_with(deviations)
         platform, ok = machine.find_platform(joints)
-        pose = PlatformPose(platform.position.T, np.moveaxis(platform.matrix(), 0, -1), ok)
+        pose = PlatformPose(platform.position.T, np.moveaxis(platform.build_matrix(), 0, -1), ok)
         from_platform = np.broadcast_to(length, ok.shape) + machine.nose_offset
         rates = differentiate_tool(machine.geometry, pose, joints[:, :3].T, joints[:, 3:].T, from_platform)
         return Prediction(*machine.forward(joints, length)), rates

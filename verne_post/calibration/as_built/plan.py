@@ -126,7 +126,7 @@ def choose_poses(
         Expected tip error (root mean square) at the workspace poses, mm.
     """
     rates = model.differentiate(prior.mean, candidates.joints, candidates.length)[1]
-    noise = np.linalg.cholesky(sigma_tip**2 * np.eye(3) + joint_sigma.covariance(rates.tip_by_joint))
+    noise = np.linalg.cholesky(sigma_tip**2 * np.eye(3) + joint_sigma.propagate_covariance(rates.tip_by_joint))
     design = np.linalg.solve(noise, rates.tip @ prior.factor)
     seen = model.differentiate(prior.mean, workspace.joints, workspace.length)[1].tip @ prior.factor
     weight = np.einsum("nkp,nkq->pq", seen, seen) / len(seen)

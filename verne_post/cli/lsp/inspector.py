@@ -170,6 +170,6 @@ def _describe_time(plan: Plan | None, facts: LineFacts | None, line: int) -> str
     feeds = own & (path.feed_time > 0)
     reached = ""
     if feeds.any():
-        reached = f"the feed rate is {'reached' if plan.profiles.reached[feeds].all() else 'not reached'}, "
+        reached = f"the feed rate is {'reached' if plan.profiles.reached_segments[feeds].all() else 'not reached'}, "
     nearest = f"nearest limit: {facts.names[facts.nearest[at]]}, {100 * facts.margin[at]:.0f} % left"
     return f"**{facts.seconds[at]:.3f} s**; {reached}fastest tip {60 * facts.speed[at]:.0f} mm/min; {nearest}"

@@ -139,7 +139,7 @@ def _stands_along(to: AptModes, axis: Array) -> bool:
     """True where the tool is known to stand, and points along an axis."""
     held = np.array(to.state.tool_axis if to.state.tool_axis is not None else axis)
     along = float(held @ axis) > (1 - DRILL_TILT) * float(np.linalg.norm(axis))
-    return along and all(to.state.known[:3])
+    return along and all(to.state.known_axes[:3])
 
 
 def _find_retract(to: AptModes, cycle: Cycle, base: Array, axis: Array) -> float:

@@ -9,7 +9,7 @@ from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Points, Statement, read_statements
 from verne_post.gcode.apt.stretch import execute_points
 from verne_post.gcode.apt.translator import make_blocks
-from verne_post.gcode.execution import Execution, StopConditions, all_known, may_restart
+from verne_post.gcode.execution import Execution, StopConditions, knows_all, may_restart
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -78,13 +78,13 @@ class _Run:
         except ProgramError as error:
             if not self.execution.report(error, line) or stop.first_error:
                 return True
-        return self.interpreter.ended or (stop.all_known and all_known(state, self.interpreter.setup))
+        return self.interpreter.ended or (stop.all_known and knows_all(state, self.interpreter.setup))
 
     def execute_points(self, points: Points, *, called: bool) -> bool:
         """A stretch of GOTO: one by one as long as modes or errors ask for it, the others at once."""
         row = 0
         while row < len(points):
-            if self.execute(points.statement(row), called=called):
+            if self.execute(points.make_statement(row), called=called):
                 return True
             row += 1
             last = self.stop.cut(points.line + row, points.line + len(points), in_main=not called) - points.line

@@ -76,7 +76,7 @@ class Points(Struct, frozen=True, eq=False, dict=True):
     def __len__(self) -> int:
         return len(self._lines)
 
-    def statement(self, row: int) -> Statement | ProgramError:
+    def make_statement(self, row: int) -> Statement | ProgramError:
         """One of them, from 0."""
         return _read_statement(decode_line(self._lines[row]), self.line + row)
 

@@ -41,13 +41,13 @@ def execute_points(points: Points, row: int, last: int, modes: AptModes, interpr
     if view is None or not plain.is_ready(state, view, lines, 0):
         return row
 
-    def point(first: int, end: Array) -> Array:
+    def aim_tool(first: int, end: Array) -> Array:
         units = vectors[first : first + len(end)] / sizes[first : first + len(end), None]
         plain.turn_to_axes(interpreter.core, end, units)
         interpreter.core.hold_tool_axis(units[-1])
         return units
 
-    done = plain.execute(lines, 0, n, interpreter.core, view, None, point)
+    done = plain.execute(lines, 0, n, interpreter.core, view, None, aim_tool)
     if done:
         interpreter.go_on_after_plain_lines(view)
         modes.axis = tuple(vectors[done - 1].tolist())
@@ -60,5 +60,5 @@ def _is_plain(modes: AptModes, interpreter: Rs274) -> bool:
     return (
         not modes.rapid and modes.circle is None and modes.cycle is None and modes.matrix is IDENTITY
         and modes.last_arc is None
-        and interpreter.modes.vectors and interpreter.modes.motion == 10 and False not in state.known
+        and interpreter.modes.vectors and interpreter.modes.motion == 10 and False not in state.known_axes
     )  # fmt: skip

@@ -58,7 +58,7 @@ def set_system(to: AptModes, s: Statement) -> Iterator[Block]:
         raise ProgramError("VP017", "MSYS under CYCLE or after CIRCLE")
     system = read_machine_system(s)
     if to.first_system is None:
-        if to.state.placed:
+        if to.state.has_position:
             raise ProgramError(
                 "VP017", "the first MSYS comes after points, and their system is not known; write it before them"
             )

@@ -26,7 +26,7 @@ def _recognise(source: Text) -> bool:
     return _HEADER.match(source[: 1 << 16]) is not None
 
 
-def _initial_state(setup: Setup) -> State:
+def _make_initial_state(setup: Setup) -> State:
     """Tool vectors, absolute, mm, or as the set-up says."""
     state = make_initial_state(setup, tool_axis=(0.0, 0.0, 1.0))
     state.modes.vectors = True
@@ -48,5 +48,5 @@ def _names_axis(_source: Text, letter: str, _setup: Setup) -> bool:
 
 
 DIALECT: Final[Dialect] = Dialect(
-    _recognise, _initial_state, _execute, _names_axis, (".cls", ".clsf", ".apt", ".aptsource", ".ncl", ".cl")
+    _recognise, _make_initial_state, _execute, _names_axis, (".cls", ".clsf", ".apt", ".aptsource", ".ncl", ".cl")
 )

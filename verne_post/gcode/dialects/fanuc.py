@@ -171,7 +171,7 @@ class FanucInterpreter(Rs274):
         text = self._text = " " * number + text[number:]
         if _MACRO.match(text) and (statement := read_statement(text, self.parameters)) is not None:
             return Block(line, macro=statement)
-        self.parameters.passed = ""
+        self.parameters.passed_word = ""
         corner = None
         try:
             if "," in text:
@@ -190,9 +190,9 @@ class FanucInterpreter(Rs274):
         block.corner, block.arguments = corner, arguments
         if "." in head and any(match[1] for match in _TIME.finditer(head)):
             self._in_seconds = block
-        if self.parameters.passed:
+        if self.parameters.passed_word:
             self.recorder.note_once(
-                "VP039", f"{self.parameters.passed} has a variable without a value: the word is passed over, as controls do", line
+                "VP039", f"{self.parameters.passed_word} has a variable without a value: the word is passed over, as controls do", line
             )  # fmt: skip
         if self.keys.decimal_point == "conventional":
             codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
@@ -292,9 +292,9 @@ class FanucInterpreter(Rs274):
         if self.modes.macro is not None or codes & {650, 660}:
             self.call = find_macro_call(block, codes, self.modes, self.setup.axes) or self.call
 
-    def _g_code(self, number: float, column: int) -> int:
+    def _read_g_code(self, number: float, column: int) -> int:
         """The code of a G word; twins of one code are that code."""
-        code = super()._g_code(number, column)
+        code = super()._read_g_code(number, column)
         return TWINS.get(code, code)
 
     # --- codes of Fanuc alone ------------------------------------------------------------------------------
@@ -338,14 +338,14 @@ class FanucInterpreter(Rs274):
         if code == MIRROR or self.modes.maps.mirrors != NO_MAPS.mirrors:
             self.maps.set_mirror(block, code)
 
-    def _system_number(self, block: Block, code: int) -> int:
+    def _find_system_number(self, block: Block, code: int) -> int:
         self.planes.refuse_under_plane("a change of work offset")
         if self.modes.maps is not NO_MAPS:
             raise ProgramError(
                 "VP017", "a change of work offset under G51, G51.1 or G16; write G50, G50.1 or G15 first"
             )
         if code != ADDITIONAL:
-            return super()._system_number(block, code)
+            return super()._find_system_number(block, code)
         if "P" not in block.words:
             raise ProgramError("VP005", "G54.1 needs P, the number of the work system")
         system = ADDITIONAL_SYSTEMS + self.fanuc_offsets.find_additional(block)
@@ -371,9 +371,11 @@ class FanucInterpreter(Rs274):
         else:
             super()._execute_non_modal(block, code)
 
-    def _usable_words(self, block: Block, g: dict[str, int], m: dict[str, list[int]], motion: int | None) -> set[str]:
+    def _find_usable_words(
+        self, block: Block, g: dict[str, int], m: dict[str, list[int]], motion: int | None
+    ) -> set[str]:
         """D may stand without G41 and G42: the next one takes it."""
-        usable = super()._usable_words(block, g, m, motion)
+        usable = super()._find_usable_words(block, g, m, motion)
         return usable if self.state.compensation is not None else usable | {"D"}
 
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
@@ -415,7 +417,7 @@ def _recognise(source: Text) -> bool:
     return is_fanuc(source[start : start + (1 << 16)])
 
 
-def _initial_state(setup: Setup) -> State:
+def _make_initial_state(setup: Setup) -> State:
     """As RS274/NGC, but G98, and F on inside arcs is that on the contour, regardless of G62."""
     state = make_initial_state(setup)
     state.modes.initial_level = True
@@ -435,5 +437,5 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
 
 
 DIALECT: Final[Dialect] = replace(
-    build_dialect_of_blocks(FanucInterpreter, _recognise, _initial_state), execute=_execute
+    build_dialect_of_blocks(FanucInterpreter, _recognise, _make_initial_state), execute=_execute
 )

@@ -101,7 +101,7 @@ class KlartextApproach:
         else:
             here = (self.state.position[0], self.state.position[1])
             sweep = sense * approach.turn if kind == "CT" else _measure_sweep(here, beside, center, sense)
-            self._arc_to(approach.line, beside, center, sweep, approach.feed)
+            self._add_arc(approach.line, beside, center, sweep, approach.feed)
         if compensation is not None:
             self.core.enter_beside(At(approach.line), compensation, point)
 
@@ -118,7 +118,7 @@ class KlartextApproach:
         end = [place[0], place[1], *self.state.position[2:]]
         self.contour.emit(Element(line, self.state.position, end, MoveKind.FEED, feed, (0, 1)))
 
-    def _arc_to(self, line: int, place: Point, center: Point, sweep: float, feed: float) -> None:
+    def _add_arc(self, line: int, place: Point, center: Point, sweep: float, feed: float) -> None:
         if sweep:
             start = list(self.state.position)
             end = [place[0], place[1], *start[2:]]
@@ -151,11 +151,11 @@ class KlartextApproach:
         elif kind == "LN":
             self._add_line(line, center, feed)
         elif kind == "CT":
-            self._arc_to(line, turn_point(here, center, sense * turn), center, sense * turn, feed)
+            self._add_arc(line, turn_point(here, center, sense * turn), center, sense * turn, feed)
         else:
             assert point is not None
             place = _touch(point, center, length, sense, leaving=True)
-            self._arc_to(line, place, center, _measure_sweep(here, place, center, sense), feed)
+            self._add_arc(line, place, center, _measure_sweep(here, place, center, sense), feed)
             self._add_line(line, (point[0], point[1]), feed)
         if height is not None:
             end = [*self.state.position[:2], height, *self.state.position[3:]]

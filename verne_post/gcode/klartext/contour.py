@@ -70,7 +70,7 @@ class KlartextContour:
     def _record_element(self, element: Element) -> None:
         if self.modes.tcp is False and any(axis < 3 for axis in element.axes):
             self.frames.check_upright("a motion")
-        self.core.warn_of_depth(At(element.line), self.core.state.held, element.axes)
+        self.core.warn_of_depth(At(element.line), self.core.state.values_before_length, element.axes)
         self.core.start_of_motion(element.kind, absolute=True, machine=False, axes=element.axes)
         axes = list(element.axes)
         if self.frames.setup.rotary[1] in axes:
@@ -78,7 +78,7 @@ class KlartextContour:
         if element.arc is None:
             self.frames.run_line(At(element.line), element.kind, element.end, axes)
         else:
-            self.core.arc(At(element.line), element.start, element.end, element.arc, axes)
+            self.core.go_on_arc(At(element.line), element.start, element.end, element.arc, axes)
 
     # --- corners ---------------------------------------------------------------------------------------
 
@@ -173,7 +173,7 @@ class KlartextContour:
             return
         if self.side is not None:
             raise statement.error("VP017", f"{side} while {self.side} is in force; write R0 between them")
-        radius = self.tool_radius()
+        radius = self.find_tool_radius()
         if self.modes.tcp and state.tool_axis is not None:
             raise statement.error("VP017", f"{side} while a tool vector holds")
         self.side = side
@@ -181,7 +181,7 @@ class KlartextContour:
         if radius:
             self.core.start_compensation(Compensation(_CODES[side], 0, sign * radius, perpendicular=True))
 
-    def tool_radius(self) -> float:
+    def find_tool_radius(self) -> float:
         """Radius of the tool in the spindle with DR of its call, mm.
 
         Raises

@@ -337,7 +337,7 @@ class KlartextCycles:
         if q[Q.CLIMB] not in (1.0, -1.0):
             raise ProgramError("VP007", f"Q351={q[Q.CLIMB]:g}: 1 for climb milling, -1 for up-cut")
         bore = 0.5 * q[Q.HOLE_DIAMETER] * self.frames.unit
-        radius = bore - self.contour.tool_radius()
+        radius = bore - self.contour.find_tool_radius()
         if radius <= ZERO_LENGTH_MM or q[Q.HELIX_PITCH] <= 0 or q[Q.OVERLAP]:
             raise ProgramError(
                 "VP007", "cycle 208 needs a hole wider than the tool, an infeed Q334 greater than 0, and Q370=0"
@@ -347,13 +347,15 @@ class KlartextCycles:
         hole = (self.state.position[0], self.state.position[1])
         sense = int(q[Q.CLIMB]) * (-1 if self.frames.flips else 1)
         wall = (hole[0] + radius, hole[1])
-        self._arc(wall, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, clear, q[Q.PLUNGE_FEED])
+        self._go_on_arc(wall, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, clear, q[Q.PLUNGE_FEED])
         depth, bottom = clear, surface + q[Q.DEPTH]
         turns = math.ceil((depth - bottom) / q[Q.HELIX_PITCH] - 1e-9)
         for turn in range(turns):
-            self._arc(wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[Q.PLUNGE_FEED], bore)
-        self._arc(wall, hole, sense * 360.0, bottom, q[Q.PLUNGE_FEED], bore)
-        self._arc(hole, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, bottom, q[Q.PLUNGE_FEED])
+            self._go_on_arc(
+                wall, hole, sense * 360.0, clear + (bottom - clear) * (turn + 1) / turns, q[Q.PLUNGE_FEED], bore
+            )
+        self._go_on_arc(wall, hole, sense * 360.0, bottom, q[Q.PLUNGE_FEED], bore)
+        self._go_on_arc(hole, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, bottom, q[Q.PLUNGE_FEED])
         self.go_to_height(clear, 0.0)
         self._leave(q, clear)
 
@@ -363,30 +365,30 @@ class KlartextCycles:
         A helix goes on at its pitch on both half circles, so the tool goes down by half a pitch more before the first, as manuals
         warn. Q355: 0 one turn at the depth, 1 the whole depth in one helix, else one turn each Q355 pitches.
         """
-        pitch, count = abs(q[239]), q[355]
-        if not pitch or q[351] not in (1.0, -1.0) or count < 0 or count != round(count):
+        pitch, count = abs(q[Q.PITCH]), q[Q.TURNS]
+        if not pitch or q[Q.CLIMB] not in (1.0, -1.0) or count < 0 or count != round(count):
             raise ProgramError(
                 "VP007",
                 "cycle 262 needs a pitch Q239 other than 0, Q351 1 for climb milling or -1 for up-cut, and Q355 whole and not negative",
             )
-        for name in (207, 512):
-            if not 0 < (q[name] or q[207]) < FMAX_VALUE:
+        for name in (Q.MILLING_FEED, Q.APPROACH_FEED):
+            if not 0 < (q[name] or q[Q.MILLING_FEED]) < FMAX_VALUE:
                 raise ProgramError("VP009", f"Q{name}={q[name]:g}: the tool cuts at this feed rate; it is greater than 0, and not FMAX")  # fmt: skip
-        wall = 0.5 * q[335] * self.frames.unit
-        radius = wall - self.contour.tool_radius()
+        wall = 0.5 * q[Q.HOLE_DIAMETER] * self.frames.unit
+        radius = wall - self.contour.find_tool_radius()
         if radius <= ZERO_LENGTH_MM:
-            raise ProgramError("VP007", f"cycle 262: Q335={q[335]:g}: the tool has no room in the thread")
+            raise ProgramError("VP007", f"cycle 262: Q335={q[Q.HOLE_DIAMETER]:g}: the tool has no room in the thread")
         clear, surface = self._start_height(q)
-        depth, step = -q[201], pitch * (count if count > 1 else 1)
+        depth, step = -q[Q.DEPTH], pitch * (count if count > 1 else 1)
         turns = depth / pitch if count == 1 else 1.0
-        starts = [surface + q[201]]
+        starts = [surface + q[Q.DEPTH]]
         if count > 1:
             self._check_pecks(depth, step)
             starts += [starts[0] + step * number for number in range(1, math.ceil(depth / step - 1e-9))]
         if depth * self.holes > MAX_PECKS * pitch:
             raise ProgramError("VP007", f"more than {MAX_PECKS} turns in the holes of one block")
-        climb = round(q[351]) * (-1 if self.state.spindle_reversed else 1)
-        rises = (climb > 0) == (q[239] > 0)
+        climb = round(q[Q.CLIMB]) * (-1 if self.state.spindle_reversed else 1)
+        rises = (climb > 0) == (q[Q.PITCH] > 0)
         sense = climb * (-1 if self.frames.flips else 1)
         hole, lead = (self.state.position[0], self.state.position[1]), pitch if rises else -pitch
         for bottom in starts if rises else reversed(starts) if depth else ():
@@ -400,20 +402,22 @@ class KlartextCycles:
     ) -> None:
         """One helix from a height on, with both half circles; ``lead`` is what it rises in a turn."""
         begin = hole[0] + radius, hole[1]
-        self.go_to_height(height - 0.5 * lead, q[253])
-        self._arc(begin, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, height, q[512] or q[207])
+        self.go_to_height(height - 0.5 * lead, q[Q.POSITIONING_FEED])
+        self._go_on_arc(
+            begin, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, height, q[Q.APPROACH_FEED] or q[Q.MILLING_FEED]
+        )
         whole, rest = divmod(turns, 1.0)
         for number in range(round(whole)):
-            self._arc(begin, hole, sense * 360.0, height + lead * (number + 1), q[207], wall)
+            self._go_on_arc(begin, hole, sense * 360.0, height + lead * (number + 1), q[Q.MILLING_FEED], wall)
         angle = math.radians(sense * 360.0 * rest)
         end = hole[0] + radius * math.cos(angle), hole[1] + radius * math.sin(angle)
         last = height + lead * turns
         if radius * abs(angle) > ZERO_LENGTH_MM:
-            self._arc(end, hole, math.degrees(angle), last, q[207], wall)
+            self._go_on_arc(end, hole, math.degrees(angle), last, q[Q.MILLING_FEED], wall)
         middle = 0.5 * (hole[0] + end[0]), 0.5 * (hole[1] + end[1])
-        self._arc(hole, middle, sense * 180.0, last + 0.5 * lead, q[207])
+        self._go_on_arc(hole, middle, sense * 180.0, last + 0.5 * lead, q[Q.MILLING_FEED])
 
-    def _arc(
+    def _go_on_arc(
         self, place: Point, center: Point, sweep: float, height: float, feed: float, bore: float | None = None
     ) -> None:
         """A helix to a place at an input height; ``bore`` is the radius (mm) of the wall that it cuts, where it cuts one."""
@@ -423,7 +427,7 @@ class KlartextCycles:
         if bore is not None:
             lengths = [measure_helix(radius, sweep, end[2] - start[2]) for radius in (math.dist(place, center), bore)]
             self.core.set_feed(self.state.feed * self.core.find_arc_feed_share(lengths[0] / lengths[1]))
-        self.core.arc(self.frames.block, start, end, make_arc(start, 0, center, sweep), [0, 1, 2])
+        self.core.go_on_arc(self.frames.block, start, end, make_arc(start, 0, center, sweep), [0, 1, 2])
 
     def _drill_single_lip(self, q: _Q) -> None:
         """241: into the pilot hole at the speed Q427, to the depth at Q428 with coolant, and out as it came in."""
@@ -460,7 +464,7 @@ class KlartextCycles:
         self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
         self._leave(q, clear)
 
-    def _center(self, q: _Q) -> None:
+    def _drill_center(self, q: _Q) -> None:
         """240: centring to a depth."""
         if q[Q.BY_DIAMETER]:
             raise ProgramError(
@@ -479,7 +483,7 @@ class KlartextCycles:
 HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
     200: KlartextCycles._drill, 201: KlartextCycles._ream, 202: KlartextCycles._bore, 203: KlartextCycles._drill_universal,
     204: KlartextCycles._bore_back, 205: KlartextCycles._drill_universal_pecks, 206: KlartextCycles._tap,
-    207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly, 240: KlartextCycles._center,
+    207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly, 240: KlartextCycles._drill_center,
     241: KlartextCycles._drill_single_lip, 262: KlartextCycles._mill_thread,
 }  # fmt: skip
 

@@ -223,7 +223,7 @@ def _find_last_direction(
     if (lines.row[last, rotary] == last).any():
         return None
     ends = [
-        [lines.filled[k, axis] if k >= first and lines.row[k, axis] >= first else start[axis] for axis in (0, 1)]
+        [lines.filled_words[k, axis] if k >= first and lines.row[k, axis] >= first else start[axis] for axis in (0, 1)]
         for k in (last - 1, last)
     ]
     du, dv = (float(end - begin) for begin, end in zip(*ends, strict=True))

@@ -34,7 +34,7 @@ def _take_logarithm(x: float) -> float:
     return math.log(x)
 
 
-def _arc(function: Callable[[float], float]) -> Callable[[float], float]:
+def _make_arc_function(function: Callable[[float], float]) -> Callable[[float], float]:
     def compute(x: float) -> float:
         if abs(x) > 1:
             raise ValueError("ASIN or ACOS of a number beyond 1")
@@ -45,7 +45,7 @@ def _arc(function: Callable[[float], float]) -> Callable[[float], float]:
 
 _FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
     "SIN": lambda x: math.sin(math.radians(x)), "COS": lambda x: math.cos(math.radians(x)),
-    "TAN": lambda x: math.tan(math.radians(x)), "ASIN": _arc(math.asin), "ACOS": _arc(math.acos),
+    "TAN": lambda x: math.tan(math.radians(x)), "ASIN": _make_arc_function(math.asin), "ACOS": _make_arc_function(math.acos),
     "ATAN": lambda x: math.degrees(math.atan(x)), "SQ": lambda x: x * x, "SQRT": _take_square_root, "ABS": abs,
     "INT": lambda x: float(math.trunc(x)), "FRAC": lambda x: x - math.trunc(x), "NEG": lambda x: -x, "LN": _take_logarithm,
     "LOG": lambda x: _take_logarithm(x) / math.log(10.0), "EXP": math.exp, "SGN": lambda x: float((x > 0) - (x < 0)),
@@ -125,13 +125,13 @@ class _Formula:
         """Terms with + and -."""
         if depth > MAX_NESTING:
             raise ProgramError("VP001", f"more than {MAX_NESTING} nested brackets and functions")
-        value = self._product(depth)
+        value = self._read_product(depth)
         while (operator := self._take("+", "-")) is not None:
-            term = self._product(depth)
+            term = self._read_product(depth)
             value = value + term if operator == "+" else value - term
         return value
 
-    def _product(self, depth: int) -> float:
+    def _read_product(self, depth: int) -> float:
         value = self._raise_to_power(depth)
         while (operator := self._take("*", "/", "%")) is not None:
             factor = self._raise_to_power(depth)

@@ -57,7 +57,7 @@ class KlartextFrames:
         """A straight move to an end (9) of the frame; after R0 it needs X or Y."""
         if not {0, 1} & set(axes):
             self._refuse_after_side("a move without X and Y")
-        self.core.line(at, kind, end, axes, absolute=absolute)
+        self.core.go_straight(at, kind, end, axes, absolute=absolute)
 
     def refuse_beside(self, what: str) -> None:
         """Refuse what moves the tool otherwise than a contour does, while it is beside one."""
@@ -96,7 +96,7 @@ class KlartextFrames:
         """Put the maps that are in force into the frame; the machine stands still."""
         whole = self.maps.map()
         if not self.modes.tcp and self.maps.tilt is None:
-            whole = self.map_with_table(self.state.position).after(whole)
+            whole = self.map_with_table(self.state.position).apply_after(whole)
         feature, factors = whole.split()
         self.core.frames.set_frame(replace(self.state.frame, feature=feature))
         self.factors = factors
@@ -128,7 +128,7 @@ class KlartextFrames:
 
     # --- motion of machine axes ----------------------------------------------------------------------------
 
-    def machine_position(self) -> Array:
+    def find_machine_position(self) -> Array:
         """Machine coordinates (9,) of the present position."""
         return find_machine_place(self.core)
 
@@ -148,11 +148,11 @@ class KlartextFrames:
         ends = list(state.position)
         for axis, value in targets.items():
             ends[axis] = value
-        end = self.machine_position()
+        end = self.find_machine_position()
         if point is not None:
             feature, _factors = (
                 self.maps.map().split() if self.maps.tilt is not None
-                else self.map_with_table(ends).after(self.maps.map()).split()
+                else self.map_with_table(ends).apply_after(self.maps.map()).split()
             )  # fmt: skip
             program = np.array([*point, *ends[3:]])
             end = np.array(coordinates.map_to_machine(program, replace(state.frame, feature=feature)))

@@ -142,8 +142,8 @@ class KlartextFunctions:
         state = self.state
         number = state.loaded_tool or 0
         if state.tools is not None and number in state.tools:
-            self.q.shown[108] = 0.5 * state.tools[number].diameter + self.contour.delta_radius
-        self.q.shown |= {109: 2.0, 114: state.frame.tool_length}
+            self.q.control_values[108] = 0.5 * state.tools[number].diameter + self.contour.delta_radius
+        self.q.control_values |= {109: 2.0, 114: state.frame.tool_length}
 
     def define_tool(self, statement: Statement) -> None:
         """TOOL DEF 5 L+80 R+5; with the number alone the tool that comes next."""
@@ -151,7 +151,7 @@ class KlartextFunctions:
         if number is None:
             raise statement.error("VP005", "TOOL DEF needs the number of the tool, or its name")
         rest = replace(statement, rest=statement.rest[at:], begin=statement.begin + at)
-        sizes = {letter: self.frames.convert_length(value) for letter, value in _sizes(rest, self.q).items()}
+        sizes = {letter: self.frames.convert_length(value) for letter, value in _read_sizes(rest, self.q).items()}
         if not sizes:
             return
         if "L" not in sizes or sizes.get("R", 0.0) < 0:
@@ -294,7 +294,7 @@ class KlartextFunctions:
         state = self.state
         self.frames.refuse_beside("a retract along the tool axis")
         if distance is None:
-            machine = self.frames.machine_position()
+            machine = self.frames.find_machine_position()
             if machine[2] < 0 or not state.is_known(2):  # while the start is sought, this names Z
                 machine[2] = 0.0
                 self._go_machine(MoveKind.RAPID if not feed else kind, machine, feed)
@@ -325,7 +325,7 @@ _LENGTH: Final = re.compile(r"(?<![A-Z])L(?=[ \t]*[-+0-9.,Q])")
 _NO_RADIUS: Final = re.compile(r"(?<![A-Z])R(?=0+(?:[.,]0*)?(?:[ \t]|$))")
 
 
-def _sizes(statement: Statement, numbers: object) -> dict[str, float]:
+def _read_sizes(statement: Statement, numbers: object) -> dict[str, float]:
     """L and R of TOOL DEF."""
     found: dict[str, float] = {}
     text = _LENGTH.sub("LEN", statement.rest) if "LEN" not in statement.rest else statement.rest

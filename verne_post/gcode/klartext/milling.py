@@ -154,7 +154,7 @@ class KlartextMilling:
             levels = (spread_levels if even else list_levels)(top, bottom + floor, q[Q.INFEED] * unit)
         climb = -1 if q.get(Q.CLIMB) == -1.0 else 1
         sense = climb * (1 if inside else -1) * (-1 if self.state.spindle_reversed else 1)
-        radius = self.contour.tool_radius()
+        radius = self.contour.find_tool_radius()
         if radius <= 0:
             raise ProgramError("VP012", "milling cycles need the radius of the tool, and it is 0")
         return Milling(
@@ -319,7 +319,7 @@ class KlartextMilling:
         self.contour.set_cycle_feed(feed or 0.0)
         sweep = -stroke.sweep if self.frames.flips else stroke.sweep
         end = [*stroke.end, stroke.height, *start[3:]]
-        self.core.arc(self.frames.block, start, end, make_arc(start, 0, stroke.center, sweep), [0, 1, 2])
+        self.core.go_on_arc(self.frames.block, start, end, make_arc(start, 0, stroke.center, sweep), [0, 1, 2])
 
 
 def _check_corner(shape: Rectangle) -> Rectangle:

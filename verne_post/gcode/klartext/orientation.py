@@ -62,7 +62,7 @@ class KlartextOrientation:
 
     def take_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
         """The tool axis of a block, by vectors or by spatial angles; None where it gives none."""
-        vector = self._normal(statement, words) if statement.keyword == "LN" else None
+        vector = self._read_axis(statement, words) if statement.keyword == "LN" else None
         if vector is None and self.modes.tcp and self.modes.as_spatial:
             vector = self._find_spatial_vector(statement, words)
         return vector
@@ -105,7 +105,7 @@ class KlartextOrientation:
             raise statement.error("VP005", f"AXIS SPAT needs A, B and C; {missing[0]} is missing")
         return build_spatial_plane(*(value or 0.0 for value in given.values()))[:, 2]
 
-    def _normal(self, statement: Statement, words: Words) -> np.ndarray | None:
+    def _read_axis(self, statement: Statement, words: Words) -> np.ndarray | None:
         """LN: the tool axis T, or the normal N where T is not given and M128 holds."""
         normal = [words.take(name) for name in ("NX", "NY", "NZ")]
         tool = [words.take(name) for name in ("TX", "TY", "TZ")]

@@ -163,7 +163,7 @@ class KlartextPaths:
         """
         return BUILDERS[statement.keyword](self, statement, words, target)
 
-    def _line(self, statement: Statement, words: Words, target: Target) -> None:
+    def _move_straight(self, statement: Statement, words: Words, target: Target) -> None:
         return None
 
     def _move_on_polar_line(self, statement: Statement, words: Words, target: Target) -> None:
@@ -190,13 +190,13 @@ class KlartextPaths:
         target.end[u], target.end[v] = placed[u], placed[v]
         target.axes = sorted({*target.axes, u, v})
 
-    def _sense(self, statement: Statement, words: Words, u: int, v: int) -> int:
+    def _read_sense(self, statement: Statement, words: Words, u: int, v: int) -> int:
         """DR, as it turns in the frame."""
         if words.rotation is None:
             raise statement.error("VP005", f"{statement.keyword} needs DR+ or DR-")
         return words.rotation * (-1 if self.frames.factors[u] * self.frames.factors[v] < 0 else 1)
 
-    def _circle(self, statement: Statement, words: Words, target: Target) -> Arc:
+    def _move_on_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
         """C: about the pole."""
         plane, u, v, _w = self._find_pole_plane(statement)
         self.core.require_known(self.frames.block, [0, 1, 2], "C")
@@ -206,7 +206,7 @@ class KlartextPaths:
         letters = PLANES[plane][3:]
         offsets = {letters[0]: placed[u], letters[1]: placed[v]}
         tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
-        clockwise = self._sense(statement, words, u, v) < 0
+        clockwise = self._read_sense(statement, words, u, v) < 0
         target.axes = sorted({*target.axes, u, v})
         return build_arc_from_center(target.start, target.end, plane, clockwise, offsets, True, 0, tolerance)
 
@@ -252,7 +252,7 @@ class KlartextPaths:
         if radius is None:
             raise statement.error("VP005", "CR needs R, the radius")
         self.core.require_known(self.frames.block, [0, 1, 2], "CR")
-        clockwise = self._sense(statement, words, 0, 1) < 0
+        clockwise = self._read_sense(statement, words, 0, 1) < 0
         if math.dist(target.start[:2], target.end[:2]) < ARC_CHORD_MM:
             raise statement.error("VP008", "CR to the place where the tool is; write a full circle with CC and C")
         return build_arc_from_radius(target.start, target.end, 0, clockwise, radius * self.frames.unit, 0)
@@ -277,7 +277,7 @@ class KlartextPaths:
         self._find_polar_end(statement, words, target)
         return self._move_on_tangent_circle(statement, words, target)
 
-    def element(self, target: Target, arc: Arc | None, kind: MoveKind) -> Element:
+    def make_element(self, target: Target, arc: Arc | None, kind: MoveKind) -> Element:
         """The element that leads to a target at the feed rate in force."""
         state = self.state
         axes = tuple(target.axes)
@@ -286,7 +286,7 @@ class KlartextPaths:
 
 #: What makes the element of a path function.
 BUILDERS: Final[Mapping[str, _Builder]] = {
-    "L": KlartextPaths._line, "LN": KlartextPaths._line, "LP": KlartextPaths._move_on_polar_line, "C": KlartextPaths._circle,
+    "L": KlartextPaths._move_straight, "LN": KlartextPaths._move_straight, "LP": KlartextPaths._move_on_polar_line, "C": KlartextPaths._move_on_circle,
     "CP": KlartextPaths._move_on_polar_circle, "CR": KlartextPaths._move_on_radius_circle, "CT": KlartextPaths._move_on_tangent_circle,
     "CTP": KlartextPaths._move_on_polar_tangent_circle,
 }  # fmt: skip

@@ -246,7 +246,7 @@ class KlartextPatterns:
             raise statement.error("VP002", "Q365=1 is not executed: between holes the tool goes straight; write Q365=0")
         if q[Q.GO_HIGH] not in (0.0, 1.0):
             raise statement.error("VP007", f"Q301={q[Q.GO_HIGH]:g}: 0 or 1")
-        places = _circle(statement, q) if number == 220 else _grid(statement, q)
+        places = _place_circle(statement, q) if number == 220 else _place_grid(statement, q)
         kept = self.cycle
         second = q[Q.SECOND_CLEARANCE] if q[Q.GO_HIGH] else 0.0
         self.cycle = DefinedCycle(
@@ -280,7 +280,7 @@ def _count(statement: Statement, value: float) -> int:
     return round(value)
 
 
-def _circle(statement: Statement, q: dict[int, float]) -> list[Place]:
+def _place_circle(statement: Statement, q: dict[int, float]) -> list[Place]:
     """220: on a circle; without a step from the start angle to the stop angle."""
     n, step = _count(statement, q[Q.HOLES]), q[Q.ANGLE_STEP]
     if step == 0:
@@ -293,7 +293,7 @@ def _circle(statement: Statement, q: dict[int, float]) -> list[Place]:
     ]
 
 
-def _grid(statement: Statement, q: dict[int, float]) -> list[Place]:
+def _place_grid(statement: Statement, q: dict[int, float]) -> list[Place]:
     """221: rows, to and fro, turned as a whole about the first place."""
     columns, rows = _count(statement, q[Q.COLUMNS]), _count(statement, q[Q.ROWS])
     _count(statement, float(columns * rows))

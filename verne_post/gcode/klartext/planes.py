@@ -99,10 +99,12 @@ class KlartextPlanes:
             )  # fmt: skip
         if angles is None:
             normal = (
-                self._outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
+                self._find_outer(tilt).matrix @ np.array([0.0, 0.0, 1.0])
+                if tilt is not None
+                else np.array([0.0, 0.0, 1.0])
             )
             angles = self._choose_angles(normal, sense, tilt if table else None, tip_stays=move == "MOVE")
-        self._position(statement, words, move, angles, tilt)
+        self._move_to_plane(statement, words, move, angles, tilt)
         if words.flags or words.values:
             name = words.flags[0] if words.flags else next(iter(words.values))
             raise statement.error("VP006", f"PLANE {words.kind} ... {move} does not use {name}")
@@ -141,7 +143,7 @@ class KlartextPlanes:
             at = match.end()
         return words
 
-    def _outer(self, tilt: Array | None) -> Map:
+    def _find_outer(self, tilt: Array | None) -> Map:
         """What lies outside the inner maps, with another plane."""
         outer = self.maps.outer.map() if self.maps.tilt is not None or tilt is None else self.maps.current.map()
         matrix = outer.matrix / np.cbrt(abs(np.linalg.det(outer.matrix)))
@@ -170,7 +172,7 @@ class KlartextPlanes:
             ]
             tilt = transformations.turn_to_points(*corners)
         elif kind == "AXIAL":
-            return self._axial(statement, words)
+            return self._read_axial(statement, words)
         else:
             given = [name for name in ("SPA", "SPB", "SPC") if name in words.values]
             if len(given) != 1:
@@ -186,7 +188,7 @@ class KlartextPlanes:
             raise statement.error("VP008", f"PLANE {kind}: the vectors or points do not define a plane")
         return tilt, None
 
-    def _axial(self, statement: Statement, words: PlaneWords) -> tuple[Array, tuple[float, float]]:
+    def _read_axial(self, statement: Statement, words: PlaneWords) -> tuple[Array, tuple[float, float]]:
         """PLANE AXIAL: the plane of rotary axes at given positions."""
         if self.setup.coordinates.head:
             raise statement.error(
@@ -238,13 +240,13 @@ class KlartextPlanes:
                 "VP017",
                 f"{sense}: the two positions of this nutating pair do not lie on both sides of {AXES[tilt]} 0; leave it out",
             )
-        here = [float(v) for v in coordinates.map_to_program(self.frames.machine_position(), base)]
+        here = [float(v) for v in coordinates.map_to_program(self.frames.find_machine_position(), base)]
         positions = find_positions(self.setup, here, normal, base, tip_stays=tip_stays)
         if len(positions) == 1:
             return self._find_upright_angles(coordinates.turn_to_axis(here, normal, base), base, table)
 
         def rank(one: TablePosition) -> tuple[float, ...]:
-            motion = abs(one.program[tilt] - here[tilt]) + one.turned
+            motion = abs(one.program[tilt] - here[tilt]) + one.motion
             return round(motion / _SAME_MOTION), -one.tilt
 
         mine = [one for one in positions if sense is None or (one.tilt > 0) == sense.endswith("+")]
@@ -280,9 +282,9 @@ class KlartextPlanes:
     def _show_angles(self, angles: tuple[float, float]) -> None:
         """Q120 to Q122: the computed positions."""
         shown = {axis: angle - self.frames.wraps[axis] for axis, angle in zip(self.setup.rotary, angles, strict=True)}
-        self.q.shown |= {120 + number: shown.get(3 + number, 0.0) for number in range(3)}
+        self.q.control_values |= {120 + number: shown.get(3 + number, 0.0) for number in range(3)}
 
-    def _position(
+    def _move_to_plane(
         self, statement: Statement, words: PlaneWords, move: str, angles: tuple[float, float], tilt: Array | None
     ) -> None:
         """STAY, TURN or MOVE, and the new plane."""
@@ -368,10 +370,12 @@ class KlartextPlanes:
         tilt = None if angles is None or not any(angles) else transformations.build_spatial_plane(*angles)
         if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
             raise ProgramError("VP017", "cycle 19 while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it first")  # fmt: skip
-        normal = self._outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
+        normal = (
+            self._find_outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
+        )
         chosen = self._choose_angles(normal, None, None, tip_stays=move is not None)
         if statement is None or move is None:
             self._set_tilt(tilt)
         else:
-            self._position(statement, move, "MOVE", chosen, tilt)
+            self._move_to_plane(statement, move, "MOVE", chosen, tilt)
         self._show_angles(chosen)

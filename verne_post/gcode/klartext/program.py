@@ -139,7 +139,7 @@ class Klartext:
         wait = corner_next()
         if wait and target.turns:
             raise statement.error("VP017", "RND or CHF after a move of a rotary axis")
-        self.approaches.add_element(self.paths.element(target, arc, kind), wait=wait)
+        self.approaches.add_element(self.paths.make_element(target, arc, kind), wait=wait)
 
     def _turn_table(self, statement: Statement, words: Words, target: Target, kind: MoveKind) -> None:
         """A and C without tool-centre-point control."""
@@ -189,7 +189,7 @@ class Klartext:
             words.check_used(statement, "side F M")
             if target.turns:
                 raise statement.error("VP017", "a rotary axis beside M130 is not executed")
-            self.approaches.add_element(self.paths.element(target, None, kind), wait=False)
+            self.approaches.add_element(self.paths.make_element(target, None, kind), wait=False)
         finally:
             self.maps.tilt, self.maps.inner = kept, inner
             self.frames.refresh_frame()
@@ -200,7 +200,7 @@ class Klartext:
             raise statement.error(
                 "VP015", "M92 counts from a position of the machine: add [home] g30 to the machine file"
             )
-        machine, axes = self.frames.machine_position(), []
+        machine, axes = self.frames.find_machine_position(), []
         for axis, letter in enumerate(AXES):
             if letter not in words.values and "I" + letter not in words.values:
                 continue
@@ -228,7 +228,7 @@ class Klartext:
 
     # --- corners, approach, departure -----------------------------------------------------------------------------
 
-    def _corner(self, statement: Statement) -> None:
+    def _set_corner(self, statement: Statement) -> None:
         rest = statement.rest
         if statement.keyword == "CHF" and rest.strip():
             rest = "LEN" + rest.lstrip()
@@ -292,7 +292,7 @@ class Klartext:
             self.patterns.call_cycle()
         self.functions.end_functions(words)
 
-    def _block_of_words(self, statement: Statement) -> None:
+    def _execute_words(self, statement: Statement) -> None:
         """M, F, S, R0 alone in a block."""
         words = read_words(statement, self.q)
         self.functions.check_functions(words)
@@ -363,7 +363,7 @@ class Klartext:
             raise statement.error("VP005", "BEGIN PGM needs a name, and MM or INCH")
         inch = match.group(1) != "MM"  # IN: of older controls
         self.modes.inch = inch
-        self.q.shown[113] = float(inch)
+        self.q.control_values[113] = float(inch)
 
     def _end_program(self, statement: Statement) -> None:
         self.jump = Jump("end")
@@ -404,7 +404,7 @@ STATEMENTS: Final[Mapping[str, Callable[[Klartext], Callable[[Statement], None]]
     "SEL TABLE": lambda one: one.settings.select_table,
     "PATTERN DEF": lambda one: one.patterns.define_places, "STOP": lambda one: one._stop, "LBL": lambda one: one._label,
     "FN": lambda one: one._compute_function, "APPR": lambda one: one._approach, "DEP": lambda one: one._approach,
-    "RND": lambda one: one._corner, "CHF": lambda one: one._corner, "CC": lambda one: one._set_pole,
+    "RND": lambda one: one._set_corner, "CHF": lambda one: one._set_corner, "CC": lambda one: one._set_pole,
     **dict.fromkeys(("Q", "QL", "QR", "QS"), lambda one: one._assign_parameter),
-    **dict.fromkeys(("M", "F", "S", "R0", "RL", "RR"), lambda one: one._block_of_words),
+    **dict.fromkeys(("M", "F", "S", "R0", "RL", "RR"), lambda one: one._execute_words),
 }  # fmt: skip

@@ -31,7 +31,7 @@ _MAX_STRING: Final = 10_000
 
 
 class QParameters(Struct):
-    """Values of the parameters; ``shown`` are those of the control itself, by number, set by what the program does.
+    """Values of the parameters; ``control_values`` are those of the control itself, by number, set by what the program does.
 
     ``unknown`` are those that a read at the machine has set: their value is not known here.
     """
@@ -39,7 +39,7 @@ class QParameters(Struct):
     values: dict[str, float] = field(default_factory=dict)
     strings: dict[str, str] = field(default_factory=dict)
     local: list[dict[str, float]] = field(default_factory=lambda: [{}])
-    shown: dict[int, float] = field(default_factory=dict)
+    control_values: dict[int, float] = field(default_factory=dict)
     unknown: set[str] = field(default_factory=set)
 
     def read_value(self, name: str) -> float:
@@ -53,8 +53,8 @@ class QParameters(Struct):
         table = self.local[-1] if kind == "QL" else self.values
         if key in table:
             return table[key]
-        if kind == "Q" and number in self.shown:
-            return self.shown[number]
+        if kind == "Q" and number in self.control_values:
+            return self.control_values[number]
         raise ProgramError("VP025", f"{key} has no value; set it first")
 
     def is_defined(self, name: str) -> bool:
@@ -62,7 +62,7 @@ class QParameters(Struct):
         kind, number = _split(name)
         key = f"{kind}{number}"
         table = {"QL": self.local[-1], "QS": self.strings}.get(kind, self.values)
-        return key in table or (kind == "Q" and number in self.shown)  # type: ignore[operator]
+        return key in table or (kind == "Q" and number in self.control_values)  # type: ignore[operator]
 
     def has(self, name: str, value: float) -> bool:
         """True where Q1, QL1 or QR1 has this value."""
@@ -112,14 +112,14 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     if not rest.strip():
         raise statement.error("VP005", f"{name} = without a value")
     if match.group(1) == "QS":
-        parameters.strings[f"QS{_split(name)[1]}"] = _string(rest, parameters)
+        parameters.strings[f"QS{_split(name)[1]}"] = _join_strings(rest, parameters)
     elif rest.strip().startswith("TONUMB"):
         parameters.set(name, _convert_to_number(rest, parameters))
     else:
         parameters.set(name, evaluate(rest, parameters))
 
 
-def _string(text: str, parameters: QParameters) -> str:
+def _join_strings(text: str, parameters: QParameters) -> str:
     joined, at = "", 0
     while True:
         match = _STRING_PART.match(text, at)

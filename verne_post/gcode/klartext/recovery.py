@@ -60,7 +60,7 @@ class KlartextRecovery:
             self._take_pole(statement)
         elif keyword == "PLANE":
             for number in range(3):
-                to.q.shown.setdefault(120 + number, to.state.position[3 + number])
+                to.q.control_values.setdefault(120 + number, to.state.position[3 + number])
         elif keyword == "CYCL DEF":
             to.patterns.cycle_unread = True
         elif keyword == "TOOL CALL":
@@ -83,7 +83,9 @@ class KlartextRecovery:
             to.functions.begin_functions(words)
         self._take_feed(statement, words, error)
         axes = [axis for axis, letter in enumerate(AXES) if {letter, "I" + letter} & set(words.values)]
-        self.uncertain |= elsewhere or any(not state.known[axis] and AXES[axis] not in words.values for axis in axes)
+        self.uncertain |= elsewhere or any(
+            not state.known_axes[axis] and AXES[axis] not in words.values for axis in axes
+        )
         for axis in axes:
             if AXES[axis] not in to.setup.axes:
                 words.values.pop(AXES[axis], None)

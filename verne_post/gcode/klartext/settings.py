@@ -63,7 +63,7 @@ class KlartextSettings:
     def _begin_setting(self, number: int) -> None:
         if number == 8:
             self._change_maps("mirror image")
-            self.maps.current.mirrored = (False, False)
+            self.maps.current.mirrored_axes = (False, False)
             self.maps.current.set("mirror", active=False)
             self.frames.refresh_frame()
         elif number == 19:
@@ -164,11 +164,11 @@ class KlartextSettings:
         if len(set(letters)) < len(letters):
             raise statement.error("VP004", "an axis of the mirror image appears twice in the block")
         layer = self.maps.current
-        layer.mirrored = ("X" in letters, "Y" in letters)
+        layer.mirrored_axes = ("X" in letters, "Y" in letters)
         layer.set("mirror", active=bool(letters))
         self.frames.refresh_frame()
 
-    def _rotation(self, statement: Statement, head: Head) -> None:
+    def _set_rotation(self, statement: Statement, head: Head) -> None:
         self.rotate(statement, head.rest)
 
     def rotate(self, statement: Statement, text: str) -> None:
@@ -273,7 +273,7 @@ class KlartextSettings:
         )
         self.frames.refresh_frame()
 
-    def _tolerance(self, statement: Statement, head: Head) -> None:
+    def _set_tolerance(self, statement: Statement, head: Head) -> None:
         """32.1 T0.05: tolerance at corners; 32.2 HSC-MODE and TA are without effect."""
         if head.part != 1:
             if not re.fullmatch(
@@ -318,7 +318,7 @@ _TRANS: Final[Mapping[str, tuple[Callable[[KlartextSettings, Statement, str], No
 }  # fmt: skip
 #: Cycles that set modes.
 SETTINGS: Final[Mapping[int, _Handler]] = {
-    7: KlartextSettings._shift, 8: KlartextSettings._mirror, 9: KlartextSettings._dwell_time, 10: KlartextSettings._rotation,
+    7: KlartextSettings._shift, 8: KlartextSettings._mirror, 9: KlartextSettings._dwell_time, 10: KlartextSettings._set_rotation,
     11: KlartextSettings._set_scaling, 13: KlartextSettings._orient, 19: KlartextSettings._set_working_plane,
-    32: KlartextSettings._tolerance, 247: KlartextSettings._preset,
+    32: KlartextSettings._set_tolerance, 247: KlartextSettings._preset,
 }  # fmt: skip

@@ -89,7 +89,7 @@ class KlartextText(ChunkedText):
 
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
         """Scan plain lines: those that become G0 or G1 in words of RS274/NGC, and comments."""
-        words = split_words(first_line, _plain_words(text))
+        words = split_words(first_line, _translate_lines(text))
         lines = PlainLines(words, self.setup)
         rows = np.arange(words.n_lines)
         lines.plain &= (lines.row[:, _G] == rows) | (np.bincount(words.row, minlength=len(rows)) == 0)
@@ -170,7 +170,7 @@ def _strip_comment(text: str) -> tuple[str, bool]:
     return take_code(text.removesuffix("~")).rstrip(" \t"), text.endswith("~")
 
 
-def _upper(text: str) -> str:
+def _capitalise(text: str) -> str:
     """Upper case, but for what stands in quotes; other alphabets stay, so that columns do."""
     if text.isascii() and '"' not in text:
         return text.upper()
@@ -189,7 +189,7 @@ def read_statement(parts: list[str], line: int) -> Statement:
     ProgramError
         VP002: they begin with no word of the language.
     """
-    text = _upper(parts[0])
+    text = _capitalise(parts[0])
     number = _NUMBER.match(text)
     assert number is not None
     deleted = number.group(1) is not None or number.group(3) is not None
@@ -209,12 +209,12 @@ def read_statement(parts: list[str], line: int) -> Statement:
         )
         raise ProgramError("VP002", f"{shown[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
     name = " ".join(keyword.group().split())
-    tail = " ".join(_upper(part) for part in parts[1:])
+    tail = " ".join(_capitalise(part) for part in parts[1:])
     at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin
     return Statement(line, name, text[at:] + (" " + tail if tail else ""), at, deleted)
 
 
-def _plain_words(text: bytes) -> bytes:
+def _translate_lines(text: bytes) -> bytes:
     """Lines in words of RS274/NGC; those that are no plain straight moves stay as no scanner can read them."""
     words = text.translate(_TRANSLATION)
     if b"~" in words:

@@ -26,7 +26,7 @@ class Map(Struct, frozen=True, eq=False):
     matrix: Array = field(default_factory=lambda: np.eye(3))
     origin: Array = field(default_factory=lambda: np.zeros(3))
 
-    def after(self, inner: "Map") -> "Map":
+    def apply_after(self, inner: "Map") -> "Map":
         """The map that first does another one, then this."""
         return Map(self.matrix @ inner.matrix, self.matrix @ inner.origin + self.origin)
 
@@ -56,7 +56,7 @@ class Layer(Struct):
     """Maps of one coordinate system by kind, in the order in which they act from outside."""
 
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    mirrored: tuple[bool, bool] = (False, False)
+    mirrored_axes: tuple[bool, bool] = (False, False)
     angle: float = 0.0
     scale: float = 1.0
     order: list[Kind] = field(default_factory=list)
@@ -72,14 +72,14 @@ class Layer(Struct):
         """What they do together."""
         result = Map()
         for kind in self.order:
-            result = result.after(self._one(kind))
+            result = result.apply_after(self._make_map(kind))
         return result
 
-    def _one(self, kind: Kind) -> Map:
+    def _make_map(self, kind: Kind) -> Map:
         if kind == "shift":
             return Map(origin=np.array(self.shift))
         if kind == "mirror":
-            return Map(np.diag([-1.0 if self.mirrored[0] else 1.0, -1.0 if self.mirrored[1] else 1.0, 1.0]))
+            return Map(np.diag([-1.0 if self.mirrored_axes[0] else 1.0, -1.0 if self.mirrored_axes[1] else 1.0, 1.0]))
         if kind == "rotation":
             return Map(make_rotation(2, self.angle))
         return Map(self.scale * np.eye(3))
@@ -111,8 +111,8 @@ class Transformations(Struct):
         """From input coordinates to the workpiece."""
         result = self.outer.map()
         if self.tilt is not None:
-            result = result.after(Map(self.tilt))
-        return result.after(self.inner.map())
+            result = result.apply_after(Map(self.tilt))
+        return result.apply_after(self.inner.map())
 
     def reset(self) -> None:
         """No shift, mirror image, rotation or scaling; the plane stays."""

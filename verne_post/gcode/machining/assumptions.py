@@ -22,17 +22,17 @@ def assume_turning_spindle(state: State) -> None:
 
 def assume_length(state: State) -> None:
     """Any tool length will do."""
-    state.length_given = True
+    state.has_tool_length = True
 
 
 @contextmanager
-def with_length(state: State, *, then: bool) -> Iterator[None]:
+def add_length(state: State, *, then: bool) -> Iterator[None]:
     """A length counts as given meanwhile, and afterwards where it was or ``then``."""
-    given, state.length_given = state.length_given, True
+    given, state.has_tool_length = state.has_tool_length, True
     try:
         yield
     finally:
-        state.length_given = given or then
+        state.has_tool_length = given or then
 
 
 def assume_tools(state: State, numbers: Iterable[int]) -> None:
@@ -78,17 +78,17 @@ def place_axis(state: State, axis: int, value: float) -> None:
 
 def name_axis(state: State, axis: int) -> None:
     """The program has said where an axis is."""
-    state.known[axis] = state.named[axis] = True
+    state.known_axes[axis] = state.named_axes[axis] = True
 
 
 def know_axis(state: State, axis: int) -> None:
     """The position of an axis counts as known."""
-    state.known[axis] = True
+    state.known_axes[axis] = True
 
 
 def lose_axis(state: State, axis: int) -> None:
     """Where an axis stands is not known."""
-    state.known[axis] = False
+    state.known_axes[axis] = False
 
 
 def place(state: State, position: list[float]) -> None:

@@ -81,7 +81,7 @@ class Compensation(Struct):
 
     # --- the three things that may come ---------------------------------------------------------
 
-    def offset_line(self, recorder: Recorder, start: list[float], end: list[float], feed: float) -> list[float]:
+    def follow_line(self, recorder: Recorder, start: list[float], end: list[float], feed: float) -> list[float]:
         """A straight move between programmed points; returns where the centre ends. ``feed``: of an arc about a corner."""
         u, v, *_ = PLANES[self.plane]
         p, q = (start[u], start[v]), (end[u], end[v])
@@ -102,7 +102,7 @@ class Compensation(Struct):
         self._begin(Offset(start_uv, target, t))
         return self._find_point(end, target)
 
-    def offset_arc(
+    def follow_arc(
         self, recorder: Recorder, start: list[float], end: list[float], arc: Arc, feed: float
     ) -> tuple[list[float], Arc]:
         """An arc between programmed points; returns where the centre ends and its arc."""

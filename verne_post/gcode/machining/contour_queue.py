@@ -100,6 +100,6 @@ def draw_element(core: Machining, element: Element) -> None:
         if element.kind == MoveKind.FEED and element.feed != core.state.feed:
             core.set_feed(element.feed)
         if element.arc is None:
-            core.line(at, element.kind, list(element.end), axes, absolute=element.absolute)
+            core.go_straight(at, element.kind, list(element.end), axes, absolute=element.absolute)
         else:
-            core.arc(at, list(element.start), list(element.end), element.arc, axes, absolute=element.absolute)
+            core.go_on_arc(at, list(element.start), list(element.end), element.arc, axes, absolute=element.absolute)

@@ -63,14 +63,18 @@ class Frames:
         machine = coordinates.map_to_machine(np.array(state.position), old)
         position = [float(v) for v in coordinates.map_to_program(machine, frame)]
         if self.setup.machine:
-            if frame.tool != old.tool and state.held is None and state.placed:
-                state.held = [p if named else math.nan for p, named in zip(state.position, state.named, strict=True)]
-            if state.held is not None:
+            if frame.tool != old.tool and state.values_before_length is None and state.has_position:
+                state.values_before_length = [
+                    p if named else math.nan for p, named in zip(state.position, state.named_axes, strict=True)
+                ]
+            if state.values_before_length is not None:
                 # programmed values follow a change of work offset, but not one of tool length
-                before = np.where(np.isnan(state.held), state.position, state.held)
+                before = np.where(np.isnan(state.values_before_length), state.position, state.values_before_length)
                 same_tool = replace(frame, tool=old.tool)
                 moved = coordinates.map_to_program(coordinates.map_to_machine(before, old), same_tool)
-                state.held = [float(v) if n else math.nan for v, n in zip(moved, state.named, strict=True)]
+                state.values_before_length = [
+                    float(v) if n else math.nan for v, n in zip(moved, state.named_axes, strict=True)
+                ]
         if state.centre is not None:  # the tool still stands beside its last contour
             centre = coordinates.map_to_program(coordinates.map_to_machine(np.array(state.centre), old), frame)
             state.centre = [float(v) for v in centre]
@@ -87,7 +91,7 @@ class Frames:
     def store_frame(self, frame: Frame) -> None:
         """Give a work system a new origin; the active one has it at once."""
         self.state.systems[frame.system] = replace(frame, g92=ZERO9)
-        self.recorder.placed.add(frame.system)
+        self.recorder.placed_systems.add(frame.system)
         if frame.system == self.state.frame.system:
             self.set_frame(frame)
 
@@ -104,7 +108,7 @@ class Frames:
     def store_later(self, frame: Frame) -> None:
         """Give a work system a new origin, which holds when it is selected again."""
         self.state.systems[frame.system] = replace(frame, g92=ZERO9)
-        self.recorder.placed.add(frame.system)
+        self.recorder.placed_systems.add(frame.system)
 
     def add_system(self, frame: Frame) -> None:
         """A work system of the language that the set-up does not have."""
@@ -121,11 +125,11 @@ class Frames:
         state = self.state
         if state.first_places is None:
             for axis in axes:
-                state.known[axis] = True
+                state.known_axes[axis] = True
             return
         frame, coordinates = state.frame, self.setup.coordinates
         state.first_places.note(
-            state.known, state.position, end, axes, lambda program: coordinates.map_to_machine(program, frame),
+            state.known_axes, state.position, end, axes, lambda program: coordinates.map_to_machine(program, frame),
             machine=machine,
         )  # fmt: skip
 
@@ -143,7 +147,7 @@ class Frames:
     def forget_programmed(self, axes: set[int]) -> None:
         """What these axes have now was not programmed but follows from machine coordinates."""
         for axis in axes:
-            self.state.named[axis] = False
+            self.state.named_axes[axis] = False
 
 
 def _find_directions(frame: Frame) -> tuple[object, ...]:

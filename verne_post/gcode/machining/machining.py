@@ -110,7 +110,7 @@ class Machining:
         turning = (state.spindle_on or turns_itself) and state.spindle_speed > 0
         if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
             return "spindle"
-        return "tool length" if self.setup.machine and not state.length_given else None
+        return "tool length" if self.setup.machine and not state.has_tool_length else None
 
     def find_feed(self, lengths: tuple[object, object]) -> float:
         """Feed of a move as `dump moves` shows it: see :func:`~verne_post.gcode.lengths.find_effective_feed`."""
@@ -188,7 +188,7 @@ class Machining:
             VP016: the tip is elsewhere, and this motion would not go from there, or would go down by the tool length.
         """
         state = self.state
-        held, state.held = state.held, None
+        held, state.values_before_length = state.values_before_length, None
         if held is None:
             return state.position
         machine_position = self.setup.coordinates.map_to_machine(np.array(state.position), state.frame)
@@ -229,7 +229,7 @@ class Machining:
                 f"Z{self.state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z in the block", at.line, None,
             )  # fmt: skip
 
-    def line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
+    def go_straight(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight to an end (9) in the active frame; under cutter compensation beside it.
 
         Parameters
@@ -249,7 +249,7 @@ class Machining:
         state.centre = None
         if state.compensation is not None:
             self._check_compensated(state.position, end)
-            target = state.compensation.offset_line(self.recorder, state.position, end, state.feed)
+            target = state.compensation.follow_line(self.recorder, state.position, end, state.feed)
         if kind == MoveKind.RAPID:
             feed = math.nan
         elif state.feed_mode != FeedMode.INVERSE and state.feed == state.feed_angular:
@@ -266,14 +266,14 @@ class Machining:
     def arrive(self, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """The axes stand at an end (9), of which the program has named some."""
         state = self.state
-        if absolute and False in state.known:
+        if absolute and False in state.known_axes:
             self.frames.name_axes(end, axes)
         state.position = end
-        state.placed = state.placed or bool(axes)
+        state.has_position = state.has_position or bool(axes)
         for axis in axes:
-            state.named[axis] = True
+            state.named_axes[axis] = True
 
-    def arc(
+    def go_on_arc(
         self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True
     ) -> None:
         """Move on an arc in a plane of the frame, from where the tool stands; under cutter compensation beside it."""
@@ -284,7 +284,7 @@ class Machining:
         if state.compensation is not None:
             self._check_compensated(start, end)
             programmed = arc
-            target, arc = state.compensation.offset_arc(self.recorder, start, end, arc, state.feed)
+            target, arc = state.compensation.follow_arc(self.recorder, start, end, arc, state.feed)
             feed *= self.find_arc_feed_share(state.compensation.compare_arc_lengths(start, end, programmed))
         elif state.feed_mode == FeedMode.INVERSE:  # which compensation refuses
             feed *= measure_arc(arc, start, end)
@@ -344,7 +344,7 @@ class Machining:
         if not self.state.arc_may_follow:
             raise ProgramError("VP026", "the move after the end of cutter compensation must be straight, not a spline")
 
-    def spline(self, at: At, spline: BSpline, name: str, *, absolute: bool = True) -> None:
+    def follow_spline(self, at: At, spline: BSpline, name: str, *, absolute: bool = True) -> None:
         """Move along a B-spline at the feed rate in force; its first control point is where the tool is.
 
         Raises

@@ -18,8 +18,8 @@ _OVERRIDES: Final = {"speed": True, "feed": True, "adaptive": False, "hold": Tru
 class ParameterStore(Struct):
     """Parameters that programs have set: numbered ones, global names, and the names of each call (the last is in force)."""
 
-    numbered: dict[int, float] = field(default_factory=lambda: {5599: 1.0})
-    named: dict[str, float] = field(default_factory=dict)
+    numbered_values: dict[int, float] = field(default_factory=lambda: {5599: 1.0})
+    named_values: dict[str, float] = field(default_factory=dict)
     local: list[dict[str, float]] = field(default_factory=lambda: [{}])
 
 
@@ -38,15 +38,17 @@ class State(Struct):
     """State of the machining core. Positions in program coordinates, mm and degrees."""
 
     position: list[float]
-    known: list[bool]
+    #: Axes whose position is known.
+    known_axes: list[bool]
     systems: dict[int, Frame]
     frame: Frame
     tools: dict[int, Tool] | None
     #: What holds in the language at hand, of its own type: only the language reads and writes it.
     modes: Any = None  # LanguageModes
-    named: list[bool] = field(default_factory=lambda: [False] * 9)
+    #: Axes that the program has named.
+    named_axes: list[bool] = field(default_factory=lambda: [False] * 9)
     #: Programmed values from before a change of tool length, until the next motion.
-    held: list[float] | None = None
+    values_before_length: list[float] | None = None
     plane: int = 0
     feed_mode: FeedMode = FeedMode.PER_MINUTE
     control: PathControl = field(default_factory=PathControl)
@@ -77,8 +79,8 @@ class State(Struct):
     selected_tool: int | None = None
     loaded_tool: int | None = None
     #: An axis has been given a position, in program or in machine coordinates.
-    placed: bool = False
-    length_given: bool = False
+    has_position: bool = False
+    has_tool_length: bool = False
     #: The tool axis that holds (unit, program directions); None where A and C words hold.
     tool_axis: tuple[float, float, float] | None = None
     #: Number -> name, of tools that the program has named.
@@ -92,7 +94,7 @@ class State(Struct):
 
     def is_known(self, axis: int) -> bool:
         """True where the position of an axis is known: it has been named, or the program never names it."""
-        return self.known[axis] or (self.first_places is not None and self.first_places.is_named(axis))
+        return self.known_axes[axis] or (self.first_places is not None and self.first_places.is_named(axis))
 
     @contextmanager
     def follow_exactly(self) -> Iterator[None]:

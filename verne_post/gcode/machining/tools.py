@@ -67,14 +67,14 @@ class Tools:
 
     def set_length(self, find_offset: Callable[[], Vector9]) -> None:
         """Put a tool offset in force. Where it cannot be found that is one error: no feed move lacks a length then."""
-        self.state.length_given = True
+        self.state.has_tool_length = True
         offset = find_offset()
         if self.setup.tool_length is None:
             self.frames.set_frame(replace(self.state.frame, tool=offset))
 
     def expect_length(self) -> None:
         """A length counts as given, though nobody knows it: without a machine."""
-        self.state.length_given = True
+        self.state.has_tool_length = True
 
     def find_offset(self, at: At, number: int) -> Vector9:
         """The offset of a tool; of the one in the spindle for 0.

@@ -52,7 +52,7 @@ def go_to_machine(core: Machining, at: At, kind: MoveKind, targets: dict[int, fl
         for axis in core.setup.rotary:  # the words go on, also where the table stands on their other side
             end[axis] = state.position[axis]
         core.frames.name_axes(end, list(targets), machine=True)
-        core.line(at, kind, end, list(targets), absolute=False)
+        core.go_straight(at, kind, end, list(targets), absolute=False)
     core.frames.forget_programmed({*_LINEAR, *targets})
 
 

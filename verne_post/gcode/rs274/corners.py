@@ -37,9 +37,9 @@ class FanucCorners:
         return self._queue.corner
 
     def add_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
-        """Move straight, as :meth:`~verne_post.gcode.machining.machining.Machining.line`."""
+        """Move straight, as :meth:`~verne_post.gcode.machining.machining.Machining.go_straight`."""
         if self.corner is None and self.waiting is None:
-            self.core.line(at, kind, end, axes, absolute=absolute)
+            self.core.go_straight(at, kind, end, axes, absolute=absolute)
             return
         state = self.core.state
         self._add(Element(at.line, list(state.position), end, kind, state.feed, tuple(axes), absolute=absolute))
@@ -47,9 +47,9 @@ class FanucCorners:
     def add_arc(
         self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True
     ) -> None:
-        """Move on an arc, as :meth:`~verne_post.gcode.machining.machining.Machining.arc`."""
+        """Move on an arc, as :meth:`~verne_post.gcode.machining.machining.Machining.go_on_arc`."""
         if self.corner is None and self.waiting is None:
-            self.core.arc(at, start, end, arc, axes, absolute=absolute)
+            self.core.go_on_arc(at, start, end, arc, axes, absolute=absolute)
             return
         feed = self.core.state.feed
         self._add(Element(at.line, list(start), end, MoveKind.FEED, feed, tuple(axes), arc, absolute=absolute))

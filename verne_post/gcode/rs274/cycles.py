@@ -134,7 +134,7 @@ class CycleCodes:
         kept = before.numbers if before is not None else (0.0, 0.0)
         r = self.values.convert_length(block.words["R"]) if "R" in block.words else kept[0]
         z = self.values.read_axis_value(block, normal) if letter in block.words else kept[1]
-        clear, bottom = self._heights(start, r, z)
+        clear, bottom = self._find_heights(start, r, z)
         of_g90 = (self.modes.absolute, self.modes.absolute)
         if before is not None:
             (clear, bottom), of_g90 = self._read_changed_heights(block, motion, before, (clear, bottom), z)
@@ -191,7 +191,7 @@ class CycleCodes:
             )  # fmt: skip
         return first, less, least
 
-    def _heights(self, start: float, r: float, z: float) -> tuple[float, float]:
+    def _find_heights(self, start: float, r: float, z: float) -> tuple[float, float]:
         """Heights of R and of the bottom. In G91 R counts from where the cycles began, the bottom from R."""
         if self.modes.absolute:
             return r, z
@@ -265,9 +265,9 @@ class CycleCodes:
         w = PLANES[self.state.plane][2]
         rapid, feed = MoveKind.RAPID, MoveKind.FEED
         if motion in _NEEDS_STEP:
-            self._peck(block, motion, cycle)
+            self._drill_pecks(block, motion, cycle)
         elif motion == 870:
-            self._back_bore(block, cycle, retract)
+            self._bore_back(block, cycle, retract)
             return
         elif motion == _FINE_BORING:
             self._bore_finely(block, cycle, retract)
@@ -328,7 +328,7 @@ class CycleCodes:
             lambda height: self._go(block, MoveKind.FEED, {w: height}), after,
         )  # fmt: skip
 
-    def _peck(self, block: Block, motion: int, cycle: Cycle) -> None:
+    def _drill_pecks(self, block: Block, motion: int, cycle: Cycle) -> None:
         """All pecks of a hole but the last."""
         w = PLANES[self.state.plane][2]
         step, less, least = cycle.falling or (cycle.step or 0.0, 0.0, 0.0)
@@ -376,7 +376,7 @@ class CycleCodes:
         self._go(block, rapid, {u: position[u], v: position[v]})
         self.core.auxiliary.switch_spindle(block, on=True, backwards=backwards)
 
-    def _back_bore(self, block: Block, cycle: Cycle, retract: float) -> None:
+    def _bore_back(self, block: Block, cycle: Cycle, retract: float) -> None:
         """G87: down beside the hole with the spindle oriented, up and down turning, out beside it again."""
         state = self.state
         u, v, w, *_ = PLANES[state.plane]
@@ -407,4 +407,4 @@ class CycleCodes:
         end = list(self.state.position)
         for axis, value in places.items():
             end[axis] = value
-        self.core.line(block, kind, end, [0, 1, 2])
+        self.core.go_straight(block, kind, end, [0, 1, 2])

@@ -300,7 +300,7 @@ class FanucPlanes:
         upright = np.array([0.0, 0.0, 1.0])
         if not self.setup.machine:
             self.core.hold_tool_axis(upright)
-            self.core.line(block, MoveKind.RAPID, list(state.position), [])
+            self.core.go_straight(block, MoveKind.RAPID, list(state.position), [])
             return
         tilt, turn = self.setup.rotary
         self.core.end_tool_axis(block, [tilt, turn])
@@ -308,14 +308,14 @@ class FanucPlanes:
         here = state.position
         positions = find_positions(self.setup, here, upright, state.frame, tip_stays=tcp)
         end = choose_position(
-            positions, lambda one: (round(abs(one.program[tilt] - here[tilt]), 6), round(one.turned, 6), -one.tilt)
+            positions, lambda one: (round(abs(one.program[tilt] - here[tilt]), 6), round(one.motion, 6), -one.tilt)
         ).program
         if not tcp:
             turn_table(self.core, block, MoveKind.RAPID, {tilt: end[tilt], turn: end[turn]})
             return
         self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=(tilt, turn), at=block)
         self.recorder.fix_c(block.line)
-        self.core.line(block, MoveKind.RAPID, end, [tilt, turn])
+        self.core.go_straight(block, MoveKind.RAPID, end, [tilt, turn])
 
 
 def rotate_about(direction: Array, degrees: float) -> Array:

@@ -147,11 +147,11 @@ class Flow:
         text, (begin, _end) = self._find_sub(label)
         store = self.interpreter.state.store
         frame = self.enter(text, begin + 1, line, label)
-        frame.arguments = {index: store.numbered.get(index, 0.0) for index in LOCAL_INDICES}
+        frame.arguments = {index: store.numbered_values.get(index, 0.0) for index in LOCAL_INDICES}
         for index in LOCAL_INDICES:
-            store.numbered[index] = arguments[index - 1] if index <= len(arguments) else 0.0
+            store.numbered_values[index] = arguments[index - 1] if index <= len(arguments) else 0.0
         store.local.append({})
-        store.named["_value"] = store.named["_value_returned"] = 0.0
+        store.named_values["_value"] = store.named_values["_value_returned"] = 0.0
         self._called.add(label)
 
     def _find_sub(self, label: str) -> tuple[ProgramText, tuple[int, int]]:
@@ -185,7 +185,7 @@ class Flow:
         self.interpreter.recorder.record_event(self.calls.show(line), "call", label=label)
         frame = Frame(label, begin=begin)
         self.calls.enter(text, begin, line, frame)
-        self.interpreter.modes.saved.append(None)
+        self.interpreter.modes.saved_states.append(None)
         return frame
 
     def _execute_return(self, o: OWord) -> None:
@@ -198,9 +198,9 @@ class Flow:
             )
         value = o.read_return_value()
         store = self.interpreter.state.store
-        store.named["_value"] = 0.0 if value is None else value
-        store.named["_value_returned"] = float(value is not None)
-        store.numbered.update(frame.arguments)
+        store.named_values["_value"] = 0.0 if value is None else value
+        store.named_values["_value_returned"] = float(value is not None)
+        store.numbered_values.update(frame.arguments)
         store.local.pop()
         self.leave()
 

@@ -123,7 +123,7 @@ class FunctionCodes:
     # --- saved state ---------------------------------------------------------------------------------
 
     def _save_or_restore(self, block: Block, code: int) -> None:
-        saved = self.modes.saved
+        saved = self.modes.saved_states
         if code == 71:
             saved[-1] = None
         elif code == 72:
@@ -152,6 +152,6 @@ class FunctionCodes:
 
     def leave_call(self, line: int) -> None:
         """Back from a call: bring back what M73 has saved in it."""
-        saved = self.modes.saved.pop()
+        saved = self.modes.saved_states.pop()
         if saved is not None and saved.automatic:
             self._restore(saved, At(line))

@@ -81,9 +81,9 @@ class HaasCodes:
                 begin = list(state.position)
                 end = [*stroke.end, stroke.height, *begin[3:]]
                 if stroke.center is not None:
-                    self.core.arc(block, begin, end, make_arc(begin, 0, stroke.center, stroke.sweep), [0, 1, 2])
+                    self.core.go_on_arc(block, begin, end, make_arc(begin, 0, stroke.center, stroke.sweep), [0, 1, 2])
                 elif list_stops((begin[0], begin[1]), begin[2], stroke):
-                    self.core.line(block, MoveKind.FEED, end, [0, 1, 2])
+                    self.core.go_straight(block, MoveKind.FEED, end, [0, 1, 2])
 
     def _list_radii(self, block: Block, code: int) -> list[float]:
         """Radii of the circles of the tool's centre, mm: of I, by Q outwards, and of K."""

@@ -124,7 +124,7 @@ class Rs274(Language):
             modes.motion,
             modes.inch,
             arcs=not modes.absolute_centers,
-            pointed=modes.vectors,
+            has_tool_axes=modes.vectors,
             turning=not (self.motion.is_without_tcp() or self.motion.is_retracted()),
         )
 
@@ -239,7 +239,7 @@ class Rs274(Language):
             raise ProgramError(
                 "VP003", "M98 or G4 in a block of a canned cycle: P and L would serve both; write two blocks"
             )
-        self._check_words(block, self._usable_words(block, g, m, motion))
+        self._check_words(block, self._find_usable_words(block, g, m, motion))
         if "machine coordinates" in g and motion not in (0, 10):
             raise ProgramError("VP017", "G53 needs G0 or G1")
         if "machine coordinates" in g and g.get("distance", 900 if self.modes.absolute else 910) != 900:
@@ -272,7 +272,9 @@ class Rs274(Language):
             raise block.error("VP006", f"{axes[0]} beside a user-defined code, and no motion code uses it", axes[0])
         return self.modes.motion if words else None
 
-    def _usable_words(self, block: Block, g: dict[str, int], m: dict[str, list[int]], motion: int | None) -> set[str]:
+    def _find_usable_words(
+        self, block: Block, g: dict[str, int], m: dict[str, list[int]], motion: int | None
+    ) -> set[str]:
         """Letters that some code of the block uses."""
         letters = set("FST" + AXES)
         vectors = g.get("tool length", 435 if self.modes.vectors else 490) == 435
@@ -327,9 +329,9 @@ class Rs274(Language):
             self.modes.cycle = None
 
     def _select_system(self, block: Block, code: int) -> None:
-        self.core.frames.select_system(self._system_number(block, code))
+        self.core.frames.select_system(self._find_system_number(block, code))
 
-    def _system_number(self, block: Block, code: int) -> int:
+    def _find_system_number(self, block: Block, code: int) -> int:
         """Number of the work system of a code."""
         return _SYSTEMS[code]
 
@@ -452,7 +454,7 @@ class Rs274(Language):
                     raise ProgramError("VP002", f"{name}{HAS_MEANING}; take it out of [remap]", column)
                 continue
             if letter == "G":
-                code = self._g_code(number, column)
+                code = self._read_g_code(number, column)
                 group = self.table.group_of_g[code]
                 if group in g:
                     raise ProgramError(
@@ -471,7 +473,7 @@ class Rs274(Language):
             raise ProgramError("VP003", f"more than {_MAX_M_CODES} M codes in one block")
         return g, m
 
-    def _g_code(self, number: float, column: int) -> int:
+    def _read_g_code(self, number: float, column: int) -> int:
         code = round(number * 10)
         if abs(number * 10 - code) > 10 * WHOLE_NUMBER or number < 0:
             raise ProgramError("VP002", f"G{number:g} is not a code", column)

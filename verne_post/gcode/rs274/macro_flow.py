@@ -129,7 +129,7 @@ class MacroFlow:
     def enter(self, frame: Frame, call: Call) -> None:
         """A macro begins: it has local variables of its own, and no modal call is in force in it."""
         interpreter = self.flow.interpreter
-        numbered = interpreter.state.store.numbered
+        numbered = interpreter.state.store.numbered_values
         frame.outer, frame.call = {key: numbered.pop(key) for key in LOCAL if key in numbered}, call
         numbered.update(call.arguments or {})
         if call.keeps:
@@ -138,7 +138,7 @@ class MacroFlow:
     def repeat(self, frame: Frame) -> None:
         """A macro begins again (L of G65), with the arguments of its call."""
         if frame.call is not None:
-            numbered = self.flow.interpreter.state.store.numbered
+            numbered = self.flow.interpreter.state.store.numbered_values
             for key in LOCAL:
                 numbered.pop(key, None)
             numbered.update(frame.call.arguments or {})
@@ -149,7 +149,7 @@ class MacroFlow:
         if frame.outer is None or call is None:
             return
         interpreter = self.flow.interpreter
-        numbered = interpreter.state.store.numbered
+        numbered = interpreter.state.store.numbered_values
         last = {key: numbered.pop(key) for key in LOCAL if key in numbered}
         numbered.update(frame.outer)
         if call.keeps and call.arguments is not None:  # the next call goes on with them

@@ -53,9 +53,9 @@ def set_variable(store: ParameterStore, key: int, value: float) -> None:
             "VP025", f"#{key} is a variable of the control itself, which is not set here; programs have #1 to #33, #100 to #999"
         )  # fmt: skip
     if math.isnan(value) and key in LOCAL:
-        store.numbered.pop(key, None)
+        store.numbered_values.pop(key, None)
     else:
-        store.numbered[key] = value
+        store.numbered_values[key] = value
 
 
 def read_variable(parameters: Shown, key: int) -> float:
@@ -66,7 +66,7 @@ def read_variable(parameters: Shown, key: int) -> float:
     ProgramError
         VP025: its value is only known at the machine.
     """
-    numbered = parameters.state.store.numbered
+    numbered = parameters.state.store.numbered_values
     if key in LOCAL or key == 0:
         return numbered.get(key, math.nan)
     if any(key in span for span in _COMMON):

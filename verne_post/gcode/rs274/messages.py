@@ -35,7 +35,7 @@ def _expand(text: str, values: Values) -> str:
     """Put in the values of #n and #<name>; %d, %f and %.2f set how those that follow are written."""
     form = "%f"
 
-    def replacement(match: re.Match[str]) -> str:
+    def replace_value(match: re.Match[str]) -> str:
         nonlocal form
         name, index, new_form = match.groups()
         if new_form is not None:
@@ -49,4 +49,4 @@ def _expand(text: str, values: Values) -> str:
             return "######"
         return "%d" % round(value) if form == "%d" else form % (value + 0.0)  # noqa: UP031 - the form is the program's
 
-    return _PARAMETER.sub(replacement, text)
+    return _PARAMETER.sub(replace_value, text)

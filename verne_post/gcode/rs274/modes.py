@@ -144,7 +144,7 @@ class Modes(Struct):
     #: M66 has read an input, whose value is not known here.
     inputs_read: bool = False
     #: What M70 and M73 have saved, one place a level of calls.
-    saved: list[Saved | None] = field(default_factory=lambda: [None])
+    saved_states: list[Saved | None] = field(default_factory=lambda: [None])
     #: The last code of tool length, times ten; G49 counts only after another: what a head cancels never held.
     length_code: int | None = None
     #: G43.5 is active: I, J, K of straight moves are the tool axis.

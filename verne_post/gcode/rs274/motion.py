@@ -58,7 +58,7 @@ class MotionCodes:
         self.setup, self.state, self.recorder = core.setup, core.state, core.recorder
         self.modes: Modes = core.state.modes
         #: Where lines and arcs go: to the core, or where a language has corners that need the next one.
-        self.draw_line, self.draw_arc = core.line, core.arc
+        self.draw_line, self.draw_arc = core.go_straight, core.go_on_arc
 
     # --- home --------------------------------------------------------------------------------
 
@@ -152,7 +152,7 @@ class MotionCodes:
             self.core.end_tool_axis(block, axes)
             go_to_machine(self.core, block, kind, {axis: self.values.read_axis_value(block, axis) for axis in axes})
             return
-        if False in state.known:
+        if False in state.known_axes:
             if motion in (20, 30):
                 self.core.require_known(block, self._find_arc_axes(axes), "an arc")
             if not self.modes.absolute:
@@ -162,7 +162,7 @@ class MotionCodes:
         if state.tcp_off:
             self.core.check_tcp_off(start, end)
         if motion in (0, 10) and self.modes.vectors and any(letter in block.words for letter in "IJK"):
-            end = self._point_tool(block, end)
+            end = self._aim_tool(block, end)
             axes = [*axes, *self.setup.rotary] if self.setup.machine else axes
         if motion in (20, 30):
             self._move_on_arc(block, motion, start, end)
@@ -179,7 +179,9 @@ class MotionCodes:
 
     def is_retracted(self) -> bool:
         """True where Z of the tip was not programmed, but follows from machine coordinates (G53, G28); tool vectors always hold the tip."""
-        return self.setup.machine and self.state.placed and not self.state.named[_Z] and not self.modes.vectors
+        return (
+            self.setup.machine and self.state.has_position and not self.state.named_axes[_Z] and not self.modes.vectors
+        )
 
     def _is_turned_alone(self, axes: list[int]) -> bool:
         """True where A or C are named, not all of X Y Z, and the tip is not held, or would not be on a control."""
@@ -221,7 +223,7 @@ class MotionCodes:
         if not machine:
             self.core.hold_tool_axis(None)
 
-    def _point_tool(self, block: Block, end: list[float]) -> list[float]:
+    def _aim_tool(self, block: Block, end: list[float]) -> list[float]:
         """Take the tool axis I J K: the end point with a pair A, C that holds it."""
         for letter in "IJK":
             if letter not in block.words:

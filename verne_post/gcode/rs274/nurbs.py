@@ -57,7 +57,7 @@ class NurbsCodes:
             self.modes.spline = draft
             return
         spline = BSpline(draft.order - 1, draft.points, draft.weights, draft.knots, draft.lines)
-        self.core.spline(block, spline, "G6.2")
+        self.core.follow_spline(block, spline, "G6.2")
 
     def _begin_nurbs(self, block: Block) -> SplineDraft:
         """Check what holds where a spline begins."""

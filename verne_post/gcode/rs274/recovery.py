@@ -83,7 +83,7 @@ class Recovery:
     def _follows(self, error: ProgramError, errors: list[ProgramError]) -> bool:
         """True for an error that another one has caused."""
         if error.code == "VP013":
-            unknown = {axis for axis, known in enumerate(self.interpreter.state.known) if not known}
+            unknown = {axis for axis, known in enumerate(self.interpreter.state.known_axes) if not known}
             reported = bool(unknown & self.uncertain)
             self.uncertain |= unknown
             return reported
@@ -150,7 +150,7 @@ class Recovery:
 
     def _assume_tool(self, block: Block, _error: ProgramError) -> bool:
         state = self.interpreter.state
-        if not state.length_given and not {"H", "T", "D"} & set(block.words):
+        if not state.has_tool_length and not {"H", "T", "D"} & set(block.words):
             assume_length(state)
             return True
         numbers = {round(block.words[letter]) for letter in "THDQ" if letter in block.words}

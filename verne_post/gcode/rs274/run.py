@@ -73,11 +73,11 @@ class _BlockRun:
             return False
         if not view.turning:
             last = min(last, chunk.lines.find_turning(row))
-        if view.pointed:
+        if view.has_tool_axes:
             last = end_of_vectors(interpreter.core, view, chunk.lines, row, last)
         if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, view, chunk.lines, row):
             return False
-        point = take_vectors(interpreter.core, chunk.lines) if view.pointed else None
+        point = take_vectors(interpreter.core, chunk.lines) if view.has_tool_axes else None
         done = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line, point)
         if done > row:
             interpreter.go_on_after_plain_lines(view)

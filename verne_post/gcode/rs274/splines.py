@@ -82,15 +82,15 @@ class SplineCodes:
                     "VP005", "G5 without I and J continues a G5 directly before it; there is none, so give I and J"
                 )
             offsets["I"], offsets["J"] = self.modes.spline_leg[1:]
-        inner = [_shifted(start, offsets["I"], offsets["J"])]
+        inner = [_shift_points(start, offsets["I"], offsets["J"])]
         if motion == _CUBIC:
-            inner.append(_shifted(end, offsets["P"], offsets["Q"]))
+            inner.append(_shift_points(end, offsets["P"], offsets["Q"]))
         degree = len(inner) + 1
         points = [start, *inner, end]
         spline = BSpline(
             degree, points, [1.0] * (degree + 1), build_uniform_knots(degree + 1, degree), [block.line] * (degree + 1)
         )
-        self.core.spline(block, spline, name, absolute=self.modes.absolute)
+        self.core.follow_spline(block, spline, name, absolute=self.modes.absolute)
         if motion == _CUBIC:
             self.modes.spline_leg = (self.recorder.count, -offsets["P"], -offsets["Q"])
 
@@ -161,7 +161,7 @@ class SplineCodes:
         self.motion.check_feed(block, _POINT)
         degree = draft.order - 1
         knots = build_uniform_knots(len(draft.points), degree)
-        self.core.spline(
+        self.core.follow_spline(
             block,
             BSpline(degree, draft.points, draft.weights, knots, draft.lines),
             "G5.2",
@@ -169,5 +169,5 @@ class SplineCodes:
         )
 
 
-def _shifted(point: list[float], x: float, y: float) -> list[float]:
+def _shift_points(point: list[float], x: float, y: float) -> list[float]:
     return [point[0] + x, point[1] + y, *point[2:]]

@@ -16,16 +16,16 @@ class Arguments(Struct):
     call: Call
     values: dict[str, Value]
     names: Sequence[str]
-    used: set[str] = field(default_factory=set)
+    used_names: set[str] = field(default_factory=set)
 
     def is_given(self, name: str) -> bool:
         """True where it was not left out."""
-        self.used.add(name)
+        self.used_names.add(name)
         return name in self.values
 
     def number(self, name: str, default: float = 0.0) -> float:
         """A number; left out: the default."""
-        self.used.add(name)
+        self.used_names.add(name)
         value = self.values.get(name, default)
         if isinstance(value, str):
             raise self.error("VP007", f'{name} is "{value[:20]}"; a number is needed', name)
@@ -40,7 +40,7 @@ class Arguments(Struct):
 
     def read_text(self, name: str) -> str:
         """A text; left out: empty."""
-        self.used.add(name)
+        self.used_names.add(name)
         value = self.values.get(name, "")
         if not isinstance(value, str):
             raise self.error("VP007", f"{name} {value:g} is a number; a text is needed", name)
@@ -58,7 +58,7 @@ class Arguments(Struct):
     def refuse_rest(self, harmless: Sequence[str] = ()) -> None:
         """Arguments that were given other than 0, and that nothing has asked for, are not executed."""
         for name, value in self.values.items():
-            if name not in self.used and name not in harmless and value not in (0.0, ""):
+            if name not in self.used_names and name not in harmless and value not in (0.0, ""):
                 shown = value if isinstance(value, str) else f"{value:g}"
                 raise self.error("VP002", f"{name} {shown} is not executed", name)
 

@@ -40,12 +40,12 @@ def _make_stock(to: SiemensInterpreter, values: list[Value | None], line: int) -
         return None
     bits, lengths = round(numbers[0]), [to.modes.length * number for number in numbers[1:]]
     z0, z1, _zb, *sizes = lengths
-    ends = [_ends(z0, z1, absolute=bool(bits & _Z_ABSOLUTE))]
+    ends = [_sort_ends(z0, z1, absolute=bool(bits & _Z_ABSOLUTE))]
     if form == "BOX":
         x0, y0, x1, y1 = sizes[:4]
         ends = [
-            _ends(x0, x1, absolute=bool(bits & _X_ABSOLUTE)),
-            _ends(y0, y1, absolute=bool(bits & _Y_ABSOLUTE)),
+            _sort_ends(x0, x1, absolute=bool(bits & _X_ABSOLUTE)),
+            _sort_ends(y0, y1, absolute=bool(bits & _Y_ABSOLUTE)),
             *ends,
         ]
     else:
@@ -58,7 +58,7 @@ def _make_stock(to: SiemensInterpreter, values: list[Value | None], line: int) -
     )
 
 
-def _ends(first: float, second: float, *, absolute: bool) -> tuple[float, float]:
+def _sort_ends(first: float, second: float, *, absolute: bool) -> tuple[float, float]:
     """The lower and the upper end of the stock along one axis."""
     second = second if absolute else first + second
     return min(first, second), max(first, second)

@@ -66,7 +66,7 @@ class Frame(Struct):
 
     section: Section
     remaining: int = 1
-    saved: Modes | None = None
+    saved_modes: Modes | None = None
     modal: Call | None = None
     repeats: list[Repeat] = field(default_factory=list)
     ends: dict[int, float] = field(default_factory=dict)
@@ -226,12 +226,12 @@ def freeze(call: Call, variables: Variables) -> Call:
     values = read_argument_values(call.arguments, variables)
     arguments = tuple(
         type(argument)(
-            "" if value is None else f'"{value}"' if isinstance(value, str) else _written(value), argument.column
+            "" if value is None else f'"{value}"' if isinstance(value, str) else _spell_value(value), argument.column
         )
         for argument, value in zip(call.arguments, values, strict=True)
     )
     return Call(call.name, arguments, call.column)
 
 
-def _written(value: float) -> str:
+def _spell_value(value: float) -> str:
     return repr(float(value)).replace("e+", "EX").replace("e", "EX")

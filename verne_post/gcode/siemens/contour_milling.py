@@ -390,7 +390,7 @@ def _find_direction(start: Point, leg: Leg, *, at_end: bool) -> Point:
 
 def check_first_block(executor: Executor) -> None:
     """Refuse (VP017) a contour whose first motion is an arc, or leaves open where it begins."""
-    if executor.interpreter.recorder.rows[0].kind == MoveKind.ARC or not all(executor.interpreter.state.known[:2]):
+    if executor.interpreter.recorder.rows[0].kind == MoveKind.ARC or not all(executor.interpreter.state.known_axes[:2]):
         raise ProgramError("VP017", "the first block of a contour is straight, and names X and Y in G90")
 
 

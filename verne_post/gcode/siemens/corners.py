@@ -125,14 +125,14 @@ class SiemensCorners:
     def add_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int]) -> None:
         """A straight move from where the tool stands to an end (9) of the frame."""
         if self._queue.first is None and self._corner is None:
-            self.core.line(at, kind, end, axes)
+            self.core.go_straight(at, kind, end, axes)
         else:
             self._add(at, kind, end, axes, None)
 
     def add_arc(self, at: At, end: list[float], arc: Arc, axes: list[int]) -> None:
         """An arc from where the tool stands."""
         if self._queue.first is None and self._corner is None:
-            self.core.arc(at, list(self.state.position), end, arc, axes)
+            self.core.go_on_arc(at, list(self.state.position), end, arc, axes)
         else:
             self._add(at, MoveKind.FEED, end, axes, arc)
 

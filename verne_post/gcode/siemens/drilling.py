@@ -120,7 +120,7 @@ class _Hole:
             raise given.error("VP002", f"_AMODE {modes}: digits are 0, 1 and 2", "_AMODE")
         self.up = self._find_up()
         self.clear = self.reference + self.up * abs(self._read_length("SDIS"))
-        self.bottom = self._depth("DP", "DPR", self.digits[0])
+        self.bottom = self._read_depth("DP", "DPR", self.digits[0])
         if (self.reference - self.bottom) * self.up <= 0:
             raise given.error(
                 "VP007",
@@ -147,7 +147,7 @@ class _Hole:
             digit == 0 and given.is_given(absolute) and not (given.is_given(relative) and given.number(relative))
         )
 
-    def _depth(self, absolute: str, relative: str, digit: int) -> float:
+    def _read_depth(self, absolute: str, relative: str, digit: int) -> float:
         """A depth: absolute, or below the reference plane."""
         given = self.given
         if digit == 1:
@@ -342,7 +342,7 @@ class _Hole:
         """Deep holes: down in strokes that grow smaller by DAM, out after each (VARI 1), or back a little to break the chip (VARI 0)."""
         given = self.given
         first = (
-            self._depth("FDEP", "FDPR", self.digits[4])
+            self._read_depth("FDEP", "FDPR", self.digits[4])
             if given.is_given("FDEP") or given.is_given("FDPR")
             else self.bottom
         )

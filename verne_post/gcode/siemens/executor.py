@@ -8,12 +8,12 @@ from msgspec.structs import replace
 
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.assumptions import (
+    add_length,
     assume_feed,
     assume_rigid_tapping,
     assume_tool_call,
     assume_turning_spindle,
     know_axis,
-    with_length,
 )
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
@@ -108,7 +108,7 @@ class Executor:
             A block that lacks nothing but a tool or F has moved the axes all the same: nothing else is reported for it.
         """
         if words.calls:
-            words.used.add("P")
+            words.used_words.add("P")
         try:
             moved = self.interpreter.run(words)
         except ProgramError as error:
@@ -141,7 +141,7 @@ class Executor:
         assume_turning_spindle(state)
         if code == "VP012" and not state.selected_tool:
             assume_tool_call(state)
-        with with_length(state, then=code == "VP012"), suppress(ProgramError):
+        with add_length(state, then=code == "VP012"), suppress(ProgramError):
             self.interpreter.run(words)
 
     def pass_failed(self, raw: bytes, error: ProgramError) -> bool:
@@ -185,7 +185,7 @@ class Executor:
         """
         state = self.interpreter.state
         own = replace(
-            state, position=list(state.position), known=[axis > 1 for axis in range(len(AXES))], named=list(state.named),
+            state, position=list(state.position), known=[axis > 1 for axis in range(len(AXES))], named=list(state.named_axes),
             systems=dict(state.systems), first_places=None,
         )  # fmt: skip
         fork = Executor(self.setup, own, Recorder())

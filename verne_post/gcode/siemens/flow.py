@@ -134,8 +134,8 @@ class Flow:
             frame.ends.clear()
             kept = {outside.inside: variables.scopes[-1][outside.inside] for outside in frame.results}
             variables.scopes[-1] = {**copy_scope(frame.scope), **kept}
-            if frame.saved is not None:
-                executor.restore(frame.saved.copy())
+            if frame.saved_modes is not None:
+                executor.restore(frame.saved_modes.copy())
             self.calls.line = read_procedure(frame.section).line + 1
             return
         self.calls.leave()
@@ -143,8 +143,8 @@ class Flow:
         called_by = self.calls.line - 1
         for outside, value in results:
             variables.write(outside.name, outside.index, value, Cursor("", 0), 0)
-        if frame.saved is not None:
-            executor.restore(frame.saved)
+        if frame.saved_modes is not None:
+            executor.restore(frame.saved_modes)
         if frame.modal is not None:
             executor.modal = frame.modal
         executor.record_event(self.calls.show(max(called_by, 1)), "return", label=frame.section.name)
@@ -254,7 +254,7 @@ class Flow:
         self.executor.variables.define(cursor)
         refuse_leftover(cursor)
 
-    def _proc(self, cursor: Cursor, line: int) -> None:
+    def _check_procedure(self, cursor: Cursor, line: int) -> None:
         """A PROC line of the program itself: nothing calls it, so its values are what they are without a call."""
         procedure = read_procedure(self.calls.frame.section)
         if self.calls.in_call or procedure.line != line:
@@ -262,7 +262,7 @@ class Flow:
         scope, _results = bind_arguments(Call("PROC", None, 1), procedure, self.executor.variables)
         self.executor.variables.scopes[-1].update(scope)
 
-    def _message(self, cursor: Cursor, line: int) -> None:
+    def _show_message(self, cursor: Cursor, line: int) -> None:
         arguments = read_arguments(cursor) if cursor.skip() == "(" else None
         if arguments is None:
             raise cursor.error("VP001", "expected '(' after MSG")
@@ -293,7 +293,7 @@ class Flow:
 
 _Handler = Callable[[Flow, Cursor, int], None]
 _HANDLERS: Final[dict[str, _Handler]] = {
-    **JUMPS, "DEF": Flow._define, "PROC": Flow._proc, "RET": Flow._return, "MCALL": Flow._set_modal_call, "EXTCALL": Flow._call_external, "MSG": Flow._message,
+    **JUMPS, "DEF": Flow._define, "PROC": Flow._check_procedure, "RET": Flow._return, "MCALL": Flow._set_modal_call, "EXTCALL": Flow._call_external, "MSG": Flow._show_message,
     "SETAL": Flow._raise_alarm,
 }  # fmt: skip
 

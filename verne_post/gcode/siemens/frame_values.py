@@ -52,14 +52,14 @@ class FrameValues:
             to.modes.offset = self._work_offset(value, to.state.systems[to.modes.system], name, cursor, at)
             to.motion.set_chain()
             return
-        frame = self._stored(name, index, cursor, at)
+        frame = self._read_stored(name, index, cursor, at)
         to.frame_words.store_offset(self._work_offset(value, frame, name, cursor, at))
 
     def _read(self, cursor: Cursor) -> Frames:
         """Frames between colons: each refers to the one before."""
         frame = self._read_term(cursor)
         while cursor.take(":"):
-            frame = frame.then(self._read_term(cursor))
+            frame = frame.put_inside(self._read_term(cursor))
         return frame
 
     def _read_term(self, cursor: Cursor) -> Frames:
@@ -106,13 +106,13 @@ class FrameValues:
             cursor.expect("[", f"after {name}")
             number = read_number(cursor, self.names)
             cursor.expect("]", f"after the number of {name}")
-            frame = self._stored(name, (round(number),), cursor, at)
+            frame = self._read_stored(name, (round(number),), cursor, at)
         if frame.part_turn:
             raise cursor.error("VP025", f"{name}: a program cannot read the turn of the part (--wcs)", at)
         value = Frames().move(list(frame.origin[:3]), list(frame.origin[3:6]))
         return value.turn(build_rotation_about(2, frame.turn))
 
-    def _stored(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Frame:
+    def _read_stored(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Frame:
         number = index[0]
         systems = self.to.state.systems
         if not isinstance(number, int) or number < 0 or self.to.frame_words.find_system(number) not in systems:

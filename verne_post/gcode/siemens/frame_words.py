@@ -62,12 +62,12 @@ class SiemensFrameWords:
             shift = [self.motion.modes.length * values.get(axis, 0.0) for axis in range(3)]
             return chain.move(shift, [values.get(axis, 0.0) for axis in (3, 4, 5)])
         if kind == "ROT":
-            return chain.turn(self._rotation(*(values.get(axis, 0.0) for axis in range(3))))
+            return chain.turn(self._read_rotation(*(values.get(axis, 0.0) for axis in range(3))))
         if kind == "SCALE":
-            return chain.stretch([values.get(axis, 1.0) for axis in range(3)])
+            return chain.scale_axes([values.get(axis, 1.0) for axis in range(3)])
         return chain.mirror(sorted(values))
 
-    def _rotation(self, x: float, y: float, z: float) -> Array:
+    def _read_rotation(self, x: float, y: float, z: float) -> Array:
         """The turn of ROT by angles about X, Y, Z, in the order of the machine data."""
         if self.keys.rotation == "euler":
             return build_rotation_about(2, x) @ build_rotation_about(0, y) @ build_rotation_about(2, z)

@@ -44,18 +44,18 @@ class Affine(Struct, frozen=True):
         """The matrix (3, 3)."""
         return np.array(self.matrix).reshape(3, 3)
 
-    def then(self, shift: Array, linear: Array) -> "Affine":
+    def put_inside(self, shift: Array, linear: Array) -> "Affine":
         """The map with another one inside of it: additive frames refer to the frame in force."""
         outer = self.linear
         moved = outer @ shift + np.array(self.shift)
         return Affine(tuple(map(float, moved)), tuple(map(float, (outer @ linear).ravel())))
 
-    def after(self, feature: Feature | None) -> "Affine":
+    def apply_after(self, feature: Feature | None) -> "Affine":
         """The map of a plane after this one."""
         if feature is None:
             return self
         plane = Affine(feature.origin, feature.rotation)
-        return plane.then(np.array(self.shift), self.linear)
+        return plane.put_inside(np.array(self.shift), self.linear)
 
     @property
     def is_identity(self) -> bool:
@@ -126,25 +126,25 @@ class Frames(Struct, frozen=True):
     def move(self, shift: list[float], rotary: list[float]) -> "Frames":
         """TRANS, ATRANS."""
         a, b, c = (old + new for old, new in zip(self.rotary, rotary, strict=True))
-        return replace(self, program=self.program.then(np.array(shift), np.eye(3)), rotary=(a, b, c))
+        return replace(self, program=self.program.put_inside(np.array(shift), np.eye(3)), rotary=(a, b, c))
 
     def turn(self, rotation: Array) -> "Frames":
         """ROT, AROT."""
-        return replace(self, program=self.program.then(np.zeros(3), rotation))
+        return replace(self, program=self.program.put_inside(np.zeros(3), rotation))
 
-    def stretch(self, factors: list[float]) -> "Frames":
+    def scale_axes(self, factors: list[float]) -> "Frames":
         """SCALE, ASCALE."""
-        return replace(self, program=self.program.then(np.zeros(3), np.diag(factors)))
+        return replace(self, program=self.program.put_inside(np.zeros(3), np.diag(factors)))
 
     def mirror(self, axes: list[int]) -> "Frames":
         """MIRROR, AMIRROR."""
         signs = [-1.0 if axis in axes else 1.0 for axis in range(3)]
-        chain = replace(self, program=self.program.then(np.zeros(3), np.diag(signs)))
+        chain = replace(self, program=self.program.put_inside(np.zeros(3), np.diag(signs)))
         return replace(chain, mirrored=axes[-1]) if axes else chain
 
-    def then(self, other: "Frames") -> "Frames":
+    def put_inside(self, other: "Frames") -> "Frames":
         """The programmable frame of another chain inside of this one."""
-        program = self.program.then(np.array(other.program.shift), other.program.linear)
+        program = self.program.put_inside(np.array(other.program.shift), other.program.linear)
         a, b, c = (old + new for old, new in zip(self.rotary, other.rotary, strict=True))
         mirrors = np.linalg.det(other.program.linear) < 0
         mirrored = other.mirrored if mirrors else self.mirrored
@@ -153,4 +153,4 @@ class Frames(Struct, frozen=True):
     @property
     def total(self) -> Affine:
         """Everything after the work offset."""
-        return self.swivel.then(np.array(self.program.shift), self.program.linear)
+        return self.swivel.put_inside(np.array(self.program.shift), self.program.linear)

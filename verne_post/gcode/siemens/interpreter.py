@@ -90,7 +90,7 @@ class SiemensInterpreter:
     @staticmethod
     def _refuse_unused(words: Words) -> None:
         for name, word in words.words.items():
-            if name not in words.used:
+            if name not in words.used_words:
                 shown = word.text if word.text is not None else f"{word.value:g}"
                 raise word.error("VP006", f"nothing in the block uses {name}{'=' if len(name) > 1 else ''}{shown}")
 
@@ -133,14 +133,14 @@ class SiemensInterpreter:
             modes.motion = motion
         for name in _TOLERANCES:
             if (tolerance := words.take(name)) is not None:
-                setattr(modes, name.lower(), self._tolerance(tolerance))
+                setattr(modes, name.lower(), self._read_tolerance(tolerance))
         if (exact := words.find_code("exact stop")) is not None:
             modes.exact = exact
         once = words.find_code("exact stop of the block") is not None
         if once or exact is not None or not words.words.keys().isdisjoint(_TOLERANCES):
             self.set_path_control(once=once)
 
-    def _tolerance(self, word: Word) -> float | None:
+    def _read_tolerance(self, word: Word) -> float | None:
         """CTOL and OTOL below 0 mean the value of the machine data, here the options."""
         value = word.value * (1.0 if word.name == "OTOL" else self.modes.length)
         if value < 0 and word.name == "ADIS":

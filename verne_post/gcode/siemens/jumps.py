@@ -33,7 +33,7 @@ def read_repeats(value: float, column: int) -> int:
     return number
 
 
-def _if(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_if(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
     word = cursor.peek_name()
     if word in ("GOTO", "GOTOF", "GOTOB", "GOTOC"):
@@ -79,7 +79,7 @@ def _execute_gotoc(flow: Running, cursor: Cursor, line: int) -> None:
     _jump(flow, cursor, line, "GOTOC")
 
 
-def _case(flow: Running, cursor: Cursor, line: int) -> None:
+def _execute_case(flow: Running, cursor: Cursor, line: int) -> None:
     """CASE(value) OF 1 GOTOF A 2 GOTOF B DEFAULT GOTOF C: a jump for the value, else that of DEFAULT, else none."""
     variables = flow.executor.variables
     value = read_number(cursor, variables)
@@ -204,7 +204,7 @@ def _execute_while(flow: Running, cursor: Cursor, line: int) -> None:
         flow.calls.line = end + 1
 
 
-def _loop(flow: Running, cursor: Cursor, line: int) -> None:
+def _begin_loop(flow: Running, cursor: Cursor, line: int) -> None:
     refuse_leftover(cursor)
     _ = flow.calls.text.structure
 
@@ -296,6 +296,6 @@ def end_stretch(flow: Running, line: int) -> None:
 
 #: What the statements do.
 JUMPS: Final[dict[str, Callable[[Running, Cursor, int], None]]] = {
-    "IF": _if, "ELSE": _execute_else, "ENDIF": _execute_endif, "GOTO": _execute_goto, "GOTOF": _execute_gotof, "GOTOB": _execute_gotob, "GOTOC": _execute_gotoc, "CASE": _case, "FOR": _execute_for,
-    "ENDFOR": _execute_endfor, "WHILE": _execute_while, "ENDWHILE": _execute_loop_end, "LOOP": _loop, "ENDLOOP": _execute_loop_end, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _execute_until,
+    "IF": _execute_if, "ELSE": _execute_else, "ENDIF": _execute_endif, "GOTO": _execute_goto, "GOTOF": _execute_gotof, "GOTOB": _execute_gotob, "GOTOC": _execute_gotoc, "CASE": _execute_case, "FOR": _execute_for,
+    "ENDFOR": _execute_endfor, "WHILE": _execute_while, "ENDWHILE": _execute_loop_end, "LOOP": _begin_loop, "ENDLOOP": _execute_loop_end, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _execute_until,
 }  # fmt: skip

@@ -68,7 +68,7 @@ class SiemensMotion:
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
         #: Where axes stood in numbers of the program before their offsets changed, of those that no block has named since.
-        self.shifted: dict[int, float] = {}
+        self.places_before: dict[int, float] = {}
         #: The same of all axes when the block began.
         self.block_numbers: list[float] = []
         self.core.frames.add_system(Frame(0, tool=state.frame.tool))
@@ -87,7 +87,7 @@ class SiemensMotion:
         self._split = split(chain.total, chain.mirrored)
         offset = self.modes.offset or self.state.systems[self.modes.system]
         base = replace(offset, g92=ZERO9, tool=self.state.frame.tool)
-        self.change_frame(replace(base, feature=self._plane(base, self.state.position)))
+        self.change_frame(replace(base, feature=self._find_plane(base, self.state.position)))
 
     def note_numbers(self) -> None:
         """Keep where all axes stand, before offsets may change."""
@@ -102,9 +102,9 @@ class SiemensMotion:
         """Keep the numbers of axes from before their offsets changed."""
         for axis, before in enumerate(self.block_numbers):
             if abs(self.find_programmed(axis) - before) > ZERO_LENGTH_MM:
-                self.shifted.setdefault(axis, before)
+                self.places_before.setdefault(axis, before)
 
-    def _plane(self, base: Frame, position: list[float]) -> Feature | None:
+    def _find_plane(self, base: Frame, position: list[float]) -> Feature | None:
         """The plane in which X, Y, Z count: of the chain, and without TRAORI of the table as it stands."""
         plane = self._split.feature
         if self.follows_part:
@@ -112,7 +112,7 @@ class SiemensMotion:
         standing = find_standing_plane(self.setup.coordinates, base, position)
         if standing is None or plane is None:
             return standing or plane
-        total = Affine(plane.origin, plane.rotation).after(standing)
+        total = Affine(plane.origin, plane.rotation).apply_after(standing)
         return Feature((total.shift[0], total.shift[1], total.shift[2]), total.matrix)
 
     @property
@@ -156,7 +156,7 @@ class SiemensMotion:
         end = self._begin_turn(block, kind, places)
         axes = list(places)
         if vector is not None:
-            end = self._point(vector, end)
+            end = self._aim_tool(vector, end)
             axes = [*axes, *self.setup.rotary] if self.setup.machine else axes
         elif set(self.setup.rotary) & set(places):
             self._take_rotary(end, places)
@@ -195,7 +195,7 @@ class SiemensMotion:
         if state.tool_axis is not None and not self.follows_part:
             self.settle_table(block)
         if not self.follows_part:
-            self.core.warn_of_depth(block, state.held, places)
+            self.core.warn_of_depth(block, state.values_before_length, places)
         held = self.core.start_of_motion(
             kind, absolute=True, machine=False, axes=places, at=block if self.follows_part else None
         )
@@ -214,7 +214,7 @@ class SiemensMotion:
         if turned:
             self.core.refuse_compensation("a turn of the table")
             base = replace(state.frame, feature=None)
-            self.change_frame(replace(base, feature=self._plane(base, end)))
+            self.change_frame(replace(base, feature=self._find_plane(base, end)))
         return end
 
     def _name_rotary(self, places: dict[int, float]) -> str:
@@ -228,7 +228,7 @@ class SiemensMotion:
 
     # --- tool axes ----------------------------------------------------------------------------------------
 
-    def _point(self, vector: Array, end: list[float]) -> list[float]:
+    def _aim_tool(self, vector: Array, end: list[float]) -> list[float]:
         """Take a tool axis in program directions: the end point with a pair A, C that holds it."""
         state = self.state
         turned = self.turn_vectors(vector)

@@ -32,7 +32,7 @@ def list_pattern_places(
         Where the tool stands: HOLES1 begins at the nearer end. None where that is not known yet: at the first hole.
     """
     given = read_cycle(call, PARAMETERS[call.name], variables)
-    found = {"HOLES1": _row, "HOLES2": _circle, "CYCLE801": _grid}[call.name](given, unit)
+    found = {"HOLES1": _place_row, "HOLES2": _place_circle, "CYCLE801": _place_grid}[call.name](given, unit)
     given.refuse_rest(("_DMODE", "_NSP"))
     if call.name == "HOLES1" and here is not None and math.dist(here, found[-1]) < math.dist(here, found[0]):
         found.reverse()
@@ -46,12 +46,12 @@ def _count(given: Arguments, name: str) -> int:
     return number
 
 
-def _row(given: Arguments, unit: float) -> list[tuple[float, float]]:
+def _place_row(given: Arguments, unit: float) -> list[tuple[float, float]]:
     x, y, first, step = (given.number(name) * unit for name in ("SPCA", "SPCO", "FDIS", "DBH"))
     return place_row(x, y, given.number("STA1"), first, step, _count(given, "NUM"))
 
 
-def _circle(given: Arguments, unit: float) -> list[tuple[float, float]]:
+def _place_circle(given: Arguments, unit: float) -> list[tuple[float, float]]:
     x, y, radius = (given.number(name) * unit for name in ("CPA", "CPO", "RAD"))
     number = _count(given, "NUM")
     if radius <= 0:
@@ -60,7 +60,7 @@ def _circle(given: Arguments, unit: float) -> list[tuple[float, float]]:
     return place_circle(x, y, radius, begin, step, number)
 
 
-def _grid(given: Arguments, unit: float) -> list[tuple[float, float]]:
+def _place_grid(given: Arguments, unit: float) -> list[tuple[float, float]]:
     x, y, across, up = (given.number(name) * unit for name in ("_SPCA", "_SPCO", "_DIS1", "_DIS2"))
     turn = given.number("_STA")
     columns, rows = _count(given, "_NUM1"), _count(given, "_NUM2")

@@ -34,7 +34,7 @@ class SiemensPlaces:
         """Programmed places of the axes that a block names, absolute, mm and degrees."""
         places = self._read_polar(words, block)
         for axis in places:
-            self.motion.shifted.pop(axis, None)
+            self.motion.places_before.pop(axis, None)
         for axis, letter in enumerate(AXES):
             word = words.take(letter)
             if word is None:
@@ -52,8 +52,8 @@ class SiemensPlaces:
         if word.mode == "IC" or (not word.mode and not self.motion.modes.absolute):
             self.core.require_known(block, [axis], "an incremental value")
             return self._count_from(word, axis) + value
-        self.motion.shifted.pop(axis, None)
-        if rotary and (word.mode or word.name in self.keys.modulo_axes) and self.state.known[axis]:
+        self.motion.places_before.pop(axis, None)
+        if rotary and (word.mode or word.name in self.keys.modulo_axes) and self.state.known_axes[axis]:
             return self._resolve_rotary_place(word, axis, value)
         return value
 
@@ -62,7 +62,7 @@ class SiemensPlaces:
 
         After a change of offsets that is where the axis stands, or the number that it had before: a choice of machine data.
         """
-        before = self.motion.shifted.pop(axis, None)
+        before = self.motion.places_before.pop(axis, None)
         if before is None or self.keys.offsets_in_g91 == "kept":
             return self.motion.find_programmed(axis)
         if self.keys.offsets_in_g91 == "travelled":
@@ -169,7 +169,7 @@ class SiemensPlaces:
         """From the start to the centre in the plane (programmed; None with a radius), radius, further turns; ``places`` get the end where AR says it."""
         first, second, _normal, *letters = PLANES[self.state.plane]
         radius, opening, turn = words.take("CR"), words.take("AR"), words.take("TURN")
-        turns = self._turns(turn)
+        turns = self._read_turns(turn)
         wrong = next((word for name in "IJK" if name not in letters and (word := words.take(name)) is not None), None)
         if wrong is not None:
             raise wrong.error("VP006", f"{wrong.name} does not belong to an arc in this plane")
@@ -183,14 +183,14 @@ class SiemensPlaces:
                 raise radius.error("VP003", "an arc has one of CR=, a centre (I, J, K), AR=")
             return None, radius.value * self.motion.modes.length, turns
         if opening is not None:
-            return self._opened(opening, center, here, places, (first, second), clockwise), 0.0, turns
+            return self._read_opening(opening, center, here, places, (first, second), clockwise), 0.0, turns
         if center is None and ("AP" in words.words or "RP" in words.words):
             center = self.motion.modes.pole[0] - here[0], self.motion.modes.pole[1] - here[1]
         if center is None:
             raise ProgramError("VP005", "an arc needs its centre (I, J, K), CR=, or AR=")
         return center, 0.0, turns
 
-    def _turns(self, word: Word | None) -> int:
+    def _read_turns(self, word: Word | None) -> int:
         if word is None:
             return 0
         turns = round(word.value)
@@ -208,7 +208,7 @@ class SiemensPlaces:
             found.append(value - start if word is not None and word.mode == "AC" else value)
         return found[0], found[1]
 
-    def _opened(
+    def _read_opening(
         self,
         word: Word,
         center: tuple[float, float] | None,

@@ -69,7 +69,7 @@ class SiemensSplines:
                 axes = None
                 self.core.hold_tool_axis(None)
         spline = BSpline(degree, draft.points, draft.weights, _make_knots(draft), draft.lines, axes)
-        self.core.spline(draft.block, spline, "BSPLINE")
+        self.core.follow_spline(draft.block, spline, "BSPLINE")
         first, last = draft.points[-2][:3], draft.points[-1][:3]
         self.motion.set_heading([b - a for a, b in zip(first, last, strict=True)])
 

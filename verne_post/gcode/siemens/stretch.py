@@ -46,7 +46,7 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
         return None
     pointed = not chunk.lines.arcs and bool(chunk.lines.has_offsets[row])
     motion = MOTIONS[to.modes.motion]
-    view = plain.PlainView(motion, pointed=pointed)
+    view = plain.PlainView(motion, has_tool_axes=pointed)
     if not plain.is_ready(to.state, view, chunk.lines, row):
         return None
     if pointed:
@@ -65,13 +65,13 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
         to.core,
         view,
         flow.calls.shown_line,
-        partial(_point, to, chunk.lines) if pointed else None,
+        partial(_aim_tool, to, chunk.lines) if pointed else None,
     )
     if done == row:
         return None
     to.modes.motion = _CODES[view.motion or 0]
-    for axis in [axis for axis in to.motion.shifted if chunk.lines.row[done - 1, axis] >= row]:
-        del to.motion.shifted[axis]
+    for axis in [axis for axis in to.motion.places_before if chunk.lines.row[done - 1, axis] >= row]:
+        del to.motion.places_before[axis]
     _set_heading(to, chunk.lines, row, done, start, motion)
     flow.calls.line = line + done - row
     flow.repeats.count(flow.calls.text, line, flow.calls.line - 1, 0)
@@ -95,14 +95,14 @@ def _end_of_vectors(to: SiemensInterpreter, lines: plain.PlainLines, first: int,
     """Where lines end that all have a tool axis; the first line itself where they cannot be executed at once."""
     modes = to.modes
     of_machine = modes.reference == "ORIMKS" and not modes.frames.total.is_identity
-    if not modes.tcp or of_machine or False in to.state.known:
+    if not modes.tcp or of_machine or False in to.state.known_axes:
         return first
     assert lines.offsets is not None
     other = ~lines.has_offsets[first:last] | (measure_length(np.nan_to_num(lines.offsets[first:last])) < NO_AXIS)
     return first + int(np.argmax(other)) if other.any() else last
 
 
-def _point(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Array) -> Array | None:
+def _aim_tool(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Array) -> Array | None:
     """Turn A and C of ends (n, 9) to the tool axes of the lines; returns these (n, 3), or None where A and C go linearly."""
     assert lines.offsets is not None
     vectors = np.nan_to_num(lines.offsets[first : first + len(end)])
@@ -127,12 +127,12 @@ def _set_heading(
     """
 
     def place(row: int) -> list[float]:
-        words = zip(lines.filled[row].tolist(), lines.row[row].tolist(), start, strict=False)
+        words = zip(lines.filled_words[row].tolist(), lines.row[row].tolist(), start, strict=False)
         return start if row < first else [word if at >= first else rest for word, at, rest in words]
 
     for row in range(last - 1, first - 1, -1):  # most often the last line has one
         begin, end = place(row - 1), place(row)
-        code = 10 * int(lines.filled[row, _G]) if lines.row[row, _G] >= first else motion
+        code = 10 * int(lines.filled_words[row, _G]) if lines.row[row, _G] >= first else motion
         if code >= MOTIONS["G2"] and lines.moves[row]:
             assert lines.offsets is not None
             clockwise = np.array([code == MOTIONS["G2"]])

@@ -143,12 +143,12 @@ class Swivel:
                 "_ST",
             )
         base = modes.frames.swivel if state % 10 else Affine()
-        rotation = self._rotation(given)
-        plane = base.then(before, rotation).then(after, np.eye(3))
+        rotation = self._find_rotation(given)
+        plane = base.put_inside(before, rotation).put_inside(after, np.eye(3))
         modes.frames = replace(modes.frames, swivel=plane)
         to.motion.set_chain()
 
-    def _rotation(self, given: Arguments) -> Array:
+    def _find_rotation(self, given: Arguments) -> Array:
         """The turn of the plane from _MODE and the angles."""
         mode = given.read_whole("_MODE")
         if not 0 <= mode <= 255:
@@ -171,10 +171,10 @@ class Swivel:
         if kind == _PROJECTED:
             return self._build_projected_plane(given, mode, order, angles)
         turns = [build_rotation_about(axis, angle) for axis, angle in zip(order, angles, strict=True) if axis >= 0]
-        return turns[0] @ turns[1] @ turns[2] if len(turns) == 3 else self._product(turns)
+        return turns[0] @ turns[1] @ turns[2] if len(turns) == 3 else self._multiply(turns)
 
     @staticmethod
-    def _product(turns: list[Array]) -> Array:
+    def _multiply(turns: list[Array]) -> Array:
         product = np.eye(3)
         for turn in turns:
             product = product @ turn
@@ -236,10 +236,10 @@ class Swivel:
         begin = to.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=not tcp, axes=to.setup.rotary, at=block)
         upright = np.array([0.0, 0.0, 1.0])
         positions = find_positions(to.setup, list(begin), upright, state.frame, tip_stays=tcp)
-        end = choose_position(positions, lambda one: (-direction * one.tilt, one.turned)).program
+        end = choose_position(positions, lambda one: (-direction * one.tilt, one.motion)).program
         to.recorder.fix_c(block.line)
         if tcp or not to.setup.machine:
-            to.core.line(block, MoveKind.RAPID, end, list(to.setup.rotary) if to.setup.machine else [])
+            to.core.go_straight(block, MoveKind.RAPID, end, list(to.setup.rotary) if to.setup.machine else [])
         else:
             target = to.setup.coordinates.map_to_machine(np.array(end), state.frame)
             move_machine_axes(to.core, block, MoveKind.RAPID, target, list(to.setup.rotary))

@@ -34,15 +34,15 @@ class SystemVariables:
         if name in _ZERO:
             return 0.0
         if name in ("$P_EP", "$AA_IW", "$AA_IM"):
-            return self._position(name, index, cursor, at)
+            return self._read_position(name, index, cursor, at)
         if name == "$P_UIFR":
-            frame, axis, part = self._offset(name, index, cursor, at)
+            frame, axis, part = self._read_offset(name, index, cursor, at)
             if part == "RT" and frame.part_turn:
                 raise cursor.error("VP025", f"{name}[..., RT]: a program cannot read the turn of the part (--wcs)", at)
             turn = frame.turn if axis == 2 else 0.0
             return {"TR": frame.origin[axis], "SC": 1.0, "RT": turn}.get(part, 0.0)
         if name in _TOOL_DATA or name in _NO_WEAR:
-            tool = (state.tools or {}).get(self._tool(name, index, cursor, at))
+            tool = (state.tools or {}).get(self._read_tool(name, index, cursor, at))
             what = _TOOL_DATA.get(name)
             if tool is None or what in (None, "type"):
                 return 0.0
@@ -53,7 +53,7 @@ class SystemVariables:
         values: dict[str, float | None] = {
             "$P_TOOLNO": float(state.loaded_tool or 0), "$P_TOOLP": float(state.selected_tool or 0), "$P_TOOL": float(to.modes.edge),
             "$P_TOOLR": None if tool is None else 0.5 * tool.diameter * to.modes.edge, "$P_TOOLL": state.frame.tool_length if index in ((1,), (3,)) else 0.0,
-            "$P_F": state.feed, "$P_S": state.spindle_speed, "$P_UIFRNUM": float(self._active()), "$P_TRAFO": float(to.modes.tcp),
+            "$P_F": state.feed, "$P_S": state.spindle_speed, "$P_UIFRNUM": float(self._find_active()), "$P_TRAFO": float(to.modes.tcp),
             "$P_SDIR": 5.0 if not state.spindle_on else 4.0 if state.spindle_reversed else 3.0,
         }  # fmt: skip
         value = values.get(name)
@@ -66,7 +66,7 @@ class SystemVariables:
         if isinstance(value, str):
             raise cursor.error("VP007", f"{name} is a number; a text cannot be assigned to it", at)
         if name == "$P_UIFR":
-            frame, axis, part = self._offset(name, index, cursor, at)
+            frame, axis, part = self._read_offset(name, index, cursor, at)
             if part != "TR":
                 if part == "RT" and axis == 2:
                     self.to.frame_words.store_offset(replace(frame, turn=value))
@@ -90,11 +90,11 @@ class SystemVariables:
         FrameValues(self.to, names).assign(name, index, cursor, at)
         return True
 
-    def _active(self) -> int:
+    def _find_active(self) -> int:
         system = self.to.modes.system
         return next((number for number in range(100) if self.to.frame_words.find_system(number) == system), 0)
 
-    def _position(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> float:
+    def _read_position(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> float:
         letter = index[0] if len(index) == 1 else ""
         if not isinstance(letter, str) or len(letter) != 1 or letter not in self.to.setup.axes:
             raise cursor.error("VP025", f"{name} needs one axis of {', '.join(self.to.setup.axes)}", at)
@@ -107,7 +107,7 @@ class SystemVariables:
         value = self.to.motion.find_programmed(axis)
         return value if axis > 2 else value / self.to.modes.length
 
-    def _offset(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> tuple[Frame, int, str]:
+    def _read_offset(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> tuple[Frame, int, str]:
         number, letter, part = (*index, None, None, None)[:3]
         known = (
             isinstance(number, int) and number >= 0 and self.to.frame_words.find_system(number) in self.to.state.systems
@@ -124,7 +124,7 @@ class SystemVariables:
         assert isinstance(part, str)
         return self.to.state.systems[self.to.frame_words.find_system(number)], AXES.index(letter), part
 
-    def _tool(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> int:
+    def _read_tool(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> int:
         flat = self.to.keys.d_numbers == "tools" and len(index) == 1  # numbers of D without those of tools
         number, edge = (*index, 1, 1)[:2]
         if not (flat or len(index) == 2) or not isinstance(number, int) or number < 1 or edge != 1:
@@ -132,7 +132,7 @@ class SystemVariables:
         return number
 
     def _write_tool(self, name: str, index: tuple[Index, ...], value: float, cursor: Cursor, at: int) -> None:
-        number = self._tool(name, index, cursor, at)
+        number = self._read_tool(name, index, cursor, at)
         what = _TOOL_DATA.get(name)
         if what is None:
             if value:

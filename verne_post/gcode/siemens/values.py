@@ -47,7 +47,7 @@ def read_value(cursor: Cursor, names: Names, depth: int = 0) -> Value:
     ProgramError
         With the column of what does not fit.
     """
-    return _Reader(cursor, names, depth).level(0)
+    return _Reader(cursor, names, depth).read_level(0)
 
 
 def read_number(cursor: Cursor, names: Names, depth: int = 0) -> float:
@@ -97,9 +97,9 @@ class _Reader:
     def __init__(self, cursor: Cursor, names: Names, depth: int) -> None:
         self.cursor, self.names, self.depth = cursor, names, depth
 
-    def level(self, rank: int) -> Value:
+    def read_level(self, rank: int) -> Value:
         """A value, and the operators that follow it and bind at least as strongly as ``rank``."""
-        left = self.signed()
+        left = self.read_signed()
         cursor = self.cursor
         while True:
             operator = cursor.skip()
@@ -112,9 +112,9 @@ class _Reader:
             if not operator or _RANKS[operator] < rank:
                 return left
             cursor.at = at + len(operator)
-            left = self._apply(operator, left, self.level(_RANKS[operator] + 1), at)
+            left = self._apply(operator, left, self.read_level(_RANKS[operator] + 1), at)
 
-    def signed(self) -> Value:
+    def read_signed(self) -> Value:
         """A value with signs or NOT before it."""
         cursor = self.cursor
         symbol = cursor.skip()
@@ -124,14 +124,14 @@ class _Reader:
         if symbol in ("+", "-"):
             cursor.at += 1
             self._nest(at)
-            value = self._number(self.signed(), at)
+            value = self._number(self.read_signed(), at)
             self.depth -= 1
             return -value if symbol == "-" else value
         name = cursor.peek_name() if symbol in _NEGATES else None
         if name in ("NOT", "B_NOT"):
             cursor.at += len(name)
             self._nest(at)
-            value = self._number(self.signed(), at)
+            value = self._number(self.read_signed(), at)
             self.depth -= 1
             return float(not value) if name == "NOT" else float(~int(value))
         return self.read_primary()
@@ -149,7 +149,7 @@ class _Reader:
         if symbol == "(":
             cursor.at += 1
             self._nest(at)
-            value = self.level(0)
+            value = self.read_level(0)
             self.depth -= 1
             cursor.expect(")", "after an expression")
             return value
@@ -167,19 +167,19 @@ class _Reader:
         if name in ("TRUE", "FALSE"):
             return float(name == "TRUE")
         if cursor.skip() == "(":
-            return self._function(name, at)
+            return self._read_function(name, at)
         if (constant := {"PI": math.pi, "$PI": math.pi}.get(name)) is not None:
             return constant
         return self.names.read(name, read_indices(cursor, self.names, self.depth), cursor, at)
 
-    def _function(self, name: str, at: int) -> Value:
+    def _read_function(self, name: str, at: int) -> Value:
         cursor = self.cursor
         cursor.at += 1
         self._nest(at)
         arguments: list[Value] = []
         if not cursor.take(")"):
             while True:
-                arguments.append(self.level(0))
+                arguments.append(self.read_level(0))
                 if cursor.take(")"):
                     break
                 cursor.expect(",", f"or ')' in {name}")
@@ -244,18 +244,18 @@ def are_equal(a: float, b: float) -> bool:
     return abs(a - b) <= _EQUAL_SHARE * max(abs(a), abs(b))
 
 
-def _whole(value: float) -> int:
+def _truncate(value: float) -> int:
     return int(value)
 
 
 OPERATORS: Final[Mapping[str, Callable[[float, float], float]]] = {
     "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
-    "DIV": lambda a, b: float(math.trunc(a / b)), "MOD": lambda a, b: math.fmod(_whole(a), _whole(b)),
+    "DIV": lambda a, b: float(math.trunc(a / b)), "MOD": lambda a, b: math.fmod(_truncate(a), _truncate(b)),
     "==": are_equal, "<>": lambda a, b: not are_equal(a, b), ">": lambda a, b: a > b and not are_equal(a, b),
     "<": lambda a, b: a < b and not are_equal(a, b), ">=": lambda a, b: a >= b or are_equal(a, b),
     "<=": lambda a, b: a <= b or are_equal(a, b), "AND": lambda a, b: bool(a) and bool(b), "OR": lambda a, b: bool(a) or bool(b),
-    "XOR": lambda a, b: bool(a) != bool(b), "B_AND": lambda a, b: _whole(a) & _whole(b), "B_OR": lambda a, b: _whole(a) | _whole(b),
-    "B_XOR": lambda a, b: _whole(a) ^ _whole(b),
+    "XOR": lambda a, b: bool(a) != bool(b), "B_AND": lambda a, b: _truncate(a) & _truncate(b), "B_OR": lambda a, b: _truncate(a) | _truncate(b),
+    "B_XOR": lambda a, b: _truncate(a) ^ _truncate(b),
 }  # fmt: skip
 
 
@@ -292,7 +292,7 @@ def _is_number(text: str) -> float:
     return 1.0
 
 
-def _part_of(text: str, first: float, count: float = 1e4) -> str:
+def _cut_text(text: str, first: float, count: float = 1e4) -> str:
     if first < 0 or count < 0:
         raise ValueError(text)
     return text[int(first) : int(first) + int(count)]
@@ -302,5 +302,5 @@ TEXT_FUNCTIONS: Final[Mapping[str, tuple[tuple[int, ...], Callable[..., Value]]]
     "STRLEN": ((1,), lambda s: float(len(s + ""))), "TOUPPER": ((1,), lambda s: s.upper()), "TOLOWER": ((1,), lambda s: s.lower()),
     "NUMBER": ((1,), _number_of), "ISNUMBER": ((1,), _is_number), "INDEX": ((2,), lambda s, c: float(s.find(c))),
     "RINDEX": ((2,), lambda s, c: float(s.rfind(c))),
-    "SUBSTR": ((2, 3), _part_of),
+    "SUBSTR": ((2, 3), _cut_text),
 }  # fmt: skip

@@ -50,7 +50,7 @@ class Variable(Struct):
             return round_half_away(value)
         return float(value != 0) if self.kind == "BOOL" else value
 
-    def default(self) -> Value:
+    def find_default(self) -> Value:
         """What it has before anything is assigned."""
         return "" if self.kind == "STRING" else 0.0
 
@@ -91,7 +91,7 @@ class Variables(Struct):
             raise cursor.error(
                 "VP025", f"{name} is neither defined (DEF) nor a function or variable that is known here", at
             )
-        return variable.values.get(self._check_index(variable, name, index, cursor, at), variable.default())
+        return variable.values.get(self._check_index(variable, name, index, cursor, at), variable.find_default())
 
     # --- setting ------------------------------------------------------------------------------------
 

@@ -95,13 +95,13 @@ class Words(Struct):
     calls: list[Call] = field(default_factory=list)
     no_effect: list[tuple[str, int]] = field(default_factory=list)
     modal_call: int | None = None  # column of MCALL
-    used: set[str] = field(default_factory=set)
+    used_words: set[str] = field(default_factory=set)
 
     def take(self, name: str) -> Word | None:
         """A word, which then counts as used."""
         word = self.words.get(name)
         if word is not None:
-            self.used.add(name)
+            self.used_words.add(name)
         return word
 
     def find_code(self, group: str) -> str | None:
@@ -171,7 +171,7 @@ class WordReader:
         if name[0] in "SM" and number.isdigit() and name not in ("S1", "M1"):
             raise cursor.error("VP002", f"{name}=: spindle {number}; there is one spindle", at)
         if name not in ADDRESSES:
-            raise self._unknown(name, cursor, at)
+            raise self._make_unknown_error(name, cursor, at)
         self._add(words, self._read_address(name, cursor, at), cursor, at)
 
     def _read_address(self, name: str, cursor: Cursor, at: int) -> Word:
@@ -240,7 +240,7 @@ class WordReader:
             self._add(words, self._read_address(name, cursor, at), cursor, at)
             return
         if name not in NO_EFFECT:
-            raise self._unknown(name, cursor, at)
+            raise self._make_unknown_error(name, cursor, at)
         end = cursor.text.find("]", cursor.at)
         if end < 0:
             raise cursor.error("VP001", f"{name}[: expected ']'", at)
@@ -266,7 +266,7 @@ class WordReader:
         elif name in CYCLES or self.is_subprogram(name):
             words.calls.append(Call(name, arguments, at + 1))
         else:
-            raise self._unknown(name, cursor, at)
+            raise self._make_unknown_error(name, cursor, at)
 
     # --- a name alone, or letters with numbers ----------------------------------------------------------
 
@@ -291,7 +291,7 @@ class WordReader:
         elif name in CYCLES:
             words.calls.append(Call(name, None, at + 1))
         else:
-            raise self._unknown(name, cursor, at)
+            raise self._make_unknown_error(name, cursor, at)
 
     def _read_letter(self, cursor: Cursor, words: Words) -> None:
         """A letter and a number; another word may follow without a blank."""
@@ -300,12 +300,12 @@ class WordReader:
         code = _CODE.match(text, at)
         if code is not None:
             if not is_count(code[2]):
-                raise self._unknown(code.group()[:12], cursor, at)
+                raise self._make_unknown_error(code.group()[:12], cursor, at)
             cursor.at = code.end()
             self._add_code(words, letter, int(code[2]), cursor, at, code[2])
             return
         if letter not in ADDRESSES or letter in "GML":
-            raise self._unknown(letter, cursor, at)
+            raise self._make_unknown_error(letter, cursor, at)
         cursor.at += 1
         sign = -1.0 if cursor.skip() == "-" else 1.0
         if cursor.text[cursor.at] in "+-":
@@ -315,7 +315,7 @@ class WordReader:
         assert value is not None
         self._add(words, Word(letter, sign * value, at + 1), cursor, at)
 
-    def _unknown(self, name: str, cursor: Cursor, at: int) -> ProgramError:
+    def _make_unknown_error(self, name: str, cursor: Cursor, at: int) -> ProgramError:
         if name in FRAME_FUNCTIONS:
             return cursor.error("VP001", f"{name}() is the value of a frame; write $P_PFRAME={name}(...)", at)
         why = explain_refusal(name)

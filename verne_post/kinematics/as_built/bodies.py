@@ -38,7 +38,7 @@ class VerneRods(Struct, frozen=True, eq=False):
         platform = Platform(position[None], np.array([[float(alpha[0]), 0.0, 0.0]]))
         start, end = place_rod_ends(self.drawn, rho, platform)
         direction = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
-        return direction[0], platform.of_vectors().turn_back(direction)[0]
+        return direction[0], platform.add_axis().turn_back(direction)[0]
 
     def find_rod_ends(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform, each (n, 6, 3), base frame, mm."""
@@ -47,7 +47,7 @@ class VerneRods(Struct, frozen=True, eq=False):
 
 def place_rod_ends(geometry: AsBuiltGeometry, rho: Array, platform: Platform) -> tuple[Array, Array]:
     """Ends of the rods at slider and platform for sliders (n, 3), each (n, 6, 3), base frame, mm."""
-    rotation = np.moveaxis(platform.matrix(), 0, -1)
+    rotation = np.moveaxis(platform.build_matrix(), 0, -1)
     position = platform.position.T
     vectors, arms = find_rod_vectors(geometry, rho.T, position, rotation)
     ends = position[:, None] + arms

@@ -241,11 +241,11 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """The platform for joint values (..., 5), by Newton's method on all six rods."""
         q = np.asarray(q, dtype=float)
         shape = q.shape[:-1]
-        pose = self._platform(q.reshape(-1, q.shape[-1]))
+        pose = self._solve_platform(q.reshape(-1, q.shape[-1]))
         place = (part.reshape(*shape, 3) for part in (pose.position.T, solve_angles_of_rotation(pose.rotation)))
         return Platform(*place), pose.ok.reshape(shape)
 
-    def _platform(self, q: Array) -> PlatformPose:
+    def _solve_platform(self, q: Array) -> PlatformPose:
         n = len(q)
         position, rotation, ok = np.empty((3, n)), np.empty((3, 3, n)), np.empty(n, dtype=bool)
         for first in range(0, n, inverse.CHUNK):
@@ -280,7 +280,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         q = np.asarray(q, dtype=float)
         shape, flat = q.shape[:-1], q.reshape(-1, 5)
         length = np.broadcast_to(np.asarray(tool_length, dtype=float), shape).reshape(-1)
-        pose = self._platform(flat)
+        pose = self._solve_platform(flat)
         tip, axis = (
             part.T for part in map_tool_to_table(self.geometry, pose, flat[:, -2:].T, length + self.nose_offset)
         )
@@ -369,7 +369,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """Margins (..., m) of solved poses; see :func:`verne_post.kinematics.as_built.margins.measure_margins`."""
         shape = np.shape(q)[:-1]
         flat = np.asarray(q, dtype=float).reshape(-1, 5)
-        rotation = np.moveaxis(platform.matrix().reshape(-1, 3, 3), 0, -1)
+        rotation = np.moveaxis(platform.build_matrix().reshape(-1, 3, 3), 0, -1)
         across = self.measure_axis_error(q, angles, platform).reshape(-1)
         with np.errstate(invalid="ignore"):
             table = margins.measure_margins(
@@ -391,7 +391,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
 
     def measure_conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the six-rod Jacobians, dimensionless: by the platform's pose, and by sliders and turn."""
-        rotation = platform.matrix()
+        rotation = platform.build_matrix()
         vectors, arms = find_rod_vectors(
             self.geometry, np.reshape(q, (-1, 5))[:, :3].T, platform.position.reshape(-1, 3).T,
             np.moveaxis(rotation.reshape(-1, 3, 3), 0, -1),

@@ -155,7 +155,7 @@ class Clearance:
         columns = []
         for cone, seen, rest in (
             (self.bodies.slider_cone, direction, rest_of_slider),
-            (self.bodies.platform_cone, platform.of_vectors().turn_back(direction), rest_of_platform),
+            (self.bodies.platform_cone, platform.add_axis().turn_back(direction), rest_of_platform),
         ):
             if cone is not None:
                 # atan2 keeps its digits where the rod stands in the middle of the cone
@@ -206,7 +206,7 @@ def measure_point_to_segment(point: Array, start: Array, end: Array) -> Array:
 def _measure_to_table(start: Array, end: Array, radius: float) -> Array:
     """Distance of line segments (n, 3) from everything below z = 0 inside a radius, 0 where they reach into it."""
 
-    def distance(share: Array) -> Array:
+    def measure(share: Array) -> Array:
         point = start + share[:, None] * (end - start)
         outside = np.maximum(np.hypot(point[:, 0], point[:, 1]) - radius, 0.0)
         return np.hypot(outside, np.maximum(point[:, 2], 0.0))
@@ -215,11 +215,9 @@ def _measure_to_table(start: Array, end: Array, radius: float) -> Array:
     for _ in range(CONVEX_STEPS):
         third = (high - low) / 3
         left, right = low + third, high - third
-        nearer = distance(left) <= distance(right)
+        nearer = measure(left) <= measure(right)
         high, low = np.where(nearer, right, high), np.where(nearer, low, left)
-    return np.minimum(
-        distance(0.5 * (low + high)), np.minimum(distance(np.zeros_like(low)), distance(np.ones_like(low)))
-    )
+    return np.minimum(measure(0.5 * (low + high)), np.minimum(measure(np.zeros_like(low)), measure(np.ones_like(low))))
 
 
 def _bound_flat_end_to_table(tip: Array, axis: Array, tool_radius: float, radius: float) -> Array:

@@ -36,7 +36,7 @@ def check_constraints(
 ) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check of a contour: :func:`check_limits`, the clearances of the machine file, and the keep-out boxes."""
     bounds, findings = check_limits(joints, progress, team)
-    for model in clearances(joints):
+    for model in list_clearances(joints):
         findings += check_clearance(joints, model)
     if isinstance(joints.keep_out, KeepOut):
         meshes = joints.keep_out.select(meshes=True)
@@ -44,7 +44,7 @@ def check_constraints(
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
-def clearances(joints: JointPath, *, meshes: bool = False) -> list[ClearanceModel]:
+def list_clearances(joints: JointPath, *, meshes: bool = False) -> list[ClearanceModel]:
     """The models of distances in single poses: between bodies of the machine, and from boxes, or meshes too, on the table."""
     bodies = joints.keep_out if isinstance(joints.keep_out, KeepOut) else None
     if bodies is not None and not meshes:
@@ -96,7 +96,7 @@ class _ClearanceCheck:
     def check(self, part: Spans) -> Mask:
         """Check spans (n,); those that have to be halved (n,)."""
         clearance = self.clearance
-        element, w = part.samples()
+        element, w = part.place_samples()
         owner = element.ravel()
         margins, points = clearance.evaluate(self.joints.place_bodies(owner, self.joints.solve(owner, w.ravel())))
         margins = margins.reshape(*w.shape, -1)

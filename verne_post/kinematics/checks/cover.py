@@ -41,7 +41,7 @@ class Spans(Struct, frozen=True, eq=False):
     def __len__(self) -> int:
         return len(self.element)
 
-    def samples(self, at: Array = spans.WITH_ENDS) -> tuple[Ints, Array]:
+    def place_samples(self, at: Array = spans.WITH_ENDS) -> tuple[Ints, Array]:
         """Element (m, n) and parameter (m, n) of places ``at`` (m,) of every span: its samples, its ends last."""
         w = self.low + at[:, None] * (self.high - self.low)
         return np.broadcast_to(self.element, w.shape), w

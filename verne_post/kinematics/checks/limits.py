@@ -93,7 +93,7 @@ def check_limits(
         if progress:
             progress(int(chunk[-1]) + 1)
     bounds = JointBounds(**every.freeze(), axis_error_deg=limits.axis_error_deg)
-    return bounds, sorted(limits.findings(), key=lambda item: (item.line or 0, item.code))
+    return bounds, sorted(limits.list_findings(), key=lambda item: (item.line or 0, item.code))
 
 
 class _Derivatives:
@@ -151,7 +151,7 @@ class _LimitCheck:
         self.unreachable: dict[int, str] = {}
         self.tails = np.array([SPAN_TAIL_MM if column.unit == "mm" else SPAN_TAIL for column in machine.columns])
 
-    def findings(self) -> list[Finding]:
+    def list_findings(self) -> list[Finding]:
         """What is violated."""
         contour = self.joints.contour
         findings = report_unreachable(contour, self.unreachable)
@@ -161,7 +161,7 @@ class _LimitCheck:
 
     def check(self, part: Spans, derivatives: _Derivatives) -> Mask:
         """Check spans (n,); those that have to be halved (n,)."""
-        element, w = part.samples()
+        element, w = part.place_samples()
         solved = self.joints.solve(element.ravel(), w.ravel())
         solvable = solved.ok.reshape(w.shape).all(axis=0)
         margins = self.joints.find_margins(solved)
@@ -200,7 +200,7 @@ class _LimitCheck:
         some = np.flatnonzero(brief) if not self.axis_columns else np.empty(0, dtype=np.intp)
         if not len(some):
             return legal
-        element, w = part.take(some).samples(spans.FEW_SAMPLES)
+        element, w = part.take(some).place_samples(spans.FEW_SAMPLES)
         solved = self.joints.solve(element.ravel(), w.ravel())
         values = np.concatenate([solved.q, self.joints.find_margins(solved)], axis=1).reshape(*w.shape, -1)
         lower, upper = _bound(values)

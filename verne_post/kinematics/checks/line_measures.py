@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.checks.clearance import build_clearance_checks, clearances
+from verne_post.kinematics.checks.clearance import build_clearance_checks, list_clearances
 from verne_post.kinematics.checks.violations import Check, list_machine_checks
 from verne_post.kinematics.joint_path import JointPath, Solved
 from verne_post.model.branch import AS_PROGRAMMED, Branch
@@ -57,7 +57,7 @@ def list_checks(line: JointPath) -> list[Check]:
     machine = line.machine
     checks = list_machine_checks(machine)
     first = len(machine.columns) + len(machine.margins)
-    for model in clearances(line, meshes=True):
+    for model in list_clearances(line, meshes=True):
         checks += build_clearance_checks(model, first)
         first += len(model.names)
     checks.append(Check("VP210", "height over the table face", None, first, 1.0, 0.0, 0.0, LIMIT_SLACK_MM, "mm", 1.0))
@@ -70,7 +70,7 @@ def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
     solved = line.solve(element, w)
     parts = [solved.q, line.find_margins(solved)]
     tool = line.contour.find_tool_lengths(element)
-    parts += [model.evaluate(line.place_bodies(element, solved))[0] for model in clearances(line, meshes=True)]
+    parts += [model.evaluate(line.place_bodies(element, solved))[0] for model in list_clearances(line, meshes=True)]
     axis = line.find_tool_axis(solved)
     nose, tip = solved.tip + tool[:, None] * axis, solved.tip + line.lift * axis
     heights = [

@@ -116,7 +116,7 @@ def _sample(joints: JointPath, moving: Moving) -> Iterator[_Rows]:
 
 def _count_chords(joints: JointPath, moving: Moving, part: Spans) -> Ints:
     """Into how many chords each span (n,) is divided."""
-    element, w = part.samples(spans.SAMPLES)
+    element, w = part.place_samples(spans.SAMPLES)
     owner = element.ravel()
     off = np.zeros(len(part))
     for one in moving.carry(joints.place_bodies(owner, joints.solve(owner, w.ravel()))):

@@ -11,7 +11,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report
-from verne_post.output.policy import make_fingerprint, uri
+from verne_post.output.policy import make_fingerprint, make_uri
 
 #: Code hosts read no more results of a run.
 MAX_RESULTS: Final = 5_000
@@ -75,7 +75,7 @@ def _make_rule(code: str) -> dict[str, Any]:
 
 
 def _make_result(report: Report, item: Finding, rules: list[str], seen: Counter[str]) -> dict[str, Any]:
-    location: dict[str, Any] = {"artifactLocation": {"uri": uri(report.program)}}
+    location: dict[str, Any] = {"artifactLocation": {"uri": make_uri(report.program)}}
     # the approach of --from (line 0) and files that cannot be read have no line: code hosts want one all the same
     region: dict[str, Any] = {"startLine": item.line or 1}
     if item.line and item.column is not None:

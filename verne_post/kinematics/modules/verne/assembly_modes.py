@@ -60,7 +60,7 @@ class ForwardModes(Struct, frozen=True, eq=False):
         return np.asarray(np.isfinite(self.alpha).sum(axis=1))
 
 
-def forward_modes(geometry: VerneGeometry, rho: Array) -> ForwardModes:
+def find_forward_modes(geometry: VerneGeometry, rho: Array) -> ForwardModes:
     """All real assembly modes of many sets of slider coordinates.
 
     With y and z written by ``w`` (y = R1 sin w, z - rho1 = -D w, D = R1 cos - r1, which is (14)), the difference of (5)
@@ -93,7 +93,7 @@ def forward_modes(geometry: VerneGeometry, rho: Array) -> ForwardModes:
 def forward_all(geometry: VerneGeometry, rho: Array) -> list[ForwardSolution]:
     """All real assembly modes of one set of slider coordinates (3,), mm, with the reason why each is refused: Fig. 7, Table III."""
     sliders = np.asarray(rho, dtype=float)
-    modes = forward_modes(geometry, sliders[None])
+    modes = find_forward_modes(geometry, sliders[None])
     solutions = []
     for position, alpha in zip(modes.position[0], modes.alpha[0].tolist(), strict=True):
         drops = compute_leg_drops(geometry, position[2], alpha, sliders)
@@ -102,7 +102,7 @@ def forward_all(geometry: VerneGeometry, rho: Array) -> list[ForwardSolution]:
 
 
 def _find_modes(geometry: VerneGeometry, rho: Array) -> ForwardModes:
-    """:func:`forward_modes` of one chunk."""
+    """:func:`find_forward_modes` of one chunk."""
     roots = _find_tilts(geometry, rho)
     special = _find_tilts_without_difference(geometry, rho)
     alpha = np.concatenate([roots, roots, roots, special, special], axis=1)

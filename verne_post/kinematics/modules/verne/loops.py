@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.kinematics.modules.verne.rods import SIDE, SLIDER, vectors
+from verne_post.kinematics.modules.verne.rods import SIDE, SLIDER, place_vectors
 
 #: The lengths in the order of [module]; offsets may have either sign, the others are positive.
 LENGTHS: Final = ("leg1_x_offset", "R1", "r1", "L1", "leg23_x_offset", "R2", "r4", "L2", "L3")
@@ -48,7 +48,7 @@ def evaluate_loops(lengths: Array, rho: Array, pose: Array) -> tuple[Array, Arra
     alpha = pose[:, 3]
     c, s = np.cos(alpha)[:, None], np.sin(alpha)[:, None]
     arm, rod = lengths[_ARM], lengths[_ROD]
-    rods = vectors(lengths[_OFFSET], arm, lengths[_BASE], pose[:, :3], alpha, rho)
+    rods = place_vectors(lengths[_OFFSET], arm, lengths[_BASE], pose[:, :3], alpha, rho)
     span = np.linalg.norm(rods, axis=-1)
     ux, uy, uz = np.moveaxis(rods / span[..., None], -1, 0)
     each = np.arange(4)

@@ -36,7 +36,7 @@ class VerneModule(VerneGeometry, frozen=True, dict=True):
     solve_coupled_all = working_modes.solve_coupled_all
     trace_iso_alpha = working_modes.trace_iso_alpha
     forward_all = assembly_modes.forward_all
-    forward_modes = assembly_modes.forward_modes
+    forward_modes = assembly_modes.find_forward_modes
 
     # --- rods: velocities, pictures, identification ------------------------------------------------
 

@@ -36,10 +36,10 @@ def find_rod_vectors(geometry: VerneGeometry, position: Array, alpha: Array, rho
     alpha : ndarray, shape (...)
     rho : ndarray, shape (..., 3)
     """
-    return vectors(*geometry.group_lengths_by_equation()[:3], position, alpha, rho)
+    return place_vectors(*geometry.group_lengths_by_equation()[:3], position, alpha, rho)
 
 
-def vectors(offset: Array, radius: Array, base: Array, position: Array, alpha: Array, rho: Array) -> Array:
+def place_vectors(offset: Array, radius: Array, base: Array, position: Array, alpha: Array, rho: Array) -> Array:
     """:func:`find_rod_vectors` for the x offsets, platform radii and base radii (4,) of the equations, mm."""
     alpha = np.asarray(alpha)[..., None]
     return np.stack(
@@ -98,7 +98,7 @@ def compute_rod_jacobians(geometry: VerneGeometry, position: Array, alpha: Array
     return parallel, serial
 
 
-def scales(geometry: VerneGeometry) -> tuple[Array, float]:
+def find_scales(geometry: VerneGeometry) -> tuple[Array, float]:
     """What makes the Jacobians dimensionless: the rod of each equation, and the arm of the tilt, mm.
 
     The tilt counts by the larger arm of the platform: one unit is the distance that its outermost joint moves.
@@ -117,7 +117,7 @@ def measure_conditioning(geometry: VerneGeometry, position: Array, alpha: Array,
     parallel, serial : ndarray, shape (...)
     """
     parallel, serial = compute_rod_jacobians(geometry, position, alpha, rho)
-    rod, arm = scales(geometry)
+    rod, arm = find_scales(geometry)
     parallel = parallel / rod[:, None] / np.array([1.0, 1.0, 1.0, arm])
     serial = np.concatenate([serial / rod[:, None], parallel[..., 3:]], axis=-1)
     values = [np.linalg.svd(matrix, compute_uv=False) for matrix in (parallel, serial)]
@@ -129,7 +129,7 @@ def compute_parallel_determinant(
 ) -> Array:
     """Determinant of the scaled parallel Jacobian in the working mode, shape (...); zero at a parallel singularity.
 
-    Rows over their rod, the column of alpha over the arm of :func:`scales`. Written out, because it is computed for every pose of a
+    Rows over their rod, the column of alpha over the arm of :func:`find_scales`. Written out, because it is computed for every pose of a
     program: both rods of a leg pair share their x component, so the differences of rows have none.
 
     Parameters
@@ -142,7 +142,7 @@ def compute_parallel_determinant(
     """
     c, s = tilt
     offset, radius, base, _rod = geometry.group_lengths_by_equation()
-    rod, arm = scales(geometry)
+    rod, arm = find_scales(geometry)
     tilts = (s * geometry.R1, -s * geometry.R1, 0.0, 0.0)
     rows = []
     for i in range(4):
