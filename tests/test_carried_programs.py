@@ -113,6 +113,7 @@ def test_a_turn_of_c_alone_at_the_pole_is_refused(move: str, run: Runner, tmp_pa
         "G1 X-5.902\nG1 A-2.489 C55.52 Z34.67\nG1 A-4.638 C-17.201 Z36.82",
         "G1 X-1.233\nG0 X-2.538 C-75.182",
         "G3 X0 Y10 I-10 J0 C80\nG1 A-10 C20",
+        "G0 X-76.4 Y5.6 Z28 A50 C-41\nG0 C-372.77",
     ],
 )
 def test_c_that_turns_with_an_upright_tool_is_no_false_finding(moves: str, run: Runner, tmp_path: Path) -> None:

@@ -356,6 +356,16 @@ def test_a_corner_at_the_end_of_a_travel_does_not_swing_beyond_it(first: str, ru
     assert np.genfromtxt(io.StringIO(answer.out), delimiter=",", names=True)["a_deg"].max() <= 110.0
 
 
+def test_a_turn_back_at_the_end_of_a_travel_does_not_swing_beyond_it(run: Runner, tmp_path: Path) -> None:
+    """The swing is largest in B where the path has hardly left the corner, not where the shape lies farthest outside."""
+    source = tmp_path / "part.nc"
+    text = "G21 G90 G94\nG0 X0 Y0 Z60 B0 C0\nG1 X5.8434 Y2.5732 Z35.6532 B-35 C279.035 F6000\n"
+    source.write_text(text + "G1 X-29.7753 Y3.7820 Z37.0131 B54.065 C279.035\nM2\n", encoding="utf-8")
+    answer = run("convert", source, *options_of("bc_trunnion"))
+    assert answer.code == 0, answer.err
+    assert np.genfromtxt(io.StringIO(answer.out), delimiter=",", names=True)["b_deg"].min() >= -35.0
+
+
 def test_b_is_a_coordinate_of_a_spline(run: Runner, tmp_path: Path) -> None:
     """Blocks of BSPLINE with B words are control points, as those with A are."""
     source = tmp_path / "part.mpf"

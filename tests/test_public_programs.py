@@ -43,7 +43,7 @@ def test_a_program_with_another_axis_names_its_machine():
 
 
 def test_one_part_of_four_controls_has_the_same_setpoints(machine):
-    """Slot, round pocket, holes on a circle, thread and five axes: written out, as macros and cycles of Fanuc, as cycles of Siemens and of Klartext.
+    """Slot, round pocket, holes on a circle, threads, edge and five axes: written out, as macros and cycles of Fanuc, as cycles of Siemens and of Klartext.
 
     Setpoints are compared to 1e-6 mm and degrees: none of these cycles differs between the controls in where the tool goes.
     """

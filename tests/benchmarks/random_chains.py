@@ -1,4 +1,4 @@
-"""Random programs on the machines of one chain, and on the wrist on a carrier, judged by matrices of its own.
+"""Random programs on the machines of one chain, and on carriers, judged by matrices of its own.
 
 python -m tests.benchmarks.random_chains [--programs 500] [--machine NAME]
 
@@ -30,6 +30,7 @@ PLACES: Final = {
     "ca_fork_head": (1000.0, 1000.0, -200.0),
     "nutating_head": (0.0, 0.0, -200.0),
     "tricept": (250.0, 80.0, 0.0),
+    "george_v": (0.0, 0.0, 0.0),
 }
 LENGTH: Final = 100.0
 #: Bounds of [accuracy], and what a joint may move by them: a pivot is at most half a metre away.
@@ -164,6 +165,98 @@ class WristKind(Kind):
         return excess
 
 
+class SliderKind(Kind):
+    """A pair with sliders on rods: the chain by its matrices, on linear axes in place of the carrier, and each rod by its triangle."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        data = tomllib.loads(self.text)
+        self.carrier, joints = data["carrier"], data["joints"]
+        self.names = [*self.carrier["actuators"], self.tilt, self.turn]
+        slides = {
+            axis: f"[joints.{axis}]\nslides = {unit}\n" for axis, unit in zip("xyz", np.eye(3).tolist(), strict=True)
+        }
+        turns = "".join(
+            f"[joints.{one}]\nturns = {joints[one]['turns']}\nthrough = {joints[one]['through']}\n"
+            for one in self.names[3:]
+        )
+        tool = [*"xyz", *data["chain"]["tool"][1:]]
+        rest = "".join(f"{key} = {data['chain'][key]}\n" for key in ("part", "gauge", "axis", "part_zero", "up"))
+        self.chain = f"[chain]\ntool = {tool}\n{rest}{''.join(slides.values())}{turns}"
+        self.rods = [
+            {key: np.array(value) if key != "by" else value for key, value in one.items()}
+            for one in self.carrier["rods"]
+        ]
+
+    def place_tool(self, joints: Table) -> tuple[Table, Table]:
+        """Newton by differences from home on the rods, then the chain."""
+        place = np.zeros((len(joints), 3))
+        for _ in range(30):
+            away = self.find_sliders(place) - joints[:, :3]
+            if np.abs(away).max() < 1e-9:
+                break
+            steps = 1e-4 * np.eye(3)
+            rates = np.stack(
+                [(self.find_sliders(place + one) - self.find_sliders(place - one)) / 2e-4 for one in steps], axis=2
+            )
+            place = place - np.linalg.solve(rates, away[..., None])[..., 0]
+        assert np.abs(self.find_sliders(place) - joints[:, :3]).max() < 1e-6
+        values = dict(zip("xyz", place.T, strict=True)) | {self.tilt: joints[:, 3], self.turn: joints[:, 4]}
+        tip, axis = judge(self.chain, values, LENGTH)
+        return tip - self.place, axis
+
+    def find_rods(self, place: Table) -> tuple[Table, Table]:
+        """Places of the sliders by each rod (n, 6), and the rods (n, 6, 3), of shifts (n, 3) of the platform from home."""
+        sliders, rods = [], []
+        for one in self.rods:
+            away = place + self.carrier["home"] + one["platform"] - one["slider"]
+            rail = one["rail"] / np.linalg.norm(one["rail"])
+            along = away @ rail
+            sliders.append(along - np.sqrt(one["rod"] ** 2 - (away**2).sum(axis=1) + along**2))  # all sliders are above
+            rods.append(away - sliders[-1][:, None] * rail)
+        return np.stack(sliders, axis=1), np.stack(rods, axis=1)
+
+    def find_sliders(self, place: Table) -> Table:
+        return self.find_rods(place)[0][:, [[one["by"] for one in self.rods].index(name) for name in self.names[:3]]]
+
+    def find_shift(self, tip: Table, words: Table) -> Table:
+        """The shift (n, 3) from home: the tip goes along with it, directions as z of the part against that of the base."""
+        still = {axis: np.zeros(len(tip)) for axis in "xyz"} | {self.tilt: words[:, 0], self.turn: words[:, 1]}
+        base = judge(self.chain, still, LENGTH)[0] - self.place
+        moved = [judge(self.chain, still | {axis: np.ones(len(tip))}, LENGTH)[0] for axis in "xyz"]
+        slopes = [one - self.place - base for one in moved]
+        return np.asarray(np.linalg.solve(np.stack(slopes, axis=2), (tip - base)[..., None])[..., 0])
+
+    def find_joints(self, tip: Table, words: Table) -> Table:
+        with np.errstate(invalid="ignore"):
+            sliders = self.find_sliders(self.find_shift(tip, words))
+        self.shift = self.find_shift(tip, words)
+        return np.column_stack([np.nan_to_num(sliders, nan=1e6), words])
+
+    def find_excess(self, joints: Table) -> Table:
+        """With drops in mm before the rotary joints' place; cones and a hundred times the Jacobian as degrees."""
+        excess = super().find_excess(joints)
+        if np.abs(joints[:, :3]).max() > 1e5:
+            return excess
+        if len(joints) != len(self.shift) or np.abs(self.find_sliders(self.shift) - joints[:, :3]).max() > 1e-9:
+            return excess  # rows: the travels alone, and what place_tool says
+        _sliders, rods = self.find_rods(self.shift)
+        first = self.find_rods(np.zeros((1, 3)))[1]
+        cosines = (rods * first).sum(axis=2) / (np.linalg.norm(rods, axis=2) * np.linalg.norm(first, axis=2))
+        drop = min(float(np.abs(rods[:, k] @ one["rail"]).min()) for k, one in enumerate(self.rods))
+        units = rods / np.linalg.norm(rods, axis=2, keepdims=True)
+        arms = np.array([one["platform"] for one in self.rods]) - np.mean(
+            [one["platform"] for one in self.rods], axis=0
+        )
+        size = np.linalg.norm(arms, axis=1).mean()
+        jacobian = np.concatenate([units, np.cross(np.broadcast_to(arms, units.shape), units) / size], axis=2)
+        measure = 1.0 / np.linalg.norm(np.linalg.inv(jacobian), axis=(1, 2))
+        return np.append(excess, [
+            self.carrier["smallest_drop_mm"] - drop, np.degrees(np.arccos(cosines)).max() - self.carrier["base_cone_deg"],
+            100.0 * (self.carrier["smallest_singular_value"] - measure.min()),
+        ])  # fmt: skip
+
+
 def write_program(kind: Kind, random: np.random.Generator) -> tuple[str, list[Table], bool]:
     """A program, the pose (5: tip, words) at the end of each line from the second on, and whether it ends with G53 Z0."""
     low, high = kind.travel(kind.tilt) if not isinstance(kind, WristKind) else (-50.0, 50.0)
@@ -191,7 +284,7 @@ def write_program(kind: Kind, random: np.random.Generator) -> tuple[str, list[Ta
             words += f"{kind.tilt}{pose[3]:.3f} {kind.turn}{pose[4]:.3f} "
         lines.append(f"{random.choice(['G0', 'G1', 'G1'])} {words}".strip())
         poses.append(pose)
-    ends = bool(random.random() < 0.5) and not isinstance(kind, WristKind)
+    ends = bool(random.random() < 0.5) and not isinstance(kind, WristKind | SliderKind)
     return "\n".join([*lines, *(["G53 G0 Z0"] if ends else []), "M2", ""]), poses, ends
 
 
@@ -249,14 +342,18 @@ def try_program(kind: Kind, seed: int) -> tuple[str, str]:
     return ("accepted, wrong" if wrong else "accepted with rewinds" if illegal else "accepted"), wrong
 
 
+#: Machines with a carrier, and what judges them.
+CARRIERS: Final = {"tricept": WristKind, "george_v": SliderKind}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--programs", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--machine", choices=[*CHAINS, "tricept"])
+    parser.add_argument("--machine", choices=[*CHAINS, *CARRIERS])
     given = parser.parse_args()
-    for name in [given.machine] if given.machine else [*CHAINS, "tricept"]:
-        kind, became = (WristKind if name == "tricept" else Kind)(name), Counter[str]()
+    for name in [given.machine] if given.machine else [*CHAINS, *CARRIERS]:
+        kind, became = CARRIERS.get(name, Kind)(name), Counter[str]()
         for seed in range(given.seed, given.seed + given.programs):
             what, wrong = try_program(kind, seed)
             became[what] += 1

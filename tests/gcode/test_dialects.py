@@ -22,7 +22,7 @@ from verne_post.model.control_keys import Rs274Keys, read_keys
 from verne_post.model.findings import InputError, UsageError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
-from verne_post.model.part_setup import WorkOffset
+from verne_post.model.part_setup import Tool, WorkOffset
 
 PACKAGE = Path(verne_post.__file__).parent
 #: A dialect whose programs begin with HELLO.
@@ -111,6 +111,31 @@ def test_a_code_that_one_language_has_may_be_remapped_in_another(view):
     assert [(item.code, item.line, "remap" in item.message) for item in found] == [("VP002", 2, True)]
     with pytest.raises(UsageError, match="M3"):
         view(text, dialect="fanuc", remap={"M3": "ignore"})
+
+
+def test_axes_beside_an_m_code_of_the_builder_are_those_of_the_motion(view):
+    """Controls have M codes in blocks of motion; a G code of the user may take the axis words."""
+    moves, findings = view("G0 X1\nX2 M51\nM2", dialect="fanuc", remap={"M51": "event"})
+    assert findings == ()
+    assert moves.end[-1][0] == 2
+    found = view("G0 X1\nX2 G68.4\nM2", dialect="rs274", remap={"G68.4": "event"})[1]
+    assert [(item.code, item.line) for item in found] == [("VP006", 2)]
+
+
+def test_g43_without_h_has_the_last_one_since_the_tool_change(view):
+    tools = {number: Tool(number, number, (0.0, 0.0, 70.0 + number, *(0.0,) * 6), 8.0) for number in (1, 2)}
+    head = "%\nO1\nG21 G90\nT1 M6\nG0 X0 Y0\nG43 H1 Z50.\nG49\n"
+
+    def run(text):
+        return view(f"{head}{text}\nM30\n%", dialect="fanuc", tools=tools)
+
+    one, two = (run(text) for text in ("G43 Z40.\nX1.", "G43 H1 Z40.\nX1."))
+    assert (one[1], two[1]) == ((), ())
+    lengths = [[moves.frames[index].tool_length for index in moves.frame] for moves in (one[0], two[0])]
+    assert lengths[0] == lengths[1]
+    assert lengths[0][-1] == 71
+    for text, line in (("T2 M6\nG43 Z40.", 9), ("T2 M6 G43 Z40.", 8)):
+        assert [(item.code, item.line) for item in run(text)[1]] == [("VP005", line)]
 
 
 # --- fanuc ---------------------------------------------------------------------------------------------

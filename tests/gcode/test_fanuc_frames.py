@@ -57,7 +57,7 @@ def places(moves, first=1):
     ("G51 X10 Y0 Z0 P2. / G1 X15 Y5 Z1 / X20", [(20, 10, 2), (30, 10, 2)]), ("G51 X0 Y0 Z0 I2. J0.5 K1. / G1 X10 Y10 Z10", [(20, 5, 10)]),
     ("G0 X4 Y4 Z4 / G51 P0.5 / G1 X8 Y0 Z4 / G50 / X1 Y1 Z1", [(4, 4, 4), (6, 2, 4), (1, 1, 1)]), ("G51 X0 Y0 Z0 P2. / G91 G1 X3", [(6, 0, 0)]),
     # mirror image: x' = 2 m - x, of the axes that are named; G50.1 ends them by name
-    ("G51.1 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G51.1 X0 Y0 / G1 X15 Y5 / G50.1 X0 / X1 Y1 / G50.1 Y0 / Y2", [(-15, -5, 0), (1, -1, 0), (1, 2, 0)]),
+    ("G51.1 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G101 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G101 X0 / G101 Y0 / G1 X15 Y5 / G100 X0 / X1 Y1", [(-15, -5, 0), (1, -1, 0)]), ("G51.1 X0 Y0 / G1 X15 Y5 / G50.1 X0 / X1 Y1 / G50.1 Y0 / Y2", [(-15, -5, 0), (1, -1, 0), (1, 2, 0)]),
     # mirror first, then scaling, then rotation, whose angle is reversed by a mirror image of one axis
     ("G51.1 X0 / G51 X0 Y0 Z0 P2. / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 20, 0)]), ("G51.1 X0 / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 10, 0)]),
     # polar: X is the distance and Y the angle, which stay; in G91 the angle adds up
@@ -167,6 +167,10 @@ def test_a_corner_has_the_feed_of_the_first_and_is_beside_the_contour_under_comp
 @pytest.mark.parametrize(("text", "heights"), [
     # R, Z, Q and P of one cycle hold for the next, until G80
     ("G81 X1 Z-3 R2 / G83 X2 Q2", [20, 2, -3, 20, 20, 2, 0, 2, 0.254, -2, 2, -1.746, -3, 20]), ("G82 Z-3 R2 P100 / G99 G81 X2 Z-4", [20, 2, -3, -3, 20, 20, 2, -4, 2]),
+    # Haas: pecks from I by J down to no less than K, the last what is left, and P at the bottom; Q ends them
+    ("G99 G83 Z-13 R2 I6 J2 K3 P.5", [20, 2, -4, 2, -3.746, -8, 2, -7.746, -11, 2, -10.746, -13, -13, 2]), ("G99 G73 Z-6 R2 I4 J0 K4 / Q8 X3", [20, 2, -2, -1.746, -6, 2, 2, -6, 2]),
+    # P of other cycles does not dwell in them, and holds beyond them
+    ("G99 G82 Z-1 R2 P100 / G83 X2 Q9 / G82 X3", [20, 2, -1, -1, 2, 2, -1, 2, 2, -1, -1, 2]),
     # fine boring: in, dwell, off the wall, out, back
     ("G76 Z-3 R2 P100 I0.2", [20, 2, -3, -3, -3, 20, 20]), ("G99 G76 Z-3 R2 Q0.2", [20, 2, -3, -3, 2, 2]),
 ])  # fmt: skip
@@ -214,9 +218,10 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G68.3 X1", "VP005", "X, Y and Z"), ("G53.6 H1", "VP017", "G68.2"), ("G68.2 I0 / G53.6 H1 R5", "VP002", "R"), ("G68.4 X0", "VP002", "G68.4"),
     ("G68 X0 Y0 R9 / #1=#5001", "VP025", "#5001"), ("G51.1 X0 / #1=#5042", "VP025", "#5042"), ("G1 X9 ,R2 / M8", "VP017", "line or an arc"), ("G1 X9 ,R2 / G0 Y9", "VP017", "line or an arc"), ("G0 X9 ,R2", "VP017", "feed move"), ("G1 X1 ,R2 / Y9", "VP008", ",R"),
     ("G1 X9 ,C2 / G2 X5 Y5 R9", "VP008", ",C"), ("G1 X9 ,R0 / Y9", "VP007", "greater than 0"), ("G1 X9 ,R2", "VP017", "line or an arc"), ("G1 X9 Z1 ,R2 / Y9", "VP008", "plane"),
+    ("G83 Z-3 R2 I1 J1", "VP005", "together"), ("G83 Z-3 R2 I1 J1 K2", "VP007", "fall"), ("G83 Z-3 R2 I1 J0 K0", "VP007", "fall"), ("G83 Z-3 R2 I1 J0 K1 Q1", "VP007", "fall"), ("G83 Z-3 R2 I1 J.1 K.00001", "VP007", "pecks"),
     ("G76 Z-3 R2 Q0.2", "VP005", "bore_shift"), ("G76 Z-3 R2", "VP005", "Q greater"), ("G87 Z-3 R2 Q1", "VP002", "G87"), ("G81 Z-3 R2 / G80 / G82 Z-3 P1", "VP005", "R"),
     ("G10 L11 P9 R1", "VP012", "tool 9"), ("G10 L12 P1", "VP005", "R"), ("G10 L14 P1 R1", "VP002", "L14"), ("G91 G30 P3 Z0", "VP015", "P3"), ("G150 I5. F9", "VP002", "G12 or G13"), ("G114", "VP002", "G154 P"), ("G12 I5. F9", "VP005", "G12 needs D"),
-    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101 X0", "VP002", "G51.1"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
+    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101", "VP005", "axes"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
 ])  # fmt: skip
 def test_refusals(view, text, code, part):
     source = "\n".join(["%", "O1", "G21 G90 G17", "G0 X0 Y0 Z0 S500 M3", "F100", *text.split(" / "), "M30", "%"])

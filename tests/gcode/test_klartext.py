@@ -625,3 +625,20 @@ def test_blanks_are_where_the_control_lets_them_be(run):
     assert place(moves)[0] == 3
     assert moves.feed[moves.kind == MoveKind.DWELL].tolist() == [5]
     assert ends(run("M140 MB30 FMAX"))[-1].tolist() == ends(run("L M140 MB30 FMAX"))[-1].tolist() == [0, 0, 30]
+
+
+def test_words_that_were_not_answered_change_nothing(run):
+    """R, F and M with nothing beside them, in the middle of a contour with RL."""
+    contour = ["L X+0 Y-20 RL F500", "L X+30{}", "L Y+20{}", "DEP LT LEN5"]
+    one, two = (run(*(line.format(empty) for line in contour)) for empty in ("", " R F M"))
+    assert one.end.tolist() == two.end.tolist()
+    assert np.nan_to_num(one.feed).tolist() == np.nan_to_num(two.feed).tolist()
+
+
+def test_tools_and_stocks_of_zero_as_cam_systems_write_them(view):
+    """R0 of TOOL DEF is a radius, not the end of compensation; a stock from a corner to the same corner is none."""
+    text = "BEGIN PGM C IN\nBLK FORM 0.1 Z X0 Y0 Z0\nBLK FORM 0.2 X0 Y0 Z0\nTOOL DEF 1 L3 R0\nTOOL CALL 1 Z S100\nL X1 Y1 Z1 F MAX M3\nL X2 F40\nEND PGM C IN"
+    moves, findings = view(text, dialect="heidenhain")
+    assert findings == ()
+    assert moves.stock is None
+    assert moves.frames[moves.frame[-1]].tool_length == pytest.approx(76.2)

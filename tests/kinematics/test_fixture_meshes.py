@@ -16,7 +16,7 @@ from verne_post.app.constraints import check_program, guard_joints
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Box, FixtureMesh
+from verne_post.model.part_setup import Box, Cylinder, FixtureMesh
 from verne_post.part.fixture import load_fixture
 from verne_post.part.stl import build_mesh
 
@@ -242,6 +242,40 @@ def test_explain_says_where_a_mesh_is_touched_and_what_cures_it(folder: Path, ru
     assert codes == {"VP218"}
 
 
+def test_a_tenth_too_deep_is_a_tenth_by_the_shortest_way_out(folder: Path) -> None:
+    """The wall below the step is undercut over its whole thickness, along its normal: that is not how far the tool is off."""
+    replace_in("vise.nc", "\nZ-6\n", "\nZ-6.1\n")
+    [found] = verne_post.check(Path("vise.nc"), verne_post.load_machine()).findings
+    assert (found.code, found.line) == ("VP218", 19)
+    assert "cuts 2.000 mm or more into part.stl" in found.message
+    depth = re.search(r"by the shortest way out it is (0\.\d+) mm deep", found.message)
+    assert depth is not None
+    assert 0.1 <= float(depth[1]) <= 0.11  # a corner may leave the path by 0.01 mm
+
+
+def test_a_ridge_between_two_strips_is_told(folder: Path, run: Any) -> None:
+    """The face is milled 1.5 mm less far to one side: there the stock stays 1 mm high, beside the step."""
+    replace_in("vise.nc", "Y13.5", "Y12")
+    result = verne_post.check(Path("vise.nc"), verne_post.load_machine())
+    assert result.ok
+    [found] = result.findings
+    assert found.code == "VP221"
+    # 76 x 1 x 1 mm, less what is within 0.2 mm of the part, or may be: 0.12 more
+    assert 76 * 0.6 < found.value < 76
+    place = re.fullmatch(
+        r".* mm3 of the stock stay farther than 0.2 mm from part.stl, where .*, up to \((.*), (.*), (.*)\)",
+        found.message,
+    )
+    assert place is not None
+    assert 17.0 < float(place[2]) < 18.0
+    assert float(place[3]) == 1.0
+    assert "stock: nothing stays" not in str(result.summary)
+    assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
+    answer = run("machined", "rows.index.json", "--against", "vise.nc", "--nominal", "part.stl@G54", "--grid", "2")
+    assert found.message in answer.err
+    assert f"stock: {found.value:.1f} mm3 stay farther than 0.2 mm from the part" in answer.err
+
+
 def test_a_tool_that_is_longer_by_a_fifth_of_a_millimetre_gouges(folder: Path, run: Any) -> None:
     """The rows are of the length of the tool table; the tool that is used is 0.2 longer."""
     assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
@@ -282,3 +316,59 @@ def test_fixtures_of_a_settings_file_may_be_meshes(folder: Path, run: Any) -> No
     (folder / "verne-post.toml").write_text('[keep_out.jaws]\nfile = "/vise.stl"\n')
     answer = run("check", "vise.nc")
     assert "keep_out.jaws.file = '/vise.stl': names of files count from the folder" in answer.out + answer.err
+
+
+# --- the stock as a file --------------------------------------------------------------------------------
+
+#: A rapid through the gap of a casting, 20 mm over the table, and a cut of 2 mm into its right post.
+THROUGH = "G21 G90 G94 G54\nT1 M6\nG0 X0 Y-40 Z40 A0 C0\nZ10\nY40\nG1 X16 F1000\nY0\nG0 Z40\nM2\n"
+POSTS = [((-30.0, -20.0, 0.0), (-10.0, 20.0, 30.0)), ((10.0, -20.0, 0.0), (30.0, 20.0, 30.0)), ((-30.0, -20.0, 0.0), (30.0, 20.0, 5.0))]  # fmt: skip
+CUTTER = {1: (Cylinder("cutter", 8.0, 40.0), Cylinder("holder", 30.0))}
+
+
+def test_a_casting_is_the_stock_where_it_is() -> None:
+    """Its box is full, and it is not: a rapid through the gap is no mistake, one through a post is."""
+    place = {"tool_length": 80.0, "tool_shapes": CUTTER, "wcs": {"G54": (5.0, -3.0, 10.0, 30.0)}}
+    box = Box("the stock", (-30.0, -20.0, 0.0), (30.0, 20.0, 30.0), 1)
+    casting = FixtureMesh("the stock", pack_stl(unite_boxes(POSTS)), 1)
+    told = [check(THROUGH, stock=stock, **place) for stock in (box, casting)]
+    assert [(item.code, item.line) for item in told[0]] == [("VP216", 5)]
+    assert told[1] == []
+    [through] = check(THROUGH.replace("X0 Y-40", "X9 Y-40"), stock=casting, **place)
+    assert (through.code, through.line, through.severity) == ("VP216", 5, "error")
+    assert through.value == pytest.approx(-3.0, abs=0.3)
+    # the way that the cutter has made into the post is free
+    assert check(THROUGH.replace("G0 Z40\nM2", "G0 Y38\nZ40\nM2"), stock=casting, **place) == []
+
+
+def test_a_second_set_up_starts_from_what_the_first_has_left(folder: Path, run: Any) -> None:
+    assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
+    left = ("--grid", "2", "--stock-left", "left.npz@G54")
+    assert run("machined", "rows.index.json", "--against", "vise.nc", "--nominal", "part.stl@G54", *left).code == 0
+    Path("next.nc").write_text("G21 G90 G94 G54\nT2 M6\nG43 H2\nG0 X-12 Y0 Z20\nZ-8\nX12\nZ20\nM2\n")
+    box = (folder / "vise.nc.toml").read_text().partition("[part]")[0]
+    (folder / "next.nc.toml").write_text(box)
+    answer = run("check", "next.nc")
+    assert answer.code == 1
+    assert "next.nc:5: VP216 error" in answer.out + answer.err
+    begin = box.index("[stock]")
+    (folder / "next.nc.toml").write_text(box[:begin] + '[stock]\nfile = "left.npz"\nsystem = "G54"\n')
+    assert run("check", "next.nc").code == 0
+    (folder / "next.nc").write_text((folder / "next.nc").read_text().replace("Z-8", "Z-13"))  # the pocket is 12 deep
+    answer = run("check", "next.nc")
+    assert answer.code == 1
+    assert "next.nc:5: VP216 error" in answer.out + answer.err
+    Path("left.npz").write_bytes(b"no stock")
+    answer = run("check", "next.nc")
+    assert answer.code == 2
+    assert "the stock (left.npz): no stock that verne-post left" in answer.out + answer.err
+
+
+def test_the_stock_of_the_sample_may_be_its_file(folder: Path) -> None:
+    replace_in("vise.nc.toml", "min = [-40.0, -20.0, -30.0]\nmax = [40.0, 20.0, 1.0]", 'file = "stock.stl"')
+    result = verne_post.check(Path("vise.nc"), verne_post.load_machine())
+    assert (result.ok, result.findings) == (True, ())
+    assert result.summary is not None
+    assert result.summary.options.record()["stock"]["unit"] == "mm"
+    assert result.part is not None
+    assert result.part.rests == ()

@@ -525,7 +525,7 @@ def test_bad_options(program: Path, run: Callable[..., Any], words: tuple[str, .
         ("[keep_out.a]\nmin = [0, 0]\nmax = [1.0, 1.0, 1.0]\n", "keep_out.a.min"),
         ("[keep_out.a]\nmin = [0.0, 2.0, 0.0]\nmax = [1.0, 1.0, 1.0]\n", "y of min, 2, must be below that of max, 1"),
         ("[stock]\nmin = [0.0, 0.0, 0.0]\nmax = [1.0, 1.0, 1.0]\nsystem = 'G5'\n", "a work system such as G54"),
-        ("[stock]\nmin = [0.0, 0.0, 0.0]\n", "stock.max is missing"),
+        ("[stock]\nmin = [0.0, 0.0, 0.0]\n", "stock: max is missing"),
     ],
 )
 def test_bad_settings(program: Path, run: Callable[..., Any], text: str, said: str) -> None:

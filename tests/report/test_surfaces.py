@@ -196,6 +196,21 @@ def test_what_is_left_stands_where_the_stock_stood() -> None:
     assert 200 * 8.5 - mesh.volume == pytest.approx(0.5 * 20 * 8 + dip, abs=1.0)
 
 
+def test_a_stock_of_a_file_is_drawn_as_it_is() -> None:
+    pytest.importorskip("jupyter_threejs_sage")
+    low, high = (-10.0, -5.0, -8.0), (10.0, 5.0, 0.5)
+    raw = SAMPLE["pack_stl"](SAMPLE["unite_boxes"]([(low, (0.0, 5.0, -4.0)), ((0.0, -5.0, -8.0), high)]))
+    stock = FixtureMesh("the stock", raw, 1)
+    data = embedded(
+        make_page("p.nc", FLOOR.encode(), MACHINE, study(FLOOR.encode(), MACHINE, make_options(stock=stock)))
+    )
+    assert [one["kind"] for one in data["scene"]["meshes"]] == ["stock", "part", "left"]
+    assert data["scene"]["boxes"] == []
+    volume = [build_mesh("stock", place_surface(data, k)).volume for k in (0, 2)]
+    assert volume[0] == pytest.approx(10 * 10 * (4 + 8.5), rel=0.01)
+    assert volume[1] < volume[0] - 30
+
+
 def test_a_tool_without_a_size_leaves_no_picture() -> None:
     stock = Box("the stock", (-10.0, -5.0, -8.0), (10.0, 5.0, 0.5), 1)
     options = Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, stock=stock)

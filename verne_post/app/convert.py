@@ -15,7 +15,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.machined import judge_blocks, load_part
+from verne_post.app.machined import load_part
+from verne_post.app.machined_stock import judge_blocks
 from verne_post.app.plan import Plan, plan_or_refuse
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import format_of

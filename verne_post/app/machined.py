@@ -20,7 +20,6 @@ from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.moves import name_tools
 from verne_post.model.part_setup import Wanted, describe_tool_number
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
-from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.bodies import Piece, build_pieces, check_tool
 from verne_post.part.clearance import Contacts, find_contacts
 from verne_post.part.compare import compare, is_inside, move_mesh
@@ -50,24 +49,6 @@ def load_part(program: Program) -> Body | None:
     """
     part = program.options.part
     return None if part is None else Body(read_stl(part.raw, part.name, part.unit), part.system)
-
-
-def judge_blocks(
-    program: Program, part: Body | None, blocks: Sequence[SetpointBlock], progress: Progress | None = None
-) -> Machined | None:
-    """Compare the rows of a program, as they are written, with its nominal part; None without one, and in processes that do not lead.
-
-    Raises
-    ------
-    InputError
-        As :func:`judge_rows`.
-    """
-    asked = program.options.part
-    if part is None or asked is None or not program.team.leads:
-        return None
-    factor = np.array([column.factor for column in program.machine.columns])
-    q, line = np.concatenate([one.values for one in blocks]) / factor, np.concatenate([one.line for one in blocks])
-    return judge_rows(program, q, line, part, (), asked.wanted, progress=progress)
 
 
 def judge_rows(

@@ -1,21 +1,27 @@
-"""What rows as written, or as measured, cut from the stock: volume by line and tool, what touches on the way, and what is left."""
+"""What rows as written, or as measured, cut from the stock: volume by line and tool, what touches, what is left, and what of it stays
+around the nominal part.
+"""
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 from msgspec import Struct
 
 from verne_post.app.assemble import Program
-from verne_post.app.machined import find_tools, place_on_table, place_tips
+from verne_post.app.machined import Body, find_tools, judge_rows, place_on_table, place_tips
+from verne_post.app.result import Progress
 from verne_post.app.stock_check import build_tool, report_touches
 from verne_post.base.arrays import Array, Ints
 from verne_post.kinematics.checks.keep_out import refuse_leaning_part
 from verne_post.model.findings import Finding, InputError, make_finding
-from verne_post.model.part_setup import Box
+from verne_post.model.part_setup import Box, FixtureMesh
+from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.cutting import Spans, cut_stock
 from verne_post.part.dexels import MOST_RAYS, Dexels
-from verne_post.part.stl import read_stl
-from verne_post.part.stock_forms import CELL_MM, make_box, make_cylinder, make_of_mesh, unpack
+from verne_post.part.rests import find_rests
+from verne_post.part.stock_forms import CELL_MM, make_box, make_cylinder, read_stock
+from verne_post.part.verdict import Machined, add_rests
 
 #: Rows nearer than this to the straight way between others are left out, mm; axes count as points at this height, mm.
 STRAIGHT_MM: Final = 0.0005
@@ -49,6 +55,40 @@ class StockRun(Struct, frozen=True, eq=False):
     findings: tuple[Finding, ...]
 
 
+def judge_blocks(
+    program: Program, part: Body | None, blocks: Sequence[SetpointBlock], progress: Progress | None = None
+) -> Machined | None:
+    """Compare the rows of a program, as they are written, with its nominal part; None without one, and in processes that do not lead.
+
+    Raises
+    ------
+    InputError
+        As :func:`judge_rows`.
+    """
+    asked = program.options.part
+    if part is None or asked is None or not program.team.leads:
+        return None
+    factor = np.array([column.factor for column in program.machine.columns])
+    q, line = np.concatenate([one.values for one in blocks]) / factor, np.concatenate([one.line for one in blocks])
+    machined = judge_rows(program, q, line, part, (), asked.wanted, progress=progress)
+    if part.mesh.open_edges or not (program.options.stock or program.moves.stock):
+        return machined
+    return add_stock(program, machined, part, cut_rows(program, q, line, make_stock(program)).left)
+
+
+def add_stock(program: Program, machined: Machined, part: Body, left: Dexels) -> Machined:
+    """The same with what stays of a stock around the part, a closed mesh.
+
+    Raises
+    ------
+    InputError
+        VP506.
+    """
+    allowed = machined.judged[0].comparison.wanted.excess
+    inside = left.move(*place_on_table(program, part.mesh.name, part.system), back=True)
+    return add_rests(machined, find_rests(inside, part.mesh, allowed))
+
+
 def load_stock(program: Program, raw: bytes, name: str, system: int | None, unit: str) -> Dexels:
     """The stock of an STL file, or what another run has left (npz), in a work system; None: the table.
 
@@ -57,14 +97,11 @@ def load_stock(program: Program, raw: bytes, name: str, system: int | None, unit
     InputError
         VP018, VP506.
     """
-    origin, turn = place_on_table(program, name, system)
-    if name.lower().endswith(".npz"):
-        return unpack(raw, name).move(origin, turn)
-    return make_of_mesh(read_stl(raw, name, unit), origin, turn)
+    return read_stock(raw, name, unit).copy().move(*place_on_table(program, name, system))
 
 
 def make_stock(program: Program, most: int = MOST_RAYS) -> Dexels:
-    """The box of ``--stock``, else what the program itself defines (BLK FORM, WORKPIECE), with so many rays at most.
+    """The stock of the options, else what the program itself defines (BLK FORM, WORKPIECE), with so many rays at most.
 
     Raises
     ------
@@ -72,6 +109,9 @@ def make_stock(program: Program, most: int = MOST_RAYS) -> Dexels:
         VP018.
     """
     box, own = program.options.stock, program.moves.stock
+    if isinstance(box, FixtureMesh):
+        place = place_on_table(program, box.name, box.system)
+        return read_stock(box.raw, box.shown, box.unit).thin(most).move(*place)
     if box is not None:
         low, high = np.array(box.low), np.array(box.high)
         return make_box(low, high, *place_on_table(program, box.name, box.system), _choose_cell(low, high, most))

@@ -45,7 +45,7 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     open_ = [item for item in found if item.code == "VP216" and not item.message.startswith(left or ("\0",))]
     if not open_:
         return found
-    stock = make_box(-box.half, box.half, box.middle, box.turn)
+    stock = make_box(-box.half, box.half, box.middle, box.turn) if box.form is None else box.form.copy()
     spans, tools = list_spans(program, joints, keep_out.moving, _find_last(joints, open_))
     cut = cut_stock(stock, spans, tools, box.distance)
     settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from verne_post.cli.common import add_sigma_option, load, name_machine, refuse
-from verne_post.cli.files import RunFiles, show_name
+from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.numbers import NUMBER, Whole, read_numbers
 from verne_post.cli.options import FILE, FOLDER, MACHINE, add_options, build_options, machine_option
@@ -68,7 +68,7 @@ def export(name: str, format_name: str, output: Path) -> int:
 
 @click.group("machine")
 def command() -> None:
-    """List, show, draw and validate machine files, check axes, identify lengths, calibrate the machine as built, export."""
+    """List, show, draw, validate and import machine files, check axes, identify lengths, calibrate the machine as built, export."""
 
 
 for _one in (calibrate, export, perturb, tolerances):
@@ -202,6 +202,48 @@ def validate(name: str) -> int:
         echo(f"  not limited: {machine.unlimited}")
     for item in machine.warnings:
         echo(f"{name}: {item.code} {item.severity}: {item.message}", err=True)
+    return 0
+
+
+@command.command("import")
+@click.argument("configuration", type=FILE, metavar="INI")
+@click.option(
+    "-o",
+    "--output",
+    type=FILE,
+    required=True,
+    metavar="OUT.toml",
+    help='The machine file; "-" prints it.',
+)
+def import_(configuration: Path, output: Path) -> int:
+    """Write the machine file of a LinuxCNC configuration: kinematics, offsets, travels and speeds from its INI and HAL files.
+
+    Kinematics: xyzac-trt-kins, xyzbc-trt-kins, 5axiskins, maxkins.
+    """
+    from verne_post.config.linuxcnc import convert_linuxcnc
+    from verne_post.config.load import build_machine
+    from verne_post.kinematics.chain.senses import describe_senses
+    from verne_post.model.findings import InputError
+
+    files, name = RunFiles(), show_name(configuration)
+
+    def read(named: str) -> bytes | None:
+        path = configuration.parent / named
+        return files.read(path, f"{name}: {named}") if path.is_file() else None
+
+    try:
+        made = convert_linuxcnc(files.read(configuration, "INI"), name, read)
+        machine = build_machine(made.text.encode("utf-8"), f"from {name}")
+    except InputError as error:
+        refuse(name, error)
+        return ExitStatus.UNUSABLE
+    files.write(output, "-o", [made.text])
+    for item in (*made.findings, *machine.warnings):
+        echo(f"{item.code} {item.severity}: {item.message}", err=True)
+    if not is_dash(output):
+        echo(f"{show_name(output)}: {machine.name}. Compare with the machine before it moves:")
+        for text in describe_senses(machine):
+            echo(f"  {text}")
     return 0
 
 

@@ -170,7 +170,7 @@ def command(
 
     from verne_post.app.assemble import assemble
     from verne_post.app.machined import Body, judge_rows
-    from verne_post.app.machined_stock import cut_rows, describe_run, load_stock, make_stock, pack_stock
+    from verne_post.app.machined_stock import add_stock, cut_rows, describe_run, load_stock, make_stock, pack_stock
     from verne_post.app.row_format import find_drives
     from verne_post.output.findings import Report
     from verne_post.output.machined import describe_comparisons, draw_map, encode_ply, list_worst
@@ -204,6 +204,8 @@ def command(
                 else:
                     stock = make_stock(program)
                 run = cut_rows(program, q, lines, stock)
+                if part is not None and not part.mesh.open_edges:
+                    found = add_stock(program, found, part, run.left)
                 if left_place is not None:
                     left = pack_stock(program, run.left, left_place[0].name, left_place[1])
     except InputError as error:

@@ -28,6 +28,7 @@ from verne_post.model.part_setup import SYSTEM_NAMES, Box, WorkOffset
 if TYPE_CHECKING:
     from verne_post.config.box_file import FixtureFile
     from verne_post.config.settings import Settings
+    from verne_post.model.part_setup import FixtureMesh
 
 
 class _FileName(click.Path):
@@ -318,14 +319,22 @@ def _merge_bodies(
     files: RunFiles, values: dict[str, Any], settings: "Settings | None", placed: Placed
 ) -> dict[str, Any]:
     """Fixtures and stock: those of the command line before those of the same name in the set-up, and these before the settings file's."""
-    given: dict[str, tuple[FixtureFile, Path | None, str]] = {}
-    for name, one in ({} if settings is None else settings.file.keep_out).items():
-        path = None if settings is None or one.file is None else settings.folder / one.file
-        given[name] = one, path, f"settings file: keep_out.{name}.file"
-    fixtures = {
-        name: one.make(name, None if path is None else (files.read(path, place), show_name(path)))
-        for name, (one, path, place) in {**given, **placed.keep_out}.items()
-    }
+
+    def make(name: str, one: "FixtureFile", path: Path | None, place: str) -> "Box | FixtureMesh":
+        return one.make(name, None if path is None else (files.read(path, place), show_name(path)))
+
+    bodies: dict[str, tuple[FixtureFile, Path | None, str]] = {}
+    if settings is not None:
+        own = {f"keep_out.{name}": one for name, one in settings.file.keep_out.items()} | {"stock": settings.file.stock}
+        bodies = {
+            key: (one, None if one.file is None else settings.folder / one.file, f"settings file: {key}.file")
+            for key, one in own.items()
+            if one is not None
+        }
+    bodies |= {f"keep_out.{name}": body for name, body in placed.keep_out.items()}
+    stock_file = placed.stock or bodies.pop("stock", None)
+    bodies.pop("stock", None)
+    fixtures = {name: make(name, *body) for key, body in bodies.items() for name in [key.partition(".")[2]]}
     named = set()
     for text in values.get("keep_out", ()):
         place, equals, corners = text.partition("=")
@@ -336,9 +345,10 @@ def _merge_bodies(
             raise click.UsageError(f"--keep-out {text}: {name} is given twice; every box needs its own name")
         named.add(name)
         fixtures[name] = _make_box(name, system, corners, f"--keep-out {text}")
-    stock_file = placed.stock or (None if settings is None else settings.file.stock)
-    stock = None if stock_file is None else stock_file.build_box("the stock")
-    if (text := values.get("stock")) is not None:
+    stock = None
+    if (text := values.get("stock")) is None:
+        stock = None if stock_file is None else make("the stock", *stock_file)
+    else:
         system, equals, corners = text.rpartition("=")
         if equals and not system:
             raise click.UsageError(f"--stock {text}: expected X0,Y0,Z0,X1,Y1,Z1, or G54=X0,...")

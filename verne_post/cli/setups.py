@@ -10,7 +10,7 @@ from msgspec import Struct, field
 from verne_post.cli.files import RunFiles, is_dash, show_name
 
 if TYPE_CHECKING:
-    from verne_post.config.box_file import BoxFile, FixtureFile, PartFile
+    from verne_post.config.box_file import FixtureFile, PartFile
     from verne_post.config.program_setup import ProgramSetup
     from verne_post.config.settings import Settings
     from verne_post.model.part_setup import WorkOffset
@@ -69,7 +69,7 @@ class Placed(Struct, frozen=True):
     given: dict[str, Any]
     offsets: tuple[Offsets, ...] = ()
     keep_out: "dict[str, tuple[FixtureFile, Path | None, str]]" = field(default_factory=dict)
-    stock: "BoxFile | None" = None
+    stock: "tuple[FixtureFile, Path | None, str] | None" = None
     part: "tuple[PartFile, Path, str] | None" = None
     source: str = ""
     named: dict[str, str] = field(default_factory=dict)
@@ -101,7 +101,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     named: dict[str, str] = {}
     offsets: list[Offsets] = []
     keep_out: dict[str, tuple[FixtureFile, Path | None, str]] = {}
-    stock: BoxFile | None = None
+    stock: tuple[FixtureFile, Path | None, str] | None = None
     part: tuple[PartFile, Path, str] | None = None
     for setup in setups:
         values = {
@@ -120,7 +120,8 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
         for name, one in setup.keep_out.items():
             key = f"keep_out.{name}.file"
             keep_out[name] = one, setup.files.get(key), setup.place_of(key)
-        stock = setup.stock or stock
+        if setup.stock is not None:
+            stock = setup.stock, setup.files.get("stock.file"), setup.place_of("stock.file")
     above = {key: value for key, value in given.items() if value not in (None, (), [])}
     if any(key in above for key in TOOL_KEYS):
         below = {key: value for key, value in below.items() if key not in TOOL_KEYS}

@@ -27,27 +27,8 @@ def _check_corners(low: Sequence[float], high: Sequence[float]) -> None:
             raise ValueError(f"{letter} of min, {first:g}, must be below that of max, {last:g}")
 
 
-class BoxFile(Table, frozen=True, kw_only=True):
-    """[stock]: a box in the table frame, or in a work system as --wcs gives it."""
-
-    checks: ClassVar[Checks] = {"system": check_system}
-
-    min: Point
-    max: Point
-    system: str = "table"
-    distance_mm: Distance = 0.0
-
-    def check_together(self) -> None:
-        _check_corners(self.min, self.max)
-
-    def build_box(self, name: str) -> Box:
-        """As the program has it."""
-        low, high = tuple(self.min), tuple(self.max)
-        return Box(name, low, high, SYSTEM_NUMBERS.get(self.system), self.distance_mm)  # type: ignore[arg-type]
-
-
 class FixtureFile(Table, frozen=True, kw_only=True):
-    """[keep_out.NAME]: a box as [stock], or an STL in its place."""
+    """[keep_out.NAME] and [stock]: a box in the table frame, or in a work system as --wcs gives it; or a file in its place."""
 
     checks: ClassVar[Checks] = {"system": check_system}
 
@@ -78,9 +59,10 @@ class FixtureFile(Table, frozen=True, kw_only=True):
         return Box(name, low, high, system, self.distance_mm)  # type: ignore[arg-type]
 
 
-def name_fixture_files(fixtures: Mapping[str, FixtureFile]) -> dict[str, str]:
-    """Key of a set-up or settings file -> the STL that it names."""
-    return {f"keep_out.{name}.file": one.file for name, one in fixtures.items() if one.file is not None}
+def name_fixture_files(fixtures: Mapping[str, FixtureFile], stock: FixtureFile | None) -> dict[str, str]:
+    """Key of a set-up or settings file -> the file of a fixture or of the stock that it names."""
+    bodies = {f"keep_out.{name}.file": one for name, one in fixtures.items()} | {"stock.file": stock}
+    return {key: one.file for key, one in bodies.items() if one is not None and one.file is not None}
 
 
 class PartFile(Table, frozen=True, kw_only=True):

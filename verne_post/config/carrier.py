@@ -10,7 +10,10 @@ from verne_post.config.schema import Cone, Point, Positive
 from verne_post.config.sentences import Checks, Table
 from verne_post.kinematics.chain.carried import CarriedMachine
 from verne_post.kinematics.chain.machine import ChainMachine
+from verne_post.kinematics.chain.sliding import SlidingMachine
 from verne_post.kinematics.modules.central_leg import CentralLeg
+from verne_post.kinematics.modules.rod_geometry import Rod
+from verne_post.kinematics.modules.rods import RodsModule
 
 #: The wrist's centre may be off the leg, and the gauge line off it, by this, mm: files give places with nine digits.
 IN_LINE: Final = 1e-6
@@ -31,55 +34,104 @@ class CentralFile(Table, frozen=True, kw_only=True):
     first_axis: Point
 
 
-def _check_struts(value: list[StrutFile]) -> None:
-    if len(value) != 3:
+class CarrierRodFile(Table, frozen=True, kw_only=True):
+    """One of carrier.rods: joint on the platform, on the slider at 0, direction of the rail, length, and the joint that moves it."""
+
+    platform: Point
+    slider: Point
+    rail: Point
+    rod: Positive
+    by: str
+
+
+def _check_struts(value: list[StrutFile] | None) -> None:
+    if value is not None and len(value) != 3:
         raise ValueError(f"{len(value)} struts; a central leg leaves the platform three motions, so expected 3")
 
 
-class CarrierFile(Table, frozen=True, kw_only=True):
-    """[carrier]: struts of variable length and a central leg."""
+def _check_rods(value: list[CarrierRodFile] | None) -> None:
+    if value is not None and len(value) != 6:
+        raise ValueError(f"{len(value)} rods; a platform has six motions, so expected 6")
 
-    checks: ClassVar[Checks] = {"struts": _check_struts}
+
+class CarrierFile(Table, frozen=True, kw_only=True):
+    """[carrier]: three struts of variable length and a central leg, or six rods of fixed length on three sliders."""
+
+    checks: ClassVar[Checks] = {"struts": _check_struts, "rods": _check_rods}
 
     kind: Literal["rods"]
     actuators: list[str]
     home: Point
-    struts: list[StrutFile]
-    central: CentralFile
+    home_actuators_mm: Point | None = None
+    rods: list[CarrierRodFile] | None = None
+    struts: list[StrutFile] | None = None
+    central: CentralFile | None = None
     largest_turn_deg: Annotated[float, Meta(gt=0, lt=90)] = 60.0
     smallest_singular_value: Positive
+    smallest_drop_mm: Positive | None = None
     base_cone_deg: Cone | None = None
     platform_cone_deg: Cone | None = None
 
     def check_together(self) -> None:
-        lengths = [strut.length for strut in self.struts]
-        if sorted(lengths) != sorted(self.actuators) or len(set(lengths)) != len(lengths):
+        of_rods, of_struts = ("rods", "home_actuators_mm", "smallest_drop_mm"), ("struts", "central")
+        wanted, other = (of_struts, of_rods) if self.rods is None else (of_rods, of_struts)
+        missing = [key for key in wanted if getattr(self, key) is None]
+        spare = [key for key in other if getattr(self, key) is not None]
+        if missing or spare:
             raise ValueError(
-                f"the struts are {', '.join(lengths)}, and actuators {', '.join(self.actuators)}; expected each once"
+                f"expected {', '.join(of_struts)} (struts of variable length), or {', '.join(of_rods)} (rods of fixed length on "
+                f"sliders); {'missing: ' + ', '.join(missing) if missing else 'too many: ' + ', '.join(spare)}"
             )
-        if not any(self.central.first_axis):
+        moved = [strut.length for strut in self.struts or ()] or [rod.by for rod in self.rods or ()]
+        if (self.struts is not None and len(set(moved)) != len(moved)) or set(moved) != set(self.actuators):
+            raise ValueError(
+                f"{'the struts are' if self.struts else 'the rods are moved by'} {', '.join(moved)}, and actuators "
+                f"{', '.join(self.actuators)}; expected each once"
+            )
+        if len(self.actuators) != 3:
+            raise ValueError(
+                f"{len(self.actuators)} actuators: expected 3; six that hold a platform alone (a hexapod) are not executed"
+            )
+        if self.central is not None and not any(self.central.first_axis):
             raise ValueError("central.first_axis = [0, 0, 0]: expected a direction")
-
-
-#: Keys of carriers that are described elsewhere but not executed here, and what they ask for.
-_NOT_EXECUTED: Final = {
-    "rods": "rods of fixed length; three sliders on six of them are the [module] of a file of schema 1, kind = 'rods'",
-    "struts": "struts of variable length without a central leg (a hexapod)",
-}
+        for k, rod in enumerate(self.rods or ()):
+            if not any(rod.rail):
+                raise ValueError(f"rods.{k}.rail = [0, 0, 0]: expected a direction")
 
 
 def describe_refused_carrier(carrier: object, schema: object) -> str | None:
     """Why a [carrier] is refused as a whole, in a sentence; None where its keys are looked at one by one."""
     keys = carrier if isinstance(carrier, dict) else {}
-    if schema == 2 and "central" in keys and "rods" not in keys:
+    if schema == 2 and ("rods" in keys or "central" in keys):
         return None
-    what = next(
-        (f"carrier.{key}: {text}" for key, text in _NOT_EXECUTED.items() if key in keys), "carrier: what it describes"
-    )
+    what = "carrier: what it describes"
+    if "struts" in keys:
+        what = "carrier.struts: struts of variable length without a central leg (a hexapod)"
     return (
-        f"{what} is not executed; a carrier in a chain (schema 2) has three struts of variable length and a central leg; over the "
-        "tilting rotary table (schema 1) there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'"
+        f"{what} is not executed; a carrier in a chain (schema 2) has three struts of variable length and a central leg, or six rods "
+        "of fixed length on three sliders; over the tilting rotary table (schema 1) there are the kinds 'verne', 'serial', "
+        "'linear_delta' and 'rods'"
     )
+
+
+def build_carrier_machine(
+    file: CarrierFile, chain: ChainMachine, to_polar: Array, part_zero: Array, names: tuple[str, str]
+) -> CarriedMachine | SlidingMachine:
+    """The machine of a rotary pair and its carrier; see :func:`build_carried_machine`."""
+    if file.rods is None:
+        return build_carried_machine(file, chain, to_polar, part_zero, names)
+    if chain.pair.nutation is not None:
+        raise ValueError(f"{' and '.join(names)} nutate: a nutating pair with a carrier is not executed yet")
+    rods = [Rod(rod.platform, rod.slider, rod.rail, rod.rod, rod.by) for rod in file.rods]
+    sliders = file.home_actuators_mm or []
+    module = RodsModule(file.home, sliders, rods, file.largest_turn_deg, tuple(file.actuators))
+    if module.tilts:
+        raise ValueError(
+            "the rods of a slider do not stay parallel, so that the platform turns as it moves; in a chain the rods of each slider "
+            "are parallel and equal; a platform that tilts about x is the [module] of a file of schema 1, kind = 'rods'"
+        )
+    cones = [cone for cone in (file.base_cone_deg, file.platform_cone_deg) if cone is not None]
+    return SlidingMachine(chain, module, to_polar, part_zero, min(cones) if cones else None)
 
 
 def build_carried_machine(
@@ -103,6 +155,8 @@ def build_carried_machine(
     ValueError
         In a sentence.
     """
+    assert file.struts is not None
+    assert file.central is not None
     struts = {strut.length: strut for strut in file.struts}
     ordered = [struts[name] for name in file.actuators]
     leg = CentralLeg(

@@ -12,7 +12,7 @@ from msgspec.structs import asdict
 from verne_post.base.arrays import Array
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
-from verne_post.config.carrier import CarrierFile, build_carried_machine
+from verne_post.config.carrier import CarrierFile, build_carrier_machine
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
 from verne_post.config.schema import (
     AccuracyFile,
@@ -161,23 +161,29 @@ def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str
 
 
 def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterator[str]:
-    """What is wrong with the joints of a wrist on a carrier."""
+    """What is wrong with the joints of a rotary pair and its carrier."""
     turns = [name for name, joint in file.joints.items() if joint.turns is not None]
     if len(turns) != 2 or not set(turns) <= set(_ROTARY):
-        yield f"the joints turn: {', '.join(turns) or 'none'}; expected two of a, b, c, the wrist on the carrier"
+        yield f"the joints turn: {', '.join(turns) or 'none'}; expected two of a, b, c"
     if set(carrier.actuators) != set(file.joints) - set(turns):
         yield (f"carrier.actuators are {', '.join(carrier.actuators)}, and the joints that do not turn are "
                f"{', '.join(name for name in file.joints if name not in turns)}; expected the same")  # fmt: skip
     for name in carrier.actuators:
         if file.joints[name].slides is not None:
-            yield f"joints.{name}.slides: the value of a strut is its length; leave the direction out"
+            value = "a strut is its length" if carrier.rods is None else "a slider is its place on the rails"
+            yield f"joints.{name}.slides: the value of {value}; leave the direction out"
         if file.joints[name].positive is not None:
-            yield f"joints.{name}.positive: a strut that grows is positive; leave the key out"
+            yield f"joints.{name}.positive: a strut that grows, and a slider along its rails, is positive; leave the key out"
+    if carrier.rods is not None:
+        if file.chain.tool[:1] != ["carrier"] or sorted([*file.chain.tool[1:], *file.chain.part]) != sorted(turns):
+            yield (f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in tool, then the rotary "
+                   "joints of the tool, and those of the part in part")  # fmt: skip
+        return
     if file.table is not None:
         yield "table: the part of a carrier with a wrist stands still, so it has no face that turns; leave [table] out"
     if file.chain.part or file.chain.tool[:1] != ["carrier"] or sorted(file.chain.tool[1:]) != sorted(turns):
         yield (f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in tool, then both rotary joints, "
-               "and part = []; a carrier over a rotary table is not executed yet")  # fmt: skip
+               "and part = []; a central leg over a rotary table is not executed yet")  # fmt: skip
 
 
 # --- geometry -------------------------------------------------------------------------------------------------
@@ -232,12 +238,13 @@ class _Geometry:
         self.machine: FiveAxis = wrist
         if file.carrier is not None:
             names = self.tilt, self.turn
-            self.machine = build_carried_machine(file.carrier, wrist, polar @ to_part, zero, names)
+            self.machine = build_carrier_machine(file.carrier, wrist, polar @ to_part, zero, names)
         #: Joint values inside per value of the file, rad per rad.
         self.signs = (self.pair.tilt_sign * self.senses[self.tilt], self.pair.turn_sign * self.senses[self.turn])
         axes = AXES.index(self.tilt.upper()), AXES.index(self.turn.upper())
         words = RotaryWords(axes, *self.signs, self.pair.home_tilt, self.pair.nutation)
-        self.coordinates = ChainCoordinates(wrist, words, polar.T @ gauge, file.carrier is not None)
+        by_axis = file.carrier is not None and file.carrier.rods is None
+        self.coordinates = ChainCoordinates(wrist, words, polar.T @ gauge, by_axis)
 
 
 def _check_travel(nutation: Nutation, name: str, travel: list[float] | None, sign: float) -> None:
@@ -333,8 +340,10 @@ def _convert_limits(file: ChainMachineFile, columns: tuple[Column, ...]) -> Limi
         np.array([getattr(joint, key) or math.inf for joint in joints]) / size
         for key in ("velocity", "acceleration", "jerk")
     )
-    smallest = -math.inf if file.carrier is None else file.carrier.smallest_singular_value
-    return Limits(travel[:, 0], travel[:, 1], velocity, acceleration, jerk, 0.0, smallest)
+    smallest, drop = -math.inf, 0.0
+    if file.carrier is not None:
+        smallest, drop = file.carrier.smallest_singular_value, file.carrier.smallest_drop_mm or 0.0
+    return Limits(travel[:, 0], travel[:, 1], velocity, acceleration, jerk, drop, smallest)
 
 
 def _find_implausible(file: ChainMachineFile) -> Iterator[Finding]:

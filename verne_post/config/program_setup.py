@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, Literal
 from msgspec import Meta, Struct, field
 
 from verne_post.config.beside import find_file_beside, lies_in
-from verne_post.config.box_file import BoxFile, FixtureFile, PartFile, name_fixture_files
+from verne_post.config.box_file import FixtureFile, PartFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
 from verne_post.config.option_table import find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
@@ -93,7 +93,7 @@ class SetupFile(Table, frozen=True, kw_only=True):
     heidenhain: dict[str, Any] = field(default_factory=dict)
     aptcl: dict[str, Any] = field(default_factory=dict)
     keep_out: dict[str, FixtureFile] = field(default_factory=dict)
-    stock: BoxFile | None = None
+    stock: FixtureFile | None = None
     part: PartFile | None = None
     tool_table: FileName | None = None
     tool_lengths: FileName | None = None
@@ -114,10 +114,10 @@ class ProgramSetup(Struct, frozen=True):
     wcs : mapping
         Number of a work system -> offset.
     files : mapping
-        Key of :data:`FILE_KEYS`, "part.nominal", or "keep_out.NAME.file" -> path.
+        Key of :data:`FILE_KEYS`, "part.nominal", "stock.file", or "keep_out.NAME.file" -> path.
     keep_out : mapping
         By name.
-    stock : BoxFile or None
+    stock : FixtureFile or None
     part : PartFile or None
     remap : mapping
         Meaning of user-defined codes.
@@ -130,7 +130,7 @@ class ProgramSetup(Struct, frozen=True):
     wcs: Mapping[int, WorkOffset] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
     keep_out: Mapping[str, FixtureFile] = field(default_factory=dict)
-    stock: BoxFile | None = None
+    stock: FixtureFile | None = None
     part: PartFile | None = None
     remap: Mapping[str, str] = field(default_factory=dict)
     control: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -219,7 +219,7 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     named = {key: value for key in FILE_KEYS if (value := getattr(file, key)) is not None}
     if file.part is not None:
         named["part.nominal"] = file.part.nominal
-    named |= name_fixture_files(file.keep_out)
+    named |= name_fixture_files(file.keep_out, file.stock)
     files = {key: folder / value for key, value in named.items()}
     for key, value in named.items() if remedy else ():
         try:

@@ -10,7 +10,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from verne_post.config.beside import find_file_beside, lies_in
-from verne_post.config.box_file import BoxFile, FixtureFile, name_fixture_files
+from verne_post.config.box_file import FixtureFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
 from verne_post.config.files import read_file
 from verne_post.config.machine_paths import DEFAULT_MACHINE, list_machine_files
@@ -50,7 +50,7 @@ class SettingsFile(Table, frozen=True, kw_only=True):
     heidenhain: dict[str, Any] = field(default_factory=dict)
     aptcl: dict[str, Any] = field(default_factory=dict)
     keep_out: dict[str, FixtureFile] = field(default_factory=dict)
-    stock: BoxFile | None = None
+    stock: FixtureFile | None = None
     check: CheckFile = field(default_factory=CheckFile)
     setup: dict[str, dict[str, Any]] = field(default_factory=dict)
 
@@ -158,7 +158,11 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
             wrong += error.findings
     check = file.check
     machine = None if file.machine in list_machine_files() else file.machine
-    named_files = {"machine": machine, "check.baseline": check.baseline, **name_fixture_files(file.keep_out)}
+    named_files = {
+        "machine": machine,
+        "check.baseline": check.baseline,
+        **name_fixture_files(file.keep_out, file.stock),
+    }
     for key, value in named_files.items() if remedy else ():
         try:
             find_file_beside(path.parent, value or "", key, remedy)

@@ -454,6 +454,13 @@ CODES: Final[dict[str, Code]] = _make_table(
         "The certain bound of some facets is not good enough to call them clear of gouges deeper than --gouge; the message has the bound. Where a gouge was found elsewhere it is a warning.",
         "Accept a larger --gouge (gouge_mm), or look at the places that the message and --csv of machined name.",
     ),
+    (
+        "VP221",
+        "stock left around the part",
+        "warning",
+        "Stock stays beside or over the nominal part, farther from it than --excess or excess_mm, where no cutter has been: a ridge between strips, or what this set-up does not machine.",
+        "The message has volume, height and place: bring the strips nearer together, or leave it to the next set-up.",
+    ),
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
         "VP301",
@@ -580,6 +587,27 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "A mesh is no STL file, has a size that cannot be meant in its unit, or is not the surface of a body: open, flipped or inside out.",
         "Export the body again as a closed STL, and say its unit; the message says what is wrong.",
+    ),
+    (
+        "VP507",
+        "unreadable configuration of another control",
+        "error",
+        "A file given to `machine import`, or one that it names, has a line, a number, a unit or a limit that cannot be read or is missing.",
+        "Mend the line or key that the message names; docs/machines.md says what is read.",
+    ),
+    (
+        "VP508",
+        "kinematics that are not imported",
+        "error",
+        "The configuration has kinematics without a counterpart here, or that nobody has compared.",
+        "Start from the machine file that the message or the table in docs/machines.md names.",
+    ),
+    (
+        "VP509",
+        "not imported",
+        "warning",
+        "The imported machine file leaves out something of the configuration, or holds a default that nothing sets.",
+        "Look at each of these in the new file before the machine moves.",
     ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (

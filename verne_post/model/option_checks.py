@@ -191,6 +191,11 @@ def _check_fixture(body: object) -> Box | FixtureMesh:
     return FixtureMesh(body.name, body.raw, *_check_place(body), body.unit, body.file)
 
 
+def check_stock(value: object) -> Box | FixtureMesh | None:
+    """The stock: its file is read when a program is checked."""
+    return None if value is None else _check_fixture(value)
+
+
 def check_fixtures(value: object) -> tuple[Box | FixtureMesh, ...]:
     boxes = tuple(_check_fixture(one) for one in _list_items(value, "boxes"))
     names = [box.name for box in boxes]

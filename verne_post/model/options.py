@@ -25,7 +25,6 @@ from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import (
     Checked,
     accept_one,
-    check_box,
     check_fixtures,
     check_override,
     check_parameters,
@@ -33,6 +32,7 @@ from verne_post.model.option_checks import (
     check_place,
     check_remap,
     check_shapes,
+    check_stock,
     check_texts,
     check_tools,
     check_work_offsets,
@@ -222,7 +222,7 @@ class Options:
     keep_out: Annotated[tuple[Box | FixtureMesh, ...], Checked(check_fixtures), About(
         "A fixture as a box on the table, mm; repeatable.", Group.SAFETY, Changes.CHECKS,
         metavar="NAME[@G54]=X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = ()
-    stock: Annotated[Box | None, Checked(lambda box: None if box is None else check_box(box)), About(
+    stock: Annotated[Box | FixtureMesh | None, Checked(check_stock), About(
         "The stock as a box: rapids and holders keep out of it.", Group.SAFETY, Changes.CHECKS,
         metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = None
     tool_shapes: Annotated[dict[int, Any], Checked(check_shapes), About(

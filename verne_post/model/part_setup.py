@@ -98,13 +98,13 @@ class Box:
 
 @dataclass(frozen=True)
 class FixtureMesh:
-    """A fixture as a mesh.
+    """A fixture as a mesh; or the stock, as a mesh or as another set-up has left it.
 
     Attributes
     ----------
     name : str
     raw : bytes
-        An STL file: closed, nowhere through itself.
+        An STL file: closed, of a fixture nowhere through itself. Of a stock also what ``--stock-left`` wrote as npz.
     system : int or None
         As of :class:`Box`.
     distance : float

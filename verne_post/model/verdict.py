@@ -101,7 +101,7 @@ def is_about_text(code: str) -> bool:
 
 
 #: Codes of the comparison with the nominal part, which ``explain`` does not make.
-OF_THE_PART: Final = ("VP218", "VP219", "VP220")
+OF_THE_PART: Final = ("VP218", "VP219", "VP220", "VP221")
 
 
 def is_about_pose(code: str) -> bool:

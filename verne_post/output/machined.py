@@ -52,7 +52,13 @@ def describe_comparisons(name: str, machined: Machined) -> str:
 
 def describe_judged(machined: Machined) -> list[str]:
     """Each comparison in a sentence."""
-    return [f"{_describe_one(one)}{' (counts)' if k == 0 else ''}" for k, one in enumerate(machined.judged)]
+    lines = [f"{_describe_one(one)}{' (counts)' if k == 0 else ''}" for k, one in enumerate(machined.judged)]
+    if machined.rests is not None:
+        allowed = machined.judged[0].comparison.wanted.excess
+        volume = sum(one.volume for one in machined.rests)
+        what = f"{volume:.1f} mm3 stay" if volume else "nothing stays"
+        lines.append(f"stock: {what} farther than {allowed:g} mm from the part")
+    return lines
 
 
 def _describe_one(judged: Judged) -> str:
@@ -77,11 +83,11 @@ def _describe_one(judged: Judged) -> str:
         parts.append(f"clear of gouges deeper than {found.wanted.gouge:g} mm")
     touched = found.deviation[np.isfinite(found.deviation)]
     if len(touched):
-        parts.append(f"at most {max(float(touched.max()), 0.0):.4f} mm stay")
+        parts.append(f"at most {max(float(touched.max()), 0.0):.4f} mm stay where a cutter comes")
     area = measure_areas(found.cells.corner)
     far = float(area[np.isnan(found.deviation)].sum() / area.sum())
     if far > 0:
-        parts.append(f"on {100 * far:.1f} % of the surface no cutter comes within {found.wanted.search:g} mm")
+        parts.append(f"over {100 * far:.1f} % of the surface no cutter comes within {found.wanted.search:g} mm")
     return f"{judged.machine} machine, part {place}: {'; '.join(parts)}"
 
 

@@ -147,6 +147,14 @@ class Dexels:
         """The stock as it is now."""
         return Dexels(self.origin, self.turn, self.cell, self.low.copy(), self.high.copy())
 
+    def thin(self, most: int) -> "Dexels":
+        """The same on fewer rays, evenly chosen: no more than ``most``."""
+        step = int(np.ceil(np.sqrt(self.counts[0] * self.counts[1] / most)))
+        if step <= 1:
+            return self.copy()
+        some = tuple(slice(step // 2, max(n // step, 1) * step, step) for n in self.counts)
+        return Dexels(self.origin, self.turn, step * self.cell, self.low[some].copy(), self.high[some].copy())
+
     def place_inside(self, tip: Array, axis: Array) -> tuple[Array, Array]:
         """Points and directions (..., 3) of the table frame in the frame of the stock."""
         return rotate_z(tip - self.origin, -self.turn), rotate_z(axis, -self.turn)
@@ -243,7 +251,10 @@ class Dexels:
 
     def _cut_one(self, sweeps: Sweeps, table: RayTable, row: int) -> float:
         """Take one body away; the volume."""
-        window, a, b = self._meet(sweeps, table, row)
+        return self.take(*self._meet(sweeps, table, row))
+
+    def take(self, window: tuple[slice, slice], a: Array, b: Array) -> float:
+        """Take an interval from ``a`` to ``b`` (one a ray of a window of the cells) away from each ray; the volume, mm3."""
         removed, k = 0.0, 0
         while k < self.low.shape[2]:  # a place that is added meanwhile holds nothing of the body
             low, high = self.low[*window, k], self.high[*window, k]

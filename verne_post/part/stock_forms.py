@@ -5,6 +5,7 @@ import struct
 import tokenize
 import zipfile
 import zlib
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -14,7 +15,7 @@ from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
 from verne_post.model.findings import InputError, make_finding
 from verne_post.part.dexels import FORM, MOST_RAYS, NOWHERE, Dexels
-from verne_post.part.stl import Mesh
+from verne_post.part.stl import Mesh, read_stl
 
 #: Distance of the rays where nothing else is asked for, mm.
 CELL_MM: Final = 0.1
@@ -61,7 +62,19 @@ def make_of_mesh(mesh: Mesh, origin: Array, turn: float, cell: float = CELL_MM) 
     corner = mesh.list_corners()
     low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
     stock = make_box(low, high, origin, turn, cell)
-    ray, z, side = _cross_mesh((corner - np.append(low[:2], 0.0)) / np.append(stock.cell, 1.0), stock.counts)
+    ends = list_intervals(mesh.name, (corner - np.append(low[:2], 0.0)), stock.cell, stock.counts)
+    return Dexels(stock.origin, turn, stock.cell, *ends)
+
+
+def list_intervals(name: str, corner: Array, cell: Array, counts: tuple[int, int]) -> tuple[Array, Array]:
+    """Where rays are inside triangles (n, 3, 3) of the frame of the rays: ends (nx, ny, places) of intervals, ``low > high``: none.
+
+    Raises
+    ------
+    InputError
+        VP506: rays leave it more often than they enter it.
+    """
+    ray, z, side = _cross_mesh(corner / np.append(cell, 1.0), counts)
     order = np.lexsort((-side, z, ray))
     ray, z, side = ray[order], z[order], side[order]
     depth = np.cumsum(side)  # how often the ray is inside; every ray has to come out again
@@ -70,17 +83,31 @@ def make_of_mesh(mesh: Mesh, origin: Array, turn: float, cell: float = CELL_MM) 
         raise InputError(
             make_finding(
                 "VP506",
-                f"{mesh.name}: it crosses itself, or facets are missing: a ray along z leaves it more often than it enters it",
+                f"{name}: it crosses itself, or facets are missing: a ray along z leaves it more often than it enters it",
             )
         )
     enters, leaves = (side > 0) & (depth == 1), depth == 0
     ray, enter, leave = ray[enters], z[enters], z[leaves]
     place = np.arange(len(ray)) - np.maximum.accumulate(np.where(np.diff(ray, prepend=-1) != 0, np.arange(len(ray)), 0))
     places = max(2, int(place.max(initial=0)) + 1)
-    low_ends, high_ends = np.full((*stock.counts, places), NOWHERE), np.full((*stock.counts, places), -NOWHERE)
-    i, j = np.divmod(ray, stock.counts[1])
+    low_ends, high_ends = np.full((*counts, places), NOWHERE), np.full((*counts, places), -NOWHERE)
+    i, j = np.divmod(ray, counts[1])
     low_ends[i, j, place], high_ends[i, j, place] = enter, leave
-    return Dexels(stock.origin, turn, stock.cell, low_ends, high_ends)
+    return low_ends, high_ends
+
+
+@lru_cache(maxsize=2)
+def read_stock(raw: bytes, name: str, unit: str) -> Dexels:
+    """The stock of an STL file, or what another run has left (npz), in the frame of the file; not to be cut itself.
+
+    Raises
+    ------
+    InputError
+        VP506.
+    """
+    if name.lower().rstrip(")").endswith(".npz"):
+        return unpack(raw, name)
+    return make_of_mesh(read_stl(raw, name, unit), np.zeros(3), 0.0)
 
 
 def unpack(raw: bytes, name: str) -> Dexels:

@@ -5,6 +5,7 @@ from typing import Final, Literal
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.model.findings import Finding, make_finding
@@ -12,11 +13,14 @@ from verne_post.model.verdict import find_exit_status
 from verne_post.part.clearance import Contacts
 from verne_post.part.compare import UNDECIDED, Comparison
 from verne_post.part.motion import Motion
+from verne_post.part.rests import Rest
 from verne_post.part.sweep import Nearest
 
 Datum = Literal["table", "fit"]
 #: Lines that are no farther apart belong to one finding.
 _GAP: Final = 5
+#: A gouge that is so many times as deep along the normal as by the shortest way out is told with both depths.
+_SIDEWAYS: Final = 2.0
 #: So many findings of a kind are listed, the gravest; the last says how many more there are.
 MOST_FINDINGS: Final = 20
 
@@ -71,6 +75,8 @@ class Machined(Struct, frozen=True, eq=False):
     notes : tuple of str
     spots : tuple of Spot
         Where the gouges and the excess among the findings are worst.
+    rests : tuple of Rest or None
+        What stays of the stock around the part, the largest first; None where no stock was compared with it.
     text : str
         Findings and summary, as ``machined`` says them: what is printed.
     """
@@ -80,6 +86,7 @@ class Machined(Struct, frozen=True, eq=False):
     findings: tuple[Finding, ...]
     notes: tuple[str, ...] = ()
     spots: tuple[Spot, ...] = ()
+    rests: tuple[Rest, ...] | None = None
     text: str = ""
 
     @property
@@ -111,6 +118,10 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
         deep = gouges.depth[worst]
         or_more = " or more" if deep >= wanted.search else ""
         text = f"the {body} cuts {deep:.3f} mm{or_more} into {mesh.name}, along the normal, at {describe_place(gouges.place[worst])}"
+        # a wall that is undercut a little is cut deep along its normal: the other number says how far the tool is off
+        shortest = float(-gouges.nearest.distance[rows].min())
+        if deep > _SIDEWAYS * shortest:
+            text += f"; by the shortest way out it is {shortest:.3f} mm deep, at the deepest place of these lines"
         found = _make_finding("VP218", text, lines, find_line(judged, gouges.nearest, worst), float(deep), wanted.gouge)
         spots.append(Spot(found, gouges.place[worst], find_tip(judged, gouges.nearest, worst)))
     high = np.flatnonzero(np.nan_to_num(comparison.deviation, nan=0.0) > wanted.excess)
@@ -136,6 +147,21 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
             )
         )
     return findings, [*spots, *excess]
+
+
+def add_rests(machined: Machined, rests: list[Rest]) -> Machined:
+    """The same with VP221 of what stays of the stock around the part."""
+    comparison = machined.judged[0].comparison
+    name, allowed = comparison.mesh.name, comparison.wanted.excess
+    spots = []
+    for one in rests:
+        text = f"{one.volume:.1f} mm3 of the stock stay farther than {allowed:g} mm from {name}, where no cutter has been, up to {describe_place(one.place)}"
+        found = make_finding("VP221", text, value=one.volume, limit=0.0, unit="mm3")
+        spots.append(Spot(found, one.place, one.place))
+    findings = _shorten([one.finding for one in spots])
+    return replace(
+        machined, findings=(*machined.findings, *findings), spots=(*machined.spots, *spots), rests=tuple(rests)
+    )
 
 
 def find_line(judged: Judged, nearest: Nearest, k: int) -> int:
@@ -186,8 +212,11 @@ def _shorten(found: list[Finding]) -> list[Finding]:
     kept = sorted(by_value[:MOST_FINDINGS], key=lambda one: one.line or 0)
     left = by_value[MOST_FINDINGS:]
     if left:
-        text = f"{len(left)} more stretches of lines are like this, none worse than {left[0].value:.3f} mm"
+        what = "places" if left[0].line is None else "stretches of lines"
+        text = f"{len(left)} more {what} are like this, none worse than {left[0].value:.3f} {left[0].unit}"
         kept.append(
-            make_finding(left[0].code, text, value=left[0].value, limit=left[0].limit, unit="mm", count=len(left))
+            make_finding(
+                left[0].code, text, value=left[0].value, limit=left[0].limit, unit=left[0].unit, count=len(left)
+            )
         )
     return kept

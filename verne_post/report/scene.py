@@ -8,12 +8,13 @@ import numpy as np
 from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.base.arrays import Array
 from verne_post.kinematics.chain.carried import CarriedMachine
+from verne_post.kinematics.chain.sliding import SlidingMachine
 from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, find_tool_of_moves, place_box
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Box
-from verne_post.report.left import make_left
+from verne_post.report.left import RAYS, draw_skin, make_left
 from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study
 
@@ -32,8 +33,9 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
     """Sizes and places in directions of the part with all rotary joints at 0, mm, for the script of the page."""
     coordinates: Any = machine.coordinates
     lean = 0.0 if coordinates.nutation is None else 0.5 * math.pi - coordinates.nutation.near
-    part, carried = coordinates.part_frame, isinstance(machine.five_axis, CarriedMachine)
-    boxes = [*(_describe_box(one, _find_x(one.turn), part) for one in _list_obstacles(study.program) if one.mesh is None),
+    part, carried = coordinates.part_frame, isinstance(machine.five_axis, CarriedMachine | SlidingMachine)
+    boxes = [*(_describe_box(one, _find_x(one.turn), part) for one in _list_obstacles(study.program)
+               if one.mesh is None and one.form is None),
              *_list_program_stock(study.program)]  # fmt: skip
     bodies = machine.bodies
     spindle = bodies.spindle_radius if bodies else None
@@ -59,7 +61,7 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
         "rodRadius": float(np.max(rods)) if rods is not None else _ROD_RADIUS,
         "guides": _list_guides(machine, study),
         "joints": [] if carried else _place_joints_on_platform(study),
-        "plate": _draw_plate(study) if carried else [],
+        "plate": _draw_plate(study, 2 * len(machine.actuators) - 3 * isinstance(machine.five_axis, CarriedMachine)) if carried else [],
         "tools": tools,
         "boxes": boxes,
         "assumed": assumed,
@@ -79,15 +81,18 @@ def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
 
 
 def list_surfaces(machine: Machine, study: Study) -> tuple[list[Surface], str]:
-    """Fixtures that are meshes, the nominal part with its deviations, and what is left of the stock, where they stand in
-    directions of the part; a note.
+    """Fixtures and stock that are no boxes, the nominal part with its deviations, and what is left of the stock, where they
+    stand in directions of the part; a note.
     """
-    meshes = [(one, one.mesh) for one in _list_obstacles(study.program) if one.mesh is not None]
+    obstacles = _list_obstacles(study.program)
+    meshes = [(one, one.mesh) for one in obstacles if one.mesh is not None]
     most = FIXTURE_VERTICES // max(len(meshes), 1)
     surfaces = [
         Surface(one.name, "fixture", *thin_surface(mesh.vertices, mesh.facets, most), one.middle, one.turn)
         for one, mesh in meshes
     ]
+    forms = [one.form.thin(RAYS) for one in obstacles if one.form is not None]
+    surfaces += [Surface("the stock", "stock", *draw_skin(form), form.origin, form.turn) for form in forms]
     if study.part is not None and study.part.judged and study.program is not None:
         surfaces.append(make_part(study.program, study.part.judged[0]))
     left, note = (None, "") if study.program is None or not len(study.x) else make_left(study.program)
@@ -188,16 +193,16 @@ def _place_sliders(machine: Machine, q: Array, platform: Any) -> Array:
     return sketch_rods(machine, q, platform)[:, :, 0]
 
 
-def _draw_plate(study: Study) -> list[list[float]]:
-    """The first three rods' ends in a plane of their own: the first at 0, the second on x. They carry a plate that is no spindle."""
+def _draw_plate(study: Study, count: int) -> list[list[float]]:
+    """The first rods' ends in a plane of their own: the first at 0, the second on x. They carry a plate that is no spindle."""
     reached = np.flatnonzero(np.isfinite(study.rods).all(axis=(1, 2, 3)))
     if not len(reached):
         return []
-    first, *others = study.rods[reached[0], :3, 1]
-    along, aside = (end - first for end in others)
-    x = along / np.linalg.norm(along)
-    width = float(np.linalg.norm(aside - (aside @ x) * x))
-    return np.round([[0.0, 0.0], [along @ x, 0.0], [aside @ x, width]], _DIGITS).tolist()
+    ends = study.rods[reached[0], :count, 1]
+    away = ends - ends[0]
+    x = away[1] / np.linalg.norm(away[1])
+    y = away[2] - (away[2] @ x) * x
+    return np.round(np.stack([away @ x, away @ (y / np.linalg.norm(y))], axis=1), _DIGITS).tolist()
 
 
 def _place_joints_on_platform(study: Study) -> list[list[float]]:

@@ -171,7 +171,7 @@ const Solids = (() => {
   // a plate between rods that is not the spindle's; how it stands follows from their ends
   function makeOwnPlate(scene, model) {
     const group = new THREE.Group();
-    if (model.plate.length) group.add(makePlate(model.plate, 0, material("platform")));
+    if (model.plate.length) group.add(makePlate(outline(model.plate), 0, material("platform")));
     scene.add(group);
     return group;
   }

@@ -252,7 +252,8 @@ class _Collector:
             for index, item in enumerate(self.findings):
                 if (spot := of.get(id(item))) is not None:
                     at, tips[index] = rotate_z(np.stack([spot.tip, spot.place]), turn) + origin
-                    place[index] = find_frames(tip, line, at[None], np.array([_find_worst_line(item)]))[0]
+                    here = line if item.line is not None else np.zeros_like(line)
+                    place[index] = find_frames(tip, here, at[None], np.array([max(_find_worst_line(item), 0)]))[0]
         return place, tips
 
 

@@ -56,7 +56,7 @@ class Surface(Struct, frozen=True, eq=False):
     Attributes
     ----------
     name : str
-    kind : {"fixture", "part", "left"}
+    kind : {"fixture", "stock", "part", "left"}
     vertices : ndarray, shape (n, 3)
         mm, about ``middle``.
     facets : ndarray of int, shape (m, 3)

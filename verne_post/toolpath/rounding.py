@@ -1,6 +1,6 @@
 """Corner blends of some neighbouring segments, and the elements that follow."""
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from msgspec import Struct
@@ -19,6 +19,9 @@ from verne_post.toolpath.deviations import find_bend_shares, narrow_blends
 from verne_post.toolpath.elements import find_feeds, measure_rotation, split_into_elements
 from verne_post.toolpath.spline_corners import put_curves
 from verne_post.toolpath.straighten import Straightened
+
+#: Where blends are looked at for the travel of joints, as shares of their reach: the swing has one lobe between the corner and 1.
+_SWING_PLACES: Final = np.linspace(0.0, 1.0, 33)
 
 
 class RoundedSegments(Struct, frozen=True):
@@ -67,16 +70,24 @@ class RoundedSegments(Struct, frozen=True):
 
 
 def _find_swung_out(path: ToolPath, slope: Array, bend: Array, kind: Ints, reach: Array, smoothing: Smoothing) -> Ints:
-    """Corners whose wide shapes (n + 1,) swing beyond the travel of a joint, where they lie farthest on the outside.
+    """Corners whose wide shapes (n + 1,) swing beyond the travel of a joint.
 
-    Where the programmed corner itself is beyond it, no shape helps.
+    Where the programmed corner itself is beyond it, no shape helps. Where the corner moved by the whole swing keeps the travel, so
+    does the blend; the others are looked at all along.
     """
     wide = np.flatnonzero(kind)
     wide = wide[smoothing.keeps_travel(path.end[wide - 1], path.tool_length[wide - 1])]
-    way, tool = OUTSIDE[kind[wide], None] * reach[wide, None], path.tool_length[wide - 1]
-    outside = path.end[wide - 1] + bend[wide] * (reach[wide] * shape_value(kind[wide], OUTSIDE[kind[wide]]))[:, None]
-    kept = smoothing.keeps_travel(outside - way * slope[wide - 1], tool)
-    return np.asarray(wide[~(kept & smoothing.keeps_travel(outside + way * slope[wide], tool))])
+    swing = bend[wide] * (reach[wide] * shape_value(kind[wide], OUTSIDE[kind[wide]]))[:, None]
+    wide = wide[~smoothing.keeps_travel(path.end[wide - 1] + swing, path.tool_length[wide - 1])]
+    places = np.tile(_SWING_PLACES, (len(wide), 1))
+    value = shape_value(np.repeat(kind[wide], len(_SWING_PLACES)), places.ravel()).reshape(places.shape)
+    moved = path.end[wide - 1, None] + bend[wide, None] * (reach[wide, None] * value)[..., None]
+    kept = np.ones(len(wide), dtype=bool)
+    for side, along in ((-1.0, slope[wide - 1]), (1.0, slope[wide])):
+        poses = moved + (side * reach[wide, None] * places)[..., None] * along[:, None]
+        tool = np.repeat(path.tool_length[wide - 1], len(_SWING_PLACES))
+        kept &= smoothing.keeps_travel(poses.reshape(-1, 5), tool).reshape(places.shape).all(axis=1)
+    return np.asarray(wide[~kept])
 
 
 def round_corners(

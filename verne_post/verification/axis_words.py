@@ -42,7 +42,9 @@ def name_angles(path: ToolPath, segment: Ints, angles: Array, tip: tuple[Array, 
             off = c - wanted - 2 * np.pi * np.round((c - wanted) / (2 * np.pi))
             slack = np.minimum(noise / np.maximum(np.sin(angles[:, 0]), _UPRIGHT), np.pi)
             off = np.where(wide & unknown, c - wanted, off - np.clip(off, -slack, slack))
-            away = np.abs(off) + np.maximum(np.abs(tilt - start[:, 0] - share * turn[:, 0]) - noise, 0.0)
+            # a C that nothing tells the place of is as good anywhere on the segment
+            aside = np.where(unknown, np.maximum(np.abs(off) - 0.5 * np.abs(turn[:, 1]), 0.0), np.abs(off))
+            away = aside + np.maximum(np.abs(tilt - start[:, 0] - share * turn[:, 0]) - noise, 0.0)
             better = away < least
             found[better] = np.stack([tilt, wanted + off], axis=1)[better]
             least = np.minimum(least, away)

@@ -29,6 +29,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     HIGH_SPEED,
     MIRROR,
     MIRROR_OFF,
+    MIRRORS_OF_HAAS,
     NAMES_AXES,
     OF_FRAMES,
     PATTERNS,
@@ -253,6 +254,13 @@ class FanucInterpreter(Rs274):
         if block.comment is None and not block.settings and self._is_plain() and self.execute_plain_motion(block):
             return
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
+        if not codes.isdisjoint(MIRRORS_OF_HAAS):
+            numbers = {code / 10: twin / 10 for code, twin in MIRRORS_OF_HAAS.items()}
+            block.codes = [
+                (letter, numbers.get(number, number) if letter == "G" else number, at)
+                for letter, number, at in block.codes
+            ]
+            codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
         if self.planes.given is not None and PLANE not in codes and (block.codes or block.words):
             self.planes.check_complete()
         if self.modes.follows_table:
@@ -269,8 +277,11 @@ class FanucInterpreter(Rs274):
             codes.discard(530)
             self.recorder.record_event(block.line, "without effect", word="G53")
         modal = self.words.convert_rapids(block, codes)
+        changes = ("M", 6.0) in [code[:2] for code in block.codes]
+        if changes:  # G43 in its block is that of the new tool
+            self.modes.length_number = None
         super().execute(block)
-        if ("M", 6.0) in [code[:2] for code in block.codes]:
+        if changes:
             self.modes.cutter_number = None
         if "D" in block.words:
             self.modes.cutter_number = read_whole(block, "D")

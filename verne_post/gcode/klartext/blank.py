@@ -23,7 +23,7 @@ class Blank:
         self._low: dict[str, float] | None = None
 
     def read(self, statement: Statement, numbers: Numbers, unit: float, frame: Frame) -> Stock | None:
-        """The stock that a statement completes; None for the first corner, and for forms that are a text only.
+        """The stock that a statement completes; None for the first corner, one that is both corners, and forms that are a text only.
 
         Parameters
         ----------
@@ -60,6 +60,8 @@ class Blank:
         high = [
             words.get(letter, start + words.get("I" + letter, 0.0)) for letter, start in zip("XYZ", low, strict=True)
         ]
+        if low == high:  # as CAM systems write it where nobody has given a stock
+            return None
         return _check_size(statement, Stock(statement.line, _read_triple(low), _read_triple(high), outside))
 
 

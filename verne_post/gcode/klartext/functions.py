@@ -321,12 +321,15 @@ class KlartextFunctions:
 
 #: L of TOOL DEF before its number; not the L of QL1.
 _LENGTH: Final = re.compile(r"(?<![A-Z])L(?=[ \t]*[-+0-9.,Q])")
+#: R of a radius of 0, which would be R0, no compensation.
+_NO_RADIUS: Final = re.compile(r"(?<![A-Z])R(?=0+(?:[.,]0*)?(?:[ \t]|$))")
 
 
 def _read_sizes(statement: Statement, numbers: object) -> dict[str, float]:
     """L and R of TOOL DEF."""
     found: dict[str, float] = {}
     text = _LENGTH.sub("LEN", statement.rest) if "LEN" not in statement.rest else statement.rest
+    text = _NO_RADIUS.sub("R+", text)
     words = read_words(replace(statement, rest=text), numbers)  # type: ignore[arg-type]
     for name, letter in (("LEN", "L"), ("R", "R")):
         if (value := words.take(name)) is not None:

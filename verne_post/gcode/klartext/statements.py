@@ -23,7 +23,7 @@ KEYWORDS: Final = (
 _NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
 _KEYWORD: Final = re.compile(
     "|".join(
-        re.escape(word).replace(r"\ ", r"[ \t]+") + ("" if len(word) == 1 and word != "C" else r"(?![A-Z])" if word == "CYCL DEF" else r"(?![A-Z0-9])")
+        re.escape(word).replace(r"\ ", r"[ \t]+") + ("" if len(word) == 1 and word != "C" else r"(?![A-Z])" if word in ("CYCL DEF", "TOOL CALL", "TOOL DEF") else r"(?![A-Z0-9])")
         for word in KEYWORDS if word not in "LCMQFS"
     )
     + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"

@@ -17,7 +17,7 @@ _WORD: Final = re.compile(
     rf"[ \t]*(?:(?P<comp>R0(?![.,])|RL|RR|R\+(?![\d.,Q])|R-(?![\d.,Q]))(?![A-Z0-9])|(?P<feed>F[ \t]*(?:MAX|AUTO))(?![A-Z0-9])"
     rf"|(?P<rotation>DR[ \t]*[+-])(?![ \t]*[\d.,Q])|(?P<max>MB[ \t]*MAX)|M[ \t]*(?P<m>\d+)"
     rf"|(?P<name>IPR|IPA|PR|PA|CCA|LEN|NX|NY|NZ|TX|TY|TZ|DL|DR2|DR|MB|LA|FU|FZ|I?[XYZABCUVW]|[FSRT])[ \t]*:?[ \t]*(?P<value>{VALUE})"
-    rf"|(?P<axis>[ABC])(?=[ \t]|$))"
+    rf"|(?P<axis>[ABC])(?=[ \t]|$)|(?P<empty>[RFM])(?=[ \t]|$))"
 )  # fmt: skip
 
 #: Up to the next blank.
@@ -133,6 +133,8 @@ def read_usable_words(statement: Statement, numbers: Numbers) -> Words:
 def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, numbers: Numbers) -> None:
     found = match.groupdict()
     last = words.functions[-1] if words.functions else None
+    if found["empty"]:
+        return  # older controls show what was asked for and not answered: nothing changes
     if found["m"]:
         if not is_count(found["m"]):
             raise statement.error("VP002", f"M{found['m'][:9]}... is not a function that is known here", begin)

@@ -53,7 +53,8 @@ class CycleCodes:
             return
         if not 1 <= repeats <= MAX_HOLES:
             raise block.error("VP007", f"L{repeats}: a cycle is repeated 1 to {MAX_HOLES} times", "L")
-        if motion in _NEEDS_STEP and cycle.step and repeats * (cycle.clear - cycle.bottom) / cycle.step > MAX_PECKS:
+        least = cycle.falling[2] if cycle.falling else cycle.step
+        if motion in _NEEDS_STEP and least and repeats * (cycle.clear - cycle.bottom) / least > MAX_PECKS:
             raise block.error("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", "Q")
         if motion in _TAPS and self.traits.taps_rigidly:
             self._check_rigid_tapping(block, name)
@@ -73,7 +74,7 @@ class CycleCodes:
         needs = {
             "R",
             AXES[normal],
-            *("Q" if motion in _NEEDS_STEP else ""),
+            *("Q" if motion in _NEEDS_STEP and "I" not in words else ""),
             *("P" if motion in _DWELLS else ""),
         }
         if not self.traits.keeps_words or cycle is None or cycle.normal != normal or needs <= set(words):
@@ -140,7 +141,10 @@ class CycleCodes:
         if clear < bottom:
             raise block.error("VP007", f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm", "R")
         step = self.values.convert_length(block.words["Q"]) if "Q" in block.words else before.step if before else None
-        if motion in _NEEDS_STEP:
+        falling = before.falling if before is not None and "Q" not in block.words else None
+        if motion in _NEEDS_STEP and "I" in block.words:
+            falling = self._read_falling_pecks(block, name)
+        if motion in _NEEDS_STEP and not falling:
             if step is None:
                 raise ProgramError("VP005", f"{name} needs Q, the depth of one peck")
             if step <= 0:
@@ -171,7 +175,21 @@ class CycleCodes:
             step,
             dwell,
             shift,
+            falling,
+            (before is not None and before.dwells) or (motion in _NEEDS_STEP and "P" in block.words),
         )
+
+    def _read_falling_pecks(self, block: Block, name: str) -> tuple[float, float, float]:
+        """I J K of G73 and G83 of Haas, mm."""
+        for letter in "IJK":
+            if letter not in block.words:
+                raise ProgramError("VP005", f"{name} needs I, J and K together: first peck, less for each, least; or Q")
+        first, less, least = (self.values.convert_length(block.words[letter]) for letter in "IJK")
+        if "Q" in block.words or not (0 < least <= first and less >= 0):
+            raise block.error(
+                "VP007", f"{name} I J K: pecks fall from I by J to no less than K, which is greater than 0, and there is no Q", "I"
+            )  # fmt: skip
+        return first, less, least
 
     def _find_heights(self, start: float, r: float, z: float) -> tuple[float, float]:
         """Heights of R and of the bottom. In G91 R counts from where the cycles began, the bottom from R."""
@@ -267,7 +285,8 @@ class CycleCodes:
             self._go(block, feed, {w: retract})
             self.core.auxiliary.switch_spindle(block, on=True, backwards=backwards)
             return
-        if motion in _DWELLS and (motion in self.traits.needs_dwell or cycle.dwell):
+        dwells = motion in _DWELLS or (motion in _NEEDS_STEP and cycle.dwells)
+        if dwells and (motion in self.traits.needs_dwell or cycle.dwell):
             self.core.dwell(block, cycle.dwell or 0.0)
         if motion == 850 or (motion == 890 and not self.traits.feeds_out_whole):
             self._go(block, feed, {w: cycle.clear})
@@ -312,13 +331,14 @@ class CycleCodes:
     def _drill_pecks(self, block: Block, motion: int, cycle: Cycle) -> None:
         """All pecks of a hole but the last."""
         w = PLANES[self.state.plane][2]
-        step = cycle.step or 0.0
+        step, less, least = cycle.falling or (cycle.step or 0.0, 0.0, 0.0)
         depth = cycle.clear - step
         while depth > cycle.bottom + ZERO_LENGTH_MM:  # the last one goes to the bottom; one of no depth is rounding
             self._go(block, MoveKind.FEED, {w: depth})
             if motion == 830:
                 self._go(block, MoveKind.RAPID, {w: cycle.clear})
             self._go(block, MoveKind.RAPID, {w: depth + PECK_CLEARANCE_MM})
+            step = max(step - less, least) if less else step
             depth -= step
 
     def _find_way_out(

@@ -29,6 +29,8 @@ SMOOTHING: Final = (50, 51, 80)
 HIGH_SPEED: Final = (0, 1, 2, 3, 10000)
 #: Tool-centre-point control of other controls, and offsets along the tool axis: here they are what G43.4 is.
 TWINS: Final = {431: 434, 2340: 434, 1540: ADDITIONAL}
+#: Mirror images of Haas, in the words of Fanuc.
+MIRRORS_OF_HAAS: Final = {1010: MIRROR, 1000: MIRROR_OFF}
 #: Codes of Haas controls: how corners are smoothed, and how far a control reads ahead.
 LOOK_AHEAD: Final = (1870, 1030)
 #: Ends of modes that cannot be begun: nothing to do.
@@ -85,7 +87,6 @@ def make_table() -> CodeTable:
             770: "back boring of Haas, from below; write the moves", **dict.fromkeys((*range(1100, 1300, 10),), "work offsets of Haas, whose numbers differ between its controls, or polar axes; write G154 P"),
             **dict.fromkeys((1070, 71, 121), "coordinates on a cylinder or by polar axes; let the CAM system write X Y Z A C"),
             **dict.fromkeys((1410, 1430), "offsets for a program that is made for one machine and one tool length; let the CAM system write G43.4 or G234"),
-            **dict.fromkeys((1000, 1010), "mirror images of Haas; write G51.1"),
             **dict.fromkeys((681, 684), "tilted planes on planes; write one G68.2"),
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
             661: "a macro call after every block; write G66",
@@ -96,7 +97,7 @@ def make_table() -> CodeTable:
         },
         refused_m={},
         words_of_g={
-            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ", **dict.fromkeys(POCKETS, "DIKLQ"), CIRCLE_OF_HOLES: "IJL", ARC_OF_HOLES: "IJKL", ROW_OF_HOLES: "IJL",
+            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((730, 830), "RLQPIJK"), **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ", **dict.fromkeys(POCKETS, "DIKLQ"), CIRCLE_OF_HOLES: "IJL", ARC_OF_HOLES: "IJKL", ROW_OF_HOLES: "IJL",
         },
         words_of_m={**RS274.words_of_m, 97: "PL", 99: "P"},
     )  # fmt: skip

@@ -117,7 +117,7 @@ def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
             continue
         if letter == "Q" and not drills and not codes.intersection(POCKETS):
             continue
-        if (letter == "K" and drills) or (spline and letter in "KR"):
+        if (letter == "K" and drills and "I" not in block.words) or (spline and letter in "KR"):
             continue  # repeats, knots and weights
         if letter in "IJK" and (state.modes.vectors or 435 in codes):
             continue  # a direction has no unit

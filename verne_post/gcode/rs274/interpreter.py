@@ -268,7 +268,7 @@ class Rs274(Language):
             length = f"; {spell_g_code(g['tool length'])} is none: write G0 beside it" if "tool length" in g else ""
             text = f"{words[0]} without a motion code: no G0, G1, G2 or G3 is active{length}"
             raise block.error("VP005", text, words[0])
-        if axes and self._has_user_code(block):
+        if axes and self._has_user_code(block, "G"):
             raise block.error("VP006", f"{axes[0]} beside a user-defined code, and no motion code uses it", axes[0])
         return self.modes.motion if words else None
 
@@ -484,6 +484,6 @@ class Rs274(Language):
             raise ProgramError("VP002", text, column)
         return code
 
-    def _has_user_code(self, block: Block) -> bool:
+    def _has_user_code(self, block: Block, letters: str = "GM") -> bool:
         find_meaning = self.core.auxiliary.find_user_meaning
-        return any(find_meaning(letter, number) for letter, number, _column in block.codes)
+        return any(letter in letters and find_meaning(letter, number) for letter, number, _column in block.codes)

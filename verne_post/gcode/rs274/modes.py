@@ -48,6 +48,10 @@ class Cycle(Struct, frozen=True):
         Q and P.
     shift : tuple of float or None
         I J K of G87.
+    falling : tuple of float or None
+        I J K of pecks: the first, by how much each is smaller than the one before, and the least; None: all are of Q.
+    dwells : bool
+        P stood in a block of a pecking cycle, which then dwells at the bottom.
     """
 
     normal: int
@@ -62,6 +66,8 @@ class Cycle(Struct, frozen=True):
     step: float | None = None
     dwell: float | None = None
     shift: tuple[float, ...] | None = None
+    falling: tuple[float, float, float] | None = None
+    dwells: bool = False
 
 
 class AxisMaps(Struct, frozen=True):
@@ -129,6 +135,8 @@ class Modes(Struct):
     after_turn: str = ""
     #: The last D since the tool change; only Fanuc controls keep it.
     cutter_number: int | None = None
+    #: The last H since the tool change, with the tool in the spindle; likewise.
+    length_number: float | None = None
     #: A spline whose control points are being read.
     spline: SplineDraft | None = None
     #: After G5: the number of motions so far, and where a G5 that follows goes on (I and J, mm).

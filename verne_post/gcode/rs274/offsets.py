@@ -65,8 +65,12 @@ class OffsetCodes:
     def _find_tool_offset(self, block: Block) -> Vector9:
         """The offset of H; without it, or with H0, that of the tool in the spindle, but for :attr:`Traits.zero_is_no_offset`."""
         if self.traits.zero_is_no_offset:
-            if "H" not in block.words:
-                raise ProgramError("VP005", "a tool length offset needs H, its number")
+            if "H" not in block.words and self.state.modes.length_number is None:
+                raise ProgramError(
+                    "VP005", "a tool length offset needs H, its number: none stands since the tool change"
+                )
+            block.words.setdefault("H", self.state.modes.length_number or 0.0)
+            self.state.modes.length_number = block.words["H"]
             if not block.words["H"]:
                 return ZERO9
         return self.core.tools.find_offset(block, read_whole(block, "H") if "H" in block.words else 0)

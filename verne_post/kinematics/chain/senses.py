@@ -7,6 +7,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.kinematics.chain.carried import CarriedMachine
+from verne_post.kinematics.chain.sliding import SlidingMachine
 from verne_post.model.machine import Column, Machine
 
 #: mm or degrees by which a joint is moved.
@@ -16,9 +17,9 @@ _STILL: Final = 1e-9
 
 
 def describe_senses(machine: Machine) -> Iterator[str]:
-    """What a positive step of each joint does, one line a joint, from all joints at 0, or struts as at home."""
+    """What a positive step of each joint does, one line a joint, from all joints at 0, or struts and sliders as at home."""
     five_axis = machine.five_axis
-    still = five_axis.home if isinstance(five_axis, CarriedMachine) else np.zeros(len(machine.columns))
+    still = five_axis.home if isinstance(five_axis, CarriedMachine | SlidingMachine) else np.zeros(len(machine.columns))
     for k, column in enumerate(machine.columns):
         yield f"{column.joint.upper()} {_STEP:+g}: {describe_sense(machine, still, k)}"
 

@@ -28,8 +28,10 @@ from verne_post.model.protocols import Margin
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.part.bodies import check_tool
 from verne_post.part.clearance import TOUCH_MM
+from verne_post.part.dexels import Dexels
 from verne_post.part.fixture import load_fixture
 from verne_post.part.stl import Mesh
+from verne_post.part.stock_forms import read_stock
 
 #: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
 NEAR_MM: Final = 25.0
@@ -54,6 +56,8 @@ class Placed(Struct, frozen=True, eq=False):
         It is given in a work system: it moves with the work offset.
     mesh : Mesh or None
         About its zero, not turned.
+    form : Dexels or None
+        Of a stock that is no box: the box is around it.
     """
 
     name: str
@@ -64,6 +68,7 @@ class Placed(Struct, frozen=True, eq=False):
     stock: bool
     with_part: bool = False
     mesh: Mesh | None = None
+    form: Dexels | None = None
 
     def map_inside(self, point: Array) -> Array:
         """Points (n, 3) of the table frame in its own frame."""
@@ -71,7 +76,8 @@ class Placed(Struct, frozen=True, eq=False):
 
     def move(self, shift: Array) -> "Placed":
         """The same elsewhere on the table by ``shift`` (3,), mm."""
-        return replace(self, middle=self.middle + shift)
+        form = None if self.form is None else self.form.move(shift, 0.0)
+        return replace(self, middle=self.middle + shift, form=form)
 
 
 def place_box(box: Box, middle: Array, turn: float, *, stock: bool) -> Placed:
@@ -178,7 +184,9 @@ def build_keep_out(
     for body in bodies:
         zero = np.zeros(3) if isinstance(body, FixtureMesh) else 0.5 * (np.array(body.low) + np.array(body.high))
         middle, turn = place_body(machine, body.name, body.system, zero, moves, options, frames)
-        if isinstance(body, FixtureMesh):
+        if isinstance(body, FixtureMesh) and body is options.stock:
+            standing.append(_place_stock(body, middle, turn))
+        elif isinstance(body, FixtureMesh):
             mesh = load_fixture(body.raw, body.shown, body.unit)
             with_part = body.system is not None
             standing.append(Placed(body.name, middle, np.zeros(3), turn, body.distance, False, with_part, mesh))
@@ -191,6 +199,13 @@ def build_keep_out(
     )
     entering = _find_entering_rapids(path, moving.tool) | (undercuts[moving.tool] & (path.feed_time == 0))
     return KeepOut(standing, moving, entering)
+
+
+def _place_stock(body: FixtureMesh, origin: Array, turn: float) -> Placed:
+    """A stock of a file whose zero stands at ``origin``, turned by ``turn``: as it is, and the box around it."""
+    form = read_stock(body.raw, body.shown, body.unit).move(origin, turn)
+    middle, half = form.place_outside(0.5 * (form.least + form.most)), 0.5 * (form.most - form.least)
+    return Placed(body.name, middle, half, form.turn, body.distance, True, body.system is not None, form=form)
 
 
 def build_moving(machine: Machine, path: ToolPath, moves: Moves, options: Options) -> Moving:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import ClassVar, Final
+from typing import Final
 
 import numpy as np
 from msgspec import Struct
@@ -37,14 +37,15 @@ class RodGeometry(Struct, frozen=True, dict=True, eq=False):
         Six.
     largest_tilt_deg : float
         Assemblies that tilt more are not the machine's.
+    actuators : tuple of str
+        Names of the three sliders.
     """
 
     home: Sequence[float]
     home_mm: Sequence[float]
     rod: Sequence[Rod]
     largest_tilt_deg: float
-
-    actuators: ClassVar[tuple[str, ...]] = ("rho1", "rho2", "rho3")
+    actuators: tuple[str, ...] = ("rho1", "rho2", "rho3")
 
     @cached_property
     def ends(self) -> Array:

@@ -162,6 +162,11 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         closed = self._solve(np.asarray(pivot, dtype=float), self._carry_arms(gauge))[2]
         return ["VP203" if one else "VP110" for one in closed]
 
+    def explain_places(self, position: Array) -> list[str]:
+        """As :meth:`explain_unreachable`, for positions (m, 3) of P."""
+        closed = self._solve(np.asarray(position, dtype=float), self.ends)[2]
+        return ["VP203" if one else "VP110" for one in closed]
+
     # --- forward -----------------------------------------------------------------------------------------------
 
     def forward(self, rho: Array) -> tuple[Array, Array, Mask]:

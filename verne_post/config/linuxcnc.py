@@ -1,0 +1,412 @@
+"""Machine files from configurations of LinuxCNC: the INI file, and what its HAL files set of the kinematics.
+
+Read are the kinematics and its pins, units, travels and speeds of the joints, and the servo period. What the kinematics mean is in
+docs/machines.md; what is left out is said in findings (VP509).
+"""
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from typing import Final
+
+from msgspec import Struct
+
+from verne_post.base.numbers import format_fixed
+from verne_post.base.printable import escape_unprinted
+from verne_post.model.findings import Finding, InputError, make_finding
+
+#: Reads a file that the INI names, relative to it; None where there is none.
+Read = Callable[[str], bytes | None]
+
+_MM: Final = {"mm": 1.0, "metric": 1.0, "in": 25.4, "inch": 25.4, "imperial": 25.4}
+_DEGREES: Final = ("deg", "degree")
+#: Limits beyond this are none: the default of LinuxCNC is 1e99.
+_NO_LIMIT: Final = 1e9
+#: Files include each other so deep at most.
+_DEEPEST: Final = 10
+#: Nanoseconds of a second: SERVO_PERIOD is in them.
+_NANO: Final = 1e-9
+
+_ASSIGNMENT: Final = re.compile(r"\s*([A-Za-z_][\w.-]*)\s*=\s*(.*?)\s*$")
+_REFERENCE: Final = re.compile(r"\[(\w+)\]\(?(\w+)\)?$")
+_ARROWS: Final = ("<=", "=>", "<=>")
+
+
+class Kinematics(Struct, frozen=True):
+    """A kinematics that is executed: order of the joints, pins of lengths, and the rotary joints as a machine file has them.
+
+    Attributes
+    ----------
+    coordinates : str
+        Letters of the joints where the INI names none.
+    pins : tuple of str
+        Lengths, 0 where nothing sets them.
+    tool : tuple of str
+        Pins that the tool length comes in by; one of them has to be connected.
+    """
+
+    coordinates: str
+    pins: tuple[str, ...]
+    tool: tuple[str, ...]
+
+
+_ROT_POINT: Final = ("x-rot-point", "y-rot-point", "z-rot-point")
+#: By the name of the component.
+_KINEMATICS: Final = {
+    "xyzac-trt-kins": Kinematics("xyzac", (*_ROT_POINT, "y-offset", "z-offset"), ("tool-offset",)),
+    "xyzbc-trt-kins": Kinematics("xyzbc", (*_ROT_POINT, "x-offset", "z-offset"), ("tool-offset",)),
+    "5axiskins": Kinematics("xyzbcw", ("pivot-length",), ()),
+    "maxkins": Kinematics("xyzabcuvw", ("pivot-length",), ()),
+}
+#: Lengths that a component has where nothing sets its pin, in units of the INI.
+_DEFAULTS: Final = {("5axiskins", "pivot-length"): 250.0, ("maxkins", "pivot-length"): 0.666}
+#: Why others are refused; the table of docs/machines.md in short.
+_REFUSED: Final = {
+    "genhexkins": "a hexapod: six struts without a rotary joint are not executed",
+    "genhex": "a hexapod: six struts without a rotary joint are not executed",
+    "pentakins": "five struts on rings about the tool are not executed",
+    "lineardeltakins": "three axes; kind = 'linear_delta' has this carrier over a tilting table: start from linear_delta",
+    "rotarydeltakins": "arms that turn in place of sliders are not executed",
+    "tripodkins": "three wires hold no tool axis",
+    "xyzab_tdr_kins": "its formulas were not compared: start from ab_table, and compare the senses",
+    "xyzacb_trsrn": "three rotary joints: a chain has two",
+    "xyzbca_trsrn": "three rotary joints: a chain has two",
+    "trivkins": "joints without a relation of tool and part: start from the shipped file that has the machine's rotary joints",
+}
+
+
+# --- reading ----------------------------------------------------------------------------------------------------
+
+
+class IniFile:
+    """Sections and keys of an INI file, with the line of each value; keys may stand several times."""
+
+    def __init__(self, raw: bytes, name: str, read: Read) -> None:
+        self.name, self.values = name, dict[tuple[str, str], list[tuple[str, str]]]()
+        self._read_file = read
+        self._parse(raw, name, "", 0)
+
+    def _parse(self, raw: bytes, name: str, section: str, depth: int) -> str:
+        if depth > _DEEPEST:
+            raise _refuse(name, f"files include each other more than {_DEEPEST} deep")
+        text = raw.decode("utf-8", errors="replace").replace("\\\n", " ")
+        for number, line in enumerate(text.splitlines(), start=1):
+            where, stripped = f"{name}:{number}", line.strip()
+            if stripped.upper().startswith("#INCLUDE"):
+                wanted = stripped[len("#INCLUDE") :].strip()
+                inner = self._read_file(wanted)
+                if inner is None:
+                    raise _refuse(where, f"#INCLUDE {wanted}: there is no such file beside the INI")
+                section = self._parse(inner, wanted, section, depth + 1)
+            elif not stripped or stripped[0] in "#;":
+                continue
+            elif stripped.startswith("[") and "]" in stripped:
+                section = stripped[1 : stripped.index("]")].strip().upper()
+            elif (found := _ASSIGNMENT.match(line)) is None or not section:
+                raise _refuse(where, f"{stripped[:60]!r} is neither [SECTION] nor NAME = value")
+            else:
+                self.values.setdefault((section, found[1].upper()), []).append((found[2], where))
+        return section
+
+    def find(self, section: str, key: str) -> tuple[str, str] | None:
+        """The value, and file and line; None where it is missing."""
+        return self.values.get((section, key), [None])[0]
+
+    def find_all(self, section: str, key: str) -> list[tuple[str, str]]:
+        return self.values.get((section, key), [])
+
+    def read_number(self, section: str, key: str) -> float | None:
+        """A number, of which a comment may stand behind; None where the key is missing."""
+        found = self.find(section, key)
+        if found is None:
+            return None
+        return _parse_number(found[0], found[1], f"[{section}]{key}")
+
+
+def _refuse(where: str, text: str) -> InputError:
+    return InputError(make_finding("VP507", f"{where}: {text}"))
+
+
+def _parse_number(text: str, where: str, what: str) -> float:
+    first = re.split(r"[\s#;]", text, maxsplit=1)[0]
+    try:
+        value = float(first)
+    except ValueError:
+        raise _refuse(where, f"{what} = {text[:60]!r}: expected a number") from None
+    if value != value:
+        raise _refuse(where, f"{what} = {text[:60]!r}: expected a number")
+    return value
+
+
+class Pins:
+    """What HAL sets of pins: numbers, and the signals that they are connected to."""
+
+    def __init__(self, ini: IniFile) -> None:
+        self._ini = ini
+        self._pins, self._signals = dict[str, tuple[str, str]](), dict[str, tuple[str, str]]()
+        self._net, self.skipped = dict[str, str](), list[str]()
+
+    def read(self, read: Read) -> "Pins":
+        """Execute what the INI names, in its order: HAL files, commands, files of the face."""
+        ini = self._ini
+        for key in ("HALFILE", "HALCMD", "POSTGUI_HALFILE"):
+            for value, where in ini.find_all("HAL", key):
+                if key == "HALCMD":
+                    self._execute(value, where)
+                    continue
+                name = value.split()[0] if value.split() else ""
+                raw = None if name.startswith("LIB:") or name.endswith(".tcl") else read(name)
+                if raw is None:
+                    self.skipped.append(name)
+                    continue
+                text = raw.decode("utf-8", errors="replace").replace("\\\n", " ")
+                for number, line in enumerate(text.splitlines(), start=1):
+                    self._execute(line, f"{name}:{number}")
+        return self
+
+    def _execute(self, line: str, where: str) -> None:
+        words = line.split("#", 1)[0].split()
+        if not words:
+            return
+        command, rest = words[0], [word for word in words[1:] if word not in _ARROWS]
+        if command == "setp" and len(rest) > 1:
+            self._pins[rest[0]] = rest[1], where
+        elif "=" in words[1:2] and len(words) > 2:  # pin = value, the short form of setp
+            self._pins[words[0]] = words[2], where
+        elif command == "sets" and len(rest) > 1:
+            self._signals[rest[0]] = rest[1], where
+        elif command in ("net", "linksp") and len(rest) > 1:
+            for pin in rest[1:]:
+                self._net[pin] = rest[0]
+        elif command == "linkps" and len(rest) > 1:
+            self._net[rest[0]] = rest[1]
+
+    def is_connected(self, pin: str) -> bool:
+        """Whether a signal without a number of its own comes in by a pin."""
+        return pin in self._net and self._net[pin] not in self._signals
+
+    def find_number(self, pin: str) -> float | None:
+        """What a pin is set to; None where nothing sets it."""
+        found = self._pins.get(pin)
+        if found is None and pin in self._net:
+            found = self._signals.get(self._net[pin])
+            if found is None:
+                raise _refuse(self._ini.name, f"{pin} comes from the signal {self._net[pin]}, which no number is set to: "
+                              "expected setp or sets with a number")  # fmt: skip
+        if found is None:
+            return None
+        text, where = found
+        if (reference := _REFERENCE.match(text)) is not None:
+            named = self._ini.find(reference[1].upper(), reference[2].upper())
+            if named is None:
+                raise _refuse(where, f"{pin} = {text}: the INI has no such key")
+            text, where = named
+        return (
+            {"true": 1.0, "false": 0.0}.get(text.lower())
+            if text.lower() in ("true", "false")
+            else _parse_number(text, where, pin)
+        )
+
+
+# --- converting -------------------------------------------------------------------------------------------------
+
+
+class ImportedMachine(Struct, frozen=True):
+    """A machine file as text, and what was left out or has to be looked at."""
+
+    text: str
+    findings: tuple[Finding, ...]
+
+
+def convert_linuxcnc(raw: bytes, name: str, read: Read) -> ImportedMachine:
+    """The machine file of a LinuxCNC configuration.
+
+    Parameters
+    ----------
+    raw : bytes
+        The INI file; ``name`` is for messages.
+    read : callable
+        Reads files that it names.
+
+    Raises
+    ------
+    InputError
+        VP507 where it cannot be read, VP508 where its kinematics are not executed.
+    """
+    ini = IniFile(raw, name, read)
+    component, coordinates = _find_kinematics(ini)
+    kinematics = _KINEMATICS[component]
+    pins = Pins(ini).read(read)
+    notes = list(_find_notes(ini, pins, component, coordinates))
+    unit = _find_unit(ini)
+    lengths = {}
+    for pin in kinematics.pins:
+        value = pins.find_number(f"{component}.{pin}")
+        if value is None:
+            value = _DEFAULTS.get((component, pin), 0.0)
+            notes.append(f"nothing sets {component}.{pin}: taken as {value:g}, its default")
+        lengths[pin] = unit * value
+    sense = pins.find_number(f"{component}.conventional-directions") or 0.0
+    joints = [_write_joint(ini, letter, coordinates.index(letter), unit) for letter in "xyz"]
+    chain, rotary = _place_rotary(component, lengths, conventional=bool(sense))
+    joints += [_write_joint(ini, letter, coordinates.index(letter), unit, text) for letter, text in rotary]
+    notes.append("[home] and [table] are left out: the configuration does not say them")
+    if without := [joint.split("]", 1)[0][1:] for joint in joints if "\njerk = " not in joint]:
+        notes.append(f"{', '.join(without)}: no MAX_JERK; the setpoints jerk as far as the accelerations allow")
+    return ImportedMachine(
+        "\n".join([*_write_head(ini, component), *chain, "", *joints, *_write_tail(ini, name)]),
+        tuple(make_finding("VP509", f"{name}: {text}") for text in notes),
+    )
+
+
+def _find_kinematics(ini: IniFile) -> tuple[str, str]:
+    """The component, and the letters of its joints."""
+    found = ini.find("KINS", "KINEMATICS")
+    if found is None or not found[0].split():
+        raise _refuse(ini.name, "[KINS]KINEMATICS is missing: it says which kinematics the machine has")
+    component, *parameters = found[0].split()
+    if component not in _KINEMATICS:
+        known = ", ".join(_KINEMATICS)
+        why = _REFUSED.get(component, "no kinematics whose meaning is known here")
+        raise InputError(make_finding("VP508", f"{found[1]}: KINEMATICS = {component}: {why}; imported are {known}"))
+    coordinates = _KINEMATICS[component].coordinates
+    for parameter in parameters:
+        key, _equals, value = parameter.partition("=")
+        if key.lower() == "coordinates" and value:
+            coordinates = value.lower()
+    needed = set(_KINEMATICS[component].coordinates) - set("auvw") | ({"a"} if component.startswith("xyzac") else set())
+    if missing := sorted(needed - set(coordinates)):
+        raise _refuse(found[1], f"coordinates={coordinates}: {component} needs {', '.join(missing)} too")
+    return component, coordinates
+
+
+def _find_notes(ini: IniFile, pins: Pins, component: str, coordinates: str) -> Iterator[str]:
+    """What of a configuration is not taken over."""
+    kinematics = _KINEMATICS[component]
+    for pin in kinematics.tool:
+        if not pins.is_connected(f"{component}.{pin}"):
+            yield (f"{component}.{pin} is not connected to motion.tooloffset.z: LinuxCNC then compensates no tool length; the file "
+                   "does")  # fmt: skip
+    spare = [
+        letter.upper()
+        for letter in dict.fromkeys(coordinates)
+        if letter in "uvw" and f"AXIS_{letter.upper()}" in {s for s, _k in ini.values}
+    ]
+    if spare:
+        yield f"{', '.join(spare)}: a machine file has five joints; these are left out, as if they stood at 0"
+    twice = sorted({letter.upper() for letter in coordinates if coordinates.count(letter) > 1})
+    if twice:
+        yield f"{', '.join(twice)} has several joints: the limits of the first are taken"
+    if pins.skipped:
+        yield f"not read: {', '.join(pins.skipped)}; what they set of the kinematics is not in the file"
+
+
+def _find_unit(ini: IniFile) -> float:
+    """Millimetres of a unit of length."""
+    value, where = ini.find("TRAJ", "LINEAR_UNITS") or ("mm", ini.name)
+    angular, there = ini.find("TRAJ", "ANGULAR_UNITS") or ("deg", ini.name)
+    if angular.lower() not in _DEGREES:
+        raise _refuse(there, f"[TRAJ]ANGULAR_UNITS = {angular}: expected {' or '.join(_DEGREES)}")
+    if value.lower() not in _MM:
+        raise _refuse(where, f"[TRAJ]LINEAR_UNITS = {value}: expected one of {', '.join(_MM)}")
+    return _MM[value.lower()]
+
+
+def _place_rotary(
+    component: str, lengths: dict[str, float], *, conventional: bool
+) -> tuple[list[str], list[tuple[str, str]]]:
+    """[chain], and the geometry of both rotary joints: the trunnions turn the part right-handed but for conventional directions."""
+    head = [
+        "[chain]                             # all joints at 0; mm, base frame: that of the machine's coordinates, z up"
+    ]
+    tail = ["gauge = [0.0, 0.0, 0.0]", "axis = [0.0, 0.0, 1.0]", "part_zero = [0.0, 0.0, 0.0]"]
+    if component.endswith("trt-kins"):
+        tilt = component[3]
+        point = [lengths[pin] for pin in _ROT_POINT]
+        offset = [lengths.get(f"{axis}-offset", 0.0) for axis in "xyz"]
+        through = [one + more for one, more in zip(point, offset, strict=True)]
+        positive = f'positive = "{"tool" if conventional else "part"}"'
+        direction = [1.0, 0.0, 0.0] if tilt == "a" else [0.0, 1.0, 0.0]
+        rotary = [
+            (tilt, f"turns = {direction}\nthrough = {_show_list(through)}\n{positive}"),
+            ("c", f"turns = [0.0, 0.0, 1.0]\nthrough = {_show_list(point)}\n{positive}"),
+        ]
+        return [*head, 'tool = ["x", "y", "z"]', f'part = ["{tilt}", "c"]', *tail], rotary
+    pivot = _show_list([0.0, 0.0, lengths["pivot-length"]])
+    if component == "5axiskins":
+        rotary = [
+            ("c", "turns = [0.0, 0.0, 1.0]\nthrough = [0.0, 0.0, 0.0]"),
+            ("b", f"turns = [0.0, -1.0, 0.0]\nthrough = {pivot}"),
+        ]
+        return [*head, 'tool = ["x", "y", "z", "c", "b"]', "part = []", *tail], rotary
+    sense = 1.0 if conventional else -1.0
+    rotary = [
+        ("b", f"turns = [0.0, {sense}, 0.0]\nthrough = {pivot}"),
+        ("c", 'turns = [0.0, 0.0, 1.0]\nthrough = [0.0, 0.0, 0.0]\npositive = "tool"'),
+    ]
+    return [*head, 'tool = ["x", "y", "z", "b"]', 'part = ["c"]', *tail], rotary
+
+
+def _show_list(values: list[float]) -> str:
+    return f"[{', '.join(_show(value) for value in values)}]"
+
+
+def _show(value: float) -> str:
+    """A number of TOML: nine decimals of a length are finer than any machine."""
+    text = format_fixed(value, 9).rstrip("0")
+    return f"{text}0" if text.endswith(".") else text
+
+
+def _quote(text: str) -> str:
+    """A string of TOML."""
+    return json.dumps(escape_unprinted(text), ensure_ascii=False)
+
+
+def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: str = "") -> str:
+    """[joints.LETTER] of the joint with a number: limits of the joint, and of rotary ones of the axis too."""
+    section, axis = f"JOINT_{number}", f"AXIS_{letter.upper()}"
+    scale, what = (1.0, "travel_deg") if rotary else (unit, "travel_mm")
+    ends = []
+    for key, choose, sign in (("MIN_LIMIT", max, -1.0), ("MAX_LIMIT", min, 1.0)):
+        given = [
+            value
+            for one in ((section, axis) if rotary else (section,))
+            if (value := ini.read_number(one, key)) is not None
+        ]
+        ends.append(choose([value * scale for value in given], default=sign * 2 * _NO_LIMIT))
+    wrapped = (ini.find(axis, "WRAPPED_ROTARY") or ("0", ""))[0].strip() not in ("0", "NO", "no", "FALSE", "false", "")
+    endless = bool(rotary) and (wrapped or (ends[0] <= -_NO_LIMIT and ends[1] >= _NO_LIMIT))
+    if not endless and not (-_NO_LIMIT < ends[0] < ends[1] < _NO_LIMIT):
+        raise _refuse(
+            ini.name,
+            f"[{section}]: MIN_LIMIT and MAX_LIMIT of {letter} do not bound its travel; expected both, the smaller first",
+        )
+    speeds = []
+    for key, name in (("MAX_VELOCITY", "velocity"), ("MAX_ACCELERATION", "acceleration"), ("MAX_JERK", "jerk")):
+        value = ini.read_number(section, key)
+        if value is None and name == "jerk":
+            continue
+        if value is None or value <= 0:
+            raise _refuse(
+                ini.name,
+                f"[{section}]{key} of {letter} is {'missing' if value is None else f'{value:g}'}; expected a number above 0",
+            )
+        speeds.append(f"{name} = {_show(scale * value)}")
+    unit_vector = [float(one == letter) for one in "xyz"]
+    travel = [] if endless else [f"{what} = {_show_list(ends)}"]
+    return "\n".join([f"[joints.{letter}]", rotary or f"slides = {unit_vector}", *travel, *speeds, ""])
+
+
+def _write_head(ini: IniFile, component: str) -> list[str]:
+    title = (ini.find("EMC", "MACHINE") or (component, ""))[0] or component
+    return [f"# From {escape_unprinted(ini.name)}, a configuration of LinuxCNC with {component}. Keys: docs/machine-file.md, schema 2.",
+            "schema = 2", f"name = {_quote(title)}", ""]  # fmt: skip
+
+
+def _write_tail(ini: IniFile, name: str) -> list[str]:
+    """[control] and [provenance]."""
+    period = ini.read_number("EMCMOT", "SERVO_PERIOD")
+    cycle = 0.001 if period is None else period * _NANO
+    source = _quote(f"specified in {name}")
+    return ["[control]", f"cycle_s = {_show(cycle)}", "", "[provenance]",
+            *(f"{group} = {source}" for group in ("chain", "joints", "control")), ""]  # fmt: skip
