@@ -185,7 +185,7 @@ class Executor:
         """
         state = self.interpreter.state
         own = replace(
-            state, position=list(state.position), known=[axis > 1 for axis in range(len(AXES))], named=list(state.named_axes),
+            state, position=list(state.position), known_axes=[axis > 1 for axis in range(len(AXES))], named_axes=list(state.named_axes),
             systems=dict(state.systems), first_places=None,
         )  # fmt: skip
         fork = Executor(self.setup, own, Recorder())
