@@ -146,6 +146,33 @@ def test_a_wrong_row_is_found(column: str, by: float, run: Runner, tmp_path: Pat
     assert "VP411" in refused.out + refused.err
 
 
+@pytest.mark.parametrize(
+    ("machine", "start", "place", "height"),
+    [("tricept", "1430,1480,1320,13,-55", "300,100,0", 600.0), ("george_v", "163,150,170,20,0", "0,0,0", 300.0)],
+)
+def test_an_approach_goes_back_to_machine_z_0(
+    machine: str, start: str, place: str, height: float, run: Runner, tmp_path: Path
+) -> None:
+    """Machine Z is that of the wrist's centre against home, whatever the third strut or slider does; the end is where the program starts."""
+    source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
+    source.write_text("G21 G90 G94\nG0 X0 Y0 Z50 A10 C0\nG1 X20 F3000\nM2\n", encoding="utf-8")
+    words = ["--machine", machine, "--tool-length", "100", "--wcs", f"G54={place}"]
+    answer = run("convert", source, *words, "--from", start, "-o", axes)
+    assert answer.code == 0, answer.out + answer.err
+    loaded = verne_post.load_machine(machine)
+    table = np.genfromtxt(axes, delimiter=",", names=True)
+    rows = np.column_stack([table[f"{column.joint}_{column.unit}"] for column in loaded.columns])
+    tip, axis, ok = loaded.forward(rows / [column.factor for column in loaded.columns], 100.0)
+    assert ok.all()
+    wrist = tip + 200.0 * axis
+    first = np.flatnonzero(np.abs(wrist[:, 2] - height) < 1e-3)
+    assert len(first)
+    assert np.abs(np.cross(wrist[first[0]] - wrist[0], axis[0])).max() < 1e-3  # along the tool
+    assert np.abs(rows[0] - [float(value) for value in start.split(",")]).max() < 1e-5
+    assert np.abs(tip[-1] - [float(value) for value in place.split(",")] - [20, 0, 50]).max() < 1e-4
+    assert run("verify", axes, "--against", source, *words, "--from", start).code == 0
+
+
 def test_explain_and_machine_show(run: Runner, tmp_path: Path) -> None:
     source = tmp_path / "part.nc"
     source.write_text(HEAD.format(words="A20 C30") + "M2\n", encoding="utf-8")

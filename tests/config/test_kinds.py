@@ -10,6 +10,7 @@ from verne_post import InputError, load_machine
 from verne_post.config import list_machine_files, validate_machine
 from verne_post.config.kinds import KINDS
 from verne_post.config.load import build_machine
+from verne_post.output.file_format import CannotExport
 from verne_post.output.machine_formats import linuxcnc_kins, mtconnect
 
 SHIPPED = {"verne": "VERNE", "serial": "serial five-axis machine", "linear_delta": "linear delta"}
@@ -75,6 +76,13 @@ def test_limits_of_a_serial_machine_have_the_names_of_its_axes():
     assert limits.jerk[:3].tolist() == [given["xyz_jerk"]] * 3
     headers = [column.header for column in load_machine("serial").columns]
     assert headers == ["x_mm", "y_mm", "z_mm", "a_deg", "c_deg"]
+
+
+@pytest.mark.parametrize("name", [*CHAINS, *CARRIERS])
+@pytest.mark.parametrize("made", [linuxcnc_kins, mtconnect])
+def test_exports_of_machines_of_one_chain_are_refused(name, made):
+    with pytest.raises(CannotExport, match=r"kind = '(chain|carrier)': (there is no C|machines of one chain)"):
+        made.FORMAT.write(load_machine(name))
 
 
 @pytest.mark.parametrize("name", ["verne", "serial", "linear_delta", *CHAINS])

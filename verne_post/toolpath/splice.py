@@ -59,30 +59,29 @@ def retract_pose(pose: Array, machine: Machine, tool_length: float) -> Array:
     coordinates = machine.coordinates
     point = coordinates.map_to_machine(coordinates.map_from_table(pose[:3], pose[3:], frame), frame)
     if coordinates.head:
-        return _retract_along_tool(pose, machine, tool_length, float(point[2]))
+        axis = find_axis_of_angles(pose[3], pose[4])
+        further = coordinates.map_to_machine(coordinates.map_from_table(pose[:3] + axis, pose[3:], frame), frame)
+        return np.concatenate([pose[:3] + _find_retract(float(point[2]), float(further[2])) * axis, pose[3:]])
     point[2] = max(point[2], 0.0)
     return np.concatenate(coordinates.map_to_table(coordinates.map_to_program(point, frame), frame))
 
 
-def _retract_along_tool(pose: Array, machine: Machine, tool_length: float, height: float) -> Array:
-    """The same where Z of the machine, at ``height``, does not run along the tool axis.
+def _find_retract(height: float, further: float) -> float:
+    """The way along the tool axis to machine Z 0, mm, where Z is at ``height``, and a mm along the axis at ``further``.
 
     Raises
     ------
     InputError
         VP018 where the tool lies too flat.
     """
-    axis = find_axis_of_angles(pose[3], pose[4])
-    q = machine.five_axis.find_joints(np.stack([pose[:3], pose[:3] + axis]), pose[3:], tool_length)
-    rise = float(q[1, 2] - q[0, 2])
+    rise = further - height
     if height < 0.0 and rise < _LEAST_RISE:
         raise InputError(
             make_finding(
                 "VP018", "a retract along the tool axis does not reach machine Z 0: the tool is tilted too far there"
             )
         )
-    away = max(-height, 0.0) / max(rise, _LEAST_RISE)
-    return np.concatenate([pose[:3] + away * axis, pose[3:]])
+    return max(-height, 0.0) / max(rise, _LEAST_RISE)
 
 
 def make_rapid_segments(steps: Sequence[Step], like: ToolPath, segment: int) -> ToolPath:

@@ -39,9 +39,8 @@ def write_component(machine: Machine) -> dict[str, str]:
     """
     whole, name = machine.five_axis, name_component(machine)
     ideal = whole.nominal_machine if isinstance(whole, AsBuiltMachine) else whole
-    assert isinstance(ideal, HybridMachine)
     carrier = _TEXTS / f"{machine.kind}.h"
-    if not carrier.is_file():
+    if not isinstance(ideal, HybridMachine) or not carrier.is_file():
         raise CannotExport(f"kind = {machine.kind!r}: there is no C for this kind of machine")
     values = {
         "name": _show_name(machine),

@@ -173,7 +173,7 @@ def _find_rods(machine: Machine) -> list[_Rod]:
 
 def _find_module(machine: Machine) -> ParallelModule:
     if machine.module is None:
-        raise CannotExport("kind = 'chain': joints one after the other are not described for MTConnect")
+        raise CannotExport(f"kind = {machine.kind!r}: machines of one chain are not described for MTConnect")
     return machine.module
 
 
