@@ -138,6 +138,18 @@ def test_g43_without_h_has_the_last_one_since_the_tool_change(view):
         assert [(item.code, item.line) for item in run(text)[1]] == [("VP005", line)]
 
 
+def test_what_holds_before_any_code_of_motion(view):
+    """Parameter 3402: refused with the key that says it, then rapid traverse or feed; G80 is no beginning."""
+    text = "%\nO1\nG21 G90 G80 F90\nX2 Y3{}\nM30\n%"
+    found = view(text.format(""), dialect="fanuc")[1]
+    assert [(item.code, item.line, "[fanuc] motion" in item.message) for item in found] == [("VP005", 4, True)]
+    for motion, kind in (("G0", MoveKind.RAPID), ("G1", MoveKind.FEED)):
+        moves, findings = view(text.format(""), dialect="fanuc", control={"fanuc": {"motion": motion}})
+        assert (findings, moves.kind.tolist()) == ((), [kind])
+    found = view(text.format("\nG0 X9\nG80\nX5").replace("X2", "G0 X2"), dialect="fanuc")[1]
+    assert [(item.code, item.line, "[fanuc] motion" in item.message) for item in found] == [("VP005", 7, False)]
+
+
 # --- fanuc ---------------------------------------------------------------------------------------------
 
 

@@ -13,7 +13,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
     "flavour": ("", "linuxcnc", "pathpilot", "mach3", "grbl"), "arc_centres": ("incremental", "absolute"), "dwell": ("seconds", "milliseconds"),
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
-    "cycle_19": ("", "moves"),
+    "cycle_19": ("", "moves"), "motion": ("", "G0", "G1"),
 }  # fmt: skip
 
 #: No tap has a larger pitch: a number beyond is a feed rate.
@@ -124,6 +124,8 @@ class FanucKeys(Struct, frozen=True):
         What P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it.
     units : str
         Of lengths before any G20 or G21: "mm" or "inch". Empty: mm, with a note where a program has neither.
+    motion : str
+        What holds before any code of motion (parameter 3402): "G0" or "G1". Empty: axes before one are refused.
     """
 
     inside_arc_percent: float = 0.0
@@ -132,6 +134,7 @@ class FanucKeys(Struct, frozen=True):
     bore_shift: Literal["", "+X", "-X", "+Y", "-Y"] = ""
     dwell: Literal["milliseconds", "seconds"] = "milliseconds"
     units: Literal["", "mm", "inch"] = ""
+    motion: Literal["", "G0", "G1"] = ""
 
 
 class AptKeys(Struct, frozen=True):

@@ -72,6 +72,9 @@ _NO_UNIT: Final = (
     "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force before, or that "
     'its setting says; write the code, or [fanuc] units = "mm" or "inch" in verne-post.toml'
 )
+_NO_MOTION: Final = (
+    '; where a control begins with one, parameter 3402 says which: [fanuc] motion = "G0" or "G1" in verne-post.toml'
+)
 #: Lines that may be statements of custom macros.
 _MACRO: Final = re.compile(
     r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
@@ -113,6 +116,7 @@ class FanucInterpreter(Rs274):
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         super().__init__(setup, state, recorder)
         self._text = ""  # the last line that was read word by word
+        self._has_motion = False  # a code of motion has stood in the program
         #: The last block whose P has a decimal point.
         self._in_seconds: Block | None = None
         self.nurbs = NurbsCodes(self.core, self.values, self.motion)
@@ -297,6 +301,20 @@ class FanucInterpreter(Rs274):
         code = super()._read_g_code(number, column)
         return TWINS.get(code, code)
 
+    def _choose_motion(self, block: Block, g: dict[str, int], axes: list[str]) -> int | None:
+        """As RS274/NGC; before any code of motion that of the machine holds, which the settings file says."""
+        begins_with = {"": None, "G0": 0, "G1": 10}[self.keys.motion]
+        self._has_motion = self._has_motion or "motion" in g or self.modes.motion not in (None, begins_with)
+        if not self._has_motion:
+            self.modes.motion = begins_with
+        try:
+            motion = super()._choose_motion(block, g, axes)
+        except ProgramError as error:
+            if error.code == "VP005" and not self._has_motion:
+                error.message += _NO_MOTION
+            raise
+        return NURBS if motion is None and self.nurbs.goes_on(block, g) else motion
+
     # --- codes of Fanuc alone ------------------------------------------------------------------------------
 
     def _set_modes(self, block: Block, g: dict[str, int]) -> None:
@@ -351,10 +369,6 @@ class FanucInterpreter(Rs274):
         system = ADDITIONAL_SYSTEMS + self.fanuc_offsets.find_additional(block)
         del block.words["P"]  # and no dwell of a cycle
         return system
-
-    def _choose_motion(self, block: Block, g: dict[str, int], axes: list[str]) -> int | None:
-        motion = super()._choose_motion(block, g, axes)
-        return NURBS if motion is None and self.nurbs.goes_on(block, g) else motion
 
     def _execute_spline(self, block: Block, _motion: int) -> None:
         self.nurbs.execute(block)
