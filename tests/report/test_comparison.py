@@ -94,6 +94,25 @@ def test_times_of_both_sides_are_those_of_their_rows() -> None:
     assert re.search(rf"\|no tool named: RIM\|{rim[0]:.3f}\|{rim[1]:.3f}\|{rim[1] - rim[0]:+.3f}\|", page)
 
 
+def test_of_many_operations_those_that_differ_most_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A page of 20,000 operations on both sides would open in ten seconds."""
+    monkeypatch.setattr("verne_post.report.comparison.OPERATIONS", 2)
+    feeds = ([600] * 6, [600, 1200, 601, 602, 2400, 603])
+    before, after = (
+        "G21 G90\nG0 X0 Y0 Z0 A0 C0\n" + "".join(f"(CUT {k})\nG1 X{10 * (k % 2)} F{feed}\n" for k, feed in enumerate(each, start=1)) + "M2\n"
+        for each in feeds
+    )  # fmt: skip
+    page = (
+        text_of(compare(before, after)).partition("|Time by tool and operation|")[2].partition("|Lines that differ")[0]
+    )
+    assert re.findall(r"CUT \d", page) == ["CUT 2", "CUT 5"]
+    rest = [
+        sum(MACHINE.cycle * np.isin(rows.line[1:], [4, 8, 10, 14]).sum() for rows in [verne_post.convert(text.encode(), MACHINE, OPTIONS).setpoints] if rows)
+        for text in (before, after)
+    ]  # fmt: skip
+    assert f"|4 operations whose times differ less|{rest[0]:.3f}|{rest[1]:.3f}|" in page
+
+
 def test_the_same_program_differs_in_nothing() -> None:
     page = text_of(compare(BEFORE, BEFORE))
     assert "The same text, and the same times." in page

@@ -155,7 +155,7 @@ def test_time_by_tool_and_operation_is_that_of_the_rows() -> None:
 
 
 def test_of_many_operations_the_longest_are_shown_and_the_rest_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("verne_post.report.sheet._OPERATIONS", 2)
+    monkeypatch.setattr("verne_post.report.sheet.OPERATIONS", 2)
     seen = study_of(
         "G21 G90 F900\nG0 X0 Y0 Z0 A0 C0\n" + "".join(f"(CUT {k})\nG1 X{k * k}\n" for k in range(1, 6)) + "M2\n"
     )

@@ -21,6 +21,7 @@ from verne_post.report.pack import Pack
 from verne_post.report.page import fill_page, write_json_in_html
 from verne_post.report.sheet import (
     DIGEST,
+    OPERATIONS,
     count,
     escape_text,
     find_worst_places,
@@ -248,13 +249,32 @@ def _write_limits_html(sides: tuple[Side, Side]) -> str:
 
 def _write_operations_html(sides: tuple[Side, Side]) -> str:
     """Time of each operation, paired by tool and remark; the same pair a second time is the second one of the other side."""
-    found = [_number_operations(side) for side in sides]
+    times, losses = (
+        dict(
+            _match_numbers(
+                [{head: getattr(one, name) for head, one in _number_operations(side).items()} for side in sides]
+            )
+        )
+        for name in ("seconds", "lost")
+    )
+
+    def compare(head: str) -> float:
+        one, other = times[head]
+        return abs((other or 0.0) - (one or 0.0))
+
+    shown = set(sorted(times, key=compare, reverse=True)[:OPERATIONS])
     rows = "".join(
-        _write_times(escape_text(head), [
-            tuple(None if one is None else one.seconds for one in pair), tuple(None if one is None else one.lost for one in pair)  # type: ignore[list-item]
-        ], marked=None in pair)
-        for head in dict.fromkeys([*found[0], *found[1]]) for pair in [(found[0].get(head), found[1].get(head))]
+        _write_times(escape_text(head), [times[head], losses[head]], marked=None in times[head])
+        for head in times if head in shown
     )  # fmt: skip
+    if len(shown) < len(times):
+        rest = [
+            [sum(pair[k] or 0.0 for head, pair in each.items() if head not in shown) for k in (0, 1)]
+            for each in (times, losses)
+        ]
+        rows += _write_times(
+            f"{len(times) - len(shown)} operations whose times differ less", [(one, other) for one, other in rest]
+        )
     heads = ("tool and operation", "A, s", "B, s", "B - A", "A lost, s", "B lost, s", "B - A")
     return write_table(heads, rows) if rows else "<p>no times: nothing is written</p>"
 

@@ -32,8 +32,8 @@ from verne_post.report.table import Governing, Operation, Study
 _SLOW_STRETCHES: Final = 2
 #: A way to win time is named where it concerns such a share of the program.
 _WORTH_A_WORD: Final = 0.005
-#: So many operations are shown, the longest; the rest of each tool stands in one row.
-_OPERATIONS: Final = 200
+#: So many operations are shown, the longest, or those that differ most; the rest stands in one row.
+OPERATIONS: Final = 200
 #: So many digits tell one file from another for people.
 DIGEST: Final = 16
 #: So many tools and work offsets are in the head.
@@ -279,7 +279,7 @@ def write_times_html(study: Study) -> str:
     program = study.program
     assert program is not None
     names, body = name_tools(program.moves.events), []
-    shown = sorted(study.operations, key=lambda one: -one.seconds)[:_OPERATIONS]
+    shown = sorted(study.operations, key=lambda one: -one.seconds)[:OPERATIONS]
     for tool in dict.fromkeys(one.tool for one in study.operations):
         of_tool = [one for one in study.operations if one.tool == tool]
         head = spell_tool_word(tool, names) if tool else "no tool named"
