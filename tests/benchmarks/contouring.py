@@ -224,7 +224,7 @@ def seconds(plan: Plan) -> float:
 
 def sections(plan: Plan) -> list[ContourSection]:
     """All sections of a plan as functions of their path parameter."""
-    contour, joints = plan.program.contour, plan.program.follow_joints()
+    contour, joints = plan.program.contour, plan.program.build_joint_path()
     begins = np.append(np.flatnonzero(np.diff(contour.section, prepend=-1)), len(contour)).tolist()
     return [ContourSection(joints, first, last, plan.timeline.cycle) for first, last in pairwise(begins)]
 
@@ -264,7 +264,7 @@ def profile_cost(plan: Plan) -> float:
     bounds, _findings = check_program(program)
     spent, _profile = least(
         partial(
-            plan_contour, program.follow_joints(), bounds.first, bounds.second, bounds.third, program.machine.limits,
+            plan_contour, program.build_joint_path(), bounds.first, bounds.second, bounds.third, program.machine.limits,
             PlanningOptions(program.cycle),
         )
     )  # fmt: skip

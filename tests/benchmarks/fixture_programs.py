@@ -240,7 +240,7 @@ def main() -> None:
         turn = float(rng.choice([0.0, 30.0]))
         given = {"tool_length": LENGTH, "tool_shapes": {1: shape}, "wcs": {"G54": (10.0, -5.0, 0.0, turn)}}
         program = assemble(source.encode(), machine, Options(**given))
-        joints = program.follow_joints()
+        joints = program.build_joint_path()
         along = joints.solve(rng.integers(0, len(program.contour), 1), rng.random(1))
         axis = joints.find_tool_axis(along)[0]
         near = along.tip[0] + axis * rng.choice(

@@ -106,7 +106,7 @@ def compare(source: bytes, machine_name: str, options: Options) -> Comparison:
     machine = load(machine_name)
     program = assemble(source, machine, options)
     bounds, _findings = check_program(program)
-    joints, contour = program.follow_joints(), program.contour
+    joints, contour = program.build_joint_path(), program.contour
     found, spent = [], []
     for quality in (False, True):
         begun = time.process_time()

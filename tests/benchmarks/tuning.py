@@ -172,7 +172,7 @@ def jobs_of(machine: Machine) -> Iterator[Job]:
         program = assemble(part.source, machine, part.options)
         bounds, _findings = check_program(program)
         yield Job(part.name, program.cycle, partial(
-            plan_contour, program.follow_joints(), bounds.first, bounds.second, bounds.third, program.machine.limits,
+            plan_contour, program.build_joint_path(), bounds.first, bounds.second, bounds.third, program.machine.limits,
             PlanningOptions(program.cycle),
         ))  # fmt: skip
 

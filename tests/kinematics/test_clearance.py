@@ -42,7 +42,7 @@ def program_on(machine, source=SOURCE):
 
 def dense_margins(program, n=20001):
     """Margins along the last element by plain sampling."""
-    joints = program.follow_joints()
+    joints = program.build_joint_path()
     last = len(program.contour) - 1
     element = np.full(n, last)
     solved = joints.solve(element, np.linspace(0.0, 1.0, n))
@@ -225,7 +225,7 @@ def test_a_touch_inside_a_motion_is_found_by_0_01_mm_and_none_is_invented(bodied
     assert np.ptp(margin) > 1.0
     for excess in (0.01, -0.01):
         machine = bodied({"clearance.minimum_mm": smallest + excess})
-        found = check_clearance(program_on(machine, source).follow_joints(), machine.clearance)
+        found = check_clearance(program_on(machine, source).build_joint_path(), machine.clearance)
         mine = [item for item in found if item.message.startswith(name + " ") and item.line == 3]
         assert len(mine) == (1 if excess > 0 else 0)
         for item in mine:
@@ -242,7 +242,7 @@ def test_a_cone_left_inside_a_motion_is_found(bodied, inside):
         key = "rods.slider_cone_deg" if "slider" in names[k].name else "rods.platform_cone_deg"
         for excess, count in ((1e-3, 1), (-1e-3, 0)):
             machine = bodied({key: 60.0 - smallest - excess})
-            found = check_clearance(program_on(machine).follow_joints(), machine.clearance)
+            found = check_clearance(program_on(machine).build_joint_path(), machine.clearance)
             assert len([item for item in found if item.message.startswith(names[k].name + " ")]) == count
 
 
@@ -280,7 +280,7 @@ def test_only_what_goes_straight_without_turning_is_bound_as_convex(machine):
         b"G1 X10\nX10 Y10\nG3 X0 Y20 I-10 J0\nG1 X-10 A5\nX-20\nX-30 C9\nX-40\nM2\n"
     )
     options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 20.0))})
-    joints = assemble(source, machine, options).follow_joints()
+    joints = assemble(source, machine, options).build_joint_path()
     straight = find_straight(joints)
     contour, path = joints.contour, joints.contour.path
     assert set(contour.find_lines()[straight].tolist()) <= {3, 4, 7, 9}

@@ -115,7 +115,7 @@ def test_rods_keep_out_of_boxes_and_meshes(machine_with: Any) -> None:
     program = "G21 G90 G61.1\nT1 M6\nG0 X0 Y0 Z30 A0 C0\nG1 X40 F6000\nM2\n"
     joints = assemble(
         program.encode(), machine, Options(tool_length=100.0, wcs={"G54": (0.0, 0.0, 0.0)})
-    ).follow_joints()
+    ).build_joint_path()
     element, w = np.zeros(1, dtype=int), np.zeros(1)
     solved = joints.solve(element, w)
     start, end = machine.clearance.module.find_rod_ends(solved.q[:, :3], solved.platform)

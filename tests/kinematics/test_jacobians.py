@@ -142,7 +142,7 @@ def test_vp203_is_an_error_below_the_threshold_and_a_warning_up_to_twice_it(mach
     assert found.value < 0.004 == found.limit
     machine = machine_with({**wide, "limits.parallel_singularity": 0.004})
     program = assemble(source, machine, Options(tool_length=50.0))
-    joints = program.follow_joints()
+    joints = program.build_joint_path()
     solved = joints.solve(np.zeros(2001, dtype=int), np.linspace(0.0, 1.0, 2001))
     dense = machine.module.find_geometry_margins(solved.platform.position, solved.platform.alpha)[:, 4]
     assert found.value == pytest.approx(dense.min(), abs=1e-6)

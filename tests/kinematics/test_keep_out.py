@@ -224,7 +224,7 @@ def least(source: str, box: Box, body: str, **options: Any) -> float:
     frames = build_interpreter_setup(MACHINE, program.options).frames
     model = build_keep_out(MACHINE, program.path, program.moves, program.options, frames)
     assert model is not None
-    joints, n = program.follow_joints(), 4001
+    joints, n = program.build_joint_path(), 4001
     column = next(k for k, (name, _box) in enumerate(model.pairs) if name == body)
     found = []
     for element in range(len(program.contour)):

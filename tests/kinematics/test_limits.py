@@ -75,7 +75,7 @@ def program_of(*motions):
 
 def check(text, machine):
     """Bounds and findings of a program."""
-    return check_constraints(assemble(text.encode(), machine, Options(tool_length=TOOL)).follow_joints())
+    return check_constraints(assemble(text.encode(), machine, Options(tool_length=TOOL)).build_joint_path())
 
 
 # --- dense sampling -------------------------------------------------------------------------------
@@ -328,7 +328,7 @@ def blended(poses):
 
 def everywhere(text, machine):
     """The joints of a program's contour, and 101 places on each element: (element, w)."""
-    joints = assemble(text.encode(), machine, Options(tool_length=TOOL)).follow_joints()
+    joints = assemble(text.encode(), machine, Options(tool_length=TOOL)).build_joint_path()
     w = np.linspace(0.0, 1.0, 101)
     return joints, (np.repeat(np.arange(len(joints.contour)), len(w)), np.tile(w, len(joints.contour)))
 

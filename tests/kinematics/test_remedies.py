@@ -19,7 +19,7 @@ SOURCE = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG2 I40 F2000 A9 C70\nG1 X90 Y-20 
 @pytest.mark.parametrize("line", [2, 3])
 def test_the_worst_place_is_found_between_samples(line: int) -> None:
     """To the last digits of the value: a smooth quantity is as bad beside its worst place, by the square of how far beside."""
-    motion = select_line(assemble(SOURCE, MACHINE, OPTIONS).follow_joints(), line)
+    motion = select_line(assemble(SOURCE, MACHINE, OPTIONS).build_joint_path(), line)
     n, dense = len(motion.contour), np.linspace(0.0, 1.0, 20001)
     values = measure(motion, np.repeat(np.arange(n), len(dense)), np.tile(dense, n))[0]
     checks = list_checks(motion)
@@ -47,7 +47,7 @@ def test_turns_of_c_within_its_travel_are_branches_the_nearest_first(most: float
         upper=np.append(MACHINE.limits.upper[:-1], travel[1]),
     )
     source = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG1 X40 F2000\nM2\n"
-    motion = select_line(assemble(source, replace(MACHINE, limits=limits), OPTIONS).follow_joints(), 2)
+    motion = select_line(assemble(source, replace(MACHINE, limits=limits), OPTIONS).build_joint_path(), 2)
     found = [(one.flip, one.turns) for one in find_legal_branches(motion)]
     reached = [(flip, turn) for flip in (0, 1) for turn in range(-TURNS, TURNS + 1) if abs(turn + 0.5 * flip) < most]
     assert sorted(found) == sorted(set(reached) - {(0, 0)})
@@ -56,7 +56,7 @@ def test_turns_of_c_within_its_travel_are_branches_the_nearest_first(most: float
 
 def test_a_finding_without_a_value_is_where_the_line_gets_out_of_reach() -> None:
     source = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG1 X2000 Z300 F2000\nM2\n"
-    motion = select_line(assemble(source, MACHINE, OPTIONS).follow_joints(), 2)
+    motion = select_line(assemble(source, MACHINE, OPTIONS).build_joint_path(), 2)
     (item,) = (one for one in check_constraints(motion)[1] if one.code == "VP110")
     assert item.value is None
     place = place_of(motion, item)
@@ -69,7 +69,7 @@ def test_a_finding_without_a_value_is_where_the_line_gets_out_of_reach() -> None
 
 def test_a_finding_with_a_value_is_where_the_line_has_it() -> None:
     source = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG1 X300 Y-300 Z600 F2000\nM2\n"
-    motion = select_line(assemble(source, MACHINE, OPTIONS).follow_joints(), 2)
+    motion = select_line(assemble(source, MACHINE, OPTIONS).build_joint_path(), 2)
     items = [one for one in check_constraints(motion)[1] if one.value is not None]
     assert items
     for item in items:

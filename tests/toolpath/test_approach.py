@@ -48,7 +48,7 @@ def approached(machine, start, text=PROGRAM, **options):
 def ends(program):
     """Joint values at both ends of every segment, (n, 2, 5)."""
     n = len(program.path)
-    joints = program.follow_joints()
+    joints = program.build_joint_path()
     return np.stack([joints.find_joints(np.arange(n), np.full(n, u)) for u in (0.0, 1.0)], axis=1)
 
 
@@ -125,7 +125,7 @@ def test_the_sliders_stand_still_while_the_table_turns(any_machine, program):
     np.testing.assert_array_equal(q[1, 0, :3], q[1, 1, :3])
     assert np.abs(q[1, 0, 3:] - q[1, 1, 3:]).min() > 0.1
     u = np.linspace(0.0, 1.0, 50)
-    along = program.follow_joints().find_joints(np.full(50, 1), u)
+    along = program.build_joint_path().find_joints(np.full(50, 1), u)
     assert np.abs(along - (q[1, 0] + u[:, None] * (q[1, 1] - q[1, 0]))).max() < EXACT
 
 

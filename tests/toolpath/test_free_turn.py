@@ -54,7 +54,7 @@ def smallest_margin(machine, tips, c):
 def tips_of(prog):
     """Ends of the lines, and points along the arc."""
     element = np.repeat(np.arange(len(prog.contour)), 5)
-    return prog.follow_joints().solve(element, np.tile(np.linspace(0, 1, 5), len(prog.contour))).tip
+    return prog.build_joint_path().solve(element, np.tile(np.linspace(0, 1, 5), len(prog.contour))).tip
 
 
 @pytest.mark.parametrize("c_range", [None, (-100.0, 80.0)])

@@ -47,7 +47,7 @@ def test_checks_are_made_on_the_delta_that_the_tool_really_takes():
     line, joint = (check_program(assemble(source, MACHINE, options))[1] for options in (OPTIONS, JOINT))
     assert line == []
     program = assemble(source, MACHINE, JOINT)
-    joints = program.follow_joints()
+    joints = program.build_joint_path()
     solved = joints.solve(np.full(2001, len(program.contour) - 1), np.linspace(0.0, 1.0, 2001))
     lowest = solved.tip[:, 2].min()
     assert [item.code for item in joint] == (["VP210"] if lowest < 0 else [])

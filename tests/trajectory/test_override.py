@@ -69,7 +69,7 @@ def test_the_ramp_leaves_room_for_what_it_adds() -> None:
 
 def off_the_path(plain: Program, table: np.ndarray) -> float:
     """How far the joint values of a file's rows, mm and rad, are at most from the joint path of a program."""
-    joints, n = plain.follow_joints(), len(plain.contour)
+    joints, n = plain.build_joint_path(), len(plain.contour)
     q, line = table[:, 1:6] / [column.factor for column in MACHINE.columns], table[:, -1]
     every, share = np.arange(n), np.linspace(0.0, 1.0, 41)
     travel = (

@@ -137,7 +137,7 @@ def test_words_along_the_great_circle_where_the_option_says_so():
     vectors = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 0)}\nG1 X20 {axis_words(40, 120)}"
     u = np.linspace(0, 1, 60)
     q = {
-        key: assemble(source(body), machine, options(orientation=way)).follow_joints().find_joints(np.zeros(60, int), u)
+        key: assemble(source(body), machine, options(orientation=way)).build_joint_path().find_joints(np.zeros(60, int), u)
         for key, body, way in (
             ("vector", vectors, "auto"), ("words as vectors", words, "vector"), ("vectors", vectors, "vector"),
             ("words", words, "auto"), ("words as angles", words, "angles"), ("vectors as angles", vectors, "angles"),
@@ -162,8 +162,8 @@ def test_a_vector_program_is_its_twin_in_words(name, turn):
         assemble(source(body), MACHINES[name], options(orientation="angles", wcs=where)) for body in (vectors, words)
     ]
     elements, u = np.repeat(np.arange(5), 9), np.tile(np.linspace(0, 1, 9), 5)
-    assert found[0].follow_joints().find_joints(elements, u) == pytest.approx(
-        found[1].follow_joints().find_joints(elements, u), abs=1e-9
+    assert found[0].build_joint_path().find_joints(elements, u) == pytest.approx(
+        found[1].build_joint_path().find_joints(elements, u), abs=1e-9
     )
     assert found[0].path.feed_time == pytest.approx(found[1].path.feed_time, rel=1e-9)
 

@@ -106,7 +106,7 @@ class Program(Struct, frozen=True, eq=False):
         """Weights of the input shaper; a single 1 without one."""
         return find_shaper_weights(self.machine, self.options, self.cycle)
 
-    def follow_joints(self) -> JointPath:
+    def build_joint_path(self) -> JointPath:
         """The joints along the contour."""
         return JointPath(self.contour, self.machine, find_contour_pose, find_speed_cap, self.options.lift)
 

@@ -50,7 +50,7 @@ def guard_joints(program: Program) -> JointPath:
     """The joints along the contour, with the fixtures and the stock that the motion has to keep out of."""
     frames = build_interpreter_setup(program.machine, program.options).frames
     keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
-    return replace(program.follow_joints(), keep_out=keep_out)
+    return replace(program.build_joint_path(), keep_out=keep_out)
 
 
 def sort_findings(findings: list[Finding]) -> list[Finding]:

@@ -152,7 +152,7 @@ def _finish_part(part: VerifierPart) -> Verification:
 def make_setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:
     """Rows as they will be written (exact inverse kinematics at s(t_k), rounded), and the move of each: -1 on the approach."""
     program = plan.program
-    joints, machine, contour = program.follow_joints(), program.machine, program.contour
+    joints, machine, contour = program.build_joint_path(), program.machine, program.contour
     move_of_segment = contour.path.move_reached
     dwells = np.append(program.moves.dwells, -1)
     sampler = RowSampler(contour, plan.profiles, plan.timeline)

@@ -42,7 +42,7 @@ class LineFacts(Struct, frozen=True, eq=False):
 def measure_lines(plan: Plan) -> LineFacts:
     """Go through the rows of a plan, before an input shaper."""
     program, cycle = plan.program, plan.timeline.cycle
-    joints, path = program.follow_joints(), program.path
+    joints, path = program.build_joint_path(), program.path
     margins, names = list_margin_functions(program.machine)
     sampler = RowSampler(program.contour, plan.profiles, plan.timeline)
     lines = np.unique(np.append(program.contour.find_lines(), plan.timeline.line))

@@ -99,7 +99,7 @@ def _plan(
         VP035: more rows than the options allow.
     SolverError
     """
-    joints, contour = program.follow_joints(), program.contour
+    joints, contour = program.build_joint_path(), program.contour
     limits, stretch = NO_LIMITS, np.ones(contour.n_sections)
     for _ in range(tuning.SHAPER_ATTEMPTS if planning.rest else 1):
         limited = replace(joints, speed=limits.cap(contour, joints.speed)) if len(limits.begin) else joints
@@ -210,7 +210,7 @@ def find_slowdown(program: Program, profiles: MotionProfiles, laid_out: Timeline
 def _measure_excess(program: Program, sampled: Rows, laid_out: Timeline) -> Array:
     """By which factor (n,) the motion around each shaped row is too fast."""
     contour, weights = program.contour, laid_out.weights
-    shaped = shape_rows(program.follow_joints().find_joints(sampled.element, sampled.w), weights)
+    shaped = shape_rows(program.build_joint_path().find_joints(sampled.element, sampled.w), weights)
     segment = contour.segment[sampled.shown]
     tip, angles, _ok = program.machine.five_axis.find_nominal_pose(shaped, contour.path.tool_length[segment])
     meant_tip, meant_angles = find_contour_pose(contour, sampled.shown, sampled.shown_w)

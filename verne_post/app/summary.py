@@ -106,7 +106,7 @@ def summarise(
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
         first = np.flatnonzero((number != np.append(-1, number[:-1])) | (length != np.append(np.nan, length[:-1])))
         tools |= dict.fromkeys(zip(number[first].tolist(), length[first].tolist(), strict=True))
-    q_start = program.follow_joints().find_joints(np.array([0]), np.array([0.0]))
+    q_start = program.build_joint_path().find_joints(np.array([0]), np.array([0.0]))
     places, numbers = round_setpoints(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
     systems = sorted({moves.frames[index] for index in used}, key=lambda frame: frame.system)

@@ -82,7 +82,7 @@ def command(
     for path, option in ((junit, "--junit"), (sarif, "--sarif")):
         if path is not None:
             files.expect_writing(path, option)
-    files.expect_folder(output, "-o")
+    files.claim_folder(output, "-o")
     if scheduler != "local" and jobs is not None:
         raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
     share = _share(shard)

@@ -46,9 +46,9 @@ def command(stage: str, input_name: str, **given: Any) -> int:
     except InputError as error:
         return refuse(name, error, source)
     lines = (
-        dump.dump_poses(program.follow_joints(), program.moves)
+        dump.dump_poses(program.build_joint_path(), program.moves)
         if stage == "poses"
-        else dump.dump_joints(program.follow_joints())
+        else dump.dump_joints(program.build_joint_path())
     )
     sys.stdout.writelines(lines)
     return ExitStatus.CLEAN

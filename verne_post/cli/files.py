@@ -174,7 +174,7 @@ class RunFiles:
         for purpose, name in (*self._read.values(), *self._written.values()):
             self._refuse_part_name(name, purpose)
 
-    def expect_folder(self, folder: Path, what: str) -> None:
+    def claim_folder(self, folder: Path, what: str) -> None:
         """Name a folder that the run will make where it is not there; what stands in its place or above it must be a folder."""
         there = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
         if not there.is_dir():

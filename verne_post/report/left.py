@@ -32,7 +32,7 @@ def make_left(program: Program) -> tuple[Surface | None, str]:
         return None, ""
     if not all(moving.shapes):
         return None, "What is left of the stock is not drawn: a tool has no size."
-    spans, tools = list_spans(program, program.follow_joints(), moving, len(program.contour) - 1)
+    spans, tools = list_spans(program, program.build_joint_path(), moving, len(program.contour) - 1)
     step = float(stock.cell.max())
     for k, tool in enumerate(tools):
         own = spans.tool == k

@@ -111,7 +111,7 @@ def _study_rows(source: Text, program: Program, result: Result, values: Array, l
 def _study_path(program: Program, result: Result) -> Study:
     """Take points evenly spaced along the path as frames, and the beginnings of blocks; between them, some points of every element."""
     machine, contour, n = program.machine, program.contour, len(program.contour)
-    joints, factor = program.follow_joints(), np.array([column.factor for column in machine.columns])
+    joints, factor = program.build_joint_path(), np.array([column.factor for column in machine.columns])
     begins = sum_running(contour.length)
     frames = np.linspace(0.0, begins[-1], FRAMES + 1)
     line = contour.find_lines()
