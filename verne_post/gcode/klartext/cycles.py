@@ -22,7 +22,13 @@ _Q = dict[int, float]
 #: Q403 of cycle 209, as the control bounds it.
 _MOST_FASTER: Final = 10.0
 #: Q214: direction in which a boring tool leaves the wall.
-_DIRECTIONS: Final = {0: (0.0, 0.0), 1: (-1.0, 0.0), 2: (0.0, -1.0), 3: (1.0, 0.0), 4: (0.0, 1.0)}
+_DIRECTIONS: Final[Mapping[float, Point]] = {
+    0: (0.0, 0.0),
+    1: (-1.0, 0.0),
+    2: (0.0, -1.0),
+    3: (1.0, 0.0),
+    4: (0.0, 1.0),
+}
 
 
 class KlartextCycles:
@@ -138,7 +144,7 @@ class KlartextCycles:
 
     def _bore(self, q: _Q) -> None:
         """202: orients the spindle at the bottom and leaves the wall by Q357, where Q214 says to which side."""
-        direction = _DIRECTIONS.get(int(q[Q.DIRECTION])) if q[Q.DIRECTION] == int(q[Q.DIRECTION]) else None
+        direction = _DIRECTIONS.get(q[Q.DIRECTION])
         if direction is None:
             raise ProgramError("VP007", f"Q214={q[Q.DIRECTION]:g}: directions are 0 to 4")
         self._need_spindle(202)
@@ -206,7 +212,7 @@ class KlartextCycles:
 
     def _bore_back(self, q: _Q) -> None:
         """204: a counterbore from below."""
-        direction = _DIRECTIONS.get(int(q[Q.DIRECTION])) if q[Q.DIRECTION] == int(q[Q.DIRECTION]) else None
+        direction = _DIRECTIONS.get(q[Q.DIRECTION])
         if direction is None or not any(direction):
             raise ProgramError("VP007", f"Q214={q[Q.DIRECTION]:g}: cycle 204 needs a direction, 1 to 4")
         self._need_spindle(204)
