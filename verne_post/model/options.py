@@ -40,11 +40,13 @@ from verne_post.model.option_checks import (
 )
 from verne_post.model.part_setup import (
     MAX_TOOL,
+    OWN_STOCK,
     SYSTEM_NAMES,
     Box,
     Cylinder,
     FixtureMesh,
     NominalPart,
+    OwnStock,
     Tool,
     WorkOffset,
 )
@@ -222,9 +224,9 @@ class Options:
     keep_out: Annotated[tuple[Box | FixtureMesh, ...], Checked(check_fixtures), About(
         "A fixture as a box on the table, mm; repeatable.", Group.SAFETY, Changes.CHECKS,
         metavar="NAME[@G54]=X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = ()
-    stock: Annotated[Box | FixtureMesh | None, Checked(check_stock), About(
-        "The stock as a box: rapids and holders keep out of it.", Group.SAFETY, Changes.CHECKS,
-        metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = None
+    stock: Annotated[Box | FixtureMesh | OwnStock | None, Checked(check_stock), About(
+        "The stock as a box, or as the program defines it: rapids and holders keep out of it.", Group.SAFETY, Changes.CHECKS,
+        metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1|program", in_settings=False)] = None
     tool_shapes: Annotated[dict[int, Any], Checked(check_shapes), About(
         "Cutter, shank and holder of the tools.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = field(
         default_factory=dict)
@@ -446,6 +448,8 @@ def _convert_to_json(value: object) -> object:
         system = "table" if value.system is None else SYSTEM_NAMES[value.system]
         mesh = {"mesh": hashlib.sha256(value.raw).hexdigest(), "unit": value.unit}
         return {"name": value.name, **mesh, "system": system, "distance_mm": value.distance}
+    if isinstance(value, OwnStock):
+        return OWN_STOCK
     if isinstance(value, NominalPart):
         system = "table" if value.system is None else SYSTEM_NAMES[value.system]
         wanted = {f"{key}_mm": one for key, one in value.wanted.__dict__.items()}
