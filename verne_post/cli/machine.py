@@ -218,7 +218,7 @@ def validate(name: str) -> int:
 def import_(configuration: Path, output: Path) -> int:
     """Write the machine file of a LinuxCNC configuration: kinematics, offsets, travels and speeds from its INI and HAL files.
 
-    Kinematics: xyzac-trt-kins, xyzbc-trt-kins, 5axiskins, maxkins.
+    Kinematics: xyzac-trt-kins, xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins, maxkins.
     """
     from verne_post.config.linuxcnc import convert_linuxcnc
     from verne_post.config.load import build_machine
