@@ -307,9 +307,11 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     from verne_post import __version__
 
     lines = source.count(b"\n") + (not source.endswith(b"\n"))
+    setup = study.program.options.setup_source if study.program is not None else ""
     made = (
         ("program", f"{program}, {count(lines, 'line')}"),
         ("its SHA-256", sha256(source)[:DIGEST]),
+        *([("set-up", setup)] if setup else []),
         ("machine", machine.name),
         ("its SHA-256", machine.sha256[:DIGEST]),
         ("made by", f"verne-post {__version__}"),
