@@ -218,7 +218,7 @@ def write_governing_html(machine: Machine, study: Study) -> str:
         + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
         for key, row in zip(keys, rows, strict=True)
     )  # fmt: skip
-    more = f"won by {100.0 * (HIGHER - 1.0):.0f} % more, s"
+    more = f"{100.0 * (HIGHER - 1.0):.0f} % more wins about, s"
     table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it at stops, s", more), body)
     ways = "".join(f"<li>{escaped(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
     return table + (f"<ul class=ways>{ways}</ul>" if ways else "")
