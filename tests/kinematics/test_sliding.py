@@ -119,7 +119,7 @@ def test_a_nutating_wrist_goes_by_its_joints() -> None:
     assert abs(rows[middle, 4] - 25.0) < step
     assert "distance from the fold" in [margin.name for margin in machine.margins]
     assert machine.five_axis.find_geometry_margins(
-        rows[:3] / [1, 1, 1, 57.3, 57.3], np.zeros((3, 2)), machine.five_axis.platform(rows[:3])[0]
+        rows[:3] / [1, 1, 1, 57.3, 57.3], np.zeros((3, 2)), machine.five_axis.find_platform(rows[:3])[0]
     ).shape == (3, len(machine.margins))
 
 

@@ -343,7 +343,7 @@ def identify_(
     """
     name = show_name(measured)
     if sigma_xyz == 0 and sigma_rod == 0:
-        raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
+        raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: one of them must be above 0")
     files = RunFiles()
     files.expect(measured, "MEASURED.csv")
     import numpy as np
