@@ -125,23 +125,8 @@ class KlartextCycles:
     # --- cycles ------------------------------------------------------------------------------------------------
 
     def _drill(self, q: _Q) -> None:
-        """200: pecks with full retract."""
-        clear, surface = self._start_height(q)
-        bottom, step = surface + q[Q.DEPTH], q[Q.INFEED]
-        depth = surface
-        if q[Q.DEPTH] < 0:
-            self._check_pecks(-q[Q.DEPTH], step)
-            while depth - step > bottom + ZERO_LENGTH_MM:
-                depth -= step
-                self.go_to_height(depth, q[Q.PLUNGE_FEED])
-                self.go_to_height(clear, 0.0)
-                self._wait(q[Q.DWELL_ABOVE])
-                self.go_to_height(depth + q[Q.CLEARANCE], 0.0)
-        if q[Q.DEPTH] != 0:
-            self.go_to_height(bottom, q[Q.PLUNGE_FEED])
-            self._wait(q[Q.DWELL_BELOW])
-        self.go_to_height(clear, 0.0)
-        self._leave(q, clear)
+        """200: pecks with full retract in rapid traverse."""
+        self._drill_universal({**q, Q.RETRACT_FEED: FMAX_VALUE, Q.BREAKS: 0.0, Q.DECREMENT: 0.0})
 
     def _ream(self, q: _Q) -> None:
         """201: back at Q208, or at Q206 where that is 0."""
@@ -472,11 +457,7 @@ class KlartextCycles:
                 "cycle 240 with Q343=1 is not executed: the angle of the tool's point is not known; give the depth, Q343=0",
             )
         clear, surface = self._start_height(q)
-        if q[Q.DEPTH] != 0:
-            self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])
-            self._wait(q[Q.DWELL_BELOW])
-        self.go_to_height(clear, 0.0)
-        self._leave(q, clear)
+        self._finish_hole({**q, Q.RETRACT_FEED: FMAX_VALUE}, clear, surface + q[Q.DEPTH])
 
 
 #: Moves of each machining cycle.
