@@ -168,7 +168,7 @@ def test_margins_are_those_of_the_rods() -> None:
         ("home_actuators_mm", "central = {base = [0, 0, 0], first_axis = [1, 0, 0]}\nhome_actuators_mm", "too many: central"),
         ("smallest_drop_mm = 100.0", "", "missing: smallest_drop_mm"),
         ("rail = [0, -0.5, 0.866025404], rod = 750", "rail = [0, 0, 0], rod = 750", "expected a direction"),
-        ("rod = 750", "rod = 760", "open"),
+        ("rod = 750", "rod = 760", "but another rod needs it"),
         ("slider = [-100, 700, 0]", "slider = [-90, 700, 0]", ""),
         ('by = "q3"', 'by = "q2"', ""),
         ("travel_mm = [-200.0, 750.0]", "slides = [0, 0, 1]\ntravel_mm = [-200.0, 750.0]", "a slider is its place on the rails"),
