@@ -40,7 +40,7 @@ interpreter alone. This page is made from the docstrings by `docs/make_api.py`.
 """
 FUNCTIONS = ("load_machine", "convert", "check", "explain", "verify", "machined", "fit", "work_offsets")
 CLASSES = (
-    "Options", "WorkOffset", "Tool", "Cylinder", "Box", "NominalPart", "Wanted", "Result", "Setpoints", "Finding", "Explanation", "Verification",
+    "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result", "Setpoints", "Finding", "Explanation", "Verification",
     "Machined", "Summary", "Verdict", "Machine", "UsageError", "InputError",
 )  # fmt: skip
 

@@ -53,6 +53,24 @@ def test_the_blade_is_converted(run: Runner, tmp_path: Path) -> None:
     assert checked > 50
 
 
+def test_the_blade_is_converted_on_sliders(run: Runner, tmp_path: Path) -> None:
+    """The same program of the part on another carrier: the rows of both hold the same tips and axes line by line."""
+    source, ends = ROOT / "gcode_samples/blade_5axis.nc", []
+    for machine in ("tricept", "george_v"):
+        axes, loaded = tmp_path / f"{machine}.csv", verne_post.load_machine(machine)
+        place = {"tricept": "0,0,10", "george_v": "0,0,10"}[machine]
+        words = ["--machine", machine, "--tool-length", "120", "--wcs", f"G54={place}"]
+        answer = run("convert", source, *words, "-o", axes)
+        assert answer.code == 0, answer.out + answer.err
+        table = np.genfromtxt(axes, delimiter=",", names=True)
+        rows = np.column_stack([table[f"{column.joint}_{column.unit}"] for column in loaded.columns])
+        tip, axis, ok = loaded.forward(rows / [column.factor for column in loaded.columns], 120.0)
+        assert ok.all()
+        assert run("verify", axes, "--against", source, *words).code == 0
+        ends.append([tip[[0, -1]] - [float(value) for value in place.split(",")], axis[[0, -1]]])
+    assert np.abs(np.array(ends[0]) - np.array(ends[1])).max() < 1e-4
+
+
 HEAD = "G21 G90 G94 G17\nG0 X10 Y0 Z30 {words}\nG1 Z0 F1000\n"
 
 

@@ -16,7 +16,7 @@ if _typing.TYPE_CHECKING:
     from verne_post.model.machine import Machine
     from verne_post.model.option_checks import work_offsets
     from verne_post.model.options import Options
-    from verne_post.model.part_setup import Box, Cylinder, FixtureMesh, NominalPart, Tool, Wanted, WorkOffset
+    from verne_post.model.part_setup import Box, Cylinder, FixtureMesh, NominalPart, OwnStock, Tool, Wanted, WorkOffset
     from verne_post.model.summary import Summary
     from verne_post.model.verdict import Verdict
     from verne_post.model.verification import Verification
@@ -31,6 +31,7 @@ _HOME = {
     "Explanation": "verne_post.app.explain",
     "Finding": "verne_post.model.findings",
     "FixtureMesh": "verne_post.model.part_setup",
+    "OwnStock": "verne_post.model.part_setup",
     "InputError": "verne_post.model.findings",
     "Machine": "verne_post.model.machine",
     "Machined": "verne_post.part.verdict",
@@ -66,6 +67,7 @@ __all__ = [
     "Machined",
     "NominalPart",
     "Options",
+    "OwnStock",
     "Result",
     "Setpoints",
     "Summary",

@@ -92,7 +92,7 @@ class Judge:
 
 def main(n: int) -> None:
     """Print the counts of each kind."""
-    for name in ("verne_by_rods", "urane_sx"):
+    for name in ("verne_by_rods", "urane_sx", "quickstep"):
         judge, machine, random = Judge(name), verne_post.load_machine(name), np.random.default_rng(48)
         count = dict.fromkeys(("accepted", "refused", "near a limit", "wrongly accepted", "wrongly refused"), 0)
         for _ in range(n):

@@ -146,6 +146,6 @@ def test_several_processes_are_refused_where_none_can_be_forked(
     answer = run("check", SAMPLES / "posted.nc", "-j", 2)
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.endswith(
-        "Error: --jobs 2: several processes work on a program on Linux alone; batch -j runs anywhere\n"
+        "Error: --jobs 2: several processes work on a program only on Linux; batch -j runs anywhere\n"
     )
     assert run("check", SAMPLES / "posted.nc", "-j", 1).code == 0

@@ -11,7 +11,13 @@ from verne_post.config.linuxcnc import convert_linuxcnc
 from verne_post.config.load import build_machine
 from verne_post.model.findings import InputError
 
-LETTERS = {"xyzac-trt-kins": "xyzac", "xyzbc-trt-kins": "xyzbc", "5axiskins": "xyzbcw", "maxkins": "xyzabcuvw"}
+LETTERS = {
+    "xyzab_tdr_kins": "xyzab",
+    "xyzac-trt-kins": "xyzac",
+    "xyzbc-trt-kins": "xyzbc",
+    "5axiskins": "xyzbcw",
+    "maxkins": "xyzabcuvw",
+}
 LENGTH = 62.5
 
 
@@ -71,6 +77,24 @@ def test_trunnions_are_those_of_trtfuncs(letter: str, sense: float) -> None:
         z = st * jx + ct * jz + high + LENGTH
     wanted = np.stack([x, y, z], axis=1) + point - [0.0, 0.0, LENGTH]
     assert np.abs(find_tip(machine, linear, tilt, turn) - wanted).max() < 1e-9
+
+
+def test_two_tables_are_those_of_xyzab_tdr() -> None:
+    """Its inverse, type 1: the part turns by A and then by B, each about a point of its own."""
+    name, point, dx, dz = "xyzab_tdr_kins", np.array([3.0, -4.0, 5.0]), 17.5, -23.0
+    hal = "".join(f"setp {name}.{axis}-rot-point {value}\n" for axis, value in zip("xyz", point, strict=True))
+    machine, _made = convert(write_ini(name, hal + f"setp {name}.x-offset {dx}\nsetp {name}.z-offset {dz}"))
+    random = np.random.default_rng(49)
+    tip, a, b = random.uniform(-90, 90, (500, 3)), random.uniform(-100, 100, 500), random.uniform(-170, 170, 500)
+    (sa, sb), (ca, cb) = ((f(np.radians(a)), f(np.radians(b))) for f in (np.sin, np.cos))
+    qx, qy, qz = (tip + [0.0, 0.0, LENGTH] - point - [dx, 0.0, dz + LENGTH]).T
+    linear = np.stack([
+        cb * qx + sa * sb * qy - ca * sb * qz + cb * dx - sb * dz,
+        ca * qy + sa * qz,
+        sb * qx - sa * cb * qy + ca * cb * qz + sb * dx + cb * dz + LENGTH,
+    ], axis=1) + point  # fmt: skip
+    assert [column.joint for column in machine.columns] == ["x", "y", "z", "b", "a"]
+    assert np.abs(find_tip(machine, linear, b, a) - tip).max() < 1e-9
 
 
 def test_bridge_mill_is_that_of_5axiskins() -> None:

@@ -372,3 +372,39 @@ def test_the_stock_of_the_sample_may_be_its_file(folder: Path) -> None:
     assert result.summary.options.record()["stock"]["unit"] == "mm"
     assert result.part is not None
     assert result.part.rests == ()
+
+
+#: A cylinder of 40 mm under a rapid that passes beside it, but through its box.
+BLANK = "BEGIN PGM A MM\nBLK FORM CYLINDER Z R20 L20\nTOOL CALL 1 Z S900 F900\nL X-40 Y+{y} Z+30 A+0 C+0 FMAX\nL Z-5 FMAX\nL X+40 FMAX\nL Z+30 FMAX\nM30\nEND PGM A MM\n"
+
+
+def test_the_stock_that_a_program_defines_is_checked_where_one_asks(tmp_path: Path, run: Any) -> None:
+    shapes, file = tmp_path / "shapes.toml", tmp_path / "a.h"
+    shapes.write_text("[tool.1]\ncutter = { diameter = 8, length = 40 }\nholder = { diameter = 30 }\n")
+    words = ("--tool-length", 80, "--wcs", "G54=3,-2,60,20", "--tool-shapes", shapes)
+    file.write_text(BLANK.format(y=0))
+    answer = run("check", file, *words)
+    assert answer.code == 0
+    assert "it is not checked, --stock program does that" in answer.out + answer.err
+    for given in (("--stock", "program"), ()):
+        if not given:
+            Path(f"{file}.toml").write_text('[stock]\nfile = "program"\n')
+        answer = run("check", file, *words, *given)
+        assert answer.code == 1
+        found = re.search(r"a.h:6: VP216 error: distance of the cutter from the stock of the program as it is then.* (-[\d.]+) mm is below", answer.out + answer.err)  # fmt: skip
+        assert found is not None
+        assert float(found[1]) == pytest.approx(-2.5, abs=0.1)  # 5 mm deep, at the middle of what a ray has there
+    file.write_text(BLANK.format(y=24.2))  # beside the cylinder; the box around it is wider at its corners
+    assert run("check", file, *words).code == 0
+    file.write_text(BLANK.format(y=20).replace("X-40", "X-21").replace("L X+40 FMAX", "L X-18 FMAX"))
+    assert run("check", file, *words).code == 0
+    square = BLANK.format(y=20).replace("X-40", "X-21").replace("L X+40 FMAX", "L X-18 FMAX")
+    file.write_text(
+        square.replace("BLK FORM CYLINDER Z R20 L20", "BLK FORM 0.1 Z X-20 Y-20 Z-20\nBLK FORM 0.2 X+20 Y+20 Z+0")
+    )
+    assert run("check", file, *words).code == 1
+    plain = tmp_path / "b.nc"
+    plain.write_text("G21 G90 G94\nT1 M6\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F900\nM2\n")
+    answer = run("check", plain, *words, "--stock", "program")
+    assert answer.code == 2
+    assert "--stock program: the program defines no stock (BLK FORM, WORKPIECE)" in answer.out + answer.err

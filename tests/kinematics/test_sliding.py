@@ -49,9 +49,11 @@ def test_reference_values_over_a_table() -> None:
             assert min(np.abs(one).max() for one in away) < 1e-8  # places of the file have nine decimals
 
 
-def judge(values: np.ndarray, place: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def judge(
+    values: np.ndarray, place: np.ndarray, length: float, text: str = TEXT
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Misfits of the six rods (n, 6), tip and tool axis (n, 3) in the part frame, of joints of the file (n, 5) and P (n, 3)."""
-    data = tomllib.loads(TEXT)
+    data = tomllib.loads(text)
     carrier, joints, chain = data["carrier"], data["joints"], data["chain"]
     misfit = []
     for rod in carrier["rods"]:
@@ -93,12 +95,40 @@ def test_inverse_and_forward_by_the_judge() -> None:
     assert np.abs(turned - axis).max() < 1e-12
 
 
-@pytest.mark.parametrize("text", [TEXT, describe_urane()], ids=["on", "under"])
+NUTATING = TEXT.replace("turns = [1.0, 0.0, 0.0]", "turns = [-0.766044443118978, 0.0, -0.6427876096865393]").replace(
+    "[-110.0, 110.0]", "[-180.0, 180.0]"
+)
+
+
+def test_a_nutating_wrist_goes_by_its_joints() -> None:
+    """A at 50 degrees to C and to the tool: places of a program by the judge, half way with half of the words, and the fold as a margin."""
+    machine = build_machine(NUTATING.encode(), "mine.toml")
+    text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG1 X40 Y20 A60 C50 F3000\nG1 X0 Y-30 A-80 C-20\nM2\n"
+    result = verne_post.convert(text, machine, verne_post.Options(tool_length=LENGTH, wcs={"G54": (0.0, 0.0, 0.0)}))
+    assert result.ok, result.findings
+    rows, line = np.asarray(result.setpoints.values), np.asarray(result.setpoints.line)
+    place = machine.five_axis._find_position(rows[:, :3])
+    misfit, tip, _axis = judge(rows, place, LENGTH, NUTATING)
+    assert np.abs(misfit).max() < 1e-5
+    assert np.abs(tip[0] - [0, 0, 50]).max() < 1e-4
+    assert np.abs(tip[-1] - [0, -30, 50]).max() < 1e-4
+    on = np.flatnonzero(line == 3)
+    middle = on[np.argmin(np.abs(tip[on, 0] - 20.0))]
+    step = np.abs(np.diff(rows[on, 3])).max()
+    assert abs(rows[middle, 3] - 30.0) < step
+    assert abs(rows[middle, 4] - 25.0) < step
+    assert "distance from the fold" in [margin.name for margin in machine.margins]
+    assert machine.five_axis.find_geometry_margins(
+        rows[:3] / [1, 1, 1, 57.3, 57.3], np.zeros((3, 2)), machine.five_axis.find_platform(rows[:3])[0]
+    ).shape == (3, len(machine.margins))
+
+
+@pytest.mark.parametrize("text", [TEXT, describe_urane(), NUTATING], ids=["on", "under", "nutating"])
 def test_jacobian_is_the_derivative(text: str) -> None:
     machine = build_machine(text.encode(), "mine.toml")
     random = np.random.default_rng(3)
     tip = random.uniform([-100, -100, 0], [100, 100, 100], (50, 3))
-    angles = random.uniform([-0.8, -3], [0.8, 3], (50, 2))
+    angles = random.uniform([0.1, -3], [0.8, 3], (50, 2)) * random.choice([[1, 1], [-1, 1]], 50)
     rates = machine.five_axis.find_jacobian(tip, angles, LENGTH)
     for k, step in enumerate([1e-3, 1e-3, 1e-3, 1e-5, 1e-5]):
         move = step * np.eye(5)[k]
@@ -138,7 +168,7 @@ def test_margins_are_those_of_the_rods() -> None:
         ("home_actuators_mm", "central = {base = [0, 0, 0], first_axis = [1, 0, 0]}\nhome_actuators_mm", "too many: central"),
         ("smallest_drop_mm = 100.0", "", "missing: smallest_drop_mm"),
         ("rail = [0, -0.5, 0.866025404], rod = 750", "rail = [0, 0, 0], rod = 750", "expected a direction"),
-        ("rod = 750", "rod = 760", "open"),
+        ("rod = 750", "rod = 760", "but another rod needs it"),
         ("slider = [-100, 700, 0]", "slider = [-90, 700, 0]", ""),
         ('by = "q3"', 'by = "q2"', ""),
         ("travel_mm = [-200.0, 750.0]", "slides = [0, 0, 1]\ntravel_mm = [-200.0, 750.0]", "a slider is its place on the rails"),

@@ -153,6 +153,11 @@ def test_the_command_takes_two_programs_with_a_set_up_each(
     Path("b.nc").write_text(AFTER.replace("X22", "A99"))
     assert run("report", "a.nc", "b.nc", "-o", "two.html", "-q").code == 1
     assert run("report", "a.nc", "nothing.nc", "-o", "two.html").code == 2
+    # no machine is drawn, so what draws machines is not needed
+    with monkeypatch.context() as without:
+        without.setattr("importlib.util.find_spec", lambda name: None)
+        assert "needs jupyter_threejs_sage" in run("report", "a.nc", "-o", "one.html").err
+        assert run("report", "a.nc", "a.nc", "-o", "two.html", "-q").code == 0
     for words, message in (
         (("a.nc", "b.nc", "a.nc", "-o", "two.html"), "shows one program or compares two; 3 are given"),
         (("a.nc", "b.nc", "--static", "two.png"), "--static draws one program"),

@@ -299,6 +299,14 @@ def test_modal_states_are_those_of_the_text() -> None:
     assert said[14]["coolant"] == "off"
     assert said[14]["work offset"] == "G55"
     assert said[14]["corners"] == "exact path"
+    assert re.search(
+        r"set-up\s+states.nc.toml ",
+        re.sub(
+            "<[^>]*>",
+            " ",
+            write_sheet_html("states.nc", b"", MACHINE, study_of(STATES, **options, setup_source="states.nc.toml")),
+        ),
+    )
     sheet = re.sub("<[^>]*>", " ", write_sheet_html("states.nc", STATES.encode(), MACHINE, seen))
     assert re.search(rf"T3\s+70\s+8\s+900\s+{seen.x[-1]:.3f} ", sheet)
     assert re.search(r"program\s+states.nc, 15 lines ", sheet)

@@ -13,7 +13,7 @@ from verne_post.app.machined import Body, find_tools, judge_rows, place_on_table
 from verne_post.app.result import Progress
 from verne_post.app.stock_check import build_tool, report_touches
 from verne_post.base.arrays import Array, Ints
-from verne_post.kinematics.checks.keep_out import refuse_leaning_part
+from verne_post.kinematics.checks.keep_out import place_own_stock
 from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.part_setup import Box, FixtureMesh
 from verne_post.model.setpoints import SetpointBlock
@@ -108,26 +108,19 @@ def make_stock(program: Program, most: int = MOST_RAYS) -> Dexels:
     InputError
         VP018.
     """
-    box, own = program.options.stock, program.moves.stock
+    box = program.options.stock
     if isinstance(box, FixtureMesh):
         place = place_on_table(program, box.name, box.system)
         return read_stock(box.raw, box.shown, box.unit).thin(most).move(*place)
-    if box is not None:
+    if isinstance(box, Box):
         low, high = np.array(box.low), np.array(box.high)
         return make_box(low, high, *place_on_table(program, box.name, box.system), _choose_cell(low, high, most))
-    if own is None:
-        raise InputError(
-            make_finding("VP018", "--stock-from program: the program defines no stock (BLK FORM, WORKPIECE)")
-        )
-    refuse_leaning_part(program.machine, "the stock of the program")
-    coordinates = program.machine.coordinates
-    origin = coordinates.map_to_table(np.zeros(9), own.frame)[0]
-    along = coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), own.frame)
-    turn, low, high = float(np.arctan2(along[1], along[0])), np.array(own.low), np.array(own.high)
-    cell = _choose_cell(low, high, most)
-    return (
-        make_cylinder(low, high, own.bore, origin, turn, cell) if own.round else make_box(low, high, origin, turn, cell)
-    )
+    own = place_own_stock(program.machine, program.moves)
+    half, stock = own.half, program.moves.stock
+    cell = _choose_cell(-half, half, most)
+    if stock is not None and stock.round:
+        return make_cylinder(-half, half, stock.bore, own.middle, own.turn, cell)
+    return make_box(-half, half, own.middle, own.turn, cell)
 
 
 def _choose_cell(low: Array, high: Array, most: int) -> float:

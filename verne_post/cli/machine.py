@@ -218,7 +218,7 @@ def validate(name: str) -> int:
 def import_(configuration: Path, output: Path) -> int:
     """Write the machine file of a LinuxCNC configuration: kinematics, offsets, travels and speeds from its INI and HAL files.
 
-    Kinematics: xyzac-trt-kins, xyzbc-trt-kins, 5axiskins, maxkins.
+    Kinematics: xyzac-trt-kins, xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins, maxkins.
     """
     from verne_post.config.linuxcnc import convert_linuxcnc
     from verne_post.config.load import build_machine
@@ -343,7 +343,7 @@ def identify_(
     """
     name = show_name(measured)
     if sigma_xyz == 0 and sigma_rod == 0:
-        raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: something must be able to miss; give one of them")
+        raise click.UsageError("--sigma-xyz 0 and --sigma-rod 0: one of them must be above 0")
     files = RunFiles()
     files.expect(measured, "MEASURED.csv")
     import numpy as np

@@ -23,7 +23,7 @@ from verne_post.cli.streams import echo
 from verne_post.model.findings import InputError, UsageError, make_finding
 from verne_post.model.option_checks import check_box, check_work_offsets, find_system
 from verne_post.model.options import OPTIONS, About, Group, Option, Options, find_about
-from verne_post.model.part_setup import SYSTEM_NAMES, Box, WorkOffset
+from verne_post.model.part_setup import OWN_STOCK, SYSTEM_NAMES, Box, OwnStock, WorkOffset
 
 if TYPE_CHECKING:
     from verne_post.config.box_file import FixtureFile
@@ -345,13 +345,18 @@ def _merge_bodies(
             raise click.UsageError(f"--keep-out {text}: {name} is given twice; every box needs its own name")
         named.add(name)
         fixtures[name] = _make_box(name, system, corners, f"--keep-out {text}")
-    stock = None
-    if (text := values.get("stock")) is None:
-        stock = None if stock_file is None else make("the stock", *stock_file)
-    else:
+    stock: Box | FixtureMesh | OwnStock | None = None
+    if (text := values.get("stock")) is None and stock_file is not None:
+        from verne_post.config.box_file import make_stock
+
+        one, path, place = stock_file
+        stock = make_stock(one, None if path is None or one.is_own else (files.read(path, place), show_name(path)))
+    elif text == OWN_STOCK:
+        stock = OwnStock()
+    elif text is not None:
         system, equals, corners = text.rpartition("=")
         if equals and not system:
-            raise click.UsageError(f"--stock {text}: expected X0,Y0,Z0,X1,Y1,Z1, or G54=X0,...")
+            raise click.UsageError(f"--stock {text}: expected X0,Y0,Z0,X1,Y1,Z1, G54=X0,..., or program")
         stock = _make_box("the stock", system, corners, f"--stock {text}")
     return {"keep_out": tuple(fixtures.values()), "stock": stock}
 

@@ -42,7 +42,8 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
     suffix = "" if static is None else expect_picture(files, static, "--static")
     if output is not None:
         files.expect_writing(output, "-o")
-        require_package("jupyter_threejs_sage", "-o", "report")
+        if len(inputs) == 1:  # a comparison draws no machine
+            require_package("jupyter_threejs_sage", "-o", "report")
     read = []
     for input_name in inputs:
         try:

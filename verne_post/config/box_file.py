@@ -6,7 +6,17 @@ from typing import Annotated, ClassVar, Final, Literal
 from msgspec import Meta
 
 from verne_post.config.sentences import Checks, Table
-from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, SYSTEM_NUMBERS, Box, FixtureMesh, NominalPart, Wanted
+from verne_post.model.part_setup import (
+    MAX_PLACE,
+    MAX_TOOL,
+    OWN_STOCK,
+    SYSTEM_NUMBERS,
+    Box,
+    FixtureMesh,
+    NominalPart,
+    OwnStock,
+    Wanted,
+)
 
 Point = Annotated[list[Annotated[float, Meta(ge=-MAX_PLACE, le=MAX_PLACE)]], Meta(min_length=3, max_length=3)]
 Distance = Annotated[float, Meta(ge=0, le=MAX_PLACE)]
@@ -50,6 +60,11 @@ class FixtureFile(Table, frozen=True, kw_only=True):
                 raise ValueError(f"{'min' if self.min is None else 'max'} is missing")
             _check_corners(self.min, self.max)
 
+    @property
+    def is_own(self) -> bool:
+        """Whether a stock is that of the program itself."""
+        return self.file == OWN_STOCK
+
     def make(self, name: str, content: tuple[bytes, str] | None) -> Box | FixtureMesh:
         """As the program has it; ``content`` are bytes and name of the file, where it has one."""
         system = SYSTEM_NUMBERS.get(self.system)
@@ -59,9 +74,17 @@ class FixtureFile(Table, frozen=True, kw_only=True):
         return Box(name, low, high, system, self.distance_mm)  # type: ignore[arg-type]
 
 
+def make_stock(stock: FixtureFile | None, content: tuple[bytes, str] | None) -> Box | FixtureMesh | OwnStock | None:
+    """The stock of a file of a set-up."""
+    if stock is None:
+        return None
+    return OwnStock(distance=stock.distance_mm) if stock.is_own else stock.make("the stock", content)
+
+
 def name_fixture_files(fixtures: Mapping[str, FixtureFile], stock: FixtureFile | None) -> dict[str, str]:
     """Key of a set-up or settings file -> the file of a fixture or of the stock that it names."""
-    bodies = {f"keep_out.{name}.file": one for name, one in fixtures.items()} | {"stock.file": stock}
+    bodies: dict[str, FixtureFile | None] = {f"keep_out.{name}.file": one for name, one in fixtures.items()}
+    bodies["stock.file"] = None if stock is not None and stock.is_own else stock
     return {key: one.file for key, one in bodies.items() if one is not None and one.file is not None}
 
 

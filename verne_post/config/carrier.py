@@ -120,8 +120,6 @@ def build_carrier_machine(
     """The machine of a rotary pair and its carrier; see :func:`build_carried_machine`."""
     if file.rods is None:
         return build_carried_machine(file, chain, to_polar, part_zero, names)
-    if chain.pair.nutation is not None:
-        raise ValueError(f"{' and '.join(names)} nutate: a nutating pair with a carrier is not executed yet")
     rods = [Rod(rod.platform, rod.slider, rod.rail, rod.rod, rod.by) for rod in file.rods]
     sliders = file.home_actuators_mm or []
     module = RodsModule(file.home, sliders, rods, file.largest_turn_deg, tuple(file.actuators))

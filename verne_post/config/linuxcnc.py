@@ -55,6 +55,7 @@ _ROT_POINT: Final = ("x-rot-point", "y-rot-point", "z-rot-point")
 _KINEMATICS: Final = {
     "xyzac-trt-kins": Kinematics("xyzac", (*_ROT_POINT, "y-offset", "z-offset"), ("tool-offset",)),
     "xyzbc-trt-kins": Kinematics("xyzbc", (*_ROT_POINT, "x-offset", "z-offset"), ("tool-offset",)),
+    "xyzab_tdr_kins": Kinematics("xyzab", (*_ROT_POINT, "x-offset", "z-offset"), ("tool-offset-z",)),
     "5axiskins": Kinematics("xyzbcw", ("pivot-length",), ()),
     "maxkins": Kinematics("xyzabcuvw", ("pivot-length",), ()),
 }
@@ -68,7 +69,6 @@ _REFUSED: Final = {
     "lineardeltakins": "three axes; kind = 'linear_delta' has this carrier over a tilting table: start from linear_delta",
     "rotarydeltakins": "arms that turn in place of sliders are not executed",
     "tripodkins": "three wires hold no tool axis",
-    "xyzab_tdr_kins": "its formulas were not compared: start from ab_table, and compare the senses",
     "xyzacb_trsrn": "three rotary joints: a chain has two",
     "xyzbca_trsrn": "three rotary joints: a chain has two",
     "trivkins": "joints without a relation of tool and part: start from the shipped file that has the machine's rotary joints",
@@ -274,7 +274,7 @@ def _find_kinematics(ini: IniFile) -> tuple[str, str]:
         key, _equals, value = parameter.partition("=")
         if key.lower() == "coordinates" and value:
             coordinates = value.lower()
-    needed = set(_KINEMATICS[component].coordinates) - set("auvw") | ({"a"} if component.startswith("xyzac") else set())
+    needed = set(_KINEMATICS[component].coordinates) - set("auvw") | ({"a"} if component.startswith("xyza") else set())
     if missing := sorted(needed - set(coordinates)):
         raise _refuse(found[1], f"coordinates={coordinates}: {component} needs {', '.join(missing)} too")
     return component, coordinates
@@ -283,6 +283,8 @@ def _find_kinematics(ini: IniFile) -> tuple[str, str]:
 def _find_notes(ini: IniFile, pins: Pins, component: str, coordinates: str) -> Iterator[str]:
     """What of a configuration is not taken over."""
     kinematics = _KINEMATICS[component]
+    if component == "xyzab_tdr_kins":
+        yield "the kinematics are those of its type 1, with tool-centre-point control; type 0 has none"
     for pin in kinematics.tool:
         if not pins.is_connected(f"{component}.{pin}"):
             yield (f"{component}.{pin} is not connected to motion.tooloffset.z: LinuxCNC then compensates no tool length; the file "
@@ -320,11 +322,16 @@ def _place_rotary(
         "[chain]                             # all joints at 0; mm, base frame: that of the machine's coordinates, z up"
     ]
     tail = ["gauge = [0.0, 0.0, 0.0]", "axis = [0.0, 0.0, 1.0]", "part_zero = [0.0, 0.0, 0.0]"]
+    point = [lengths.get(pin, 0.0) for pin in _ROT_POINT]
+    through = [one + lengths.get(f"{axis}-offset", 0.0) for axis, one in zip("xyz", point, strict=True)]
+    if component == "xyzab_tdr_kins":  # b carries a, and both turn the part left-handed
+        rotary = [
+            ("b", f'turns = [0.0, 1.0, 0.0]\nthrough = {_show_list(point)}\npositive = "tool"'),
+            ("a", f'turns = [1.0, 0.0, 0.0]\nthrough = {_show_list(through)}\npositive = "tool"'),
+        ]
+        return [*head, 'tool = ["x", "y", "z"]', 'part = ["b", "a"]', *tail], rotary
     if component.endswith("trt-kins"):
         tilt = component[3]
-        point = [lengths[pin] for pin in _ROT_POINT]
-        offset = [lengths.get(f"{axis}-offset", 0.0) for axis in "xyz"]
-        through = [one + more for one, more in zip(point, offset, strict=True)]
         positive = f'positive = "{"tool" if conventional else "part"}"'
         direction = [1.0, 0.0, 0.0] if tilt == "a" else [0.0, 1.0, 0.0]
         rotary = [

@@ -104,7 +104,7 @@ def _read_rows(
         missing = [key for key in needed if key not in row]
         if strange or missing:
             what = f"{strange[0]!r} is no column of it" if strange else f"{missing[0]} is missing"
-            raise _make_error(f"{where}: {what}; expected {','.join(needed)}, and as you like {','.join(optional)}")
+            raise _make_error(f"{where}: {what}; expected {','.join(needed)}, and optionally {','.join(optional)}")
         yield where, row
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from verne_post.base.text_marks import decode_text
+from verne_post.config.box_file import make_stock
 from verne_post.config.control_tables import merge_keys
 from verne_post.config.files import read_file
 from verne_post.config.part_setup import read_lengths, read_offsets
@@ -74,7 +75,7 @@ def lay_over_setup(options: Options, program: Path | None, setup: Setup) -> Opti
     fixtures = {name: one.make(name, contents.get(f"keep_out.{name}.file")) for name, one in file.keep_out.items()}
     fixtures |= {one.name: one for one in options.keep_out}
     return Options(**{
-        "stock": None if file.stock is None else file.stock.make("the stock", contents.get("stock.file")),
+        "stock": make_stock(file.stock, contents.get("stock.file")),
         "part": None if file.part is None else file.part.make_part(*contents["part.nominal"]), **below, **read_values_of_files(contents), **given,
         "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
         "remap": {**file.remap, **options.remap}, "control": merge_keys(file.control, options.control),

@@ -24,6 +24,7 @@ from verne_post.model.part_setup import (
     Cylinder,
     FixtureMesh,
     NominalPart,
+    OwnStock,
     Tool,
     ToolShape,
     Wanted,
@@ -191,9 +192,9 @@ def _check_fixture(body: object) -> Box | FixtureMesh:
     return FixtureMesh(body.name, body.raw, *_check_place(body), body.unit, body.file)
 
 
-def check_stock(value: object) -> Box | FixtureMesh | None:
-    """The stock: its file is read when a program is checked."""
-    return None if value is None else _check_fixture(value)
+def check_stock(value: object) -> Box | FixtureMesh | OwnStock | None:
+    """The stock: its file, or that of the program, is read when a program is checked."""
+    return value if value is None or isinstance(value, OwnStock) else _check_fixture(value)
 
 
 def check_fixtures(value: object) -> tuple[Box | FixtureMesh, ...]:

@@ -40,11 +40,13 @@ from verne_post.model.option_checks import (
 )
 from verne_post.model.part_setup import (
     MAX_TOOL,
+    OWN_STOCK,
     SYSTEM_NAMES,
     Box,
     Cylinder,
     FixtureMesh,
     NominalPart,
+    OwnStock,
     Tool,
     WorkOffset,
 )
@@ -145,11 +147,11 @@ class Options:
         "Work offset on the table in mm, and the part's turn in degrees; repeatable.", Group.SETUP,
         metavar="G54=X,Y,Z[,C]", in_settings=False)] = field(default_factory=dict)
     cycle: Annotated[Annotated[float, Meta(ge=1e-4, le=1.0)] | None, About(
-        "Control cycle, in place of the machine file's.", Group.SETUP, unit="s")] = None
+        "Control cycle; overrides the machine file.", Group.SETUP, unit="s")] = None
 
     # --- reading the program ---
     dialect: Annotated[str, accept_one(list_dialects), About(
-        "Controller dialect; auto: as its first lines or the ending of its file show, else rs274.", Group.PROGRAM, choices=list_dialects)] = "auto"
+        "Controller dialect; auto: by the first lines or the ending of the file name, else rs274.", Group.PROGRAM, choices=list_dialects)] = "auto"
     block_delete: Annotated[bool, About("Skip blocks that begin with a slash.", Group.PROGRAM)] = False
     optional_stop: Annotated[bool, About("M1 stops.", Group.PROGRAM)] = False
     subroutines: Annotated[dict[str, Any], Checked(check_texts), About(
@@ -163,7 +165,7 @@ class Options:
         "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False)] = field(
         default_factory=dict)
     control: Annotated[dict[str, dict[str, Any]], Checked(check_control), About(
-        "What builders of machines choose, by controller dialect: [siemens], [heidenhain], [fanuc], [rs274] and [aptcl] of the settings file.", Group.PROGRAM, flag="",
+        "Settings of the machine builder, by controller dialect: [siemens], [heidenhain], [fanuc], [rs274] and [aptcl] of the settings file.", Group.PROGRAM, flag="",
         in_settings=False)] = field(default_factory=dict)
     tapping: Annotated[Literal["refuse", "feed"], About(
         "Rigid tapping. feed: in and out at pitch times speed, for a control that couples the spindle; refuse: setpoints do not "
@@ -178,16 +180,15 @@ class Options:
 
     # --- contouring ---
     smoothing: Annotated[Literal["spline", "blend", "off"], About(
-        "Corners under G64. spline: blended, along short moves several together; blend: blended, each by itself; off: the "
-        "tool stops at each and keeps the exact path.", Group.CONTOURING)] = "spline"
+        "Corners under G64. spline: blended, several short moves together; blend: blended one by one; off: the tool stops at each, and the path is exact.", Group.CONTOURING)] = "spline"
     tolerance: Annotated[Tolerance | None, About(
-        "How far the tip may leave the path at corners under a G64 without P, in place of the machine file's.",
+        "Tolerance of the tip at corners under a G64 without P; overrides the machine file.",
         Group.CONTOURING, unit="mm")] = None
     orientation_tolerance_deg: Annotated[Tolerance | None, About(
-        "How far the tool axis may leave the programmed one at corners under G64, in place of the machine file's.",
+        "Tolerance of the tool axis at corners under G64; overrides the machine file.",
         Group.CONTOURING, metavar="DEG", flag="--orientation-tolerance")] = None
     shaper: Annotated[Literal["off", "zv", "zvd", "ei"] | None, About(
-        "Input shaper for the vibration modes of the machine file's [vibration], in place of the shaper named there.",
+        "Input shaper for the vibration modes of the machine file's [vibration]; overrides the shaper named there.",
         Group.CONTOURING, Changes.TIMING)] = None
     rapids: Annotated[Literal["line", "joint"], About(
         "G0 is a straight line of the tip, or linear in the joints: faster, but on another path of the tool.",
@@ -198,13 +199,12 @@ class Options:
 
     # --- rotary table ---
     correct_axis: Annotated[bool, About(
-        "On an as-built machine C takes the part of the tool axis error that A cannot, where the tool is tilted by more than 2 "
-        "degrees, all of it from 6. Programs with tool vectors (I J K) have this anyway.", Group.TABLE)] = False
+        "On an as-built machine, C corrects the part of the tool axis error that A cannot: from 2 degrees of tilt on, fully from 6. Programs with tool vectors (I J K) always do this.", Group.TABLE)] = False
     allow_rewind: Annotated[bool, About(
         "The table may rewind C or change to the other solution where a limit needs it, with a retract, between feed moves.",
         Group.TABLE)] = False
     free_c: Annotated[bool, About(
-        "For a tool that is vertical throughout: turn the part to where the smallest margin is largest.", Group.TABLE)] = False
+        "For a tool that is always vertical: turn the part to the C with the largest smallest margin.", Group.TABLE)] = False
 
     # --- approach, departure, restart ---
     approach: Annotated[str | tuple[float, ...] | None, Checked(check_place), About(
@@ -222,23 +222,23 @@ class Options:
     keep_out: Annotated[tuple[Box | FixtureMesh, ...], Checked(check_fixtures), About(
         "A fixture as a box on the table, mm; repeatable.", Group.SAFETY, Changes.CHECKS,
         metavar="NAME[@G54]=X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = ()
-    stock: Annotated[Box | FixtureMesh | None, Checked(check_stock), About(
-        "The stock as a box: rapids and holders keep out of it.", Group.SAFETY, Changes.CHECKS,
-        metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = None
+    stock: Annotated[Box | FixtureMesh | OwnStock | None, Checked(check_stock), About(
+        "The stock as a box, or as the program defines it: rapids and holders keep out of it.", Group.SAFETY, Changes.CHECKS,
+        metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1|program", in_settings=False)] = None
     tool_shapes: Annotated[dict[int, Any], Checked(check_shapes), About(
         "Cutter, shank and holder of the tools.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = field(
         default_factory=dict)
     part: Annotated[NominalPart | None, Checked(check_part), About(
         "The part as it should be: rows are compared with it.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = None
     air: Annotated[float, Meta(ge=0, le=1000.0), About(
-        "Dry run: lift the whole program by so much.", Group.SAFETY, unit="mm", in_settings=False)] = 0.0
+        "Dry run: lift the whole program by this distance.", Group.SAFETY, unit="mm", in_settings=False)] = 0.0
     air_along: Annotated[Literal["tool", "table"], About(
         "Lift it along the tool axis, or along the table's normal.", Group.SAFETY, in_settings=False)] = "tool"
     override: Annotated[float, Checked(check_override), About(
         "Feed override: execute the planned motion at this share of its speed, 0.05 to 1; dwells keep their length.",
         Group.SAFETY, Changes.TIMING, metavar="SHARE")] = 1.0
     slow_start: Annotated[float, Meta(ge=0, le=3600.0), About(
-        "Begin at a tenth of the speed and reach it within so many seconds.", Group.SAFETY, Changes.TIMING, unit="s")] = 0.0
+        "Start at a tenth of the speed, and reach full speed within this time.", Group.SAFETY, Changes.TIMING, unit="s")] = 0.0
 
     # --- setpoints ---
     units: Annotated[Literal["joint", "drive"], About(
@@ -254,11 +254,10 @@ class Options:
         "Solver of the time-optimal problem without jerk limits, from which planning starts; both prints how far they differ.",
         Group.ADVANCED, Changes.TIMING)] = "reachability"
     quality: Annotated[bool, About(
-        "Plan the motion finely: practically the shortest time, for many times the computing.", Group.ADVANCED,
+        "Plan the motion finely: practically the shortest time, at many times the computing time.", Group.ADVANCED,
         Changes.TIMING)] = False
     jobs: Annotated[int, Meta(ge=1, le=MAX_JOBS), About(
-        "Processes that work on a long program together; the rows are the same whatever the number. More than one on Linux "
-        "alone.", Group.ADVANCED, Changes.NOTHING, metavar="N", short="-j")] = 1
+        "Processes that share the work on a long program; the rows do not depend on their number. More than one only on Linux.", Group.ADVANCED, Changes.NOTHING, metavar="N", short="-j")] = 1
     source_name: Annotated[str, About(
         "Name of the program in messages.", Group.PROGRAM, flag="", in_settings=False)] = "program"
     setup_source: Annotated[str, About(
@@ -282,13 +281,13 @@ class Options:
         if self.from_line is not None and self.approach is None:
             raise UsageError(
                 "from_line",
-                f"{self.from_line} needs a start (--from, in Python approach): the way into the middle of a program is made and checked",
+                f"{self.from_line} needs a start (--from, in Python approach): the approach to the middle of a program is computed and checked",
             )
         if self.air_along != "tool" and not self.air:
             raise UsageError("air_along", f"{self.air_along} needs the height by which to lift (--air)")
         if self.jobs > 1 and not can_fork():
             raise UsageError(
-                "jobs", f"{self.jobs}: several processes work on a program on Linux alone; batch -j runs anywhere"
+                "jobs", f"{self.jobs}: several processes work on a program only on Linux; batch -j runs anywhere"
             )
         if self.solver != "reachability" and importlib.util.find_spec("toppra") is None:
             raise UsageError(
@@ -446,6 +445,8 @@ def _convert_to_json(value: object) -> object:
         system = "table" if value.system is None else SYSTEM_NAMES[value.system]
         mesh = {"mesh": hashlib.sha256(value.raw).hexdigest(), "unit": value.unit}
         return {"name": value.name, **mesh, "system": system, "distance_mm": value.distance}
+    if isinstance(value, OwnStock):
+        return OWN_STOCK
     if isinstance(value, NominalPart):
         system = "table" if value.system is None else SYSTEM_NAMES[value.system]
         wanted = {f"{key}_mm": one for key, one in value.wanted.__dict__.items()}

@@ -148,6 +148,19 @@ class Wanted:
     search: float = 2.0
 
 
+#: In place of a file or a box of the stock.
+OWN_STOCK: Final = "program"
+
+
+@dataclass(frozen=True)
+class OwnStock:
+    """The stock that the program itself defines (BLK FORM, WORKPIECE)."""
+
+    name: str = "the stock of the program"
+    system: int | None = None
+    distance: float = 0.0
+
+
 @dataclass(frozen=True)
 class NominalPart:
     """The part as it should be, with which rows are compared as they are made.

@@ -378,7 +378,7 @@ def _describe_stock(summary: Summary) -> Facts:
     x, y, z = stock.size
     shape = f"a cylinder of {x:g} by {z:g}" if stock.round else f"{x:g} x {y:g} x {z:g}"
     low = ", ".join(f"{value:g}" for value in stock.low)
-    checked = "" if summary.options.stock else "; it is not checked, --stock does that"
+    checked = "" if summary.options.stock else "; it is not checked, --stock program does that"
     return [("stock", f"of the program: {shape} mm from ({low}) in {SYSTEM_NAMES[stock.frame.system]}{checked}")]
 
 

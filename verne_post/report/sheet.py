@@ -246,7 +246,7 @@ def write_governing_html(machine: Machine, study: Study) -> str:
         + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
         for key, row in zip(keys, rows, strict=True)
     )  # fmt: skip
-    more = f"won by {100.0 * (HIGHER - 1.0):.0f} % more, s"
+    more = f"{100.0 * (HIGHER - 1.0):.0f} % more wins about, s"
     table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it at stops, s", more), body)
     ways = "".join(f"<li>{escape_text(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
     return table + (f"<ul class=ways>{ways}</ul>" if ways else "")
@@ -335,9 +335,11 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     from verne_post import __version__
 
     lines = source.count(b"\n") + (not source.endswith(b"\n"))
+    setup = study.program.options.setup_source if study.program is not None else ""
     made = (
         ("program", f"{program}, {count(lines, 'line')}"),
         ("its SHA-256", compute_sha256(source)[:DIGEST]),
+        *([("set-up", setup)] if setup else []),
         ("machine", machine.name),
         ("its SHA-256", machine.sha256[:DIGEST]),
         ("made by", f"verne-post {__version__}"),

@@ -86,6 +86,10 @@ class SlidingMachine(Struct, frozen=True, eq=False):
         """Joint values (..., 5) of tips (..., 3) and nominal angles (..., 2); NaN out of reach."""
         return self._solve_sliders(self.chain.find_joints(tip, angles, tool_length))[0]
 
+    def place_joints(self, tip: Array, turns: Array, tool_length: Array | float) -> Array:
+        """The same for the angles d and t (..., 2) of a nutating pair."""
+        return self._solve_sliders(self.chain.place_joints(tip, turns, tool_length))[0]
+
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
         """Joint values, platform and ok; see ``FiveAxis``."""
         q, platform, _ok = self.chain.solve(tip, angles, tool_length)
@@ -158,11 +162,12 @@ class SlidingMachine(Struct, frozen=True, eq=False):
         return self.chain.carry_to_table(point, q)
 
     def find_geometry_margins(self, q: Array, angles: Array, platform: Platform) -> Array:
-        """Those of the rods, and what is left of the cones of rods, degrees."""
+        """Those of the chain and of the rods, and what is left of the cones of rods, degrees."""
         gauge = self.chain.turn_tool(self.chain.gauge, q[..., 3:])
         position = np.array(self.module.home) + (platform.position * MIRROR - gauge) @ self.to_polar
         upright = np.zeros(position.shape[:-1])
-        margins = self.module.find_geometry_margins(position, upright)
+        own = self.chain.find_geometry_margins(q, angles, platform)
+        margins = np.concatenate([own, self.module.find_geometry_margins(position, upright)], axis=-1)
         if self.cone is None:
             return margins
         rods = self.module.find_vectors(position, upright, q[..., :3])[..., self.module.distinct, :]
@@ -173,7 +178,8 @@ class SlidingMachine(Struct, frozen=True, eq=False):
 
     def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
         """What :meth:`find_geometry_margins` measures, with thresholds."""
-        names = self.module.name_margins(serial_singularity, parallel_singularity)
+        thresholds = serial_singularity, parallel_singularity
+        names = (*self.chain.name_margins(*thresholds), *self.module.name_margins(*thresholds))
         if self.cone is None:
             return names
         return (

@@ -22,7 +22,7 @@ from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame, Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, FixtureMesh, ToolShape
+from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, FixtureMesh, OwnStock, ToolShape
 from verne_post.model.poses import Pose
 from verne_post.model.protocols import Margin
 from verne_post.model.toolpath import SegmentKind, ToolPath
@@ -31,7 +31,7 @@ from verne_post.part.clearance import TOUCH_MM
 from verne_post.part.dexels import Dexels
 from verne_post.part.fixture import load_fixture
 from verne_post.part.stl import Mesh
-from verne_post.part.stock_forms import read_stock
+from verne_post.part.stock_forms import make_cylinder, read_stock
 
 #: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
 NEAR_MM: Final = 25.0
@@ -182,6 +182,9 @@ def build_keep_out(
         return None
     standing: list[Placed] = []
     for body in bodies:
+        if isinstance(body, OwnStock):
+            standing.append(place_own_stock(machine, moves, body.distance))
+            continue
         zero = np.zeros(3) if isinstance(body, FixtureMesh) else 0.5 * (np.array(body.low) + np.array(body.high))
         middle, turn = place_body(machine, body.name, body.system, zero, moves, options, frames)
         if isinstance(body, FixtureMesh) and body is options.stock:
@@ -199,6 +202,26 @@ def build_keep_out(
     )
     entering = _find_entering_rapids(path, moving.tool) | (undercuts[moving.tool] & (path.feed_time == 0))
     return KeepOut(standing, moving, entering)
+
+
+def place_own_stock(machine: Machine, moves: Moves, distance: float = 0.0) -> Placed:
+    """The stock that a program defines, where its part stands: a box, or a cylinder and the box around it.
+
+    Raises
+    ------
+    InputError
+        VP018 where the program defines none, or it leans in the table frame.
+    """
+    own = moves.stock
+    if own is None:
+        raise InputError(make_finding("VP018", "--stock program: the program defines no stock (BLK FORM, WORKPIECE)"))
+    refuse_leaning_part(machine, "the stock of the program")
+    coordinates, low, high = machine.coordinates, np.array(own.low), np.array(own.high)
+    middle = coordinates.map_to_table(np.concatenate([0.5 * (low + high), np.zeros(6)]), own.frame)[0]
+    along = coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), own.frame)
+    turn, half = float(np.arctan2(along[1], along[0])), 0.5 * (high - low)
+    form = make_cylinder(-half, half, own.bore, middle, turn) if own.round else None
+    return Placed(OwnStock().name, middle, half, turn, distance, True, True, form=form)
 
 
 def _place_stock(body: FixtureMesh, origin: Array, turn: float) -> Placed:

@@ -65,7 +65,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         if np.abs(gaps).max() > CLOSED:
             k = int(np.argmax(np.abs(gaps)))
             raise ValueError(
-                f"rod.{k}: at home it asks {self.rod[k].by} for {asked[k]:.6f}, another rod for {asked[k] - gaps[k]:.6f}: open"
+                f"rod.{k}: at home it needs {self.rod[k].by} at {asked[k]:.6f}, but another rod needs it at {asked[k] - gaps[k]:.6f}"
             )
         measure = abs(float(self._measure(home, np.zeros(()), asked[self.first_rods])))
         if not measure > SINGULAR:
