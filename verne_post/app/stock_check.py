@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.app.assemble import Program
+from verne_post.base.arrays import Array
 from verne_post.base.ragged import find_runs, number_parts
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut
@@ -61,11 +62,13 @@ def _find_last(joints: JointPath, found: list[Finding]) -> int:
     return int(np.flatnonzero(concerned)[-1]) if concerned.any() else len(line) - 1
 
 
-def list_spans(program: Program, joints: JointPath, moving: Moving, last: int) -> tuple[Spans, list[Tool]]:
-    """The motion of elements 0 to ``last`` as spans, with the tools that make it."""
+def list_spans(
+    program: Program, joints: JointPath, moving: Moving, last: int, coarse: float = 1.0
+) -> tuple[Spans, list[Tool]]:
+    """The motion of elements 0 to ``last`` as spans, with the tools that make it; chords are ``coarse`` times as long as for a check."""
     contour, path = joints.contour, program.path
     straight = find_straight(joints)[: last + 1]
-    curved = np.maximum(contour.length[: last + 1] / CHORD_MM, contour.rotation[: last + 1] / CHORD_ANGLE)
+    curved = count_chords(joints)[: last + 1] / coarse
     parts = np.where(straight, 1, np.maximum(np.ceil(curved), 1)).astype(int)
     owner, index = number_parts(parts + 1)
     tip, axis, length = (np.empty((len(owner), *shape)) for shape in ((3,), (3,), ()))
@@ -84,6 +87,12 @@ def list_spans(program: Program, joints: JointPath, moving: Moving, last: int) -
     tools = [build_tool(moving.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
     tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
     return Spans(tips, axes, contour.line(owner[first]), tool.reshape(-1), path.feed_time[segment] == 0), tools
+
+
+def count_chords(joints: JointPath) -> Array:
+    """Chords (n,) of elements, as shares of whole ones."""
+    contour = joints.contour
+    return np.maximum(contour.length / CHORD_MM, contour.rotation / CHORD_ANGLE)
 
 
 def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
