@@ -7,7 +7,7 @@ import numpy as np
 
 from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array
-from verne_post.base.ragged import find_runs, number_parts
+from verne_post.base.ragged import number_parts
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.checks.moving import Moving, build_spindle
@@ -102,15 +102,31 @@ def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
 
 
 def report_touches(cut: Cut, name: str, keep_off: float, cell: float) -> Iterator[Finding]:
-    """Findings, one for each body and stretch of consecutive spans."""
+    """Findings, one for each body and stretch of neighbouring spans; of bodies that do not cut, of neighbouring lines.
+
+    What may touch is not told in lines in which the same body certainly does.
+    """
     for body in dict.fromkeys(one.body for one in cut.touches):
         own = [one for one in cut.touches if one.body == body]
-        for certain in (True, False):
-            group = {one.span: one for one in own if (one.depth == one.depth) is certain}
-            mask = np.zeros(len(cut.volume), dtype=bool)
-            mask[list(group)] = True
-            for begin, end in zip(*find_runs(mask), strict=True):
-                yield _make_finding([group[k] for k in range(begin, end)], name, keep_off, cell)
+        sure = [one for one in own if one.depth == one.depth]
+        stretches = list(_split_touches(sure))
+        lines = {k for part in stretches for k in range(part[0].line, part[-1].line + 1)}
+        stretches += _split_touches([one for one in own if one.depth != one.depth and one.line not in lines])
+        for part in stretches:
+            yield _make_finding(part, name, keep_off, cell)
+
+
+def _split_touches(touches: list[Touch]) -> Iterator[list[Touch]]:
+    """Stretches of touches of one body, in the order of time."""
+    touches = sorted(touches, key=lambda one: one.span)
+    begin = 0
+    for k in range(1, len(touches) + 1):
+        if k < len(touches):
+            before, after = touches[k - 1], touches[k]
+            if after.span - before.span <= 1 or (after.body != "cutter" and 0 <= after.line - before.line <= 1):
+                continue
+        yield touches[begin:k]
+        begin = k
 
 
 def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float) -> Finding:
