@@ -5,10 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from verne_post.app.stock_check import report_touches
 from verne_post.model.findings import InputError
 from verne_post.model.part_setup import Cylinder
 from verne_post.part.bodies import build_pieces, measure_phi
-from verne_post.part.cutting import Cut, Spans, cut_stock, group_pieces
+from verne_post.part.cutting import Cut, Spans, Touch, cut_stock, group_pieces
 from verne_post.part.dexels import Dexels, list_sweeps
 from verne_post.part.ray_tables import make_table, meet_moving, meet_standing
 from verne_post.part.stl import build_mesh
@@ -334,3 +335,33 @@ def test_holders_and_thick_shanks_touch_the_stock_as_it_is_then() -> None:
     stock = coarse.copy()
     run(wide, Cylinder("cutter", 50.0, 30.0), stock=stock)
     assert found(run([("G0", -25, 20, 40), ("G0", -25, 20, 10), ("G1", 90, 20, 10)], short, HOLDER, stock=stock)) == []
+
+
+def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:
+    """A holder in lines 10 to 15, certain in most spans; then in 30; what may touch in line 16 is told, in line 12 it is not."""
+    unsure = float("nan")
+    holder = [
+        (0, 10, 0.1),
+        (2, 10, 0.3),
+        (3, 11, 0.2),
+        (5, 12, unsure),
+        (6, 12, 0.1),
+        (9, 13, 0.6),
+        (11, 14, 0.1),
+        (14, 15, 0.2),
+    ]
+    holder += [(16, 16, unsure), (40, 30, 0.4)]
+    cutter = [(20, 20, 0.5), (22, 21, 0.7)]  # two rapids are two mistakes
+    touches = (*(Touch(span, line, "holder", depth) for span, line, depth in holder), *(Touch(span, line, "cutter", depth) for span, line, depth in cutter))  # fmt: skip
+    told = [
+        (item.severity, item.line, item.last_line, item.worst_line, item.message.split(" -")[0].split(" may")[0])
+        for item in report_touches(Cut(np.zeros(50), touches), "the stock", 0.0, 0.1)
+    ]
+    whole, cut = "distance of the holder from the stock as it is then", "distance of the cutter from the stock as it is then in a rapid traverse"  # fmt: skip
+    assert told == [
+        ("error", 10, 15, 13, whole),
+        ("error", 30, 30, 30, whole),
+        ("warning", 16, 16, 16, "the holder"),
+        ("error", 20, 20, 20, cut),
+        ("error", 21, 21, 21, cut),
+    ]

@@ -217,3 +217,11 @@ def test_a_tool_without_a_size_leaves_no_picture() -> None:
     found = study(FLOOR.encode(), MACHINE, options)
     assert found.program is not None
     assert make_left(found.program) == (None, "What is left of the stock is not drawn: a tool has no size.")
+
+
+def test_a_program_that_is_too_long_for_a_picture_leaves_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    stock = Box("the stock", (-10.0, -5.0, -8.0), (10.0, 5.0, 0.5), 1)
+    program = study(FLOOR.encode(), MACHINE, make_options(stock=stock)).program
+    assert program is not None
+    monkeypatch.setattr("verne_post.report.left.MOST_POSES", 5)
+    assert make_left(program) == (None, "What is left of the stock is not drawn: the program is too long.")

@@ -6,7 +6,8 @@ from typing import Final
 import numpy as np
 
 from verne_post.app.assemble import Program
-from verne_post.base.ragged import find_runs, number_parts
+from verne_post.base.arrays import Array
+from verne_post.base.ragged import number_parts
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.checks.moving import Moving, build_spindle
@@ -61,11 +62,13 @@ def _find_last(joints: JointPath, found: list[Finding]) -> int:
     return int(np.flatnonzero(concerned)[-1]) if concerned.any() else len(line) - 1
 
 
-def list_spans(program: Program, joints: JointPath, moving: Moving, last: int) -> tuple[Spans, list[Tool]]:
-    """The motion of elements 0 to ``last`` as spans, with the tools that make it."""
+def list_spans(
+    program: Program, joints: JointPath, moving: Moving, last: int, coarse: float = 1.0
+) -> tuple[Spans, list[Tool]]:
+    """The motion of elements 0 to ``last`` as spans, with the tools that make it; chords are ``coarse`` times as long as for a check."""
     contour, path = joints.contour, program.path
     straight = find_straight(joints)[: last + 1]
-    curved = np.maximum(contour.length[: last + 1] / CHORD_MM, contour.rotation[: last + 1] / CHORD_ANGLE)
+    curved = count_chords(joints)[: last + 1] / coarse
     parts = np.where(straight, 1, np.maximum(np.ceil(curved), 1)).astype(int)
     owner, index = number_parts(parts + 1)
     tip, axis, length = (np.empty((len(owner), *shape)) for shape in ((3,), (3,), ()))
@@ -86,6 +89,12 @@ def list_spans(program: Program, joints: JointPath, moving: Moving, last: int) -
     return Spans(tips, axes, contour.find_lines(owner[first]), tool.reshape(-1), path.feed_time[segment] == 0), tools
 
 
+def count_chords(joints: JointPath) -> Array:
+    """Chords (n,) of elements, as shares of whole ones."""
+    contour = joints.contour
+    return np.maximum(contour.length / CHORD_MM, contour.rotation / CHORD_ANGLE)
+
+
 def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
     """Cutter, shank, holder and spindle about the axis of a tool of this length, mm."""
     pieces = build_pieces(shape or (WIRE,), length, joined=False)
@@ -93,15 +102,31 @@ def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
 
 
 def report_touches(cut: Cut, name: str, keep_off: float, cell: float) -> Iterator[Finding]:
-    """Findings, one for each body and stretch of consecutive spans."""
+    """Findings, one for each body and stretch of neighbouring spans; of bodies that do not cut, of neighbouring lines.
+
+    What may touch is not told in lines in which the same body certainly does.
+    """
     for body in dict.fromkeys(one.body for one in cut.touches):
         own = [one for one in cut.touches if one.body == body]
-        for certain in (True, False):
-            group = {one.span: one for one in own if (one.depth == one.depth) is certain}
-            mask = np.zeros(len(cut.volume), dtype=bool)
-            mask[list(group)] = True
-            for begin, end in zip(*find_runs(mask), strict=True):
-                yield _make_finding([group[k] for k in range(begin, end)], name, keep_off, cell)
+        sure = [one for one in own if one.depth == one.depth]
+        stretches = list(_split_touches(sure))
+        lines = {k for part in stretches for k in range(part[0].line, part[-1].line + 1)}
+        stretches += _split_touches([one for one in own if one.depth != one.depth and one.line not in lines])
+        for part in stretches:
+            yield _make_finding(part, name, keep_off, cell)
+
+
+def _split_touches(touches: list[Touch]) -> Iterator[list[Touch]]:
+    """Stretches of touches of one body, in the order of time."""
+    touches = sorted(touches, key=lambda one: one.span)
+    begin = 0
+    for k in range(1, len(touches) + 1):
+        if k < len(touches):
+            before, after = touches[k - 1], touches[k]
+            if after.span - before.span <= 1 or (after.body != "cutter" and 0 <= after.line - before.line <= 1):
+                continue
+        yield touches[begin:k]
+        begin = k
 
 
 def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float) -> Finding:

@@ -6,7 +6,7 @@ import numpy as np
 
 from verne_post.app.assemble import Program
 from verne_post.app.machined_stock import make_stock
-from verne_post.app.stock_check import list_spans
+from verne_post.app.stock_check import CHORD_MM, count_chords, list_spans
 from verne_post.base.arrays import Array, Ints
 from verne_post.kinematics.checks.keep_out import build_moving
 from verne_post.model.findings import InputError
@@ -16,6 +16,8 @@ from verne_post.report.surfaces import Surface
 
 #: Rays of the picture, each with two vertices or more.
 RAYS: Final = 16_000
+#: Poses of a program at most, each taking some 20 microseconds: a page of a longer one would take minutes.
+MOST_POSES: Final = 2_000_000
 #: Without numba a body takes about a millisecond, and more of them than this too long for a picture.
 MOST_BODIES: Final = 20_000
 
@@ -32,8 +34,11 @@ def make_left(program: Program) -> tuple[Surface | None, str]:
         return None, ""
     if not all(moving.shapes):
         return None, "What is left of the stock is not drawn: a tool has no size."
-    spans, tools = list_spans(program, program.build_joint_path(), moving, len(program.contour) - 1)
-    step = float(stock.cell.max())
+    joints, step = program.build_joint_path(), float(stock.cell.max())
+    coarse = max(step / CHORD_MM, 1.0)
+    if len(program.contour) + count_chords(joints).sum() / coarse > MOST_POSES:
+        return None, "What is left of the stock is not drawn: the program is too long."
+    spans, tools = list_spans(program, joints, moving, len(program.contour) - 1, coarse)
     for k, tool in enumerate(tools):
         own = spans.tool == k
         for piece in tool.cutter:
