@@ -132,6 +132,7 @@ def test_a_turn_of_c_alone_at_the_pole_is_refused(move: str, run: Runner, tmp_pa
         "G1 X-1.233\nG0 X-2.538 C-75.182",
         "G3 X0 Y10 I-10 J0 C80\nG1 A-10 C20",
         "G0 X-76.4 Y5.6 Z28 A50 C-41\nG0 C-372.77",
+        "G0 X-76.4 Y5.6 Z58 A50 C-41\nG0 Z69 A-50 C-396.9\nG1 C231.8",
     ],
 )
 def test_c_that_turns_with_an_upright_tool_is_no_false_finding(moves: str, run: Runner, tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.toolpath import ToolPath
 from verne_post.verification.projection import RADIAN_MM
 
@@ -10,7 +10,9 @@ from verne_post.verification.projection import RADIAN_MM
 _UPRIGHT = 1e-12
 
 
-def name_angles(path: ToolPath, segment: Ints, angles: Array, tip: tuple[Array, Array], noise: float) -> Array:
+def name_angles(
+    path: ToolPath, segment: Ints, angles: Array, tip: tuple[Array, Array], noise: float, before: tuple[Mask, float]
+) -> Array:
     """Nominal angles (n, 2) of the same tool axes, on the side of the pole and the turn of their programmed segments.
 
     Parameters
@@ -21,12 +23,18 @@ def name_angles(path: ToolPath, segment: Ints, angles: Array, tip: tuple[Array, 
         Measured, with A in [0, pi], rad.
     tip : tuple of ndarray, shape (n,)
         Where on their segments the tips are, 0 to 1, and their ways along these, mm; see ``project_tips``.
+    before : tuple of ndarray of bool, shape (n,), and float
+        Which rows are the first ones of their segments, and where on its segment the row before all of them is.
     noise : float
         What rounding of the joints may turn the tool axis by, rad. Near the pole that turns C by any angle: C is what the segment
         has, as far as that is the same axis but for this noise.
     """
     start, turn = path.start[segment, 3:], path.end[segment, 3:] - path.start[segment, 3:]
     along, way = tip
+    # where only C moves, and by so much that the axis does not tell it, whole turns are counted from the first row of the segment
+    fresh, u_before = before[0] | (np.arange(len(angles)) == 0), np.where(before[0], 0.0, before[1])
+    first = np.maximum.accumulate(np.where(fresh, np.arange(len(angles)), 0))
+    expected = (start[:, 1] + u_before * turn[:, 1])[first]
     found, least = angles.copy(), np.full(len(angles), np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         for side in (1.0, -1.0):
@@ -41,7 +49,8 @@ def name_angles(path: ToolPath, segment: Ints, angles: Array, tip: tuple[Array, 
             wide = np.abs(turn[:, 1]) >= np.pi
             off = c - wanted - 2 * np.pi * np.round((c - wanted) / (2 * np.pi))
             slack = np.minimum(noise / np.maximum(np.sin(angles[:, 0]), _UPRIGHT), np.pi)
-            off = np.where(wide & unknown, c - wanted, off - np.clip(off, -slack, slack))
+            counted = c - 2 * np.pi * np.round((c[first] - expected) / (2 * np.pi))
+            off = np.where(wide & unknown, counted - wanted, off - np.clip(off, -slack, slack))
             # a C that nothing tells the place of is as good anywhere on the segment
             aside = np.where(unknown, np.maximum(np.abs(off) - 0.5 * np.abs(turn[:, 1]), 0.0), np.abs(off))
             away = aside + np.maximum(np.abs(tilt - start[:, 0] - share * turn[:, 0]) - noise, 0.0)

@@ -53,11 +53,12 @@ class Measured(JointPoses, frozen=True, eq=False, dict=True):
         return Measured(self.q[rows], self.tip[rows], self.angles[rows], self.by_axis)
 
     def weigh(self, radian_mm: Array | float) -> Array:
-        """The weight of a radian against a millimetre, one or (n,), for A and C: (n, 2)."""
-        weight = np.repeat(np.broadcast_to(radian_mm, len(self.tip))[:, None], 2, axis=1)
-        if self.by_axis:
-            weight[:, 1] *= np.abs(np.sin(self.angles[:, 0]))
-        return weight
+        """The weights of a radian against a millimetre for A and C, (n, 2), or of any shape that means it; ``radian_mm`` one or (n,)."""
+        weight = np.reshape(radian_mm, (-1, 1))
+        if not self.by_axis:
+            return weight
+        sine = np.abs(np.sin(self.angles[:, 0]))
+        return np.asarray(weight * np.stack([np.ones_like(sine), sine], axis=1))
 
 
 def project_unwrapped(

@@ -176,7 +176,8 @@ class RowMatcher:
         if self._joints_by_axis:
             fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
             places = project_tips(path, segment, Measured(q[:n], tip, angles), fresh, self.last.u)
-            angles = name_angles(path, segment, angles, places, self.reference.noise.angle)
+            before = fresh, self.last.u
+            angles = name_angles(path, segment, angles, places, self.reference.noise.angle, before)
         if not ok.all():
             n = int(np.argmin(ok))
             lost = LostPath(n, "VP411", ": no position of the platform fits the joint values")
