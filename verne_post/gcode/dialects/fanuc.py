@@ -310,7 +310,7 @@ class FanucInterpreter(Rs274):
         try:
             motion = super()._choose_motion(block, g, axes)
         except ProgramError as error:
-            if error.code == "VP005" and not self._has_motion:
+            if error.code == "VP005" and not self._has_motion and "tool length" not in g:
                 error.message += _NO_MOTION
             raise
         return NURBS if motion is None and self.nurbs.goes_on(block, g) else motion
