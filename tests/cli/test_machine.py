@@ -153,7 +153,7 @@ def test_random_starts_are_reported(run: Callable[..., Any]) -> None:
         (("--sigma-rho", "-1"), "--sigma-rho -1"),
         (("--sigma-xyz", "inf"), "--sigma-xyz inf"),
         (("--sigma-xyz", "nan"), "--sigma-xyz nan"),
-        (("--sigma-xyz", "0"), "give one of them"),
+        (("--sigma-xyz", "0"), "one of them must be above 0"),
         (("--sigma-rho", "0", "--sigma-alpha-deg", "0"), "contradict each other"),
         (("--machine", "none.toml"), "none.toml"),
     ],

@@ -31,6 +31,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     MIRROR_OFF,
     MIRRORS_OF_HAAS,
     NAMES_AXES,
+    NURBS,
     OF_FRAMES,
     PATTERNS,
     PLANE,
@@ -59,7 +60,7 @@ from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.macro_calls import find_local_call, find_macro_call, read_macro_call, set_control_variable
 from verne_post.gcode.rs274.macro_text import read_statement
 from verne_post.gcode.rs274.modes import NO_MAPS
-from verne_post.gcode.rs274.nurbs import NURBS, NurbsCodes
+from verne_post.gcode.rs274.nurbs import NurbsCodes
 from verne_post.gcode.rs274.run import execute_blocks
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import read_whole

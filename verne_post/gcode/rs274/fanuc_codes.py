@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from typing import Final
 
 from verne_post.gcode.codes import RS274, CodeTable, refuse_known_codes
-from verne_post.gcode.rs274.nurbs import NURBS
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 PLANE, TO_PLANE, PLANE_OFF, ADDITIONAL = 682, 531, 690, 541
@@ -23,6 +22,8 @@ WORDS_OF_FRAMES: Final = {
     MIRROR: "XYZ",
     MIRROR_OFF: "XYZ",
 }
+#: NURBS interpolation, G6.2.
+NURBS: Final = 62
 #: Accepted, and shown as events: look-ahead and its like change how a control smooths, not where the tool goes.
 SMOOTHING: Final = (50, 51, 80)
 #: G5 P: high-speed modes off and on; other numbers call cycles.

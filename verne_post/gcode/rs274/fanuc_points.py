@@ -9,8 +9,7 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.rs274.fanuc_codes import PATTERNS, PLANE, POCKETS
-from verne_post.gcode.rs274.nurbs import NURBS
+from verne_post.gcode.rs274.fanuc_codes import NURBS, PATTERNS, PLANE, POCKETS
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import FeedMode

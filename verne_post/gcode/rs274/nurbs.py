@@ -5,14 +5,14 @@ from typing import Final
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.fanuc_codes import NURBS
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.gcode.splines import BSpline, SplineDraft
 from verne_post.model.moves import AXES, FeedMode
 
-#: G6.2; its orders, and the one without P.
-NURBS: Final = 62
+#: The orders that P may name, and the one without P.
 _ORDERS: Final = (2, 3, 4)
 _ORDER: Final = 4
 
