@@ -23,7 +23,7 @@ from verne_post.model.findings import Finding
 
 #: Codes of geometry that no program here causes; with the reason.
 WITHOUT_A_CASE: Final[dict[str, str]] = dict.fromkeys(
-    ("VP218", "VP219", "VP220"), "of the part alone (tests/cli/test_machined.py)"
+    ("VP218", "VP219", "VP220", "VP221"), "of the part alone (tests/cli/test_machined.py)"
 )
 
 
@@ -293,7 +293,7 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
         )
 
     # proposals have been sought above, change no verdict, and take half of the time
-    monkeypatch.setattr("verne_post.app.explain_line.proposals", lambda _line, _findings: iter(()))
+    monkeypatch.setattr("verne_post.app.explain_line.propose", lambda _line, _findings: iter(()))
     monkeypatch.setattr("verne_post.app.tried_remedies.add_remedies", lambda _source, _program, findings: findings)
     machine = vp.load_machine("machine.toml")
     options = vp.Options(tool_length=case.tool, wcs={"G54": case.place}, **case.options)

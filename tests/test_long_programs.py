@@ -201,10 +201,11 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     gc.collect()
     gc.freeze()  # else what other tests have loaded (numba) delays the collection of cycles, and counts here
     try:
-        few, many = peak(6_000), peak(16_000)
+        # where blocks happen to end moves the peak by a megabyte, whatever the length
+        few, many = max(peak(6_000), peak(10_000)), peak(16_000)
     finally:
         gc.unfreeze()
-    assert (many - few) / 10_000 < 40  # bytes a line; the path alone has 400
+    assert (many - few) / 6_000 < 40  # bytes a line; the path alone has 400
 
 
 def test_a_text_in_a_file_reads_like_bytes(tmp_path: Path) -> None:

@@ -70,14 +70,14 @@ FLAT = "G0 X0 Y0 Z60 I0 J0 K1\nG1 X20 I0 J1 K0 F900\n"
 #: What nutating_table does not do: dialect, program, finding and what it says.
 REFUSED = [
     ("fanuc", f"G43.5 H1\n{FLAT.replace('J1 K0', 'J0.9 K-0.4358898943540674')}M30\n", "VP110", "is at 115.8419 degrees to the axis of C, 25.8419 outside"),
-    ("fanuc", f"G43.5 H1\n{FLAT}M30\n", "VP202", "comes to 0.0000 degrees of the tilting joint from its fold"),
+    ("fanuc", f"G43.5 H1\n{FLAT}M30\n", "VP202", "comes within 0.0000 degrees of the fold of the tilting joint"),
     ("siemens", "G90 G71 G94\nT1 D1\nTRAORI\nORIVECT\nG1 F900 X0 Y0 Z60 A3=0 B3=0 C3=1\nG1 X20 A3=0 B3=0.9 C3=-0.4358898943540674\nM30\n", "VP110", "25.8419"),
     ("heidenhain", "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nLN X+0 Y+0 Z+60 TX0 TY0 TZ1 FMAX\nLN X+9 Y+0 Z+60 TX0 TY+0.9 TZ-0.4358898943540674 F900\n"
      "END PGM P MM\n", "VP110", "25.8419"),
     ("heidenhain", "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 B+0 C+0 FMAX\nPLANE SPATIAL SPA+0 SPB+100 SPC+0 TURN FMAX\nEND PGM P MM\n", "VP110", "10.0000 outside"),
     ("heidenhain", "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 B+0 C+0 FMAX\nPLANE SPATIAL SPA+0 SPB+30 SPC+0 TURN SEQ- FMAX\nEND PGM P MM\n", "VP102", "SEQ-"),
     ("fanuc", "G0 X0 Y0 Z60 B0 C0\nG1 X9 B190 F900\nM30\n", "VP102", "b 190.000000 deg is above 180 deg"),
-    ("siemens", "G90 G71 G94\nT1 D1\nTRAORI\nORIAXES\nG1 F900 X0 Y0 Z60 B0 C0\nBSPLINE X5 Y0 B5\nX10 Y5 B10\nX20 B20\nX30 B20\nX40 B25\nX50 B25\nX60 B25\nG1 X70\nM30\n", "VP031", "no spline"),
+    ("siemens", "G90 G71 G94\nT1 D1\nTRAORI\nORIAXES\nG1 F900 X0 Y0 Z60 B0 C0\nBSPLINE X5 Y0 B5\nX10 Y5 B10\nX20 B20\nX30 B20\nX40 B25\nX50 B25\nX60 B25\nG1 X70\nM30\n", "VP031", "is not executed on a nutating pair"),
 ]  # fmt: skip
 
 

@@ -31,7 +31,7 @@ with make_temporary_folder(Path.cwd()) as folder:
     RunFiles().write(Path("axes.csv"), "-o", rows())
 """
 #: What the next run does first.
-NEXT = "from pathlib import Path; from verne_post.cli.files import RunFiles; RunFiles().writes(Path('other.csv'), '-o')"
+NEXT = "from pathlib import Path; from verne_post.cli.files import RunFiles; RunFiles().expect_writing(Path('other.csv'), '-o')"
 
 
 @contextmanager

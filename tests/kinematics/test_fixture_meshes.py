@@ -361,7 +361,7 @@ def test_a_second_set_up_starts_from_what_the_first_has_left(folder: Path, run: 
     Path("left.npz").write_bytes(b"no stock")
     answer = run("check", "next.nc")
     assert answer.code == 2
-    assert "the stock (left.npz): no stock that verne-post left" in answer.out + answer.err
+    assert "the stock (left.npz): not a stock file" in answer.out + answer.err
 
 
 def test_the_stock_of_the_sample_may_be_its_file(folder: Path) -> None:
@@ -391,7 +391,7 @@ def test_the_stock_that_a_program_defines_is_checked_where_one_asks(tmp_path: Pa
             Path(f"{file}.toml").write_text('[stock]\nfile = "program"\n')
         answer = run("check", file, *words, *given)
         assert answer.code == 1
-        found = re.search(r"a.h:6: VP216 error: distance of the cutter from the stock of the program as it is then.* (-[\d.]+) mm is below", answer.out + answer.err)  # fmt: skip
+        found = re.search(r"a.h:6: VP216 error: distance of the cutter from the stock of the program at that time.* (-[\d.]+) mm is below", answer.out + answer.err)  # fmt: skip
         assert found is not None
         assert float(found[1]) == pytest.approx(-2.5, abs=0.1)  # 5 mm deep, at the middle of what a ray has there
     file.write_text(BLANK.format(y=24.2))  # beside the cylinder; the box around it is wider at its corners

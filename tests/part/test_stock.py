@@ -357,7 +357,7 @@ def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:
         (item.severity, item.line, item.last_line, item.worst_line, item.message.split(" -")[0].split(" may")[0])
         for item in report_touches(Cut(np.zeros(50), touches), "the stock", 0.0, 0.1)
     ]
-    whole, cut = "distance of the holder from the stock as it is then", "distance of the cutter from the stock as it is then in a rapid traverse"  # fmt: skip
+    whole, cut = "distance of the holder from the stock at that time", "distance of the cutter from the stock at that time in a rapid traverse"  # fmt: skip
     assert told == [
         ("error", 10, 15, 13, whole),
         ("error", 30, 30, 30, whole),

@@ -249,7 +249,7 @@ def _check_reach(placed: PlacedMoves, nutation: Nutation, by_axis: Mask, circle:
     joint = nutation.find_joints(np.stack([tilts, 0.0 * tilts], axis=-1))[..., 0]
     left = nutation.measure_fold(joint).min(axis=0, initial=np.inf)
     if len(bad := np.flatnonzero(left < _NEAR_FOLD)):
-        text = f"the tool axis comes within {DEG_PER_RAD * max(left[bad[0]], 0.0):.4f} degrees of the tilting joint from its fold, where both table solutions meet and the joint speeds would have no bound; go there by words of the rotary axes or as a rapid"
+        text = f"the tool axis comes within {DEG_PER_RAD * max(left[bad[0]], 0.0):.4f} degrees of the fold of the tilting joint, where both table solutions meet and the joint speeds would have no bound; go there by words of the rotary axes or as a rapid"
         raise _refuse(placed.moves, placed.row[row[bad[0]]], "VP202", text)
 
 

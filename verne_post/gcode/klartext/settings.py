@@ -27,8 +27,9 @@ _ROW: Final = re.compile(rf"[ \t]*(?:#|TABLINE)[ \t]*({VALUE})[ \t]*")
 _TABLE: Final = re.compile(r"[ \t]*\"([^\"]+)\"[ \t]*")
 #: F and the set-up clearance of cycle 19.
 _TILT_WORD: Final = re.compile(rf"[ \t](?:F[ \t]*(MAX|{VALUE})|(?:ABST|DIST|SETUP|SET-UP|S)[ \t]*({VALUE}))(?=[ \t]|$)")
-#: Words before the number of a dwell or an angle: the control writes them in its own language (DWELL, V.ZEIT, V.IDO).
-_WORDS: Final = r"[ \t]*(?:(?!Q[LR]?\d)[^\W\d_]++(?:\.[^\W\d_]++)*+[ \t]*+)*+"
+#: Words before the number of a dwell or an angle: the control writes them in its own language (DWELL, V.ZEIT, V.IDO). One letter
+#: alone is none of them: it is an axis.
+_WORDS: Final = r"[ \t]*(?:(?!Q[LR]?\d)(?:[^\W\d_]++(?:\.[^\W\d_]++)++|[^\W\d_]{2,}+)[ \t]*+)*+"
 _Handler = Callable[["KlartextSettings", Statement, Head], None]
 
 
