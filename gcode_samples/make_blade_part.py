@@ -49,7 +49,8 @@ def make_strip(tip: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def main(folder: Path) -> None:
-    """Write both files."""
+    """Write both files, into a folder that is made where it is missing."""
+    folder.mkdir(parents=True, exist_ok=True)
     facets = make_strip(*read_poses(Path(__file__).with_name("blade_5axis.nc").read_text(encoding="utf-8")))
     rows = b"".join(struct.pack("<12fH", 0, 0, 0, *one.ravel(), 0) for one in facets)
     (folder / "blade_part.stl").write_bytes(

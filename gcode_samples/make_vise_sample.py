@@ -160,7 +160,8 @@ def pack_stl(facets: np.ndarray) -> bytes:
 
 
 def main(folder: Path) -> None:
-    """Write all files."""
+    """Write all files, into a folder that is made where it is missing."""
+    folder.mkdir(parents=True, exist_ok=True)
     for name, facets in (
         ("vise", unite_boxes([BASE, *JAWS, STOP])),
         ("stock", unite_boxes([STOCK])),
@@ -172,4 +173,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "."))
