@@ -332,8 +332,8 @@ def _merge_bodies(
             if one is not None
         }
     bodies |= {f"keep_out.{name}": body for name, body in placed.keep_out.items()}
-    stock_file = placed.stock or bodies.pop("stock", None)
-    bodies.pop("stock", None)
+    stock_of_settings = bodies.pop("stock", None)
+    stock_file = placed.stock or stock_of_settings
     fixtures = {name: make(name, *body) for key, body in bodies.items() for name in [key.partition(".")[2]]}
     named = set()
     for text in values.get("keep_out", ()):

@@ -57,22 +57,21 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
     from verne_post.report.page import make_page
     from verne_post.report.study import study
 
-    sides = []
+    found = []
     for name, machine, source, options in read:
         with show_progress(f"reading {name}" if len(read) > 1 else "reading", quiet=quiet) as progress:
-            sides.append(make_side(name, source, machine, study(source, machine, options, progress)))
-    first = sides[0]
+            found.append((name, source, machine, study(source, machine, options, progress)))
     if output is not None:
-        text = (
-            make_page(first.program, first.source, first.machine, first.study)
-            if len(sides) == 1
-            else write_comparison((first, sides[1]))
-        )
+        if len(found) == 1:
+            text = make_page(*found[0])
+        else:
+            text = write_comparison((make_side(*found[0]), make_side(*found[1])))
         files.write(output, "-o", [text])
     if static is not None:
-        files.write(static, "--static", [picture.picture_of(first.program, first.machine, first.study, suffix)])
+        name, _source, machine, studied = found[0]
+        files.write(static, "--static", [picture.picture_of(name, machine, studied, suffix)])
     if not quiet:
         written = " and ".join(show_name(str(path)) for path in (output, static) if path is not None)
-        outcomes = "; ".join(format_outcome(side.program, side.study.findings) for side in sides)
-        say(f"{outcomes}; {written} shows {'it' if len(sides) == 1 else 'both'}\n")
-    return find_gravest(find_exit_status(side.study.findings) for side in sides)
+        outcomes = "; ".join(format_outcome(name, studied.findings) for name, _source, _machine, studied in found)
+        say(f"{outcomes}; {written} shows {'it' if len(found) == 1 else 'both'}\n")
+    return find_gravest(find_exit_status(studied.findings) for *_program, studied in found)

@@ -9,11 +9,10 @@ from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.base.arrays import Array
 from verne_post.kinematics.chain.carried import CarriedMachine
 from verne_post.kinematics.chain.sliding import SlidingMachine
-from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, find_tool_of_moves, place_box
+from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, find_tool_of_moves, measure_own_stock
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
-from verne_post.model.part_setup import Box
 from verne_post.report.left import RAYS, draw_skin, make_left
 from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study
@@ -106,12 +105,9 @@ def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
     stock = program.moves.stock if program is not None else None
     if program is None or stock is None or program.options.stock is not None:
         return []
-    coordinates = program.machine.coordinates
-    centre = 0.5 * (np.array(stock.low) + np.array(stock.high))
-    middle = coordinates.map_to_table(np.concatenate([centre, np.zeros(6)]), stock.frame)[0]
-    along = coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), stock.frame)
-    box = Box("the stock of the program", stock.low, stock.high)
-    placed = _describe_box(place_box(box, middle, 0.0, stock=True), along, coordinates.part_frame)
+    middle, along, half = measure_own_stock(program.machine, stock)
+    box = Placed("the stock of the program", middle, half, 0.0, 0.0, True, True)
+    placed = _describe_box(box, along, program.machine.coordinates.part_frame)
     return [{**placed, "round": stock.round, "bore": 0.5 * stock.bore}]
 
 

@@ -30,12 +30,12 @@ _OPENING: Final = re.compile(
     rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?!\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\s*O[ \t]*[0-9]++[ \t\r]*(?:\([^\n]*)?(?:\n|$)",
     re.IGNORECASE,
 )
-#: What only these controls have.
+#: Beside a header these outweigh words of RS274/NGC.
 _OWN_CODES: Final = re.compile(
     rb"(?<![A-Z])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P)|6\.2)(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
     re.IGNORECASE,
 )
-#: Codes of these controls alone, so that no header is needed: calls of macros, and look-ahead modes.
+#: These need no header, where no word of RS274/NGC is beside them: calls of macros, and look-ahead modes.
 _FANUC_ONLY: Final = re.compile(
     rb"(?<![A-Z])G0*(?:6[56][ \t]*P[0-9]|5\.1[ \t]*Q[01]|[58][ \t]*P[0-9]+[ \t\r]*(?:[(;\n]|$))", re.IGNORECASE
 )

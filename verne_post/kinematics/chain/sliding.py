@@ -103,7 +103,7 @@ class SlidingMachine(Struct, frozen=True, eq=False):
         return tip, angles, ok & finite
 
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
-        """As :meth:`nominal`, with the tool axis (..., 3) of these angles."""
+        """As :meth:`find_nominal_pose`, with the tool axis (..., 3) of these angles."""
         linear, ok = self._find_linear(q)
         tip, angles, axis, finite = self.chain.measure(linear, tool_length)
         return tip, angles, axis, ok & finite

@@ -20,7 +20,7 @@ from verne_post.kinematics.checks.moving import FAR_MM, Bar, Moving
 from verne_post.kinematics.checks.separation import bound_distance, measure_cylinder_to_box
 from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Frame, Moves
+from verne_post.model.moves import Frame, Moves, Stock
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, FixtureMesh, OwnStock, ToolShape
 from verne_post.model.poses import Pose
@@ -216,12 +216,17 @@ def place_own_stock(machine: Machine, moves: Moves, distance: float = 0.0) -> Pl
     if own is None:
         raise InputError(make_finding("VP018", "--stock program: the program defines no stock (BLK FORM, WORKPIECE)"))
     refuse_leaning_part(machine, "the stock of the program")
-    coordinates, low, high = machine.coordinates, np.array(own.low), np.array(own.high)
-    middle = coordinates.map_to_table(np.concatenate([0.5 * (low + high), np.zeros(6)]), own.frame)[0]
-    along = coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), own.frame)
-    turn, half = float(np.arctan2(along[1], along[0])), 0.5 * (high - low)
+    middle, along, half = measure_own_stock(machine, own)
+    turn = float(np.arctan2(along[1], along[0]))
     form = make_cylinder(-half, half, own.bore, middle, turn) if own.round else None
     return Placed(OwnStock().name, middle, half, turn, distance, True, True, form=form)
+
+
+def measure_own_stock(machine: Machine, own: Stock) -> tuple[Array, Array, Array]:
+    """Middle (3,) of a stock of a program and the direction (3,) of its x, table frame, and half of its sides (3,), mm."""
+    low, high = np.array(own.low), np.array(own.high)
+    middle = machine.coordinates.map_to_table(np.concatenate([0.5 * (low + high), np.zeros(6)]), own.frame)[0]
+    return middle, machine.coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), own.frame), 0.5 * (high - low)
 
 
 def _place_stock(body: FixtureMesh, origin: Array, turn: float) -> Placed:

@@ -120,7 +120,7 @@ class Moving:
         return nose - length[:, None] * pose.axis, nose, length
 
     def carry(self, pose: Pose) -> list[Carried]:
-        """Where the bodies of revolution of :meth:`build_pieces` are; that of the tools comes first."""
+        """Where the bodies of revolution of :func:`build_pieces` are; that of the tools comes first."""
         tip, _nose, length = self.place_tools(pose)
         spindle = 0.0
         if self.bodies is not None and self.bodies.spindle_radius is not None:
