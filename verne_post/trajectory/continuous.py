@@ -105,7 +105,10 @@ def plan_continuous(
     def make_rows(slower: float) -> Array:
         return sample_rows(task, planned.profile, planned.times, slower, playback, begin)
 
-    return ContinuousProfile(repair_or_slow_down(replace(task, feed_share=playback.override), make_rows), bound)
+    slowed = repair_or_slow_down(
+        replace(task, feed_share=playback.override), make_rows, is_repair_tried=playback == AS_PLANNED
+    )
+    return ContinuousProfile(slowed, bound)
 
 
 def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> _PlannedSection:

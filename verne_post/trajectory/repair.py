@@ -34,7 +34,7 @@ from verne_post.trajectory.section_path import SectionTask, find_finite_joints
 SCATTERED_ROWS: Final = 1 << 8
 
 
-def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Array:
+def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array], *, is_repair_tried: bool = False) -> Array:
     """Path parameters of rows, from rest to rest, inside every limit.
 
     Parameters
@@ -42,6 +42,8 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
     task : SectionTask
     rows : callable
         Rows s (n,) of a profile stretched by a factor from 1 on; the first 0, the last the section's length.
+    is_repair_tried : bool
+        Whether :func:`repair_rows` has failed with the rows that are not stretched.
 
     Raises
     ------
@@ -52,9 +54,10 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
     for attempt in range(tuning.SLOWDOWN_ATTEMPTS):
         z = add_rest(s)
         worst = measure_excess(task, z)
-        repaired = repair_rows(task, z, find_exceeding(worst))
-        if repaired is not None:
-            return repaired
+        if attempt or not is_repair_tried:
+            repaired = repair_rows(task, z, find_exceeding(worst))
+            if repaired is not None:
+                return repaired
         # braking before a place takes jerk as well, the less the longer it lasts
         reach = max(round(2**attempt * tuning.SLOWDOWN_REACH * task.unit / task.cycle), 8)
         s = slow_down_locally(s, np.cbrt(measure_row_excess(worst)), reach)
