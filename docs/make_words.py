@@ -1,8 +1,9 @@
 """Write the tables of words of the languages into their pages: python docs/make_words.py [--check].
 
-The words and the reasons are those by which the program executes and refuses (:mod:`verne_post.gcode.codes`,
-``rs274.fanuc_codes``, ``klartext.vocabulary``, ``siemens.vocabulary``). A table stands between two comments,
-``<!-- words: NAME -->`` and ``<!-- end of words -->``; what is between them is not written by hand.
+The words, what they do, and the reasons are those by which the program executes and refuses
+(:mod:`verne_post.gcode.codes`, ``rs274.fanuc_codes``, ``klartext.vocabulary``, ``siemens.vocabulary``). A table stands
+between two comments, ``<!-- words: NAME -->`` and ``<!-- end of words -->``; what is between them is not written by
+hand. "see Tapping" in a table becomes a link, where the page has a heading of that name.
 """
 
 import re
@@ -19,14 +20,18 @@ from verne_post.gcode.siemens import vocabulary as siemens
 DOCS = Path(__file__).parent
 #: So many numbers in a row are written as first and last.
 LEAST_SPAN = 3
+#: So many names in a row are spelled out.
+LEAST_RUN = 7
 _OPTION = re.compile(r"--[a-z][a-z-]*")
+_HEADING = re.compile(r"^#+ ([\w ]+)$", re.MULTILINE)
+_REFERENCE = re.compile(r"see ([A-Z][\w ]*\w)")
 _TABLE = re.compile(r"(?<=<!-- words: )([a-z0-9 ]+)( -->\n).*?(?=<!-- end of words -->)", re.DOTALL)
 
 
-def group_by_reason(words: Mapping[Any, str]) -> dict[str, list[Any]]:
-    """Reason -> words that have it, in their order."""
+def group_by_reason(words: Iterable[tuple[Any, str]]) -> dict[str, list[Any]]:
+    """Reason, or what words do -> words that have it, in their order."""
     groups: dict[str, list[Any]] = {}
-    for word, why in words.items():
+    for word, why in words:
         groups.setdefault(why, []).append(word)
     return groups
 
@@ -39,7 +44,7 @@ def spell_numbers(numbers: Iterable[int], spell: Callable[[int], str], step: int
             spans[-1].append(number)
         else:
             spans.append([number])
-    texts = []
+    texts: list[str] = []
     for span in spans:
         texts += [f"{spell(span[0])} to {spell(span[-1])}"] if len(span) >= LEAST_SPAN else map(spell, span)
     return ", ".join(texts)
@@ -56,9 +61,11 @@ def make_codes_table(table: CodeTable) -> str:
     """Codes that a dialect of RS274 knows and refuses."""
     rows = [
         (spell_numbers(codes, spell_g_code, 10 if all(code % 10 == 0 for code in codes) else 1), why)
-        for why, codes in group_by_reason(table.refused_g).items()
+        for why, codes in group_by_reason(table.refused_g.items()).items()
     ]
-    rows += [(spell_numbers(codes, "M{}".format), why) for why, codes in group_by_reason(table.refused_m).items()]
+    rows += [
+        (spell_numbers(codes, "M{}".format), why) for why, codes in group_by_reason(table.refused_m.items()).items()
+    ]
     return make_rows(("codes", "why"), rows)
 
 
@@ -66,7 +73,7 @@ def make_klartext_table(*groups: tuple[Mapping[int, str] | Mapping[str, str], st
     """Words of Klartext: words -> reasons, and what stands before a number."""
     rows = []
     for words, name in groups:
-        for why, numbers in group_by_reason(words).items():
+        for why, numbers in group_by_reason(words.items()).items():
             if name == "cycle":
                 shown = f"cycle{'s' if len(numbers) > 1 else ''} {spell_numbers(numbers, str)}"
             else:
@@ -75,10 +82,31 @@ def make_klartext_table(*groups: tuple[Mapping[int, str] | Mapping[str, str], st
     return make_rows(("words", "why"), rows)
 
 
-def make_siemens_table(words: Mapping[str, str]) -> str:
-    """Words of Siemens, those with one reason in one row."""
-    rows = [(" ".join(f"`{name}`" for name in names), why) for why, names in group_by_reason(words).items()]
-    return make_rows(("words", "why"), rows)
+def spell_names(names: Iterable[str]) -> str:
+    """Names as code; a long run of numbers behind one letter, such as G505 to G599, by first and last."""
+    spans: list[list[str]] = []
+    for name in names:
+        last = spans[-1][-1] if spans else ""
+        if last[1:].isdigit() and name == f"{last[0]}{int(last[1:]) + 1}":
+            spans[-1].append(name)
+        else:
+            spans.append([name])
+    return " ".join(
+        f"`{span[0]}` to `{span[-1]}`" if len(span) > LEAST_RUN else " ".join(f"`{name}`" for name in span)
+        for span in spans
+    )
+
+
+def make_siemens_table(words: Iterable[tuple[str, str]], column: str) -> str:
+    """Words of Siemens, those that do one thing, or have one reason, in one row."""
+    return make_rows(("words", column), [(spell_names(names), why) for why, names in group_by_reason(words).items()])
+
+
+def list_siemens_words() -> list[tuple[str, str]]:
+    """Words that Siemens executes, and what they do."""
+    functions = {f"M{number}": does for words in siemens.M_FUNCTIONS.values() for number, does in words.items()}
+    kinds = (functions, siemens.VALUE_MODES, siemens.ADDRESSES, siemens.STATEMENTS, siemens.CYCLES)
+    return [pair for words in (*siemens.GROUPS.values(), *kinds) for pair in words.items()]
 
 
 TABLES: Mapping[str, Callable[[], str]] = {
@@ -90,14 +118,24 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "klartext refused": lambda: make_klartext_table(
         (klartext.REFUSED_STATEMENTS, ""), (klartext.REFUSED_FUNCTIONS, "M"), (klartext.REFUSED_CYCLES, "cycle"), (klartext.REFUSED_FN, "FN "),
     ),
-    "siemens without effect": lambda: make_siemens_table(siemens.NO_EFFECT),
-    "siemens refused": lambda: make_siemens_table(siemens.REFUSED),
+    "siemens executed": lambda: make_siemens_table(list_siemens_words(), "do"),
+    "siemens without effect": lambda: make_siemens_table(siemens.NO_EFFECT.items(), "why"),
+    "siemens refused": lambda: make_siemens_table(siemens.REFUSED.items(), "why"),
 }  # fmt: skip
 
 
 def refresh_page(text: str) -> str:
     """A page with its tables as the program has them."""
-    return _TABLE.sub(lambda match: match[1] + match[2] + TABLES[match[1]](), text)
+    headings = {title: title.lower().replace(" ", "-") for title in _HEADING.findall(text)}
+
+    def make_table(match: re.Match[str]) -> str:
+        table = _REFERENCE.sub(
+            lambda name: f"see [{name[1].lower()}](#{headings[name[1]]})" if name[1] in headings else name[0],
+            TABLES[match[1]](),
+        )
+        return match[1] + match[2] + table
+
+    return _TABLE.sub(make_table, text)
 
 
 def main() -> int:

@@ -3,7 +3,7 @@
 Another dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from functools import cached_property
 from typing import Final
 
@@ -33,8 +33,8 @@ class CodeTable(Struct, frozen=True, dict=True):
         Letters beside axes, F, S, T that a code uses.
     """
 
-    g_groups: Mapping[str, tuple[int, ...]]
-    m_groups: Mapping[str, tuple[int, ...]]
+    g_groups: Mapping[str, Collection[int]]
+    m_groups: Mapping[str, Collection[int]]
     refused_g: Mapping[int, str]
     refused_m: Mapping[int, str]
     words_of_g: Mapping[int, str]
