@@ -3,18 +3,20 @@
 The words, what they do, and the reasons are those by which the program executes and refuses
 (:mod:`verne_post.gcode.codes`, ``rs274.fanuc_codes``, ``klartext.vocabulary``, ``siemens.vocabulary``). A table stands
 between two comments, ``<!-- words: NAME -->`` and ``<!-- end of words -->``; what is between them is not written by
-hand. "see Tapping" in a table becomes a link, where the page has a heading of that name.
+hand. "see Tapping" in a table becomes a link, where the page, or else gcode.md, has a heading of that name.
 """
 
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from verne_post.gcode.codes import RS274, CodeTable, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
-from verne_post.gcode.rs274.fanuc_codes import make_table
+from verne_post.gcode.rs274 import fanuc_codes as fanuc
+from verne_post.gcode.rs274.macro_text import KINDS, STATEMENTS
 from verne_post.gcode.siemens import vocabulary as siemens
 
 DOCS = Path(__file__).parent
@@ -23,8 +25,7 @@ LEAST_SPAN = 3
 #: So many names in a row are spelled out.
 LEAST_RUN = 7
 _OPTION = re.compile(r"--[a-z][a-z-]*")
-_HEADING = re.compile(r"^#+ ([\w ]+)$", re.MULTILINE)
-_REFERENCE = re.compile(r"see ([A-Z][\w ]*\w)")
+_HEADING = re.compile(r"^##+ (.+)$", re.MULTILINE)
 _TABLE = re.compile(r"(?<=<!-- words: )([a-z0-9 ]+)( -->\n).*?(?=<!-- end of words -->)", re.DOTALL)
 
 
@@ -55,6 +56,75 @@ def make_rows(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     lines = [f"| {' | '.join(row)} |" for row in rows]
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|", *(_OPTION.sub(r"`\g<0>`", line) for line in lines)]
     return "\n" + "\n".join(lines) + "\n\n"
+
+
+def list_codes(
+    does: Mapping[str, Mapping[int, str]], words: Mapping[int, str], spell: Callable[[int], str]
+) -> Iterator[tuple[str, ...]]:
+    """Rows of codes that are executed: group, codes, words beside axes, what they do."""
+    for group, codes in does.items():
+        for why, alike in group_by_reason(codes.items()).items():
+            letters = [
+                (spell_numbers(some, spell, 10), " ".join(word))
+                for word, some in group_by_reason((code, words.get(code, "")) for code in alike).items()
+                if word
+            ]
+            everywhere = len(letters) == 1 and all(code in words for code in alike)
+            shown = letters[0][1] if everywhere else "; ".join(f"{names}: {word}" for names, word in letters)
+            yield group, " ".join(map(spell, alike)), shown, why
+
+
+def make_executed_table(table: CodeTable) -> str:
+    """Codes that RS274/NGC executes, by modal group."""
+    rows = [
+        *list_codes(table.g_groups, table.words_of_g, spell_g_code),
+        *list_codes(table.m_groups, table.words_of_m, "M{}".format),
+    ]
+    return make_rows(("group", "codes", "words", "do"), rows)
+
+
+def read_examples(name: str) -> dict[str, list[str]]:
+    """Words of one table -> programs that show them at work; " / " stands between the lines of one."""
+    found: dict[str, list[str]] = tomllib.loads((DOCS / "word_examples.toml").read_text("utf-8"))[name]
+    return found
+
+
+def make_examples_table(words: Iterable[tuple[str, str]], name: str) -> str:
+    """Words of one meaning in a row, with the examples of all of them.
+
+    Raises
+    ------
+    ValueError
+        Words without an example, or an example of a word that is not executed.
+    """
+    examples = read_examples(name)
+    rows, unused = [], set(examples)
+    for does, alike in group_by_reason(words).items():
+        shown = [example for word in alike for example in examples.get(word, ())]
+        if not shown:
+            raise ValueError(f"{' '.join(alike)}: word_examples.toml has no example")
+        unused -= set(alike)
+        rows.append((" ".join(alike), "; ".join(f"`{one.replace('|', chr(92) + '|')}`" for one in shown), does))
+    if unused:
+        raise ValueError(f"{' '.join(unused)}: word_examples.toml has examples of what is not executed")
+    return make_rows(("words", "example", "what it does"), rows)
+
+
+def list_fanuc_words(*, effect: bool = True) -> list[tuple[str, str]]:
+    """Words that Fanuc executes and RS274/NGC does not, or otherwise; and what they do. Or those that do nothing here."""
+    table = fanuc.make_table()
+    found = [*fanuc.WORDS.items(), *((keyword, STATEMENTS[kind]) for keyword, kind in KINDS.items())] if effect else []
+    for groups, of_rs274, spell in (
+        (table.g_groups, RS274.g_groups, spell_g_code),
+        (table.m_groups, RS274.m_groups, "M{}".format),
+    ):
+        known = {pair for codes in of_rs274.values() for pair in codes.items()}
+        own = [pair for codes in groups.values() for pair in codes.items() if pair not in known]
+        found += [(spell(code), does) for code, does in own if (code in fanuc.WITHOUT_EFFECT) is not effect]
+    if effect:
+        twins = f"Haas: {' and '.join(map(spell_g_code, fanuc.MIRRORS_OF_HAAS.values()))}"
+        found += [(spell_g_code(code), twins) for code in fanuc.MIRRORS_OF_HAAS]
+    return found
 
 
 def make_codes_table(table: CodeTable) -> str:
@@ -110,8 +180,11 @@ def list_siemens_words() -> list[tuple[str, str]]:
 
 
 TABLES: Mapping[str, Callable[[], str]] = {
+    "rs274 executed": lambda: make_executed_table(RS274),
     "rs274 refused": lambda: make_codes_table(RS274),
-    "fanuc refused": lambda: make_codes_table(make_table()),
+    "fanuc executed": lambda: make_examples_table(list_fanuc_words(), "fanuc"),
+    "fanuc without effect": lambda: make_examples_table(list_fanuc_words(effect=False), "fanuc without effect"),
+    "fanuc refused": lambda: make_codes_table(fanuc.make_table()),
     "klartext without effect": lambda: make_klartext_table(
         (klartext.FUNCTIONS_WITHOUT_EFFECT, "M"), (klartext.CYCLES_WITHOUT_EFFECT, "cycle")
     ),
@@ -124,15 +197,22 @@ TABLES: Mapping[str, Callable[[], str]] = {
 }  # fmt: skip
 
 
+def list_links(text: str, page: str = "") -> dict[str, str]:
+    """Headings of a page -> links to them."""
+    return {
+        title: f"[{title if title[1] == ' ' else title[0].lower() + title[1:]}]({page}#{re.sub(r'[^a-z0-9 -]', '', title.lower()).replace(' ', '-')})"
+        for title in _HEADING.findall(text)
+    }
+
+
 def refresh_page(text: str) -> str:
     """A page with its tables as the program has them."""
-    headings = {title: title.lower().replace(" ", "-") for title in _HEADING.findall(text)}
+    links = list_links((DOCS / "gcode.md").read_text("utf-8"), "gcode.md") | list_links(text)
 
     def make_table(match: re.Match[str]) -> str:
-        table = _REFERENCE.sub(
-            lambda name: f"see [{name[1].lower()}](#{headings[name[1]]})" if name[1] in headings else name[0],
-            TABLES[match[1]](),
-        )
+        table = TABLES[match[1]]()
+        for title in sorted(links, key=len, reverse=True):
+            table = table.replace(f"see {title}", f"see {links[title]}")
         return match[1] + match[2] + table
 
     return _TABLE.sub(make_table, text)
