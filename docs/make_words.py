@@ -83,6 +83,15 @@ def make_executed_table(table: CodeTable) -> str:
     return make_rows(("group", "codes", "words", "do"), rows)
 
 
+def _shorten(words: list[str]) -> str:
+    """Words of a row; those that differ only in their numbers by first and last."""
+    name = words[0].rstrip("0123456789")
+    if name not in ("cycle ", "FN ") or len(words) < LEAST_SPAN:
+        return ", ".join(words) if " " in "".join(words) else " ".join(words)
+    numbers = spell_numbers((int(word.removeprefix(name)) for word in words), str)
+    return f"{'cycles ' if name == 'cycle ' else name}{numbers}"
+
+
 def read_examples(name: str) -> dict[str, list[str]]:
     """Words of one table -> programs that show them at work; " / " stands between the lines of one."""
     found: dict[str, list[str]] = tomllib.loads((DOCS / "word_examples.toml").read_text("utf-8"))[name]
@@ -104,7 +113,7 @@ def make_examples_table(words: Iterable[tuple[str, str]], name: str) -> str:
         if not shown:
             raise ValueError(f"{' '.join(alike)}: word_examples.toml has no example")
         unused -= set(alike)
-        rows.append((" ".join(alike), "; ".join(f"`{one.replace('|', chr(92) + '|')}`" for one in shown), does))
+        rows.append((_shorten(alike), "; ".join(f"`{one.replace('|', chr(92) + '|')}`" for one in shown), does))
     if unused:
         raise ValueError(f"{' '.join(unused)}: word_examples.toml has examples of what is not executed")
     return make_rows(("words", "example", "what it does"), rows)
@@ -124,6 +133,24 @@ def list_fanuc_words(*, effect: bool = True) -> list[tuple[str, str]]:
     if effect:
         twins = f"Haas: {' and '.join(map(spell_g_code, fanuc.MIRRORS_OF_HAAS.values()))}"
         found += [(spell_g_code(code), twins) for code in fanuc.MIRRORS_OF_HAAS]
+    return found
+
+
+#: Statements that are shown under Text, in rows of their own kinds, without effect, or among refused ones.
+_OTHER_STATEMENTS = {"BEGIN PGM", "END PGM", "CYCL DEF", "PLANE", "FN", "SEL TABLE", "CALL SELECTED PGM"}
+
+
+def list_klartext_words() -> list[tuple[str, str]]:
+    """Words that Klartext executes, and what they do."""
+    found = [(word, does) for word, does in klartext.STATEMENTS.items() if word not in _OTHER_STATEMENTS]
+    found += klartext.WORDS.items()
+    for name, kinds in (
+        ("PLANE ", klartext.PLANES),
+        ("M", klartext.FUNCTIONS),
+        ("cycle ", klartext.CYCLES),
+        ("FN ", klartext.FN),
+    ):
+        found += [(f"{name}{kind}", does) for kind, does in kinds.items()]
     return found
 
 
@@ -185,6 +212,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "fanuc executed": lambda: make_examples_table(list_fanuc_words(), "fanuc"),
     "fanuc without effect": lambda: make_examples_table(list_fanuc_words(effect=False), "fanuc without effect"),
     "fanuc refused": lambda: make_codes_table(fanuc.make_table()),
+    "klartext executed": lambda: make_examples_table(list_klartext_words(), "klartext"),
     "klartext without effect": lambda: make_klartext_table(
         (klartext.FUNCTIONS_WITHOUT_EFFECT, "M"), (klartext.CYCLES_WITHOUT_EFFECT, "cycle")
     ),

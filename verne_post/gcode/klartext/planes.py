@@ -17,6 +17,7 @@ from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Map
+from verne_post.gcode.klartext.vocabulary import PLANES
 from verne_post.gcode.machining.turning import count_places, record_carried
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.table_positions import TablePosition, choose_position, find_positions
@@ -28,7 +29,7 @@ _WORD: Final = re.compile(
     rf"[ \t]*(?:(?P<flag>MOVE|TURN|STAY|FMAX|F[ \t]+MAX|MB[ \t]*MAX|SEQ[ \t]*[+-]|SYM[ \t]*[+-]|(?:TABLE|COORD)[ \t]+ROT)(?![A-Z0-9])"
     rf"|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
 )
-_KIND: Final = re.compile(r"[ \t]*(SPATIAL|EULER|VECTOR|POINTS|RELATIVE?|AXIAL|RESET|PROJECTED)(?![A-Z])")
+_KIND: Final = re.compile(rf"[ \t]*({'|'.join(PLANES)}|RELATIVE|PROJECTED)(?![A-Z])")
 
 
 class PlaneWords(Struct):
