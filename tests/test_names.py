@@ -18,7 +18,7 @@ copy correct count cover cross cut decode decorate define depart depends derive 
 disturb divide draft draw drill drop dump dwell echo emit enclose encode end enter escape estimate evaluate exchange
 execute exists expand expect explain extend factorise fair fetch fill find finish fit fits fix flatten flip flips flush
 follow follows forget fork format freeze gather get give go goes group guard halve happens has hold holds identify
-ignore improve index initialise insert interpolate interpret intersect invoke is iterate join judge jump keep keeps
+ignore improve index initialise insert interpolate interpret intersect invert invoke is iterate join judge jump keep keeps
 know knows label lay lead leave lies lift limit linearise list load locate lock look lose lower make map mark match may
 measure meet meets merge mill minimise mirror move multiply name names narrow need needs nest normalise normalize note
 number open order orient pack pad paint parse pass peek perturb picture place plan polish predict prepare preset print

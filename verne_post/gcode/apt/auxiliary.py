@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import Final
 
 from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
-from verne_post.gcode.apt.coordinates import IDENTITY
 from verne_post.gcode.apt.cycles import FEED_UNITS
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
@@ -68,7 +67,7 @@ def give_feed(to: AptModes, s: Statement, value: float, mode: int, inch: bool | 
 
 def set_units(to: AptModes, s: Statement) -> Iterator[Block]:
     """UNITS, UNIT."""
-    if to.cycle is not None or to.circle is not None or to.matrix is not IDENTITY:
+    if to.cycle is not None or to.circle is not None or not to.map.is_identity:
         raise ProgramError(
             "VP017", f"{s.major} under CYCLE, TRACUT or MSYS, or after CIRCLE, whose numbers are in the old unit"
         )

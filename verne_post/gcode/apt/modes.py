@@ -5,8 +5,8 @@ from msgspec import Struct, field
 
 from verne_post.base.arrays import Array
 from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.affine import Affine
 from verne_post.gcode.apt.arcs import Circle
-from verne_post.gcode.apt.coordinates import IDENTITY, apply
 from verne_post.gcode.apt.cycles import Cycle
 from verne_post.gcode.apt.statements import Statement
 from verne_post.gcode.machining.state import State
@@ -54,11 +54,11 @@ class AptModes(Struct):
     axis_is_old: bool = False
     in_path: bool = False
     tool: ToolUse = field(default_factory=ToolUse)
-    matrix: Array = field(default_factory=lambda: IDENTITY)
-    tracut: Array = field(default_factory=lambda: IDENTITY)
-    #: The first MSYS, and the matrix from the one in force to it.
-    first_system: Array | None = None
-    system: Array = field(default_factory=lambda: IDENTITY)
+    map: Affine = field(default_factory=Affine)
+    tracut: Affine = field(default_factory=Affine)
+    #: The first MSYS, and the map from the one in force to it.
+    first_system: Affine | None = None
+    system: Affine = field(default_factory=Affine)
     #: Numbers of the first $$-> CSYS.
     system_of_model: list[float] | None = None
     #: TRNTYP has said that points are in one system, whatever CSYS says.
@@ -82,7 +82,7 @@ class AptModes(Struct):
     @property
     def tool_axis(self) -> list[float]:
         """The tool axis in the coordinates of the part."""
-        return apply(self.matrix, [*self.axis], shift=False)
+        return self.map.turn(self.axis)
 
     @property
     def axis_words(self) -> dict[str, float]:

@@ -9,7 +9,6 @@ import numpy as np
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode.apt.arcs import Circle, check_radius, find_allowed, read_circle, read_tool_on
 from verne_post.gcode.apt.auxiliary import change_tool, give_feed, make_block
-from verne_post.gcode.apt.coordinates import apply
 from verne_post.gcode.apt.cycles import is_end_of_cycle, read_cycle
 from verne_post.gcode.apt.holes import drill
 from verne_post.gcode.apt.interpreter import make_arc_block
@@ -41,7 +40,7 @@ def go_to(to: AptModes, s: Statement) -> Iterator[Block]:
     circle = to.circle
     for number, point in enumerate(points):
         to.circle = circle if number else to.circle
-        yield from _approach(to, s, apply(to.matrix, point, shift=True))
+        yield from _approach(to, s, to.map.map_point(point))
 
 
 def _read_points(to: AptModes, s: Statement, numbers: list[float]) -> tuple[list[list[float]], list[float]]:
@@ -67,7 +66,7 @@ def go_by(to: AptModes, s: Statement) -> Iterator[Block]:
     _check_table(to, s)
     yield from _prepare_tool(to, s)
     along = numbers if len(numbers) == 3 else [numbers[0] * value for value in to.axis]
-    step = dict(zip("XYZ", apply(to.matrix, along, shift=False), strict=True))
+    step = dict(zip("XYZ", to.map.turn(along), strict=True))
     yield make_block(s, ("G", 91.0), g=to.motion, **step, **to.axis_words)
     yield make_block(s, ("G", 90.0))
     to.rapid = False
@@ -228,10 +227,7 @@ def take_circle(to: AptModes, s: Statement) -> Iterator[Block]:
 
 def _move_circle(to: AptModes, circle: Circle) -> Circle:
     """A circle of the statements in the coordinates of the part."""
-    center, normal = (
-        np.array(apply(to.matrix, list(values), shift=shift))
-        for values, shift in ((circle.center, True), (circle.normal, False))
-    )
+    center, normal = np.array(to.map.map_point(circle.center)), np.array(to.map.turn(circle.normal))
     return Circle(center, normal, circle.radius, circle.turns)
 
 
@@ -250,13 +246,11 @@ def go_on_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.cycle is not None or to.circle is not None or to.rapid:
         raise ProgramError("VP017", "TLON under CYCLE, or after CIRCLE or RAPID")
     _require_place(to, "an arc")
-    rotation = to.matrix[:, :3]
-    start = rotation.T @ (to.place - to.matrix[:, 3])
-    circle, end = read_tool_on(s, start, to.tangent)
+    circle, end = read_tool_on(s, np.array(to.map.invert().map_point(to.place)), to.tangent)
     to.tangent = None
     _check_table(to, s)
     yield from _prepare_tool(to, s)
-    yield from _go_round(to, s, _move_circle(to, circle), apply(to.matrix, end, shift=True))
+    yield from _go_round(to, s, _move_circle(to, circle), to.map.map_point(end))
 
 
 # --- cycles ---------------------------------------------------------------------------------------

@@ -5,12 +5,12 @@ from typing import Final
 
 import numpy as np
 
+from verne_post.gcode.affine import Affine
 from verne_post.gcode.apt.auxiliary import show_message
 from verne_post.gcode.apt.coordinates import (
-    IDENTITY,
+    NUMBERS,
     check_no_shift,
-    find_relation,
-    join_matrices,
+    join_maps,
     read_machine_system,
     read_matrix,
 )
@@ -48,7 +48,7 @@ def transform(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.circle is not None:
         raise ProgramError("VP017", "TRACUT after CIRCLE, whose arc has no end yet")
     to.tracut = read_matrix(s)
-    to.matrix = join_matrices(to.system, to.tracut)
+    to.map = join_maps(to.system, to.tracut)
     return iter(())
 
 
@@ -63,16 +63,16 @@ def set_system(to: AptModes, s: Statement) -> Iterator[Block]:
                 "VP017", "the first MSYS comes after points, and their system is not known; write it before them"
             )
         to.first_system = system
-    moved = find_relation(system, to.first_system)
-    if moved is not IDENTITY and to.keys.msys != "one clamping":
+    moved = join_maps(to.first_system.invert(), system)
+    if not moved.is_identity and to.keys.msys != "one clamping":
         raise ProgramError(
             "VP017",
             "MSYS moves the system of the points, and it is not known whether the part is clamped again; write one file for each clamping. If there is one clamping, and the work offset is that of the first MSYS, give msys "
             '= "one clamping" under [aptcl] of the settings file',
         )
-    if moved is not to.system:
+    if moved != to.system:
         to.system, to.axis_is_old = moved, True
-        to.matrix = join_matrices(moved, to.tracut)
+        to.map = join_maps(moved, to.tracut)
     return iter(())
 
 
@@ -90,8 +90,7 @@ def set_world(to: AptModes, s: Statement) -> Iterator[Block]:
 
 def check_system(to: AptModes, s: Statement) -> Iterator[Block]:
     """CSYS: how an operation lies in the system of the points, which is no change of them; else it must do nothing."""
-    matrix = join_matrices(read_matrix(s), IDENTITY)
-    if not to.in_world and matrix is not IDENTITY:
+    if not to.in_world and not join_maps(read_matrix(s), Affine()).is_identity:
         raise ProgramError(
             "VP017",
             "CSYS turns or shifts a system, and no TRNTYP/WORLD says that the points are in that of the part; if they are not, write TRACUT with the matrix",
@@ -110,7 +109,7 @@ def check_shift(to: AptModes, s: Statement) -> Iterator[Block]:
 def check_system_of_model(to: AptModes, s: Statement) -> Iterator[Block]:
     """Remarks of Creo and CATIA: where the system of the points lies in the model. Another one than before would move them."""
     numbers = read_numbers(s, s.words)
-    if len(numbers) != IDENTITY.size:
+    if len(numbers) != NUMBERS:
         raise ProgramError("VP005", f"{s.major} takes the 12 numbers of a matrix; here are {len(numbers)}")
     to.system_of_model = to.system_of_model or numbers
     if max(map(abs, np.subtract(numbers, to.system_of_model))) > _PRINTED:

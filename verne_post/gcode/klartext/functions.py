@@ -15,8 +15,8 @@ from verne_post.gcode.klartext.vocabulary import (
     ARC_FEEDS,
     AT_BEGIN,
     AT_END,
+    FUNCTIONS,
     FUNCTIONS_WITHOUT_EFFECT,
-    OWN,
     REFUSED_FUNCTIONS,
 )
 from verne_post.gcode.klartext.words import MWord, Words, read_words
@@ -197,7 +197,7 @@ class KlartextFunctions:
                 raise ProgramError("VP017", f"M{number} beside {beside}; write it in a block of its own", word.column)
             if number in REFUSED_FUNCTIONS and self.core.auxiliary.find_user_meaning("M", number) is None:
                 raise ProgramError("VP002", f"M{number} is not executed ({REFUSED_FUNCTIONS[number]})", word.column)
-            known = number in AT_BEGIN or number in AT_END or number in OWN or number in FUNCTIONS_WITHOUT_EFFECT
+            known = number in FUNCTIONS or number in FUNCTIONS_WITHOUT_EFFECT
             if not known and self.core.auxiliary.find_user_meaning("M", number) is None:
                 raise ProgramError(
                     "VP002", f"M{number} is not a function of the language; {describe_remap(f'M{number}')}",
@@ -211,9 +211,7 @@ class KlartextFunctions:
         if speed is not None or codes:
             self.run_codes(codes, speed)
         for word in words.functions:
-            if word.number in REFUSED_FUNCTIONS or (
-                word.number not in AT_BEGIN and word.number not in AT_END and word.number not in OWN
-            ):
+            if word.number not in FUNCTIONS:
                 self.core.auxiliary.execute_user_code(self.frames.block, "M", word.number, {})
             else:
                 self._begin_own(word)

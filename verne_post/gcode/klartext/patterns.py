@@ -22,7 +22,7 @@ from verne_post.gcode.klartext.milling import FACES
 from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.settings import KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
-from verne_post.gcode.klartext.vocabulary import CYCLES_WITHOUT_EFFECT, REFUSED_CYCLES, Q
+from verne_post.gcode.klartext.vocabulary import CYCLES, CYCLES_WITHOUT_EFFECT, REFUSED_CYCLES, Q
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.machining.patterns import place_circle, place_grid, place_row
@@ -87,19 +87,18 @@ class KlartextPatterns:
         number = head.number
         if number in REFUSED_CYCLES:
             raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", 0)
+        if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT:
+            raise statement.error(
+                "VP002", f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them", 0
+            )
         if self.settings.execute_setting(statement, head):
             return
-        table = MACHINING.get(number) or PATTERNS.get(number)
         if number in CYCLES_WITHOUT_EFFECT:
             for name, value in read_parameters(statement, head, self.q, self.contour.call_feed).items():
                 self.q.set(f"Q{name}", value)
             return
-        if table is None:
-            raise statement.error(
-                "VP002", f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them", 0
-            )
         given = read_parameters(statement, head, self.q, self.contour.call_feed)
-        q = complete(statement, number, given, *table)
+        q = complete(statement, number, given, *(MACHINING | PATTERNS)[number])
         if number in FACES:
             q |= {Q.SURFACE: q[Q.START_Z]}
         for name, value in given.items():

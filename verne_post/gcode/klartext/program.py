@@ -30,7 +30,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.model.moves import AXES, MoveKind
 
-_PATHS: Final = ("L", "LN", "LP", "C", "CP", "CR", "CT", "CTP")
+PATHS: Final = ("L", "LN", "LP", "C", "CP", "CR", "CT", "CTP")
 _APPROACH: Final = re.compile(r"[ \t]*(P?)(LT|LN|CT|LCT)(?![A-Z])")
 _LABEL: Final = re.compile(r"[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))(?=[ \t]|$)")
 _REPEAT: Final = re.compile(rf"[ \t]+REP[ \t]*({VALUE})(?:[ \t]*/[ \t]*\d+)?[ \t]*$")
@@ -78,7 +78,7 @@ class Klartext:
         self.jump = None
         self.functions.calls = []
         self.frames.block = At(shown_line)
-        if statement.keyword in _PATHS:
+        if statement.keyword in PATHS:
             self._execute_path(statement, corner_next)
         elif statement.keyword:
             STATEMENTS[statement.keyword](self)(statement)

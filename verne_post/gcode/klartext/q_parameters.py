@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
-from verne_post.gcode.klartext.vocabulary import REFUSED_FN
+from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
 from verne_post.gcode.program_error import ProgramError
 
 _ASSIGNED: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
@@ -173,10 +173,14 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
     if match is None:
         raise statement.error("VP001", "expected FN, a number and a colon", 0)
     number, rest = int(match.group(1)), statement.rest[match.end() :].rstrip()
-    if number in _RELATIONS:
-        return FnAnswer(label=_jump(number, rest, parameters))
     if number == 14:
         raise ProgramError("VP027", f"the program asks to stop: {rest.strip()}")
+    if number in REFUSED_FN:
+        raise ProgramError("VP002", f"FN {number} is not executed ({REFUSED_FN[number]})")
+    if number not in FN:
+        raise ProgramError("VP002", f"FN {number} is not a function of the language")
+    if number in _RELATIONS:
+        return FnAnswer(label=_jump(number, rest, parameters))
     if number in (15, 16):
         return FnAnswer(message=f"FN {number}: {rest}")
     if number == 18:
@@ -185,16 +189,12 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
             raise ProgramError("VP001", "expected FN 18: SYSREAD Q1 = ID...")
         parameters.forget(read.group(1))
         return FnAnswer(message=f"FN 18: {rest}")
-    if number in REFUSED_FN:
-        raise ProgramError("VP002", f"FN {number} is not executed ({REFUSED_FN[number]})")
     if number == 0:
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})()"
     elif number in (5, 6, 7):
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})()"
-    elif number in _OPERATORS:
-        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
     else:
-        raise ProgramError("VP002", f"FN {number} is not a function of the language")
+        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
     found = re.fullmatch(pattern, rest)
     if found is None:
         raise ProgramError("VP001", f"FN {number}: {rest[:40]!r} is not of the form that this function has")

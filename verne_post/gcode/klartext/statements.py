@@ -8,23 +8,17 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
-from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS
+from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS, STATEMENTS
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
 from verne_post.gcode.words import split_words
 
-#: Keywords that begin a statement, the longer before those that they begin with.
-KEYWORDS: Final = (
-    "BEGIN PGM", "END PGM", "BLK FORM", "TOOL CALL", "TOOL DEF", "CYCL DEF", "CYCL CALL", "CALL LBL", "CALL PGM",
-    "CALL SELECTED PGM", "SEL TABLE", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "APPR", "DEP", "RND", "CHF",
-    "CTP", "CT", "CP", "CR", "CC", "LP", "LN", "L", "C", "M", "Q", "F", "S", "R0", "RL", "RR",
-)  # fmt: skip
 _NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
 _KEYWORD: Final = re.compile(
     "|".join(
         re.escape(word).replace(r"\ ", r"[ \t]+") + ("" if len(word) == 1 and word != "C" else r"(?![A-Z])" if word in ("CYCL DEF", "TOOL CALL", "TOOL DEF") else r"(?![A-Z0-9])")
-        for word in KEYWORDS if word not in "LCMQFS"
+        for word in sorted(STATEMENTS, key=len, reverse=True) if word not in (*"LCMQFS", "FN", "QL", "QR", "QS")
     )
     + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
 )  # fmt: skip

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from typing import Final, Literal
 
 from msgspec import Struct
@@ -14,11 +14,22 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import decode_line
 
 Kind = Literal["if", "while", "do", "end", "goto"]
+#: What each statement does.
+STATEMENTS: Final[Mapping[Kind, str]] = {
+    "if": "IF [...] GOTO jumps; IF [...] THEN sets variables, or is followed by GOTO",
+    "goto": "jumps to the block, whose number may be computed. The search goes from here to the end of the program, then "
+    "from its beginning",
+    **dict.fromkeys(("while", "do", "end"), "loops DO1 to DO9, which may be nested; `DO1` alone has no condition"),
+}
+KINDS: Final[Mapping[str, Kind]] = {
+    "IF": "if",
+    **dict.fromkeys(("WHILE", "WH"), "while"),
+    **dict.fromkeys(("GOTO", "GO"), "goto"),
+    "DO": "do",
+    **dict.fromkeys(("END", "EN"), "end"),
+}
 #: Keywords and their short forms; what belongs to the words of a block is no statement.
-_KEYWORD: Final = re.compile(r"(IF|WHILE|WH|GOTO|GO|DO|END|EN)(?=[\[#\d(]|$)")
-_KINDS: Final[dict[str, Kind]] = {
-    "IF": "if", "WHILE": "while", "WH": "while", "GOTO": "goto", "GO": "goto", "DO": "do", "END": "end", "EN": "end",
-}  # fmt: skip
+_KEYWORD: Final = re.compile(rf"({'|'.join(sorted(KINDS, key=len, reverse=True))})(?=[\[#\d(]|$)")
 _LABEL: Final = re.compile(r"\(*/?(?:N\d+)?\(*")
 _OTHERS: Final = re.compile(r"(THEN|ELSE|ENDIF|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b")
 #: Lines that may open or close a loop, and that may begin with a number.
@@ -114,7 +125,7 @@ def read_statement(text: str, values: Values) -> Statement | None:
     keyword = _KEYWORD.match(characters, at)
     if keyword is None:
         return None
-    kind = _KINDS[keyword.group(1)]
+    kind = KINDS[keyword.group(1)]
     return Statement(kind, ValueReader(characters, places, values), keyword.end(), places[at] + 1)
 
 

@@ -10,7 +10,7 @@ from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.program_error import At
 from verne_post.gcode.siemens.modes import FEED_CODES
 from verne_post.gcode.siemens.motion import SiemensMotion
-from verne_post.gcode.siemens.vocabulary import REFUSED
+from verne_post.gcode.siemens.vocabulary import M_FUNCTIONS, REFUSED
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import ZERO9, FeedMode
 
@@ -18,13 +18,7 @@ _FEED_MODES: Final = {code: mode for mode, code in FEED_CODES.items()}
 #: M functions; those of the builder are given a meaning by [remap].
 _M_CODES: Final = CodeTable(
     g_groups={},
-    m_groups={
-        "stopping": (0, 1, 2, 30),
-        "tool change": (6,),
-        "spindle": (3, 4, 5, 19),
-        "coolant": (7, 8, 9),
-        "gear": (40,),
-    },
+    m_groups=M_FUNCTIONS,
     refused_g={},
     refused_m={int(word[1:]): why for word, why in REFUSED.items() if word[0] == "M" and word[1:].isdigit()},
     words_of_g={},

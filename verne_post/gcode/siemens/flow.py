@@ -76,7 +76,7 @@ class Flow:
                 raise cursor.error("VP001", "'%' begins a program; a file with several has lines such as %_N_NAME_SPF")
             return
         at, name = cursor.at, cursor.name()
-        handler = _HANDLERS.get(name or "")
+        handler = HANDLERS.get(name or "")
         if handler is not None and cursor.skip() != "=":
             handler(self, cursor, line)
             return
@@ -292,7 +292,7 @@ class Flow:
 
 
 _Handler = Callable[[Flow, Cursor, int], None]
-_HANDLERS: Final[dict[str, _Handler]] = {
+HANDLERS: Final[dict[str, _Handler]] = {
     **JUMPS, "DEF": Flow._define, "PROC": Flow._check_procedure, "RET": Flow._return, "MCALL": Flow._set_modal_call, "EXTCALL": Flow._call_external, "MSG": Flow._show_message,
     "SETAL": Flow._raise_alarm,
 }  # fmt: skip

@@ -6,9 +6,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.units import DEG_PER_RAD
+from verne_post.gcode.affine import build_rotation, split
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.siemens.cursor import Cursor
-from verne_post.gcode.siemens.frames import Frames, build_rotation_about, split
+from verne_post.gcode.siemens.frames import Frames
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.values import Index, Names, read_number
 from verne_post.gcode.siemens.vocabulary import FRAME_FUNCTIONS
@@ -110,7 +111,7 @@ class FrameValues:
         if frame.part_turn:
             raise cursor.error("VP025", f"{name}: a program cannot read the turn of the part (--wcs)", at)
         value = Frames().move(list(frame.origin[:3]), list(frame.origin[3:6]))
-        return value.turn(build_rotation_about(2, frame.turn))
+        return value.turn(build_rotation(2, frame.turn))
 
     def _read_stored(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Frame:
         number = index[0]
@@ -123,11 +124,9 @@ class FrameValues:
     def _work_offset(value: Frames, frame: Frame, name: str, cursor: Cursor, at: int) -> Frame:
         """A work offset with the shift and the turn about Z of a frame."""
         parts = split(value.program, value.mirrored)
-        turn = 0.0
-        if parts.feature is not None:
-            rotation = np.array(parts.feature.rotation).reshape(3, 3)
-            turn = float(DEG_PER_RAD * np.arctan2(rotation[1, 0], rotation[0, 0]))
-        if parts.scale != (1.0, 1.0, 1.0) or (parts.feature is not None and rotation[2, 2] < 1.0 - _UPRIGHT):
+        rotation = parts.rigid.linear
+        turn = float(DEG_PER_RAD * np.arctan2(rotation[1, 0], rotation[0, 0]))
+        if parts.scale != (1.0, 1.0, 1.0) or rotation[2, 2] < 1.0 - _UPRIGHT:
             raise cursor.error(
                 "VP002",
                 f"{name}: a work offset here is shifted, and turned about Z; write the rest as {_PROGRAMMABLE}",

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ARC_RADIUS_MM, ZERO_LENGTH_MM
+from verne_post.gcode.affine import Split, find_table_map, split
 from verne_post.gcode.arcs import PLANES, build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.machining import Machining
@@ -21,9 +22,7 @@ from verne_post.gcode.rs274.motion import refuse_lacking
 from verne_post.gcode.rs274.values import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.corners import SiemensCorners
-from verne_post.gcode.siemens.frames import Affine, Split, split
 from verne_post.gcode.siemens.modes import Modes
-from verne_post.gcode.standing_table import find_standing_plane
 from verne_post.model.control_keys import SiemensKeys, read_keys
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
 
@@ -64,7 +63,7 @@ class SiemensMotion:
         state.modes = Modes()
         self.core.set_arc_feed(self.modes.arc_feed)
         self.corners = SiemensCorners(self.core)
-        self._split = Split(None)
+        self._split = Split()
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
         #: Where axes stood in numbers of the program before their offsets changed, of those that no block has named since.
@@ -106,14 +105,10 @@ class SiemensMotion:
 
     def _find_plane(self, base: Frame, position: list[float]) -> Feature | None:
         """The plane in which X, Y, Z count: of the chain, and without TRAORI of the table as it stands."""
-        plane = self._split.feature
+        plane = self._split.rigid
         if self.follows_part:
-            return plane
-        standing = find_standing_plane(self.setup.coordinates, base, position)
-        if standing is None or plane is None:
-            return standing or plane
-        total = Affine(plane.origin, plane.rotation).apply_after(standing)
-        return Feature((total.shift[0], total.shift[1], total.shift[2]), total.matrix)
+            return plane.feature
+        return find_table_map(self.setup.coordinates, base, position).put_inside(plane).feature
 
     @property
     def follows_part(self) -> bool:

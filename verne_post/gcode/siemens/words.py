@@ -18,12 +18,11 @@ from verne_post.gcode.siemens.vocabulary import (
     GROUP_OF,
     NO_EFFECT,
     STATEMENTS,
+    VALUE_MODES,
     explain_refusal,
 )
 
-#: How a value of an axis is meant, where G90 and G91 do not say.
-_MODES: Final = ("AC", "IC", "DC", "ACP", "ACN")
-#: Words that may have them.
+#: Words whose values may be meant otherwise than G90 and G91 say.
 MODAL_ADDRESSES: Final = (
     "X",
     "Y",
@@ -177,7 +176,7 @@ class WordReader:
     def _read_address(self, name: str, cursor: Cursor, at: int) -> Word:
         """The value of an address after ``=``."""
         mode = cursor.peek_name()
-        if mode in _MODES and name in MODAL_ADDRESSES:
+        if mode is not None and mode in VALUE_MODES and name in MODAL_ADDRESSES:
             begin = cursor.at
             cursor.name()
             if cursor.take("("):
