@@ -42,7 +42,7 @@ def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     element = np.searchsorted(task.section.breaks[1:-1], z, side="right")
     others = np.append(0, np.cumsum(~timed))
     slow &= others[element[1:] + 1] == others[element[:-1]]
-    held = np.flatnonzero(measure_joint_excess(rows.q, task) > SLACK_SHARE)
+    held = np.flatnonzero(measure_joint_excess(rows.q, task.limits, task.cycle) > SLACK_SHARE)
     for k in range(REST_ROWS):  # a difference that begins at a row is of so many steps
         slow[held + k] = False
     parts, done = list[Array](), 0
@@ -78,7 +78,7 @@ def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Iter
         around = np.concatenate([z[first - REST_ROWS : first], rows, z[last + 1 : last + 1 + REST_ROWS]])
         q, hidden = task.section.find_joints_and_hidden(around)
         check_joints(q, around)
-        if measure_joint_excess(q, task).max() <= 1.0 and hidden.max() <= tuning.ACCEPTED_RATIOS[0]:
+        if measure_joint_excess(q, task.limits, task.cycle).max() <= 1.0 and hidden.max() <= tuning.ACCEPTED_RATIOS[0]:
             yield rows
 
 
