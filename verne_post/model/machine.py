@@ -19,13 +19,15 @@ class Column:
     """How an actuated joint is written: ``file value = inside value * factor``.
 
     The factor carries the unit (degrees) and the sense of the machine file (sign); ``code`` is the
-    finding code of this joint's travel.
+    finding code of this joint's travel. Where a machine has no joint of that name, and the number only says where the tool
+    points, it is not ``driven``.
     """
 
     joint: str
     unit: str
     factor: float
     code: str
+    driven: bool = True
 
     @property
     def header(self) -> str:
