@@ -128,9 +128,11 @@ def test_what_is_known_is_written_and_not_asked_for(run: Run, tmp_path: Path) ->
 
 
 def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Path) -> None:
+    """Nothing is said of the diameter that stands in for it: the inside arc has a radius of 2 mm."""
     program = tmp_path / "part.nc"
-    program.write_text("G21 G90 G17 G64\nT3 M6\nG54 G0 X0 Y0 A0 C0\nG43 Z50 H3\nG41 D3 G1 X10 F500\nY20\nG40 X30\nM2\n")
-    run("setup", program)
+    head = "G21 G90 G17 G64\nT3 M6\nG54 G0 X0 Y0 A0 C0\nG43 Z50 H3\n"
+    program.write_text(f"{head}G41 D3 G1 X10 F500\nY20\nG3 X8 Y22 I-2\nG1 X0\nG40 Y30\nM2\n")
+    assert "VP026" not in run("setup", program).err
     found = tomllib.loads(Path(f"{program}.toml").read_text())
     assert found["tools"] == {"3": {"length": "measure", "diameter": "measure"}}
 
