@@ -655,10 +655,14 @@ def describe_response(code: Code) -> str:
     if code.severity == "note":
         return "For information only; exit status and setpoints are not changed."
     warned = "it is printed and does not stop the conversion; check --fail-level warning then ends with 1."
-    if number < 100 and code.severity == "warning":
-        return warned.capitalize()
+    if code.code == "VP509":
+        return "It is printed, and the machine file is written all the same."
+    if code.severity == "warning" and code.code not in _EITHER:
+        return warned[0].upper() + warned[1:]
     if number < 100:
         return "Nothing is written, exit status 2. Reading goes on to the next mistakes, 50 at most."
+    if code.code == "VP220":
+        return "There is no verdict: exit status 3, and 1 where something else is gouged; convert writes nothing."
     if number < 400:
         text = "convert writes nothing; check and convert end with status 1 (check --exit-zero: 0)."
         if code.code in _EITHER:
@@ -666,6 +670,8 @@ def describe_response(code: Code) -> str:
         return text
     if code.code == "VP420":
         return "There is no verdict: nothing is written, exit status 3."
+    if code.code == "VP414":
+        return "verify ends with status 1."
     if number < 500:
         return (
             "verify ends with status 1. convert checks its rows in the same way before anything is written; "
