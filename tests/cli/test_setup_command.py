@@ -1,6 +1,8 @@
 """`verne-post setup`, and the keys of a set-up that it writes: tools, work offsets, meanings of codes."""
 
 import json
+import re
+import shlex
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -154,6 +156,24 @@ def test_errors_that_no_setup_settles_are_told(run: Run, tmp_path: Path) -> None
     assert told.code == 0
     assert "VP011 error" in told.err
     assert "VP012" not in told.err
+
+
+def test_the_command_that_a_refusal_names_can_be_pasted(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the name of the program, quoted where a shell needs it, and the keys that are missing."""
+    monkeypatch.chdir(tmp_path)
+    program = tmp_path / "part 1 ü.nc"
+    program.write_text(FANUC.replace("G54", "G56"))
+    refused = run("check", program.name).out
+    named = re.findall(r"which verne-post (setup .*?) writes", refused)
+    assert set(named) == {"setup 'part 1 ü.nc'"}
+    assert "Fill in its meaning in part 1 ü.nc.toml" in refused
+    assert "Fill in wcs.G55 in part 1 ü.nc.toml" in refused
+    assert "give --wcs G55=0,0,0" in refused
+    assert run(*shlex.split(named[0])).code == 0
+    assert (tmp_path / "part 1 ü.nc.toml").exists()
+    assert "INPUT.toml" in run("check", "-", stdin=program.read_bytes()).out  # standard input has no name
 
 
 def test_json_says_which_keys_settle_a_finding(run: Run, tmp_path: Path) -> None:

@@ -101,7 +101,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "verne-post setup INPUT writes INPUT.toml with every tool of the program; fill in the lengths. Or give --tool-length or --tool-table; the program may say it too (G10 L1, $TC_DP3, TOOL DEF).",
+        "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give --tool-length or --tool-table; the program may say "
+        "it too (G10 L1, $TC_DP3, TOOL DEF).",
     ),
     (
         "VP013",
@@ -242,7 +243,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "The program uses a work system that neither --wcs nor the program has placed: its origin is the rotary centre on the "
         "table face.",
-        "Give --wcs, or wcs.G54 in the set-up beside the program (verne-post setup INPUT writes one): mm from the rotary centre"
+        "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
     ),
     (
