@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
@@ -161,7 +162,7 @@ def test_findings_stand_at_their_words_and_their_codes_have_pages(client: Client
     assert (tilt["code"], tilt["severity"], tilt["source"], told["version"]) == ("VP102", 1, "verne-post", 1)
     assert text_at(TILTED, tilt["range"]) == "A101"
     assert "tried: line 4 alone: the line ended at A" in tilt["message"]
-    page = Path(tilt["codeDescription"]["href"].removeprefix("file://"))
+    page = Path(unquote(urlsplit(tilt["codeDescription"]["href"]).path))
     assert page.read_text("utf-8").startswith("# VP102: tilt range")
     client.change(uri, 2, LEGAL)
     assert client.diagnostics(uri) == {"uri": uri, "version": 2, "diagnostics": []}

@@ -1,6 +1,8 @@
 """`verne-post setup`, and the keys of a set-up that it writes: tools, work offsets, meanings of codes."""
 
 import json
+import re
+import shlex
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -128,9 +130,11 @@ def test_what_is_known_is_written_and_not_asked_for(run: Run, tmp_path: Path) ->
 
 
 def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Path) -> None:
+    """Nothing is said of the diameter that stands in for it: the inside arc has a radius of 2 mm."""
     program = tmp_path / "part.nc"
-    program.write_text("G21 G90 G17 G64\nT3 M6\nG54 G0 X0 Y0 A0 C0\nG43 Z50 H3\nG41 D3 G1 X10 F500\nY20\nG40 X30\nM2\n")
-    run("setup", program)
+    head = "G21 G90 G17 G64\nT3 M6\nG54 G0 X0 Y0 A0 C0\nG43 Z50 H3\n"
+    program.write_text(f"{head}G41 D3 G1 X10 F500\nY20\nG3 X8 Y22 I-2\nG1 X0\nG40 Y30\nM2\n")
+    assert "VP026" not in run("setup", program).err
     found = tomllib.loads(Path(f"{program}.toml").read_text())
     assert found["tools"] == {"3": {"length": "measure", "diameter": "measure"}}
 
@@ -152,6 +156,24 @@ def test_errors_that_no_setup_settles_are_told(run: Run, tmp_path: Path) -> None
     assert told.code == 0
     assert "VP011 error" in told.err
     assert "VP012" not in told.err
+
+
+def test_the_command_that_a_refusal_names_can_be_pasted(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the name of the program, quoted where a shell needs it, and the keys that are missing."""
+    monkeypatch.chdir(tmp_path)
+    program = tmp_path / "part 1 ü.nc"
+    program.write_text(FANUC.replace("G54", "G56"))
+    refused = run("check", program.name).out
+    named = re.findall(r"which verne-post (setup .*?) writes", refused)
+    assert set(named) == {"setup 'part 1 ü.nc'"}
+    assert "Fill in its meaning in part 1 ü.nc.toml" in refused
+    assert "Fill in wcs.G55 in part 1 ü.nc.toml" in refused
+    assert "give --wcs G55=0,0,0" in refused
+    assert run(*shlex.split(named[0])).code == 0
+    assert (tmp_path / "part 1 ü.nc.toml").exists()
+    assert "INPUT.toml" in run("check", "-", stdin=program.read_bytes()).out  # standard input has no name
 
 
 def test_json_says_which_keys_settle_a_finding(run: Run, tmp_path: Path) -> None:

@@ -18,8 +18,10 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, SYSTEM_N
 
 #: A finding may hide another one until it is settled: a program is read again as often as that.
 MOST_READINGS: Final = 8
-#: Length and diameter of a tool that is not known while others are looked for, mm.
+#: Length of a tool that is not known while others are looked for, mm.
 STAND_IN_MM: Final = 100.0
+#: Its diameter, mm: small enough for every contour, so that no error is that of the stand-in.
+STAND_IN_DIAMETER_MM: Final = 1.0
 #: What of a tool a set-up may say, and nobody has said.
 UNKNOWN: Final = (None, 0.0)
 
@@ -117,7 +119,7 @@ def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
         number = int(name) if name.isdecimal() else known.get(name, 0)
         number = number or names.setdefault(name, FIRST_NAMED_TOOL + len(known) + len(names))
         tool = tools.get(number, Tool(number, number, ZERO9, unmeasured="nobody"))
-        sizes: dict[str, Any] = {"diameter": STAND_IN_MM}
+        sizes: dict[str, Any] = {"diameter": STAND_IN_DIAMETER_MM}
         if what == "length":
             sizes = {"offset": (0.0, 0.0, STAND_IN_MM, *ZERO9[3:]), "unmeasured": ""}
         tools[number] = dataclasses.replace(tool, **sizes)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from verne_post.model.options import Options
 
 
-@click.command("setup", cls=GroupedCommand)
+@click.command("setup", cls=GroupedCommand, short_help="Write the file of tools and offsets to fill in.")
 @click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option(
     "-o", "--output", type=FILE, metavar="OUT.toml",

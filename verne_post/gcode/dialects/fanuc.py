@@ -105,6 +105,7 @@ class FanucInterpreter(Rs274):
         stores_without_holes=True,
         turns_table_alone=True,
         keeps_words=True,
+        resumes_motion=True,
         taps_rigidly=True,
         speaking_remarks=(),
     )

@@ -324,9 +324,18 @@ class Rs274(Language):
         if "retract" in g:
             self.modes.initial_level = g["retract"] == 980
         if "motion" in g or "cancel" in g:
-            self.modes.motion = g.get("motion")
+            self._set_motion(g.get("motion"))
         if self.modes.motion not in CYCLES:
             self.modes.cycle = None
+
+    def _set_motion(self, code: int | None) -> None:
+        """Set the motion code that holds; None is G80 alone."""
+        modes = self.modes
+        if code in CYCLES and modes.motion not in CYCLES:
+            modes.motion_before = modes.motion
+        if code is None and self.traits.resumes_motion:
+            code = modes.motion_before if modes.motion in CYCLES else modes.motion
+        modes.motion = code
 
     def _select_system(self, block: Block, code: int) -> None:
         self.core.frames.select_system(self._find_system_number(block, code))
