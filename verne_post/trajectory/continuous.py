@@ -127,7 +127,7 @@ def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort:
         z = add_rest(sample_rows(task, profile, times))
         over = find_exceeding(measure_excess(task, z))
         if not repeats_left or tuning.ROWS_PER_FAR_ROW * np.count_nonzero(over[1] > tuning.FAR_RATIO) <= len(z):
-            rows = repair_rows(task, z, over)
+            rows = repair_rows(task, z, over, effort.hopeless)
             if rows is not None:
                 return _PlannedSection(profile, times, rows)
         if repeats_left:

@@ -74,11 +74,11 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array], *, is
     raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the section: the joints jump there")
 
 
-def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> Array | None:
+def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array], hopeless: float = np.inf) -> Array | None:
     """Rows inside every limit, made from rows z (n,) that nearly are; None where that takes too many rounds.
 
     Those given have rows of rest at both ends (:func:`add_rest`), the result does not. ``over`` says which of the given ones
-    are :func:`find_exceeding` a limit.
+    are :func:`find_exceeding` a limit. Repair gives up where one is more than ``hopeless`` times a limit after a round.
     """
     z, (bad, ratio) = _show_path(task, z, over)
     reach = max(round(tuning.REPAIR_REACH * task.unit / task.cycle), 8)
@@ -96,6 +96,8 @@ def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> Array 
         )
         more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low > 2 * HELD_ROWS)
         z, bad, ratio = _repair_stretches(z, low, high, more, reach, task)
+        if len(ratio) and ratio.max() > hopeless:
+            break
     return None
 
 
