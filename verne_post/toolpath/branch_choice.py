@@ -1,4 +1,4 @@
-"""On which branch of the table a program is executed: chosen over the whole path; what differs from the program is reported."""
+"""The branches of the table for a program, chosen over the whole path; deviations from the program are reported."""
 
 import numpy as np
 from msgspec.structs import replace
