@@ -17,7 +17,7 @@ _STILL: Final = 1e-9
 
 
 def describe_senses(machine: Machine) -> Iterator[str]:
-    """What a positive step of each joint does, one line a joint, from all joints at 0, or struts and sliders as at home."""
+    """What a positive step of each joint does, a line each, from joints at 0, or from home with struts or sliders."""
     five_axis = machine.five_axis
     still = five_axis.home if isinstance(five_axis, CarriedMachine | SlidingMachine) else np.zeros(len(machine.columns))
     for k, column in enumerate(machine.columns):
