@@ -34,7 +34,7 @@ class Piece(Struct, frozen=True, eq=False):
 
 
 def find_cruise(grid: Grid, x: Array, limits: Limits, unit: float) -> Array:
-    """Ranges of s (k, 2) at the feed rate in the profile x (n,), without the distances to brake to a stop at both ends."""
+    """Ranges of s (k, 2) at the feed rate in the profile x (n,), without the ways to brake to a stop at both ends."""
     speed, share = np.sqrt(x), tuning.CRUISE_SHARE
     slope = np.abs(grid.d1) * speed[:, None]
     even = (x >= (1.0 - 2.0 * tuning.CRUISE_STEP) * grid.speed**2) & (x <= share * limit_jerk(grid, limits))
