@@ -1,4 +1,4 @@
-"""[carrier] of machine files of schema 2: a parallel module that carries the wrist of a chain. docs/machine-file.md has the keys."""
+"""[carrier] of machine files of schema 2: a parallel module with the wrist of a chain. Keys: docs/machine-file.md."""
 
 from typing import Annotated, ClassVar, Final, Literal
 
@@ -35,7 +35,7 @@ class CentralFile(Table, frozen=True, kw_only=True):
 
 
 class CarrierRodFile(Table, frozen=True, kw_only=True):
-    """One of carrier.rods: joint on the platform, on the slider at 0, direction of the rail, length, and the joint that moves it."""
+    """A row of carrier.rods: joint on the platform, on the slider at 0, direction of the rail, length, actuator."""
 
     platform: Point
     slider: Point

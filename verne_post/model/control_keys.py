@@ -57,9 +57,11 @@ class SiemensKeys(Struct, frozen=True):
         "words" linear for A and C words, on a great circle for A3 B3 C3.
     orientation_by_group : bool
         ORIAXES and ORIVECT choose how it goes (else ORIMKS and ORIWKS do).
-    The second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane's line in X Z or Y Z;
+    projected : str
+        The second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane's line in X Z or Y Z;
         "axes", that of the projected axis of the plane. Empty: such calls are refused.
-    Whether the first incremental value of an axis after a change of frame, work offset or tool length travels that
+    offsets_in_g91 : str
+        Whether the first incremental value of an axis after a change of frame, work offset or tool length travels that
         change: "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
     d_numbers : str
         The meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", the number of the

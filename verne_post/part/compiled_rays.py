@@ -47,9 +47,9 @@ def _round_end(corners: Any, n: Any, x: Any, y: Any, ux: Any, uy: Any, uz: Any, 
 def _meet_standing(
     edges: Any, corners: Any, x: Any, first: Any, step: Any, count: Any, ux: Any, uy: Any, uz: Any, low: Any, high: Any
 ) -> None:
-    """:func:`ray_tables.meet_standing` for rays at y = first, first + step, ...; its loops have no branches.
+    """:func:`ray_tables.meet_standing` for a row of rays at y = first, first + step, ...
 
-    So they are vectorised.
+    The loops have no branches, so that they are vectorised.
     """
     low[:count], high[:count] = -np.inf, np.inf
     xu, xx = x * ux, x * x

@@ -17,7 +17,7 @@ from verne_post.report.table import LineTimes, Operation
 
 
 def _find_tool_changes_after_motion(moves: Moves, heads: Sequence[int]) -> Iterator[int]:
-    """Lines of tool changes that end an operation; with no motion since its remark, the remark speaks of the tool that comes."""
+    """Lines of tool changes that end an operation; without motion since, a remark is about the new tool."""
     moving, heads = np.unique(moves.line), [0, *heads]
     for line in {event.line for event in moves.events if event.kind == "tool"}:
         head = heads[bisect_left(heads, line) - 1]
