@@ -26,7 +26,7 @@ def _find_tool_changes_after_motion(moves: Moves, heads: Sequence[int]) -> Itera
 
 
 class OperationTimes:
-    """Takes the rows of a program block by block. An operation is what follows a remark that stands alone on its line."""
+    """Takes the rows of a program block by block. A remark alone on its line begins an operation."""
 
     def __init__(self, source: Text, program: Program) -> None:
         options = program.options
