@@ -1,7 +1,8 @@
 """Programs without tool-centre-point control: what their X, Y, Z mean on the part while the table stands turned.
 
-X, Y, Z then are coordinates of the machine, shifted by the work offset: those of the part as it would stand with A and C
-at 0. While the table stands, they are coordinates of the part in another position, which a tilted plane (Feature) can say.
+X, Y, Z are then coordinates of the machine, shifted by the work offset: those of the part as it would stand with A and
+C at 0. While the table stands, they are coordinates of the part in another position, which a tilted plane (Feature)
+describes.
 """
 
 import numpy as np

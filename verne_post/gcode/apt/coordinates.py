@@ -38,7 +38,7 @@ def read_matrix(statement: Statement) -> Array:
 
 
 def read_machine_system(statement: Statement) -> Array:
-    """The 3x4 matrix of ``MSYS/x,y,z,i,j,k,i,j,k``: origin, X and Y of the system in which points are, in those of the model.
+    """The 3x4 matrix of ``MSYS/x,y,z,i,j,k,i,j,k``: origin, X and Y of the system of points, in those of the model.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def apply(matrix: Array, values: list[float], *, shift: bool) -> list[float]:
 
 
 def check_no_shift(s: Statement) -> None:
-    """ORIGIN and TRANS: what they shift, and whether shifts add up, each post-processor says for itself; 0, 0, 0 is no shift.
+    """Refuse ORIGIN and TRANS, unless they shift by 0, 0, 0: each post-processor has its own meaning of them.
 
     Raises
     ------
