@@ -1,7 +1,8 @@
 """The Python API: what the commands do, for programs that import verne_post.
 
-A program is given as bytes, as text, or as a path; a path brings the subprograms and the set-up beside it, as on the command line. Bad input
-becomes findings of the result, as on the command line; a call that means nothing raises UsageError.
+A program is given as bytes, as text, or as a path; a path brings the subprograms and the set-up beside it, as on the
+command line. Bad input becomes findings of the result, as on the command line; a call without a meaning raises
+UsageError.
 """
 
 import io
@@ -64,13 +65,13 @@ def convert(
     options : Options, optional
         What is not as by default goes before the set-up.
     sink : callable, optional
-        Takes blocks of rows (:class:`~verne_post.model.setpoints.SetpointBlock`) as they are made; discard them unless the
-        result is ok. Without a sink the rows are collected in ``Result.setpoints``.
+        Takes blocks of rows (:class:`~verne_post.model.setpoints.SetpointBlock`) as they are made; discard them unless
+        the result is ok. Without a sink the rows are collected in ``Result.setpoints``.
     progress : callable, optional
         Called with (stage, done, total).
     setup : {"beside", "none"} or path
-        The set-up of the program: ``part.nc.toml`` beside a path ``part.nc``, where there is one, as the commands read it;
-        none; or another file. Settings files are read by the commands alone.
+        The set-up of the program: ``part.nc.toml`` beside a path ``part.nc``, where there is one, as the commands read
+        it; none; or another file. Only commands read settings files.
 
     Returns
     -------
@@ -87,7 +88,9 @@ def convert(
     Examples
     --------
     >>> import verne_post as vp
-    >>> result = vp.convert("G21 G90 F600\\nG0 X0 Y0 Z20\\nG1 X10\\nM2\\n", "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}))
+
+    >>> options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)})
+    >>> result = vp.convert("G21 G90 F600\\nG0 X0 Y0 Z20\\nG1 X10\\nM2\\n", "verne", options)
     >>> result.ok, len(result.setpoints) > 1000
     (True, True)
     """
@@ -125,7 +128,7 @@ def check(
 def explain(
     source: Source, machine: MachineLike, line: int, options: Options | None = None, *, setup: Setup = "beside"
 ) -> Explanation:
-    """Explain one source line: words, pose, findings with what would make the line legal, and every solution of the machine.
+    """Explain one source line: words, pose, findings with remedies of the line, every solution of the machine.
 
     Raises
     ------
@@ -176,7 +179,7 @@ def machined(
     excess: float = Wanted().excess, grid: float = Wanted().grid, search: float = Wanted().search, datum: Datum = "table",
     fixtures: Sequence[tuple[bytes | os.PathLike[str], str]] = (), distance: float = 0.0, setup: Setup = "beside",
 ) -> Machined:  # fmt: skip
-    """Compare setpoints as written (CSV) with the nominal part, and with fixtures: gouges, excess, contacts, and what is certain.
+    """Compare setpoints as written (CSV) with the nominal part and fixtures: gouges, excess, contacts, certainty.
 
     Parameters
     ----------
@@ -258,7 +261,7 @@ def fit(
     ranges : mapping, optional
         (low, high) by letter, mm and degrees.
     aim : {"move", "margin", "time"}
-        The smallest move of the part that makes the program legal, none where it is; the largest margin; or the least time.
+        The smallest move of the part that makes the program legal, none where it is; the largest margin; or least time.
 
     Raises
     ------

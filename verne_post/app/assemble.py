@@ -1,7 +1,7 @@
 """Text + machine + options -> Program: an ordered list of small stages on one frozen value.
 
-Each stage takes a :class:`Draft` and returns the next one; a draft without the stage's option is passed on as it is. The order is
-that of :data:`STAGES`.
+Each stage takes a :class:`Draft` and returns the next one; it passes on a draft without its option unchanged. The order
+is that of :data:`STAGES`.
 """
 
 import dataclasses
@@ -53,7 +53,7 @@ from verne_post.toolpath.table_turns import report_table_turns
 from verne_post.trajectory import tuning
 from verne_post.trajectory.shaper import UNSHAPED, build_shaper_weights
 
-#: A mode is shaped for if its period has so many control cycles: below, impulses shared between cycles leave too much of it.
+#: A mode is shaped if its period has so many control cycles: below, impulses between cycles leave too much of it.
 LEAST_CYCLES_OF_MODE: Final = 4
 #: Kinds of events at which the machine waits, and their codes.
 _WAITS: Final = {"tool": "M6", "input": "M66"}
@@ -224,7 +224,7 @@ def find_shaper_weights(machine: Machine, options: Options, cycle: float) -> Arr
 
 
 def read_draft(source: Text, machine: Machine, options: Options, team: Team = ALONE) -> Draft:
-    """Text -> moves -> tool path on the branches of the table that keep the limits; ``from_line`` -> where a restart begins."""
+    """Text -> moves -> tool path on the chosen branches of the table; ``from_line`` -> where a restart begins."""
     check_source_text(source, options.source_name)
     setup = build_interpreter_setup(machine, options)
     moves = gcode.interpret_program(source, setup)
@@ -243,7 +243,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
 
 
 def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> Machine:
-    """``correct_axis``, and programs with tool vectors: the as-built machine whose C takes its share of the axis error."""
+    """The as-built machine whose C takes a share of the axis error, with ``correct_axis`` or for tool vectors."""
     five_axis = machine.five_axis
     if not isinstance(five_axis, AxisCorrecting):
         if options.correct_axis:
@@ -297,7 +297,7 @@ def lift(draft: Draft) -> Draft:
 
 
 def add_rewinds(draft: Draft) -> Draft:
-    """Where the table rewinds, changes sides or turns for nothing: findings, and with ``allow_rewind`` the retracts that it takes."""
+    """Findings where the table rewinds, changes sides or turns idly; with ``allow_rewind`` also the retracts."""
     if idle := find_idle_turns(draft.path, draft.machine):
         return replace(draft, findings=(*draft.findings, *idle))
     if draft.branches is None:

@@ -54,7 +54,7 @@ def guard_joints(program: Program) -> JointPath:
 
 
 def sort_findings(findings: list[Finding]) -> list[Finding]:
-    """Findings by line and code, those of the set-up first; several passes over the same lines (loops, calls) are one finding."""
+    """Findings by line and code, the set-up's first; passes over the same lines (loops, calls) are one finding."""
     merged: dict[object, Finding] = {}
     for item in findings:
         # the numbers of the passes differ; other words are about something else, as another body near the same box

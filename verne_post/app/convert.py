@@ -1,8 +1,8 @@
 """A program becomes setpoints: checked as a whole, planned, sampled, rounded, and verified as it will be written.
 
-Everything is checked before the first row is made, and every row is verified; the Result is ok only when both have passed.
-
-A check hands no rows over, and makes them only where they are compared with a nominal part; its summary has the machining time.
+Everything is checked before the first row is made, and every row is verified; the Result is ok only when both have
+passed. A check returns no rows, and makes them only to compare them with a nominal part; its summary has the machining
+time.
 """
 
 from collections import deque
@@ -150,7 +150,7 @@ def _finish_part(part: VerifierPart) -> Verification:
 
 
 def make_setpoint_blocks(plan: Plan, fmt: SetpointFormat) -> Iterator[tuple[SetpointBlock, NDArray[np.integer]]]:
-    """Rows as they will be written (exact inverse kinematics at s(t_k), rounded), and the move of each: -1 on the approach."""
+    """Rows as written (exact inverse kinematics at s(t_k), rounded), and the move of each; -1 on the approach."""
     program = plan.program
     joints, machine, contour = program.build_joint_path(), program.machine, program.contour
     move_of_segment = contour.path.move_reached

@@ -57,7 +57,7 @@ def explain_line(line: Line) -> Iterator[str]:
 
 
 def describe_pose(line: Line) -> Iterator[str]:
-    """The words of a line, and the pose at the end of its motion: joints with their margins, and the margins of the machine."""
+    """The words of a line, and the pose at the end of its motion: joints, their margins, and the machine's margins."""
     joints, machine = line.exact, line.exact.machine
     solved = joints.solve(np.array([line.last]), np.array([1.0]))
     tool = float(joints.contour.find_tool_lengths(np.array([line.last]))[0])

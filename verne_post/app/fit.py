@@ -44,7 +44,7 @@ def propose(
     source: Text, machine: Machine, options: Options, free: str = COORDINATES,
     ranges: Mapping[str, tuple[float, float]] | None = None, *, aim: Aim = "move", progress: Progress | None = None,
 ) -> Proposal:  # fmt: skip
-    """Find the work offset of the smallest move that makes a program legal, of the largest margin, or of the least time.
+    """Find the work offset of the smallest move that makes a program legal, of the largest margin or least time.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def _build_path_at(source: Text, machine: Machine, options: Options, system: int
 
 
 def _read(source: Text, machine: Machine, options: Options) -> tuple[Moves, ToolPath]:
-    """Moves, and their tool path on the branches of the table that keep the limits, lifted where ``air`` asks for it."""
+    """Moves, and their tool path on the chosen branches of the table, lifted by ``air``."""
     setup = build_interpreter_setup(machine, options)
     moves, path, _branches = lay_out(source, setup, gcode.interpret_program(source, setup), machine, options)
     if options.air:

@@ -1,6 +1,6 @@
 """Rows as written against the nominal part and fixtures: where the tool was at each row, what it cut, left and touched.
 
-Nothing of the planner is used: the rows, the machine's forward kinematics, and of the program only which tool its lines have.
+Nothing of the planner is used: only the rows, the machine's forward kinematics, and the tools of the program's lines.
 """
 
 from bisect import bisect_left

@@ -1,5 +1,6 @@
-"""What rows as written, or as measured, cut from the stock: volume by line and tool, what touches, what is left, and what of it stays
-around the nominal part.
+"""What rows, as written or as measured, cut from the stock: volume by line and tool, touches, and what is left.
+
+What is left around the nominal part is reported too.
 """
 
 from collections.abc import Sequence
@@ -58,7 +59,7 @@ class StockRun(Struct, frozen=True, eq=False):
 def judge_blocks(
     program: Program, part: Body | None, blocks: Sequence[SetpointBlock], progress: Progress | None = None
 ) -> Machined | None:
-    """Compare the rows of a program, as they are written, with its nominal part; None without one, and in processes that do not lead.
+    """Compare the rows of a program, as written, with its nominal part; None without one, or in a process not leading.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """A program is checked and, when nothing is wrong, given its motion profiles.
 
 A shaper displaces the motion by half the variance of its weights times the acceleration. Corners leave a share of their
-tolerance to it. Where that does not do, on tight arcs and fast corners, and where the feed rate falls, speed limits along the
-path are lowered until the shaped rows themselves keep tolerance and feed rate.
+tolerance to it. Where that is not enough, on tight arcs and fast corners, and where the feed rate falls, speed limits
+along the path are lowered until the shaped rows themselves keep tolerance and feed rate.
 """
 
 from collections.abc import Callable
@@ -156,7 +156,7 @@ def _require_rows(program: Program, rows: float) -> None:
 
 
 class SpeedLimits(Struct, frozen=True, eq=False):
-    """Largest speed ds/dt along a path, a step function: ``speed`` (m,), mm/s, from ``begin`` (m,) on, mm; infinite before."""
+    """Largest ds/dt along a path, a step function: ``speed`` (m,), mm/s, from ``begin`` (m,), mm; before, infinite."""
 
     begin: Array
     speed: Array
@@ -186,9 +186,9 @@ NO_LIMITS: Final = SpeedLimits(np.empty(0), np.empty(0))
 
 
 def find_slowdown(program: Program, profiles: MotionProfiles, laid_out: Timeline) -> tuple[SpeedLimits, Array]:
-    """Speed limits along the path that let shaped rows keep tolerance and feed rate, and by which factor sections are too fast.
+    """Speed limits along the path that keep tolerance and feed rate of shaped rows, and factors of excess speed.
 
-    The factors (n_sections,) are 1 where nothing is to be done. The limits count for continuous sections, the factors for
+    The factors (n_sections,) are 1 where nothing is too fast. The limits are for continuous sections, the factors for
     those from stop to stop.
     """
     contour = program.contour
@@ -226,7 +226,7 @@ def _measure_excess(program: Program, sampled: Rows, laid_out: Timeline) -> Arra
 
 
 def _compute_remaining_tolerances(tolerance: Array, exact: float) -> Array:
-    """What corners leave of the tolerances (n,) to the shaper; of what verification allows ``exact`` paths, where that is more."""
+    """The tolerances (n,) that corners leave to the shaper, or the verification's of ``exact`` paths if larger."""
     by_corners = (1.0 - tuning.SHAPER_SHARE) * tolerance
     return np.maximum(tolerance, EXACT_SHARE * exact) - by_corners
 

@@ -19,7 +19,10 @@ from verne_post.model.work_systems import find_placer
 
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
-    """Work systems that nobody has placed (VP033), feed motion with a tool of no length (VP034), in no said directions (VP037), sizes (VP505)."""
+    """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
+
+    The codes are VP033, VP034 (in feed motion), VP037 and VP505.
+    """
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
     bare = -1
     for begin, end in iterate_blocks(len(path)):

@@ -32,7 +32,7 @@ class SetupDraft(Struct, frozen=True):
     Attributes
     ----------
     tools : mapping
-        Number or name -> length and diameter, mm; None for one that is needed and not known. A diameter that nothing needs is 0.
+        Number or name -> length and diameter, mm; None for one that is needed and not known. An unneeded diameter is 0.
     wcs : mapping
         Name of a work system -> where it is on the table; None where nobody has said.
     codes : mapping

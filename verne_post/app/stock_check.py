@@ -19,7 +19,7 @@ from verne_post.part.bodies import build_pieces
 from verne_post.part.cutting import Cut, Spans, Tool, Touch, cut_stock, group_pieces
 from verne_post.part.stock_forms import make_box
 
-#: Curved motion, and such that turns, is cut in chords of this length, mm and rad: they leave 0.003 mm of an arc of radius 0.5.
+#: Curved or turning motion is cut in chords of this length, mm and rad: 0.003 mm off an arc of radius 0.5.
 CHORD_MM: Final = 0.1
 CHORD_ANGLE: Final = np.radians(0.5)
 #: Stands for a tool whose size nobody has given: thin, but no ray passes beside it unseen.
@@ -31,8 +31,8 @@ SOLVED: Final = 8192
 def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> list[Finding]:
     """Findings where VP216 is about the stock as it is cut, in place of its box.
 
-    A body that keeps out of the box keeps out of what is left of it, so that only programs with such a finding are cut. The
-    box counts for platform and legs, which are not about the tool's axis. A tool of unknown size counts as a wire.
+    A body that keeps out of the box keeps out of what is left of it, so only programs with such a finding are cut. The
+    box counts for platform and legs, which do not turn about the tool's axis. A tool of unknown size counts as a wire.
     """
     keep_out = joints.keep_out
     if not isinstance(keep_out, KeepOut) or not any(item.code == "VP216" for item in found):
@@ -65,7 +65,7 @@ def _find_last(joints: JointPath, found: list[Finding]) -> int:
 def list_spans(
     program: Program, joints: JointPath, moving: Moving, last: int, coarse: float = 1.0
 ) -> tuple[Spans, list[Tool]]:
-    """The motion of elements 0 to ``last`` as spans, with the tools that make it; chords are ``coarse`` times as long as for a check."""
+    """The motion of elements 0 to ``last`` as spans, and their tools; chords are ``coarse`` times longer."""
     contour, path = joints.contour, program.path
     straight = find_straight(joints)[: last + 1]
     curved = count_chords(joints)[: last + 1] / coarse

@@ -1,4 +1,4 @@
-"""Where the table stands when a program goes on from tool axes in coordinates of the machine: decided with the whole program.
+"""Where the table stands when a program goes on from tool axes in machine coordinates: known from the whole program.
 
 A tool axis leaves the side of the table open, and turns of C. The branches of a program are chosen over all of it; but
 where the machine is on the part after SUPA X0 Y0, or G53, depends on that. So such a program is read, its branches

@@ -1,6 +1,6 @@
 """What would make a refused program legal: every remedy is tried on the program before it is reported.
 
-A work offset and an option are tried on the whole program; a tilt, another table solution and another end on their line.
+A work offset and an option are tried on the whole program; a tilt, another branch and another end on their line.
 """
 
 import dataclasses
@@ -140,7 +140,7 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> R
 def _find_legal_origin(
     source: Text, program: Program, origin: Array, system: int, turn: float, errors: Sequence[Finding], basis: Array
 ) -> tuple[Array, tuple[str, ...]] | None:
-    """An origin (3,) at which nothing but tilt and rotary travel is left, and the codes that are; None if none is found."""
+    """An origin (3,) with no errors left but tilt and rotary travel, and their codes; None if none is found."""
     there, place, concerned = program, origin, list(errors)
     for _ in range(OFFSETS):
         line = _find_worst_line(there, guard_joints(there), max(concerned, key=find_excess))

@@ -20,7 +20,7 @@ MEASURED_ROWS: Final = 1 << 12
 
 
 def make_verifier(program: Program, fmt: SetpointFormat) -> Verifier:
-    """A verifier for setpoints of this program; with a feed override the feed rate is checked against that share of it."""
+    """A verifier for setpoints of this program; with a feed override, that share of the feed rate is checked."""
     machine, contour, override = program.machine, program.contour, program.options.override
     if override != 1.0:
         contour = replace(contour, path=replace(contour.path, feed_time=contour.path.feed_time / override))

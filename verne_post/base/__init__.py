@@ -1,1 +1,1 @@
-"""What every package may use, and nothing of machines: units, tolerances, rotations, arrays in blocks, splines, numbers as text, processes."""
+"""What every package may use, whatever the machine: units, tolerances, arrays, splines, numbers as text, processes."""

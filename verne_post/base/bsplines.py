@@ -1,8 +1,8 @@
 """Rational curves: pieces of B-splines as Bezier curves, their derivatives, and parameters that run evenly along them.
 
 A piece is one span between two knots: degree + 1 control points with weights, and the 2 degree knots around it. It is
-turned into a Bezier curve in homogeneous coordinates, which is evaluated with all its derivatives. Along a curve that is
-nowhere singular, the curve's own parameter is found from the share of the arc length by polynomials.
+turned into a Bezier curve in homogeneous coordinates, which is evaluated with all its derivatives. Where a curve has no
+singular point, polynomials give its own parameter from the share of the arc length.
 """
 
 from math import comb
@@ -72,7 +72,7 @@ def evaluate_bezier(controls: Array, t: Array) -> Array:
 
 
 def differentiate_bezier(controls: Array, t: Array, order: int) -> list[Array]:
-    """Points (n, k) of rational Bezier curves as :func:`evaluate_bezier`, and their derivatives by t up to ``order``."""
+    """Points (n, k) of rational Bezier curves (see :func:`evaluate_bezier`) and derivatives by t up to ``order``."""
     plane, differences = [], controls
     for step in range(order + 1):
         degree = differences.shape[1] - 1
@@ -239,7 +239,7 @@ def _fit_parts(controls: Array, measured: int, a: Array, b: Array) -> tuple[Arra
 
 
 def _apply(matrix: NDArray[Any], rows: NDArray[Any]) -> Array:
-    """A matrix applied to each of rows (n, 16); whatever stands beside a row, its result is the same to the last bit."""
+    """A matrix applied to each of rows (n, 16). A row's result does not depend on other rows, to the last bit."""
     result = rows[:, :1] * matrix[:, 0]
     for j in range(1, matrix.shape[1]):
         result += rows[:, j, None] * matrix[:, j]
@@ -260,7 +260,7 @@ def find_curve_parameter(low: Array, high: Array, polynomial: Array, u: Array) -
 
 
 def derive_by_length(derivatives: list[Array], measured: int) -> tuple[Array, Array, Array]:
-    """First three derivatives by arc length, each (n, k), from those by the curve's parameter (four arrays, points first).
+    """First three derivatives by arc length, each (n, k), from ``derivatives`` by the parameter (points first).
 
     The first ``measured`` coordinates count for the arc length.
     """

@@ -1,7 +1,7 @@
 """Columns as long as a program: built block by block, in memory while they are short, in temporary files beyond that.
 
-A column is read like any other array. Pages of a file that were read count as memory of the process until they are given up
-(:func:`release_memory`). So programs of any length fit.
+A column is read like any other array. Pages of a file that have been read count as memory of the process until they are
+given up (:func:`release_memory`). So programs of any length fit.
 """
 
 import mmap
@@ -112,7 +112,7 @@ class Growing:
         release_memory()  # what has been read to make them
 
     def copy(self, rows: NDArray[Any], before: int = 0, after: int = 0) -> None:
-        """Add rows (m, *width) of another column, which may be long; the first and last repeated so often before and after."""
+        """Add rows (m, *width) of another column; the first is repeated ``before`` them, the last ``after`` them."""
         self.extend(rows[:1].repeat(before, axis=0))
         for first, last in iterate_blocks(len(rows)):
             self.extend(rows[first:last])

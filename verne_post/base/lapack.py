@@ -1,8 +1,8 @@
 """LAPACK's functions for banded systems, in double precision, by scipy but without importing ``scipy.linalg``.
 
-That package takes 0.1 s to import, a quarter of a short conversion: half of it goes to numpy's tools for tests and Fortran,
-which come with it. The one extension module that is needed takes 5 ms. Where scipy does not have it by this name,
-``scipy.linalg`` is imported after all.
+That package takes 0.1 s to import, a quarter of a short conversion: half of it goes to numpy's tools for tests and
+Fortran, which come with it. The one extension module that is needed takes 5 ms. Where scipy has no module of this name,
+``scipy.linalg`` is imported instead.
 """
 
 from importlib.machinery import PathFinder

@@ -1,4 +1,4 @@
-"""Numbers as text. Those that are read have ASCII digits: Python reads more: underscores, digits of other scripts, numbers of any length."""
+"""Numbers as text. Only ASCII digits are read, and not too many; Python reads underscores and other scripts too."""
 
 import math
 from typing import Final

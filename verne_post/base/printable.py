@@ -1,9 +1,9 @@
 r"""Texts from outside, shown so that they steer neither a terminal nor the agent of a CI server that reads the log.
 
-Agents take commands from what a job prints: GitHub's from ``::name ...::`` at the beginning of a line, after blanks, and from
-``##[name]`` anywhere in it; Azure's from ``##vso[area.name ...]`` and ``##[name]``, TeamCity's from ``##teamcity[name ...]``.
-Markers of GitLab and of others have control characters. The last character of what begins a command is escaped, as ``\u005b``
-or ``\u003a``: JSON, TOML and Python read the same text from that.
+Agents take commands from what a job prints: GitHub's from ``::name ...::`` at the beginning of a line, after blanks,
+and from ``##[name]`` anywhere in it; Azure's from ``##vso[area.name ...]`` and ``##[name]``; TeamCity's from
+``##teamcity[name ...]``. Markers of GitLab and of others have control characters. The last character of what begins a
+command is escaped, as ``\u005b`` or ``\u003a``: JSON, TOML and Python read the same text from that.
 """
 
 import re
@@ -11,7 +11,7 @@ from typing import Any, Final
 
 #: Characters that end a line, for one reader of logs or another.
 LINE_ENDS: Final = "\n\r\v\f\x1c\x1d\x1e\x85\u2028\u2029"
-#: Other characters outside ASCII: agents trim some of them as blanks, and pass over others (marks of no width) as they compare.
+#: Other characters outside ASCII. Agents trim some of them as blanks, and ignore others (marks of no width).
 _ODD: Final = r"[^\x00-\x7f\x85\u2028\u2029]"
 _AT_BEGIN: Final = rf"(?:\A|(?<=[{LINE_ENDS}]))(?:[ \t\x1f]|{_ODD})*:{_ODD}*"
 _ANYWHERE: Final = rf"#{_ODD}*#(?:[\w.-]|{_ODD})*"
@@ -37,7 +37,7 @@ def _escape(character: str) -> str:
 
 
 def escape_unprinted(text: str) -> str:
-    r"""One line: every character that is not printed as Python escapes it (``\n``, ``\x1b``, ``\udcff`` for a byte that is no UTF-8)."""
+    r"""Text in one line, with every character that does not print escaped as Python does (``\n``, ``\x1b``)."""
     if text.isprintable():
         return text
     return "".join(

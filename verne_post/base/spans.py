@@ -16,7 +16,7 @@ from verne_post.base.arrays import Array
 #: Samples per span: degree 7. Over 20 degrees of rotation or 50 mm the machine's joints are
 #: represented to 1e-11 mm, and three derivatives of a polynomial of degree 7 are still of degree 4.
 NODES: Final = 8
-#: Samples that do where a span is so short that the motion over it, which is then the size of the last coefficients, is enough.
+#: Samples of a short span: the last coefficients are then as large as the motion over it, which is small enough.
 FEW_NODES: Final = 3
 
 

@@ -18,21 +18,22 @@ Result = TypeVar("Result")
 
 #: Of prctl: the signal that a process gets when the one that started it ends (linux/prctl.h).
 _PR_SET_PDEATHSIG: Final = 1
-#: Items of a map that each process works on before all exchange results. More of them wait in memory; fewer are of unequal
-#: work: with 2 and 4 two processes take 2 % longer, with 16 and 32 no less.
+#: Items of a map that each process works on before they exchange results. With more, more items wait in memory. With
+#: fewer, the work is less even: two processes take 2 % longer with 2 and 4, and no less with 16 and 32.
 ROUND: Final = 8
 
 
 def can_fork() -> bool:
-    """True where a process can go on as several that share what it has computed; libraries of macOS do not survive that."""
+    """True where a process may fork into several that share its results; libraries of macOS do not survive that."""
     return sys.platform.startswith("linux")
 
 
 class Team:
     """Processes that run the same program from the same state on (single program, multiple data).
 
-    Each of them executes every line, but in :meth:`map` only works on some of the items, and receives the results of the others.
-    So they stay alike, and functions and items may hold anything. What is to happen once is for the process that :attr:`leads`.
+    Each of them executes every line. In :meth:`map` a process works on some of the items only, and receives the results
+    of the others. So they stay alike, and functions and items may hold anything. What must happen once is done by the
+    process that :attr:`leads`.
     """
 
     def __init__(self, rank: int, size: int, links: "tuple[Connection, ...]") -> None:
@@ -105,7 +106,7 @@ class Team:
         return complete
 
     def report_failure(self, error: Exception) -> None:
-        """Send the others an error in the place of results: what ends this process, which does not lead, outside of a map."""
+        """Send the leading process an error in the place of results, before this one ends outside of a map."""
         (link,) = self._links
         with suppress(OSError, TypeError, AttributeError, pickle.PicklingError):
             link.send_bytes(pickle.dumps(error, pickle.HIGHEST_PROTOCOL))
@@ -163,7 +164,7 @@ def work_together(jobs: int) -> Iterator[Team]:
 
 
 def split_evenly(n: int, most: int) -> list[tuple[int, int]]:
-    """First and last (excluded) of parts of n items, none of more than ``most``; several are even in number, as two processes want."""
+    """First and last (excluded) of parts of n items, none above ``most``; an even number of parts, or one."""
     count = -(-n // most)
     count += count > 1 and count % 2
     return list(pairwise(n * number // max(count, 1) for number in range(count + 1)))

@@ -24,21 +24,24 @@ ZERO_ANGLE: Final = 2e-9
 #: Newton on the platform's pose stops when the step is below this (rad, and this share of a rod's length); the next one
 #: would be below the spacing of doubles, because the iteration is quadratic.
 NEWTON_STEP: Final = 1e-9
-#: The iteration for the sine of the platform's tilt stops when its step is below this. It is cubic: in the middle of the
-#: workspace the next step would be 0.3 times this cubed, below the spacing of doubles.
+#: The iteration for the sine of the platform's tilt stops when its step is below this. It is cubic: in the middle of
+#: the workspace the next step would be 0.3 times this cubed, below the spacing of doubles.
 TILT_STEP: Final = 5e-6
-#: Near leg I's serial singularity the equation bends more: the step times the square of its relative correction by the second
-#: derivative, which is the size of the next one, has to be below this too.
+#: Near leg I's serial singularity the equation bends more. The size of the next step, the step times the square of its
+#: relative correction by the second derivative, has to be below this too.
 TILT_ERROR: Final = 1e-17
-#: Newton on the platform's rotation stops when the next step (rad) would be below this: a slider then stands to 1e-14 mm.
+#: Newton on the platform's rotation stops when the next step (rad) would be below this: a slider then stands to 1e-14
+#: mm.
 PLATFORM_ERROR: Final = 1e-17
-#: How much the equations of that rotation bend at least (half the second derivative over the first, 1/rad): where a step is too
-#: small to tell, this is assumed. Measured over the workspace, tools up to 300 mm and deviations of 1 mm: 0.1 to 1.0.
+#: The least bend of the equations of that rotation (half the second derivative over the first, 1/rad). It is assumed
+#: where a step is too small to tell. Measured over the workspace, tools up to 300 mm and deviations of 1 mm: 0.1 to
+#: 1.0.
 PLATFORM_BEND: Final = 10.0
-#: C of a corrected tool axis, and the nominal angles of written joints, have settled below this step, rad: 1e-10 mm a metre away.
+#: C of a corrected tool axis, and nominal angles of written joints, have settled below this step, rad: 1e-10 mm per
+#: metre.
 CORRECTION_STEP: Final = 1e-13
-#: Steps of central differences of the as-built joints: mm, and a thousandth of it in rad. Rounding (1e-12 mm) and the third
-#: derivative both leave about 1e-8.
+#: Steps of central differences of the as-built joints: mm, and a thousandth of it in rad. Rounding (1e-12 mm) and the
+#: third derivative both leave about 1e-8.
 DIFFERENCE_STEP: Final = 1e-3
 #: Bisection of the tilt ends here: 2**-53 of the bracket, there is nothing left to gain.
 BRACKET_STEPS: Final = 60
@@ -108,23 +111,25 @@ CONTINUATION: Final = 1e-8
 POSE_DECIMALS_MM: Final = 9
 POSE_DECIMALS_RAD: Final = 12
 
-#: Control points that are no farther than this from a straight line (mm, degrees) are on it: the last of POSE_DECIMALS_MM.
+#: Control points no farther than this from a straight line (mm, degrees) are on it: the last of POSE_DECIMALS_MM.
 STRAIGHT_MM: Final = 1e-9
-#: The parameter of a spline by arc length is exact to this share of a part of it: a point stays on the curve, and is off
-#: along it by less than POSE_DECIMALS_MM on a part of a metre. A few roundings of a polynomial with 16 coefficients.
+#: The parameter of a spline by arc length is exact to this share of a part of it. A point stays on the curve, and is
+#: off along it by less than POSE_DECIMALS_MM on a part of a metre. The share is a few roundings of a polynomial with 16
+#: coefficients.
 EVEN_PARAMETER: Final = 2e-13
 
 # --- G-code (values measured on LinuxCNC's interpreter) -----------------------------------
 
 #: Numbers that must be whole (M, T, P, H, ...) may be off by this much.
 WHOLE_NUMBER: Final = 1e-4
-#: A canned cycle drills where the tool points: 1 - cosine of the angle between them (0.08 degrees; angles with two decimals).
+#: A canned cycle drills where the tool points: 1 - cosine of the angle between both (0.08 degrees; two decimals).
 DRILL_TILT: Final = 1e-6
-#: Without tool-centre-point control the tip goes on a curve of the workpiece while the table turns; it counts as straight
-#: where it is this near to a line (mm): half the tolerance at corners.
+#: Without tool-centre-point control the tip follows a curve on the workpiece while the table turns. The curve counts as
+#: straight where it is this near to a line (mm): half the tolerance at corners.
 ROTARY_CHORD_MM: Final = 0.005
-#: Linear axes of the machine that a block does not name may move so far without a warning (mm): a turn of the table about an
-#: axis that the spindle stands over moves them by rounded offsets, and what a person would see and stop is more.
+#: Linear axes of the machine that a block does not name may move so far without a warning (mm). A turn of the table
+#: about an axis that the spindle stands over moves them by rounded offsets; a larger motion is one that a person would
+#: stop.
 UNNAMED_MOTION_MM: Final = 0.1
 #: A table that stands closer to A 0 and C 0 than this (deg) is not turned: half the last of four decimals.
 UPRIGHT_DEG: Final = 5e-5
@@ -142,8 +147,8 @@ ARC_RADIUS_MM: Final = 0.02828427
 ARC_RADIUS_INCH_MM: Final = 0.07184205
 #: ... and the share of the radius that is accepted up to a hundred times that.
 ARC_RADIUS_SHARE: Final = 1e-3
-#: End and start of an arc that are nearer than this are one place: half the last of six decimals, the finest that programs
-#: carry, and far above what sums, polar words and offsets leave (1e-9).
+#: End and start of an arc that are nearer than this are one place: half the last of six decimals. Programs carry no
+#: finer ones, and sums, polar words and offsets leave far less (1e-9).
 ARC_CHORD_MM: Final = 5e-7
 #: An R word may be too small by this much; the arc is then a half circle.
 ARC_R_TOO_SMALL_MM: Final = 0.00127
@@ -166,13 +171,13 @@ PATH_AXIS_DEG: Final = 1e-3
 ROUNDING_SHARES: Final = (2e-4, 1e-3, 0.01)
 #: Noise that exceeds its share by no more than this, relative, is inside it: decimals are chosen for equality.
 SHARE_ROUNDING: Final = 1e-12
-#: A duration this close above a whole number of cycles, or of knots, is that number: in cycles, and relative where it is long.
+#: A duration this close above a whole number of cycles, or of knots, is that number: in cycles, and as a share.
 WHOLE_CYCLE: Final = 1e-9
 WHOLE_CYCLE_SHARE: Final = 1e-12
 #: A joint that moves less than this over a file (mm, rad) stands still: its errors are not divided by its motion.
 STANDING_JOINT: Final = 1e-9
-#: A unit of the last decimal is no larger than this, mm and rad: the tip moves by three times the one and a metre times the
-#: other, together 5 % of PATH_TIP_MM.
+#: A unit of the last decimal is no larger than this, mm and rad. The tip moves by three times the one and a metre times
+#: the other, together 5 % of PATH_TIP_MM.
 ROUNDING_MM: Final = 1e-5
 ROUNDING_RAD: Final = 2e-8
 
@@ -182,7 +187,7 @@ ROUNDING_RAD: Final = 2e-8
 USED_UP_SHARE: Final = 1e-9
 #: Stands for the reach of a corner that is not blended, mm: its blend is too small to change a coordinate.
 NO_REACH_MM: Final = 1e-100
-#: Rotary travel counts in steps of this, rad, so that equal sums are equal and the first branch, as programmed, is kept.
+#: Rotary travel counts in steps of this, rad: so equal sums are equal, and the first branch, as programmed, is kept.
 TRAVEL_STEP: Final = 1e-6
 #: Ends of a segment that follow the part to within this, mm and rad, are tied to it.
 TIED: Final = 1e-6

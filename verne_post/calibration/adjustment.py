@@ -1,4 +1,4 @@
-"""The smallest corrections of readings with which all rods close, for given lengths (condition adjustment, Gauss-Helmert).
+"""The smallest corrections of readings that close all rods, for given lengths (Gauss-Helmert adjustment).
 
 The corrections of one setting of the sliders follow from linearised loop equations, repeated at the corrected values
 until they stand. Whitened by the covariance of the equations they are the residuals of a fit over the lengths. An

@@ -1,7 +1,7 @@
 """Setpoint files that move one actuator at a time, a little and slowly, and what a person must see then.
 
-For the first motion of a machine whose senses, zeros and scales nobody has proven yet. Rows go from the position that was
-read from the drives to a small distance on either side and back; all other actuators keep their numbers.
+For the first motion of a machine whose senses, zeros and scales nobody has proven yet. Rows go from the position that
+the drives show to a small distance on either side and back; all other actuators keep their numbers.
 """
 
 import textwrap
@@ -58,8 +58,8 @@ def plan_axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointF
     Raises
     ------
     InputError
-        VP018 for a wrong number of values; VP1xx, VP2xx where the position, or one 10 mm or degrees beside it, is no place of
-        the machine without a tool.
+        VP018 for a wrong number of values; VP1xx, VP2xx where the machine cannot stand, without a tool, at the position
+        or 10 mm or degrees beside it.
     """
     columns = machine.columns
     if len(numbers) != len(columns):

@@ -133,7 +133,7 @@ def name_directions(lost: Array, names: tuple[str, ...]) -> tuple[Direction, ...
 
 
 class Starts(NamedTuple):
-    """Where random starts end: the places, best first; how many ended nowhere; the best end, None where there is none."""
+    """Ends of random starts: the places, best first; the number that ended nowhere; the best end, or None."""
 
     landings: tuple[Landing, ...]
     failed: int

@@ -23,7 +23,7 @@ class Table(Struct, frozen=True):
 
 
 def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mistakes: list[Finding]) -> Table:
-    """Read a table whose header line names its columns in any order; blank lines and lines that begin with # are skipped.
+    """Read a table whose header names its columns in any order; blank lines and lines with # first are skipped.
 
     Rows with another number of cells are left out, with a mistake each.
 

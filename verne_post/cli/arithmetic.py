@@ -14,8 +14,8 @@ from typing import Final
 
 #: Kernels that every processor of a kind has; a conversion takes no longer with them.
 _BLAS_KERNELS: Final = {"x86_64": "Prescott", "amd64": "Prescott", "aarch64": "ARMV8", "arm64": "ARMV8"}
-#: What numpy's functions are compiled for besides: with 512-bit registers it has sines of its own. Which names its releases
-#: know, from the release on; of what the processor does not have it takes no notice.
+#: Instruction sets that numpy's functions are compiled for besides: with 512-bit registers it has sines of its own. The
+#: names that its releases know, from the release on; it ignores what the processor does not have.
 _NO_WIDE_REGISTERS: Final = (
     ((2, 4), "X86_V4 AVX512_ICL AVX512_SPR"),
     ((2, 3), "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR"),

@@ -97,10 +97,11 @@ def command(
     quiet: bool,
     **given: Any,
 ) -> int:
-    """Check programs against every limit, without writing setpoints; folders are searched for programs, patterns are expanded.
+    """Check programs against every limit, without writing setpoints; folders are searched for programs, patterns are
+    expanded.
 
-    What counts may also stand in [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml; an option goes before an
-    environment variable, and that before the file.
+    What counts may also stand in [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml; an option
+    goes before an environment variable, and that before the file.
     """
     from verne_post.model.findings import InputError
 

@@ -1,4 +1,4 @@
-"""Colour on terminals: verdicts, severities and keys of what the commands print; none where NO_COLOR is set, or in a file."""
+"""Colour on terminals for verdicts, severities and keys; none where NO_COLOR is set, or in a file."""
 
 import os
 import re

@@ -100,7 +100,9 @@ def read_program_text(
 
 
 def expect_machine(name: str, what: str = "") -> None:
-    """See whether a machine file can be read, without what reads it; not for standard input. ``what`` says where it is named.
+    """Check that a machine file exists, without loading what reads it; ``what`` says where it is named.
+
+    Standard input is not checked.
 
     Raises
     ------

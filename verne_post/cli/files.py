@@ -1,6 +1,6 @@
-"""The files of one run: every command reads and writes through here, so that no file is written over that the run reads or makes.
+"""The files of one run. Every command reads and writes here, so that a run overwrites nothing that it reads or makes.
 
-This module knows nothing of options and of the command line: whoever calls says what a file is for, and shows the message of an error.
+This module knows nothing of options and of the command line: callers say what a file is for, and show error messages.
 """
 
 import errno
@@ -52,14 +52,16 @@ class Unreadable(FileError):
 class RunFiles:
     """Everything that one run reads and writes.
 
-    A file is known by its resolved name and, where it exists, by its inode: neither symbolic nor hard links hide it. It counts from the moment at which it
-    is named, in whatever order that happens: naming a file for writing that is read, or is written as something else, raises
-    :class:`FileError`, and so does reading a file that is named for writing. Devices and pipes may serve several times.
+    A file is known by its resolved name and, where it exists, by its inode: neither symbolic nor hard links hide it. It
+    counts from the moment at which it is named, in whatever order. Naming a file for writing that is read, or is
+    written as something else, raises :class:`FileError`, and so does reading a file that is named for writing. Devices
+    and pipes may serve several times.
 
-    "-" is standard input where a file is read, and standard output where one is written; each serves one purpose in a run.
+    "-" is standard input where a file is read, and standard output where one is written; each serves one purpose in a
+    run.
 
-    ``what`` says in messages what a file is for: an option such as "--meta", a key of a file such as "part.nc.toml: tool_table", or words
-    such as "the rows of a.nc".
+    ``what`` says in messages what a file is for: an option such as "--meta", a key of a file such as "part.nc.toml:
+    tool_table", or words such as "the rows of a.nc".
 
     ``texts`` are read in place of the files of these resolved names: what an editor shows and has not saved.
     """
@@ -111,7 +113,7 @@ class RunFiles:
                 Path(name).open("rb").close()
 
     def has(self, path: Path) -> bool:
-        """Whether there is such a file, or a text in its place; a link to nothing is one, which is refused when it is read."""
+        """Whether there is such a file, or a text in its place; a link to nothing counts, and reading refuses it."""
         return os.path.realpath(path) in self.texts or os.path.lexists(path)
 
     def open_input(self, name: _Name, what: str) -> AbstractContextManager[IO[bytes]]:
@@ -175,7 +177,7 @@ class RunFiles:
             self._refuse_part_name(name, purpose)
 
     def claim_folder(self, folder: Path, what: str) -> None:
-        """Name a folder that the run will make where it is not there; what stands in its place or above it must be a folder."""
+        """Name a folder that the run makes if it is missing; what stands in its place or above must be a folder."""
         there = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
         if not there.is_dir():
             raise FileError(f"{_show(what, folder)}: {there} is a file; a folder is needed")
@@ -197,8 +199,8 @@ class RunFiles:
     def write(self, path: Path, what: str, parts: Iterable[str] | Iterable[bytes]) -> None:
         """Write a file so that it is whole or untouched: a temporary name in the same folder, then a rename.
 
-        Text is written as UTF-8 with line feeds, bytes as they are. A symbolic link keeps pointing where it does, a file keeps its permissions;
-        devices, pipes and streams are written through.
+        Text is written as UTF-8 with line feeds, bytes as they are. A symbolic link keeps its target, a file its
+        permissions. Devices, pipes and streams are written through.
         """
         self.claim(path, what)
         if is_dash(path):

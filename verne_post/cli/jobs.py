@@ -1,4 +1,4 @@
-"""Programs of a batch as jobs: what each writes, how a job is known again, and who runs it. Jobs and outcomes can be pickled."""
+"""Programs of a batch as jobs: what each writes, how a job is recognised, who runs it. Jobs can be pickled."""
 
 import hashlib
 import json
@@ -122,8 +122,8 @@ class Outcome(Struct, frozen=True):
 class Record(Struct, frozen=True):
     """What was made of a program: SHA-256 of each file by its name in the output folder.
 
-    It is written before the files are put in place, and counts only while all of them are there as it says. So whenever batch is killed,
-    a file of rows either is what its record says or was never made by batch.
+    It is written before the files are put in place, and counts only while all of them are as it says. So whenever batch
+    is killed, a file of rows either is what its record says or was never made by batch.
     """
 
     layout: Literal[2]
@@ -331,7 +331,7 @@ def _start_tracker() -> None:
 
 @contextmanager
 def _hold_interruptions() -> Iterator[None]:
-    """Hold interruptions back here, and in processes that are started meanwhile: modules that they load would show tracebacks."""
+    """Hold interruptions back, here and in processes started meanwhile, whose imports would show tracebacks."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

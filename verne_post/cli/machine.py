@@ -1,4 +1,4 @@
-"""`verne-post machine`: list, show, draw and validate machine files, check axes, identify lengths from measured poses."""
+"""`verne-post machine`: list, show, draw and validate machine files, check axes, identify lengths from poses."""
 
 import math
 from pathlib import Path
@@ -68,7 +68,9 @@ def export(name: str, format_name: str, output: Path) -> int:
 
 @click.group("machine", short_help="List, show, check and calibrate machine files.")
 def command() -> None:
-    """List, show, draw, validate and import machine files, check axes, identify lengths, calibrate the machine as built, export."""
+    """List, show, draw, validate and import machine files, check axes, identify lengths, calibrate the machine as
+    built, export.
+    """
 
 
 for _one in (calibrate, export, perturb, tolerances):
@@ -179,7 +181,9 @@ def _draw(
 @command.command("validate")
 @click.argument("name", type=MACHINE, metavar="NAME|FILE")
 def validate(name: str) -> int:
-    """Check a machine file: every key and bound, and that both home positions can be reached; say what the machine can do."""
+    """Check a machine file: every key and bound, and that both home positions can be reached; say what the machine can
+    do.
+    """
     from verne_post.model.findings import InputError
 
     try:
@@ -216,7 +220,8 @@ def validate(name: str) -> int:
     help='The machine file; "-" prints it.',
 )
 def import_(configuration: Path, output: Path) -> int:
-    """Write the machine file of a LinuxCNC configuration: kinematics, offsets, travels and speeds from its INI and HAL files.
+    """Write the machine file of a LinuxCNC configuration: kinematics, offsets, travels and speeds from its INI and HAL
+    files.
 
     Kinematics: xyzac-trt-kins, xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins, maxkins.
     """
@@ -265,8 +270,8 @@ def axis_check(
 ) -> int:
     """Make setpoint files that move one actuator at a time, for the first motion of a machine.
 
-    Ten files: every actuator 1 mm or degree to both sides of where it stands, then every one 10, at 2 % of its speed, without a tool;
-    and README.txt, which says what one must see each time.
+    Ten files: every actuator 1 mm or degree to both sides of where it stands, then every one 10, at 2 % of its speed,
+    without a tool; and README.txt, which says what one must see each time.
     """
     if output.exists() and any(output.iterdir()):
         raise click.UsageError(f"-o {output}: the folder is not empty; files of two checks must not be mixed")

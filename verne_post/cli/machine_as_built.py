@@ -1,4 +1,4 @@
-"""`verne-post machine perturb, calibrate, tolerances`: the machine as built, from readings, from chance, and what matters."""
+"""`verne-post machine perturb, calibrate, tolerances`: the machine as built, from readings or from chance."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -176,9 +176,10 @@ def tolerances(
 def calibrate(readings: str | None, machine_name: str | None, output: Path, plot: Path | None, **given: Any) -> int:
     """Find the deviations of the parts of a machine from readings of the tool on the table.
 
-    READINGS.csv has the columns rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg (as commanded), tool_length_mm, x_mm,y_mm,z_mm (tip in
-    the table frame; blank: not measured), and as you like i,j,k (tool axis from tip to spindle), sigma_mm, sigma_mrad, sphere
-    (rows with the same text are measured from one unknown point of the table), frame (in one unknown frame).
+    READINGS.csv has the columns rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg (as commanded), tool_length_mm, x_mm,y_mm,z_mm (tip
+    in the table frame; blank: not measured), and as you like i,j,k (tool axis from tip to spindle), sigma_mm,
+    sigma_mrad, sphere (rows with the same text are measured from one unknown point of the table), frame (in one unknown
+    frame).
 
     Exit status: 0 a machine file, 1 the readings contradict their uncertainties (nothing is written), 2 unusable input,
     3 no verdict.

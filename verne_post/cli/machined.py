@@ -113,10 +113,12 @@ def command(
     datum: Any, measured: Path | None, columns: str, delay: str, table: Path | None, output: Path | None,
     output_format: str, quiet: bool, **given: Any,
 ) -> int:  # fmt: skip
-    """Compare rows as written, or as measured, with the nominal part and with fixtures: gouges, excess, contacts, and what is certain.
+    """Compare rows as written, or as measured, with the nominal part and with fixtures: gouges, excess, contacts, and
+    what is certain.
 
-    Give the options (--wcs, --tool-table, --tool-shapes, ...) with which the file was made. On a machine with [as_built] the rows are taken
-    through the machine as built, which counts, and through the nominal one. With a stock (--stock, --stock-from): what is cut, what touches, what is left.
+    Give the options (--wcs, --tool-table, --tool-shapes, ...) with which the file was made. On a machine with
+    [as_built] the rows are taken through the machine as built, which counts, and through the nominal one. With a stock
+    (--stock, --stock-from): what is cut, what touches, what is left.
     """
     from verne_post.model.findings import InputError
 

@@ -78,7 +78,7 @@ class DefaultGroup(click.Group):
         return found
 
     def _refuse_wrong_program(self, ctx: click.Context, args: list[str]) -> None:
-        """Refuse a program that is neither a file nor a command, but nearly a command; and a command after its options."""
+        """Refuse a program that is no file but nearly a command, and a command after its options."""
         program = _find_program(_make_default_context(self, ctx), args)
         if program is None or os.path.exists(program):
             return

@@ -43,7 +43,7 @@ def require_delay(delay: str) -> None:
 def read_rows(
     files: RunFiles, setpoints: str, program: "Program", drives: "tuple[Drive, ...]"
 ) -> "tuple[Array, NDArray[np.int32]]":
-    """Joints (n, n_joints), mm and rad, and source lines (n,) of a setpoint file, or of all parts that an index names."""
+    """Joints (n, n_joints), mm and rad, and source lines (n,) of a setpoint file, or of all parts of an index."""
     import numpy as np
 
     from verne_post.model.findings import InputError, make_finding

@@ -9,7 +9,7 @@ from verne_post.base.numbers import is_plain, read_number
 
 
 class _PlainDigits:
-    """A kind of number of click that refuses what Python reads as a number and no file has: 8_0, or digits of other scripts."""
+    """A number of click that refuses what only Python reads as a number: 8_0, or digits of other scripts."""
 
     called: ClassVar[str]
 

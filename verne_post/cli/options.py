@@ -1,7 +1,7 @@
-"""The command line's options of a program: made from :class:`~verne_post.model.options.Options`, and from files that fill it.
+"""The command line's options of a program: from :class:`~verne_post.model.options.Options`, and from files.
 
-What an option means, its type, bounds, default and help stand in the model. Here stands what only a command line has: texts
-that become values (``--wcs G54=X,Y,Z``), and files that are read into options (:data:`FILES`).
+The meaning of an option, its type, bounds, default and help stand in the model. Here stands what only a command line
+has: texts that become values (``--wcs G54=X,Y,Z``), and files that are read into options (:data:`FILES`).
 """
 
 import os
@@ -242,7 +242,7 @@ def claim_input(files: RunFiles, given: dict[str, Any]) -> None:
 
 
 def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -> Options:
-    """Options from the values of the command line; they go before those of the program's set-up, and these before the settings file.
+    """Options of the command line; they go before the program's set-up, and that before the settings file.
 
     Parameters
     ----------
@@ -318,7 +318,7 @@ def _read_option_files(files: RunFiles, given: dict[str, Any], named: dict[str, 
 def _merge_bodies(
     files: RunFiles, values: dict[str, Any], settings: "Settings | None", placed: Placed
 ) -> dict[str, Any]:
-    """Fixtures and stock: those of the command line before those of the same name in the set-up, and these before the settings file's."""
+    """Fixtures and stock: the command line goes before the set-up, and that before the settings file, name by name."""
 
     def make(name: str, one: "FixtureFile", path: Path | None, place: str) -> "Box | FixtureMesh":
         return one.make(name, None if path is None else (files.read(path, place), show_name(path)))

@@ -24,8 +24,8 @@ def find_programs(
     Parameters
     ----------
     inputs : sequence of str
-        Files, folders, patterns with ``*``, ``?`` and ``**``; "-" is left as it is. The set-up of a program, X.nc.toml, stands
-        for the program X.nc beside it.
+        Files, folders, patterns with ``*``, ``?`` and ``**``; "-" is left as it is. The set-up of a program, X.nc.toml,
+        stands for the program X.nc beside it.
     but_in : Path, optional
         A folder in which none is looked for.
     may_lack : bool

@@ -1,4 +1,4 @@
-"""What is being done and how long it will still take: one line on a terminal, for everything that takes over a second."""
+"""The present task and its remaining time: one line on a terminal, for everything that takes over a second."""
 
 import sys
 import threading

@@ -21,10 +21,11 @@ from verne_post.model.verdict import find_exit_status, find_gravest
 @quiet_option
 @add_program_options()
 def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, quiet: bool, **given: Any) -> int:
-    """Write one self-contained page, no network: findings, tool path, axes against time, workspace, and the mechanism at the cursor.
+    """Write one self-contained page, no network: findings, tool path, axes against time, workspace, and the mechanism
+    at the cursor.
 
-    A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`. Of two programs,
-    or two versions of one, the page says what differs: time, findings, limits, operations and lines.
+    A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`. Of
+    two programs, or two versions of one, the page says what differs: time, findings, limits, operations and lines.
     """
     from verne_post.model.findings import InputError
 

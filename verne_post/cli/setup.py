@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 @quiet_option
 @add_program_options("jobs")
 def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> int:
-    """Write the set-up of a program: its tools, work offsets and user-defined codes, in the file that every command reads.
+    """Write the set-up of a program: its tools, work offsets and user-defined codes, in the file that every command
+    reads.
 
     What options, settings and the set-up that is there say is written; what nobody has said is marked "measure" or
     "decide", and counts as not given until it is replaced. Errors that no set-up settles are printed.

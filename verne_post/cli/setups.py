@@ -1,4 +1,4 @@
-"""The set-ups of a program under the options of the command line: what stands in files holds where the command line is silent."""
+"""The set-ups of a program under the options of the command line, which go before what stands in files."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The three standard streams as a run needs them: never missing, the same bytes everywhere, errors of standard error never fatal."""
+"""The three standard streams of a run: never missing, the same bytes everywhere, errors of standard error ignored."""
 
 import io
 import os
@@ -46,8 +46,8 @@ class ErrorStream(TextStream):
 def prepare_streams() -> None:
     """Put something in the place of streams that are closed, and choose the encoding of all; once, as a process begins.
 
-    A closed stream would give its descriptor to the next file that is opened, which would then get what is meant for the stream. In its place
-    stands the null device, opened so that reading standard input and writing standard output fail.
+    A closed stream would give its descriptor to the next file that is opened, which would then get the output of the
+    stream. The null device takes its place, opened so that reading standard input and writing standard output fail.
     """
     for descriptor, flags in ((0, os.O_WRONLY), (1, os.O_RDONLY), (2, os.O_WRONLY)):
         try:
@@ -67,7 +67,7 @@ def prepare_streams() -> None:
 
 
 def echo(text: str, *, nl: bool = True, err: bool = False, color: bool | None = None) -> None:
-    """Print a text for people; the streams of :func:`prepare_streams` break what agents of CI servers take for commands."""
+    """Print a text for people; the streams of :func:`prepare_streams` break commands to agents of CI servers."""
     # click would put a stream of its own in place of one whose encoding is ASCII
     click.echo(text, file=sys.stderr if err else sys.stdout, nl=nl, color=color)
 

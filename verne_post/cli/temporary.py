@@ -1,7 +1,7 @@
 """Temporary files and folders beside what a run writes: none stays, whatever ends the process.
 
-Each is locked while its process lives, and the system drops the lock when the process ends. So a leftover of a process that was
-killed is known by its name and by the missing lock, and the next run in the folder removes it.
+Each is locked while its process lives, and the system drops the lock when the process ends. So a leftover of a killed
+process is known by its name and by the missing lock, and the next run in the folder removes it.
 """
 
 import os

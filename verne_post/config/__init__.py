@@ -1,5 +1,6 @@
-"""Files that are read into what the program needs: machines, settings, set-ups, tools, offsets, subprograms. Every error names
-file, key, value and bound.
+"""Files as the program needs them: machines, settings, set-ups, tools, offsets, subprograms.
+
+Every error names file, key, value and bound.
 
 Its names are imported on first use: whether a machine file exists is known without what reads it.
 """

@@ -1,6 +1,6 @@
 """Files that other files name: those of a file that nobody named on the command line lie in its folder, links followed.
 
-Whoever can put a set-up beside a program, or a settings file above it, must not make a run read other files of the machine.
+Whoever can put a set-up beside a program, or a settings file above it, must not make a run read other files.
 """
 
 import os

@@ -38,7 +38,7 @@ def _check_corners(low: Sequence[float], high: Sequence[float]) -> None:
 
 
 class FixtureFile(Table, frozen=True, kw_only=True):
-    """[keep_out.NAME] and [stock]: a box in the table frame, or in a work system as --wcs gives it; or a file in its place."""
+    """[keep_out.NAME] and [stock]: a box in the table frame or in a work system of --wcs; or a file in its place."""
 
     checks: ClassVar[Checks] = {"system": check_system}
 

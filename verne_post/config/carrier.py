@@ -1,4 +1,4 @@
-"""[carrier] of machine files of schema 2: a parallel module in a chain, or six legs in its place. docs/machine-file.md has the keys."""
+"""[carrier] of machine files of schema 2: a parallel module in a chain, or six legs. Keys: docs/machine-file.md."""
 
 from typing import Annotated, ClassVar, Final, Literal
 
@@ -40,7 +40,7 @@ class CentralFile(Table, frozen=True, kw_only=True):
 
 
 class CarrierRodFile(Table, frozen=True, kw_only=True):
-    """One of carrier.rods: joint on the platform, on the slider at 0, direction of the rail, length, and the joint that moves it."""
+    """A row of carrier.rods: joint on the platform, on the slider at 0, direction of the rail, length, actuator."""
 
     platform: Point
     slider: Point

@@ -1,4 +1,4 @@
-"""Machine files of schema 2: a chain of joints from the base to the tool and to the part. docs/machine-file.md says what they mean."""
+"""Machine files of schema 2: a chain of joints from base to tool and to part. Meaning: docs/machine-file.md."""
 
 import hashlib
 import math
@@ -304,7 +304,7 @@ class _Geometry:
 
 
 def _check_travel(nutation: Nutation, name: str, travel: list[float] | None, sign: float) -> None:
-    """Refuse a travel of the tilting joint of a nutating pair that passes a fold: beyond it are the other solutions again."""
+    """Refuse a travel of a nutating pair's tilting joint that passes a fold: beyond it the solutions repeat."""
     home, pole = sign * DEG_PER_RAD * nutation.home, nutation.near == nutation.far
     low, high = -180.0 - home, 180.0 - home
     if not pole:  # the fold at d = 0 too

@@ -22,7 +22,7 @@ def convert_drives(
     Raises
     ------
     InputError
-        VP501: a joint without a drive, a drive without a joint, or a table of lead errors that does not cover the travel.
+        VP501: a joint without a drive, a drive without a joint, or lead errors that do not cover the travel.
     """
     if files is None:
         return ()

@@ -1,7 +1,7 @@
 """Machine files from configurations of LinuxCNC: the INI file, and what its HAL files set of the kinematics.
 
-Read are the kinematics and its pins, units, travels and speeds of the joints, and the servo period. What the kinematics mean is in
-docs/machines.md; what is left out is said in findings (VP509).
+Kinematics with their pins, units, travels and speeds of the joints, and the servo period are read. docs/machines.md has
+the meaning of the kinematics; findings (VP509) name what is left out.
 """
 
 import json
@@ -33,7 +33,7 @@ _ARROWS: Final = ("<=", "=>", "<=>")
 
 
 class Kinematics(Struct, frozen=True):
-    """A kinematics that is executed: order of the joints, pins of lengths, and the rotary joints as a machine file has them.
+    """A kinematics that is executed: order of the joints, pins of lengths, rotary joints as in a machine file.
 
     Attributes
     ----------
@@ -317,7 +317,7 @@ def _find_unit(ini: IniFile) -> float:
 def _place_rotary(
     component: str, lengths: dict[str, float], *, conventional: bool
 ) -> tuple[list[str], list[tuple[str, str]]]:
-    """[chain], and the geometry of both rotary joints: the trunnions turn the part right-handed but for conventional directions."""
+    """[chain], and both rotary joints: trunnions turn the part right-handed, or as conventional directions do."""
     head = [
         "[chain]                             # all joints at 0; mm, base frame: that of the machine's coordinates, z up"
     ]

@@ -1,4 +1,4 @@
-"""Measured work offsets and tool lengths, as other software writes them: CSV or JSON. Every error names file and place."""
+"""Measured work offsets and tool lengths of other software, CSV or JSON. Every error names file and place."""
 
 import csv
 import io

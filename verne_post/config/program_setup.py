@@ -1,4 +1,4 @@
-"""The set-up of one program: its work offsets, tools, fixtures and options, in a file beside it or in a table of the settings file."""
+"""The set-up of a program: work offsets, tools, fixtures, options, in a file beside it or in the settings file."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -146,7 +146,8 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
     Parameters
     ----------
     named : bool
-        The command line names it. One that is only found beside a program lies in that folder, and so do the files that it names.
+        The command line names it. A set-up that is only found beside a program lies in that folder, with the files it
+        names.
 
     Raises
     ------

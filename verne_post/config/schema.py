@@ -223,7 +223,7 @@ class VerneRodsFile(RodsFile, frozen=True, kw_only=True):
 
 
 class TolerancesFile(Table, frozen=True, kw_only=True):
-    """[tolerances]: standard deviations of the parts as made, mm and mrad; a key of [as_built] for parts of their own."""
+    """[tolerances]: standard deviations of the parts as made, mm and mrad; a key for parts of their own."""
 
     lengths_mm: Positive = 0.05
     directions_mrad: Positive = 0.1
@@ -286,7 +286,7 @@ class AccuracyFile(Table, frozen=True, kw_only=True):
     uncorrected_axis_deg: Positive | None = None
 
 
-#: A mode of a lower frequency (Hz) would make a machine wait for a second at every stop; one of more damping needs no shaper.
+#: A lower frequency (Hz) would make a machine wait for a second at every stop; more damping needs no shaper.
 LOWEST_MODE: Final = 1.0
 MOST_DAMPING: Final = 0.5
 

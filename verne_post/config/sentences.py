@@ -1,4 +1,4 @@
-"""Tables of files against their schemas: the values, or what is wrong in one sentence a key: key, value, what would be right."""
+"""Tables of files against their schemas: the values, or a sentence for each wrong key: key, value, what is right."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar, TypeVar, get_args, get_origin

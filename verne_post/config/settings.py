@@ -1,4 +1,4 @@
-"""The settings file, verne-post.toml: options, user-defined codes, fixtures and stock, what counts. Every error names file, key and value."""
+"""The settings file, verne-post.toml: options, user-defined codes, fixtures, stock, policy of findings."""
 
 import os
 from collections.abc import Callable
@@ -91,7 +91,7 @@ class Settings(Struct, frozen=True):
 
 
 def find_settings(folder: Path) -> Path | None:
-    """The nearest settings file in a folder or above it: verne-post.toml, or a pyproject.toml with [tool.verne-post]."""
+    """The nearest settings file in a folder or above: verne-post.toml, or pyproject.toml with [tool.verne-post]."""
     for place in (folder, *folder.parents):
         if os.path.lexists(place / FILE_NAME):  # a link to nothing is read, and refused
             return place / FILE_NAME

@@ -1,4 +1,4 @@
-"""The extended tool table (``--tool-shapes``): cutter, shank and holder of each tool. Every error names file, key and value."""
+"""The extended tool table (``--tool-shapes``): cutter, shank, holder of each tool. Errors name file, key and value."""
 
 from typing import Annotated
 

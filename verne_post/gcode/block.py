@@ -102,9 +102,9 @@ class Block(At):
     """The words of one block.
 
     ``codes`` are G and M words as ("G", number, column); ``words`` maps other letters to numbers; ``settings`` are the
-    parameters that the block sets, with their columns. A column below 0 is minus the number of the word in its line: see
-    :func:`~verne_post.gcode.templates.find_word_columns`. ``polar`` are the words ``@`` and ``^``, once X and Y stand in
-    their place. ``macro`` is a statement of a custom macro, which says where the program goes on;
+    parameters that the block sets, with their columns. A column below 0 is minus the number of the word in its line:
+    see :func:`~verne_post.gcode.templates.find_word_columns`. ``polar`` are the words ``@`` and ``^``, once X and Y
+    stand in their place. ``macro`` is a statement of a custom macro, which decides where the program goes on;
     ``corner`` is the letter and the size of a corner at the end of a move (``,R5``);
     ``arguments`` are P and L, and the local variables, of a macro that the block calls.
     """
@@ -286,7 +286,7 @@ def _describe_strange(character: str, first: bool) -> str:
 
 @lru_cache(maxsize=_KEPT_LINES)
 def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
-    """The line in upper case without blanks, a comment as one ``(``; the place of each character and of the end; the comment.
+    """The line in upper case without blanks, comments as ``(``; the place of each character and the end; the comment.
 
     Only the last comment counts, and only one in parentheses can be a message.
     """

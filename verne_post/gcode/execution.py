@@ -20,7 +20,7 @@ from verne_post.model.moves import AXES
 _NAMED: Final = 8
 #: Errors after which a program does not go on: the next line is not known.
 FATAL: Final = ("VP023", "VP024", "VP027")
-#: At most so many findings, and errors that they count: a file with more is not G-code, or has one mistake in every line.
+#: Most findings, and errors that they count: a file with more is no G-code, or has one mistake in every line.
 MAX_ERRORS, MAX_COUNTED = 50, 1_000
 
 
@@ -38,7 +38,8 @@ class Execution(Struct):
     def report(self, error: ProgramError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
         """Report an error; False where execution cannot go on after it.
 
-        ``shown_line`` stands for lines of another ``file``. Errors of the same words have one cause, and are one finding.
+        ``shown_line`` stands for lines of another ``file``. Errors of the same words have one cause, and are one
+        finding.
         """
         line = error.line or line
         shown = shown_line or line
@@ -65,7 +66,7 @@ class Execution(Struct):
         about: str | None = None,
         settled_by: tuple[str, ...] = (),
     ) -> None:
-        """Add an error of one line, or count it with those of its cause; it then names everything that they are about."""
+        """Add an error of a line, or count it with those of its cause, which then names everything concerned."""
         words = message if about is None else message.replace(about, "\0")
         at, things = self._causes.setdefault((code, words), (len(self.errors), []))
         if about is not None and about not in things:
@@ -93,7 +94,8 @@ class LineTrace(Struct):
     """Lines that the program itself executes, in order, without those of calls.
 
     A span is (first line, line after the last, whether a restart may begin there). It may not while cutter compensation
-    or a canned cycle is active, or while control points of a spline are read: the next block then depends on those before.
+    or a canned cycle is active, or while control points of a spline are read: the next block then depends on earlier
+    ones.
     """
 
     spans: list[tuple[int, int, bool]] = field(default_factory=list)
@@ -143,7 +145,7 @@ class StopConditions(Struct, frozen=True):
 
 
 class Run(Protocol):
-    """A program of one language in execution; :func:`run_program` asks it for one line, or a stretch of lines, after the other."""
+    """A program of one language in execution; :func:`run_program` asks it for lines, or stretches of lines, in turn."""
 
     @property
     def calls(self) -> CallStack[Any, Any]:
@@ -160,7 +162,7 @@ class Run(Protocol):
         """The chunk of the next line; None where the text ends."""
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
-        """Execute the next line, or a stretch at once; returns the line after the last one, as the text is written, and the errors."""
+        """Execute the next line, or a stretch; returns the line after it, as the text is written, and the errors."""
 
     def end_text(self, execution: Execution) -> bool:
         """The text ends; True where the program goes on elsewhere."""

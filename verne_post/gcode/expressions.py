@@ -35,13 +35,13 @@ class Values(Protocol):
 
     @property
     def custom_macro(self) -> bool:
-        """Fanuc's rules: other ranges and signs of functions and MOD, and an expression after ``=`` needs no brackets."""
+        """Fanuc's rules: other ranges and signs of functions and MOD, and no brackets after ``=``."""
 
     def find_steps_of_word(self, letter: str) -> int | None:
-        """Fanuc's rules: to how many steps of a unit ROUND rounds in the word of a letter; None where controls differ."""
+        """Fanuc's rules: the steps of a unit to which ROUND rounds in a letter's word; None where controls differ."""
 
     def read_value(self, key: Key) -> float:
-        """Value of a parameter; raises ProgramError (VP025) for one that has none. Not a number: a vacant variable of Fanuc."""
+        """Value of a parameter, NaN for a vacant variable of Fanuc; raises ProgramError (VP025) without a value."""
 
     def pass_word(self, letter: str) -> None:
         """Fanuc's rules: the word of a letter has a vacant variable, and is passed over."""
@@ -92,7 +92,7 @@ class ValueReader:
         return ProgramError(code, message, self.find_column(at))
 
     def read_word(self, letter: str, bound: float = MAX_NUMBER) -> float:
-        """The value after a letter: as :meth:`read_value`, within bounds, and no second sign or point after a number."""
+        """The value after a letter: as :meth:`read_value`, within bounds, and no second sign or point behind it."""
         begin = self.at
         if (match := _NUMBER.match(self.characters, begin)) is not None:
             end = match.end()
@@ -359,8 +359,8 @@ SHORT_NAMES: Final = {
     "AB": "ABS", "AC": "ACOS", "AS": "ASIN", "AT": "ATAN", "ATN": "ATAN", "BC": "BCD", "BI": "BIN", "CO": "COS", "EX": "EXP",
     "FI": "FIX", "FU": "FUP", "PO": "POW", "RND": "ROUND", "RO": "ROUND", "SI": "SIN", "SQ": "SQRT", "SQR": "SQRT", "TA": "TAN",
 }  # fmt: skip
-#: Fanuc's custom macros: MOD has the sign of the first number, FIX goes towards zero and FUP away from it, angles of ASIN are
-#: 270 to 360 where RS274/NGC has them below 0, and those of ATAN 0 to 360 (parameter 6004, NAT, as delivered).
+#: Fanuc's custom macros. MOD has the sign of the first number, FIX goes towards zero and FUP away from it. Angles of
+#: ASIN are 270 to 360 where RS274/NGC has them below 0, and those of ATAN 0 to 360 (parameter 6004, NAT, as delivered).
 MACRO_OPERATORS: Final[dict[str, Callable[[float, float], float]]] = {
     **OPERATORS, "MOD": math.fmod, "AND": lambda a, b: int(a) & int(b), "OR": lambda a, b: int(a) | int(b), "XOR": lambda a, b: int(a) ^ int(b),
 }  # fmt: skip

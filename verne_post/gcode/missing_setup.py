@@ -1,4 +1,4 @@
-"""What the set-up of a program lacks: tools that no table has, names of tools without a number, work offsets; the same words in every dialect."""
+"""What a program's set-up lacks (tools, tool numbers, work offsets), in the same words for every dialect."""
 
 from collections.abc import Mapping
 from typing import Final

@@ -36,8 +36,8 @@ _LENGTHS, _ANGLES, _WHOLE = frozenset("XYZUVWIJKRQ"), frozenset("ABC"), frozense
 class Parameters:
     """The parameters of one interpretation; implements :class:`~verne_post.gcode.expressions.Values`.
 
-    ``line`` is the block that is being read; ``custom_macro``: expressions are Fanuc's, and ``passed_word`` is the letter of a word
-    that has been passed over, with a vacant variable.
+    ``line`` is the block that is being read. ``custom_macro``: expressions are Fanuc's. ``passed_word`` is the letter
+    of a word that has been skipped, with a vacant variable.
     """
 
     def __init__(self, setup: Setup, state: State, *, custom_macro: bool = False) -> None:
@@ -198,7 +198,7 @@ class Parameters:
         return tuple(values)
 
     def list_persistent(self) -> dict[int, float]:
-        """What a parameter file keeps: home positions, G92, the active system, all work systems, and what it had before."""
+        """What a parameter file keeps: home positions, G92, the active system, all work systems, and earlier values."""
         state = self.state
         found = {index: self.read_value(index) for index in self.setup.parameters}
         kept = {index: value for index, value in found.items() if not math.isnan(value)}  # nor a vacant variable

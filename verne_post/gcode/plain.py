@@ -1,7 +1,7 @@
 """Long stretches of plain moves, vectorised. Must agree with the general interpreter to the last bit.
 
-A line is taken here when it has only N, G0 to G3, axis words, F and the words of an arc, each at most once, and the modal
-state is one in which such a line is nothing but a straight move or an arc in absolute coordinates.
+A line is executed here when it has only N, G0 to G3, axis words, F and the words of an arc, each at most once, and when
+it is nothing but a straight move or an arc in absolute coordinates in this modal state.
 """
 
 import math
@@ -39,23 +39,25 @@ _BITS: Final = 1 << np.arange(_G + 1)
 _NOT_ALIKE: Final = (0, 0)
 _LINEAR: Final = [0, 1, 2, 6, 7, 8]
 _ROTARY: Final = [3, 4, 5]
-#: Of each column: the largest number that may be meant, in mm and degrees. Behind N stand words of arcs, and one column for all other letters.
+#: Largest plausible number of each column, mm and degrees. After N come words of arcs, then all other letters.
 _LIMIT: Final = np.array(
     [*[MAX_LENGTH_MM] * 3, *[MAX_ANGLE_DEG] * 3, *[MAX_LENGTH_MM] * 3, *[math.inf] * 3, *[MAX_LENGTH_MM] * 5]
 )
 
 
-#: Turns A and C of the ends (n, 9) of lines from a first one on to their tool axes; what is recorded as these (n, 3), or None.
+#: Turns A and C of the ends (n, 9) of lines to their tool axes; returns the recorded ones (n, 3), or None.
 Point = Callable[[int, Array], Array | None]
 
 
 class PlainLines:
     """The plain lines of one chunk as dense tables, computed once for all stretches of it.
 
-    The columns are the nine axes, F, G and N; ``offsets`` has other words of each line itself, NaN where it has none, and
-    is None where no line has any: I, J, K and R of arcs or of tool axes, or I, J, K in place of the tool axes of Siemens programs. ``plain`` is True for lines that may be executed from here; ``row`` is,
-    for each line and column, the last line up to it that has the word (-1: none), ``filled_words`` that word; ``moves`` is
-    True for lines that make a move (G0 or G1 alone: where ``bare_codes`` do), ``beyond_mm`` and ``beyond_inch`` for those with a coordinate beyond any machine.
+    The columns are the nine axes, F, G and N. ``offsets`` has other words of each line itself, NaN where it has none:
+    I, J, K and R of arcs or of tool axes, or I, J, K in place of the tool axes of Siemens programs; it is None where no
+    line has any. ``plain`` is True for lines that may be executed from here. ``row`` is, for each line and column, the
+    last line up to it that has the word (-1: none), ``filled_words`` that word. ``moves`` is True for lines that make a
+    move (a bare G0 or G1 counts with ``bare_codes``), ``beyond_mm`` and ``beyond_inch`` for those with a coordinate
+    beyond any machine.
     """
 
     def __init__(self, words: WordTable, setup: Setup, *, bare_codes: bool = True, others: str = "") -> None:
@@ -104,7 +106,7 @@ class PlainLines:
 
     @staticmethod
     def _find_beyond(which: NDArray[np.uint8], row: Ints, size: Array, n_lines: int) -> tuple[Mask, Mask]:
-        """Lines with a coordinate beyond any machine, in mm and in inches, from the columns, lines and sizes of words."""
+        """Lines with a coordinate beyond any machine, in mm and in inches; from columns, lines and sizes of words."""
         in_mm, in_inch = np.zeros(n_lines, dtype=bool), np.zeros(n_lines, dtype=bool)
         large = np.flatnonzero(size > min(MAX_LENGTH_MM / MM_PER_INCH, MAX_ANGLE_DEG))
         if len(large):
@@ -361,7 +363,7 @@ def _find_arcs(
 def _execute_alike(
     lines: PlainLines, first: int, last: int, core: Machining, view: PlainView, shown_line: int | None
 ) -> bool:
-    """Execute lines with one G code, one feed rate, and no axis that the first of them does not name; False for any others.
+    """Execute lines with one G code, one feed rate, and only axes that the first line names; False for others.
 
     Stretches between other lines are often so, and too short for what :func:`execute` looks at.
     """
@@ -414,7 +416,7 @@ def _find_refused(
 
 
 def _cut_before_named(lines: PlainLines, first: int, last: int, state: State) -> int:
-    """End of the lines before the first that names an axis for the first time, which the general interpreter executes."""
+    """End of the lines before the first that names a new axis, which the general interpreter executes."""
     if state.first_places is not None and not all(state.is_known(axis) == state.known_axes[axis] for axis in range(9)):
         return first  # axes that are never named wait for the first move
     unknown = [axis for axis, known in enumerate(state.known_axes) if not known]

@@ -1,4 +1,4 @@
-"""Arcs among long stretches of plain lines, vectorised. To the last bit what :mod:`verne_post.gcode.arcs` makes of one block.
+"""Arcs in long stretches of plain lines, vectorised: to the last bit as :mod:`verne_post.gcode.arcs` makes them.
 
 Square roots of sums and arc tangents come from the same functions of the C library, called one by one; the rest are
 operations that every processor rounds alike.

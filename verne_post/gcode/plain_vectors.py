@@ -1,4 +1,4 @@
-"""Tool axes I J K (G43.5) among long stretches of plain lines, vectorised. To the last bit what the general interpreter makes of one block."""
+"""Tool axes I J K (G43.5) in stretches of plain lines, vectorised: to the last bit as the general interpreter."""
 
 from functools import partial
 from typing import Final
@@ -18,7 +18,7 @@ _R: Final = 3
 
 
 def end_of_vectors(core: Machining, view: plain.PlainView, lines: plain.PlainLines, first: int, last: int) -> int:
-    """Where lines end that are straight moves and all have a tool axis; the first itself where they cannot be executed at once."""
+    """Where straight moves with a tool axis end; ``first`` itself where they cannot be executed at once."""
     state, offsets = core.state, lines.offsets
     if offsets is None or False in state.known_axes:
         return first

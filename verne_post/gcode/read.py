@@ -99,7 +99,7 @@ def find_state_after(source: Text, setup: Setup, moves: Moves, line: int) -> Sta
 
 
 def replay(source: Text, setup: Setup, moves: Moves, stop: StopConditions) -> tuple[State, Recorder]:
-    """Execute a program that has been read again from its start, up to ``stop``: the state there, and what was recorded."""
+    """Execute a program again from its start up to ``stop``: the state there, and what was recorded."""
     dialect = choose_dialect(setup.dialect, source, setup.source_name)
     state = dialect.initial_state(setup)
     state.known_axes = [True] * 9

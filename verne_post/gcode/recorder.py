@@ -47,7 +47,7 @@ _KEPT_ROWS = 50_000
 
 
 class Modes(Protocol):
-    """The modal state that is recorded with every motion; implemented by :class:`~verne_post.gcode.machining.state.State`."""
+    """The modal state recorded with every motion; :class:`~verne_post.gcode.machining.state.State` implements it."""
 
     frame: Frame
     feed: float
@@ -95,7 +95,7 @@ class RunEnds(NamedTuple):
 class _Run(NamedTuple):
     """Straight moves that share all but their ends.
 
-    The place of the first, its line, whether the lines count up with the moves, and the values of all columns but line and end.
+    ``place`` is that of the first; ``counted``: the lines count up with the moves; ``shared`` are all other columns.
     """
 
     place: int
@@ -106,7 +106,7 @@ class _Run(NamedTuple):
 
 
 def _fill_runs(part: dict[str, NDArray[Any]], runs: list[_Run], first: int) -> None:
-    """Write runs into the columns of a table that begins with the move ``first``; what stands between them is not kept."""
+    """Write runs into the columns of a table from the move ``first`` on; gaps between them are not kept."""
     others = [name for name in part if name not in ("line", "end")]
     for shared, group in groupby(runs, key=lambda run: run.shared):
         alike = list(group)
@@ -171,7 +171,7 @@ class Recorder(Struct):
     ) -> None:  # fmt: skip
         """Record one motion or dwell; ``spline`` is the number of its piece.
 
-        ``seconds`` is what the motion takes where its feed rate is a time; None: 1/F minutes under G93, no time under others.
+        ``seconds`` is the duration where the feed rate is a time; None: 1/F minutes under G93, otherwise no time.
         """
         arc_row = -1
         if arc is not None:
@@ -242,8 +242,8 @@ class Recorder(Struct):
     ) -> None:
         """Record moves that share the modal state, as arrays; those of the kind ARC belong to ``arcs``, in order.
 
-        ``tool_axis`` (n, 3) are their own tool axes; None for that of the modal state. ``seconds`` (n,) are their times where the
-        feed rate is one.
+        ``tool_axis`` (n, 3) are their own tool axes; None for that of the modal state. ``seconds`` (n,) are their times
+        where the feed rate is one.
         """
         n = len(line)
         if n == 0:
@@ -276,7 +276,7 @@ class Recorder(Struct):
         return row
 
     def add_run(self, modes: Modes, line: int, kind: MoveKind, end: RunEnds, feed: float, *, counted: bool) -> None:
-        """Record straight moves that share all but their ends: of the lines from ``line`` on (``counted``), or all of that line."""
+        """Record straight moves that differ only in their ends, of lines from ``line`` on (``counted``) or of one."""
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
         shared = (kind, feed, *self._record_modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS, np.nan)

@@ -18,7 +18,7 @@ _REMARKS: Final = {
 
 
 def list_heads(lines: Sequence[str], dialect: str) -> list[tuple[int, str]]:
-    """List the remarks that head an operation, of several in a row the first: its line, counted from 0, and its text."""
+    """List the remarks that head an operation, the first of several in a row: its line, from 0, and its text."""
     sought = re.compile(_REMARKS[dialect], re.IGNORECASE)
     heads, before = [], -2
     for number, line in enumerate(lines):

@@ -27,7 +27,7 @@ class Repeats(Struct):
     _reached: dict[Hashable, int] = field(default_factory=dict)
 
     def count(self, text: Hashable, first: int, last: int, moves: int) -> None:
-        """Count the lines ``first`` to ``last`` of a text that have just been executed, if that was not for the first time.
+        """Count lines ``first`` to ``last`` of a text, just executed, if that was not for the first time.
 
         Raises
         ------

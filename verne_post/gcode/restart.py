@@ -14,7 +14,7 @@ from verne_post.model.moves import Event, Moves
 
 
 class Restart(Struct, frozen=True):
-    """Where the remaining program begins: its first move and its first event; and what the skipped blocks have switched on."""
+    """Begin of the remaining program: its first move and event, and what the skipped blocks have switched on."""
 
     move: int
     event: int
@@ -79,7 +79,7 @@ def _find_nearest(spans: np.ndarray, line: int) -> int | None:
 
 
 def _find_last_outputs(events: list[Event]) -> list[Event]:
-    """The last event of every output and of every user-defined code among skipped events: what they still hold is not known here."""
+    """The last skipped event of each output and user-defined code: what these still hold is not known here."""
     last: dict[tuple[str, object], Event] = {}
     for event in events:
         if event.kind in ("signal", "remapped"):
@@ -88,7 +88,7 @@ def _find_last_outputs(events: list[Event]) -> list[Event]:
 
 
 def _is_replaced(switched: Event, ahead: list[Event]) -> bool:
-    """True where blocks between the restart and its first motion set something else; a tool change stops the spindle."""
+    """True where blocks from the restart to its first motion set something else; a tool change stops the spindle."""
     kinds = {"spindle": ("spindle", "tool"), "tool": ("tool", "tool number")}.get(switched.kind, (switched.kind,))
     if switched.kind == "signal":
         return any(event.kind == "signal" and event.data["output"] == switched.data["output"] for event in ahead)

@@ -58,7 +58,8 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     axes : str
         Letters of the axes that may be named.
     rotary : tuple of 2 int
-        Which of ``AXES`` tilt the tool and turn about its pole: the rotary axes of the machine, A and C on a tilting table.
+        The rotary axes of the machine among ``AXES``: one tilts the tool, one turns about its pole; A, C on a tilting
+        table.
     machine : bool
         True for `convert` and `check`: positions must be known, tool lengths given.
     home, home2 : tuple or None
@@ -71,8 +72,8 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     given_systems : frozenset of int
         Work systems whose origin was given: parameters do not change them.
     table_places : tuple
-        A and C (machine coordinates, degrees) at which the table stands, for each tool axis that gives way to them, in order
-        of execution; none for those that have not been found yet.
+        A and C (machine coordinates, degrees) at which the table stands, for each tool axis that gives way to them, in
+        order of execution; only those that have been found.
     travel : TableTravel or None
         Of the table, by which controls choose between its positions; None for a plain interpreter.
     """

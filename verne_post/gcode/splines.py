@@ -47,7 +47,8 @@ class BSpline(Struct, frozen=True):
         mm and degrees; the first is where the tool is.
     weights : sequence of float
     knots : sequence of float
-        n + degree + 1, never falling; ``degree`` equal ones at least at both ends, beside the very first and the very last.
+        n + degree + 1, never falling; at both ends at least ``degree`` equal ones, beside the very first and the very
+        last.
     lines : sequence of int
         Source line of each control point.
     axes : ndarray, shape (n, 3), or None
@@ -178,7 +179,7 @@ def cut_spline(spline: BSpline) -> CutSpline:
 
 
 def _cut_at_rests(points: Array, weights: Array, knots: Array, last: Ints) -> tuple[Array, Array, Array, Ints]:
-    """Cut off the ends of pieces at which control points coincide: the curve has no speed by its parameter there, but a direction.
+    """Cut off ends of pieces with coinciding control points: there the curve has a direction, but no speed.
 
     What is cut off is so short that it is straight; the rest has a speed throughout.
     """
@@ -201,7 +202,7 @@ def _cut_at_rests(points: Array, weights: Array, knots: Array, last: Ints) -> tu
 
 
 def _cut_rest(controls: Array, origin: Array, *, at_begin: bool) -> tuple[Array, Array] | None:
-    """Two parts of a Bezier piece (homogeneous, seen from ``origin``) with an end at rest; None where no part of it is straight."""
+    """Two parts of a Bezier piece (homogeneous, from ``origin``) with an end at rest; None where none is straight."""
     share = 0.5
     for _ in range(_MOST_HALVINGS):
         parts = split_bezier(controls, share if at_begin else 1.0 - share)

@@ -1,4 +1,4 @@
-"""Where a program starts: the position at which the machine must stand before the first block, from the opening lines."""
+"""Where a program starts: the position at which the machine must stand before the first block, from opening lines."""
 
 from dataclasses import replace
 from typing import Final, NamedTuple
@@ -27,8 +27,8 @@ _TURN_DEG: Final = 1.0
 class Start(NamedTuple):
     """Program position (9) at the start, mm and degrees.
 
-    ``unsaid`` is what to say where the program cuts before it has said how the table stands, and the table is not taken to
-    stand at 0; with the line of that cut. None elsewhere.
+    ``unsaid`` is a message and the line of a cut before the program has said how the table stands, where the table is
+    not taken to stand at 0. None elsewhere.
     """
 
     position: list[float]
@@ -65,9 +65,9 @@ class _Opening:
     def find_start(self) -> Array:
         """Program position (9) at the start.
 
-        What is missing at each axis when the opening lines are replayed from a place says how far that is from the start.
-        In most programs adding it is exact. Else, with A and C settled, it is affine in X, Y, Z: three more replays give
-        its slopes, and these the start.
+        The opening lines are replayed from a place; what is then missing at each axis is the distance to the start. In
+        most programs adding it is exact. Otherwise, with A and C settled, it is affine in X, Y, Z: three more replays
+        give its slopes, and these the start.
         """
         position = np.zeros(len(AXES))
         _misses, done = self._replay(position, tolerant=True)
@@ -157,7 +157,7 @@ class _Opening:
         return np.array(state.first_places.misses), done
 
     def _explain_tilt(self, item: Finding, start: list[float]) -> Finding:
-        """An error that comes from the tilt of the start (VP017), with where that is from: the last of the opening lines."""
+        """Extend an error (VP017) from the tilt of the start by its source: the last of the opening lines."""
         opened, tilt = self.discovered_run, self.setup.rotary[0]
         if item.code != "VP017" or not start[tilt] or not item.line or opened is None or not opened.recorder.count:
             return item

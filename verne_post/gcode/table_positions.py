@@ -1,6 +1,7 @@
-"""The positions of the table that hold a tool axis, and which of them its travel allows: what PLANE and CYCLE800 choose from.
+"""Positions of the table that hold a tool axis within its travel: PLANE and CYCLE800 choose among them.
 
-(A, C) and (-A, C + 180) hold the same axis, and so does every whole turn of C. A control takes one that the table reaches.
+(A, C) and (-A, C + 180) hold the same axis, and so does every whole turn of C. A control takes one that the table
+reaches.
 """
 
 from collections.abc import Callable
@@ -40,7 +41,7 @@ class TablePosition(Struct, frozen=True, eq=False):
 def find_positions(
     setup: Setup, start: list[float], vector: Array, frame: Frame, *, tip_stays: bool
 ) -> list[TablePosition]:
-    """Positions that hold a tool axis (3,), program directions: of each side the nearest C, and what is legal a turn beside.
+    """Positions that hold a tool axis (3,), program directions: the nearest C of each side, and legal turns beside.
 
     One position where the tool comes to stand upright on the table.
 
@@ -80,5 +81,5 @@ def find_positions(
 def choose_position(
     positions: list[TablePosition], rank: Callable[[TablePosition], tuple[float, ...]]
 ) -> TablePosition:
-    """The one that ranks first of those within the travel; of all where none is: the check of limits then says by how much."""
+    """The first in rank within the travel, or of all where none is; the limit check then reports the excess."""
     return min((one for one in positions if not one.beyond), key=rank, default=min(positions, key=rank))

@@ -1,7 +1,7 @@
-"""Lines that differ only in their numbers, read by one compiled template: the fast reader beside :mod:`verne_post.gcode.block`.
+"""Lines that differ only in numbers, read by one compiled template: faster than :mod:`verne_post.gcode.block`.
 
-A template reads what is well formed and of ordinary size. For anything else it gives nothing, and the exact reader reads
-the line again and says what is wrong. Both give the same numbers to the last bit.
+A template reads what is well formed and of ordinary size. For anything else it gives nothing, and the exact reader
+reads the line again and says what is wrong. Both give the same numbers to the last bit.
 """
 
 import math
@@ -27,7 +27,7 @@ from verne_post.gcode.program_error import ProgramError
 Node = Callable[[list[float], Values], float]
 
 _NUMBER: Final = re.compile(r"(\d+\.?\d*|\.\d+)")
-#: Comments, names, polar words and whatever else only the exact reader reads; and ``?``, which stands for a number here.
+#: Comments, names, polar words and all else that only the exact reader reads; and ``?``, which is a number here.
 _OTHER: Final = re.compile(r"[^\t\r A-Za-z0-9.+\-*/=#\[\]]")
 _BLANKS: Final = str.maketrans("", "", " \t\r")
 _LETTERS: Final = frozenset("ABCDEFGHIJKLMPQRSTUVWXYZ")
@@ -35,14 +35,14 @@ _LETTERS: Final = frozenset("ABCDEFGHIJKLMPQRSTUVWXYZ")
 _MACRO_NAMES: Final = ("ASIN", "ATAN", "FIX", "FUP", "ROUND")
 #: So many templates are kept.
 _KEPT: Final = 2_000
-#: Digits of a number, and products and quotients in a line: with values between 1 / MAX_NUMBER and MAX_NUMBER nothing overflows.
+#: Digits of a number, products and quotients of a line: values from 1 / MAX_NUMBER to MAX_NUMBER never overflow.
 _MAX_DIGITS, _MAX_PRODUCTS = 30, 4
 #: Characters of a template, and brackets and # in it; with more a line is not one of many.
 _MAX_LENGTH, _MAX_BRACKETS = 200, 40
 
 
 class Words(NamedTuple):
-    """What a line says, as :class:`~verne_post.gcode.block.Block` has it; in place of columns minus the number of the word, from 1."""
+    """The content of a line as in :class:`~verne_post.gcode.block.Block`; columns are minus the word's number."""
 
     codes: list[tuple[str, float, int]]
     words: dict[str, float]

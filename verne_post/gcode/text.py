@@ -27,7 +27,7 @@ _O_LINE: Final = rb"^" + _SILENT + rb"(?:N[ \t0-9.+]*+" + _SILENT + rb")?[%b][^\
 
 
 class Language:
-    """What a text needs to know of its language; as it is where lines are words of RS274/NGC and nothing stands before them."""
+    """What a text must know of its language; the defaults are for words of RS274/NGC with nothing before them."""
 
     #: What may follow a ``%`` that begins or ends a program, as a regular expression.
     percent: ClassVar[bytes] = rb"[ \t\r]*"

@@ -54,7 +54,7 @@ _LAST: Final = np.array([(1 << 64) - (1 << 8 * (_WINDOW - n)) for n in range(_WI
 #: A byte above 9 has its highest bit set by this sum, if it has not had it before.
 _TO_HIGH_BIT: Final = np.uint64(0x76 * 0x0101010101010101)
 _HIGH_BITS: Final = np.uint64(0x80 * 0x0101010101010101)
-#: Pairs of digits in the bytes 0 and 4, and what they count for: times 10^6 and 10^2, and of those two bytes on 10^4 and 1.
+#: Pairs of digits in bytes 0 and 4, and their factors: 10^6 and 10^2, and two bytes on 10^4 and 1.
 _PAIRS: Final = np.uint64(0xFF * 0x0000000100000001)
 _ODD_PAIRS: Final = np.uint64((10**6 << 32) + 10**2)
 _EVEN_PAIRS: Final = np.uint64((10**4 << 32) + 1)
@@ -97,7 +97,7 @@ def read_whole_lines(source: Text, start: int = 0) -> Iterator[bytes]:
 
 
 def find_chunk_end(source: Text, start: int) -> int:
-    """Where the chunk of whole lines that begins at ``start`` ends: the first ones are short, for who reads only the opening lines."""
+    """The end of the chunk of whole lines from ``start`` on. The first chunks are short, for opening lines alone."""
     size = min(CHUNK_BYTES, max(OPENING_BYTES, GROWTH * start))
     if start + size >= len(source):
         return len(source)
@@ -169,7 +169,7 @@ def _mark_comments(text: bytes, begins: list[int]) -> bytes:
 
 
 def _read_numbers(characters: bytes, begin: Ints, end: Ints, decimals: Ints) -> tuple[Array, Mask]:
-    """Values of numbers from ``begin`` to ``end`` and, after a point, so many ``decimals``; False where one is not plain."""
+    """Values of numbers between ``begin`` and ``end``, then so many ``decimals``; False where one is not plain."""
     text = b"0" * _WINDOW + characters + b"0"
     first = np.frombuffer(text, dtype=np.uint8)[begin + _WINDOW]
     negative = first == ord("-")
@@ -192,7 +192,7 @@ def _read_numbers(characters: bytes, begin: Ints, end: Ints, decimals: Ints) -> 
 
 
 def _read_digits(windows: NDArray[np.uint64], end: Ints, count: Ints) -> tuple[Array, Mask]:
-    """The whole numbers of so many digits (at most 15) before ``end``; False where something else stands among these."""
+    """The whole numbers of ``count`` digits (at most 15) before ``end``; False where others are among them."""
     number, good = _read_window(windows[end], np.minimum(count, _WINDOW))
     long = np.flatnonzero(count > _WINDOW)
     if len(long):

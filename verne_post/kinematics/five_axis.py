@@ -32,8 +32,8 @@ _DOWN: Final = np.array([0.0, 0.0, 1.0])
 #: Numbers of a block that is mapped, never touched, and freed: 16 MB.
 _KEPT_NUMBERS: Final = 2_000_000
 
-# glibc gives freed blocks back to the system, which then maps pages anew for every temporary array; having freed one large block it keeps
-# blocks up to that size. Whether an import happened to do so made the inverse 1.6 times as fast or not.
+# glibc gives freed blocks back to the system, which then maps pages anew for every temporary array. Once a large block
+# has been freed, it keeps blocks up to that size. The inverse is 1.6 times as fast then, whatever has been imported.
 np.empty(_KEPT_NUMBERS)
 
 
@@ -48,7 +48,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
     nose_offset: float
 
     def find_platform_gauge(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
-        """Gauge point g of the nominal machine (..., 3): P is ``pivot + F Rx(alpha) g``; arguments as in :meth:`solve`."""
+        """Gauge point g (..., 3) of the nominal machine: P is ``pivot + F Rx(alpha) g``; see :meth:`solve`."""
         return self.table.find_gauge_point(tip, angles, np.asarray(tool_length) + self.nose_offset)
 
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:

@@ -14,10 +14,11 @@ STEP: Final = 1e-3
 
 
 def find_jerk_limit_along(machine: Machine, cycle: float) -> Callable[[Array, Array, Array], Array]:
-    """The largest third derivative by time (n,) that poses (n, 5) may have along directions (n, 5), with tool lengths (n,).
+    """The largest third derivative by time (n,) of poses (n, 5) along directions (n, 5), with tool lengths (n,).
 
-    Poses are tips in the table frame (mm) and nominal angles (rad), directions any multiple of them by a length. Only what the
-    joints move along the direction counts, not how they bend. Where no jerk is limited, that of rows of a ``cycle`` (s) counts. Where a pose is out of reach the answer is not a number.
+    Poses are tips in the table frame (mm) and nominal angles (rad), directions any multiple of them by a length. Only
+    the motion of the joints along the direction counts, not how they bend. Where no jerk is limited, that of rows of a
+    ``cycle`` (s) counts. Where a pose is out of reach the answer is not a number.
     """
     solve, jerk = machine.five_axis.solve, machine.limits.bound_jerk(cycle).jerk
 

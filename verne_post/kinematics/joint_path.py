@@ -17,8 +17,8 @@ from verne_post.model.toolpath import SegmentKind
 
 #: Rows evaluated at a time: what lies between pose and joints then stays in the processor's cache.
 EVALUATED_ROWS: Final = 4096
-#: Whole turns of a wrist on a carrier are followed in steps of so much path and rotation: its pole is 0.5 degrees wide, and beside it
-#: the turning joint goes on by less than half a turn in one.
+#: Whole turns of a wrist on a carrier are followed in steps of so much path and rotation. Its pole is 0.5 degrees wide,
+#: and beside it the turning joint moves by less than half a turn in one step.
 TURN_STEP_MM: Final = 4.0
 TURN_STEP: Final = np.radians(0.5)
 
@@ -84,7 +84,7 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         return tip, angles, length, joint, q_joint
 
     def _lay_joints(self, element: Ints, w: Array, tip: Array, length: Array, q: Array) -> None:
-        """Where the joints of a nutating pair go linearly, take q (n, n_joints) from them: near a fold A does not tell the joint."""
+        """Take q (n, n_joints) of a nutating pair from its joints where these go linearly: A is unsure near a fold."""
         path, five_axis = self.contour.shape, self.machine.five_axis
         if not isinstance(five_axis, Nutating) or not len(path.circles.joints):
             return
@@ -97,14 +97,14 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         q[on] = five_axis.place_joints(tip[on], turns, length[on])
 
     def _follow_turns(self, element: Ints, w: Array, q: Array) -> None:
-        """Put the turning joint of a wrist on a carrier, of q (n, n_joints), on the turn to which the way from the start leads."""
+        """Put the turning joint of a wrist on a carrier, in q (n, n_joints), on the turn to which its way leads."""
         if isinstance(self.machine.five_axis, Carrying):
             place, turn = self._turns
             q[:, -1] += 2 * np.pi * np.round((np.interp(element + w, place, turn) - q[:, -1]) / (2 * np.pi))
 
     @cached_property
     def _turns(self) -> tuple[Array, Array]:
-        """Places along the contour (m,), element and parameter in one number, and where the turning joint is, without whole turns."""
+        """Places along the contour (m,), element plus parameter, and the turning joint there without jumps."""
         contour = self.contour
         wanted = np.maximum(contour.length[:] / TURN_STEP_MM, contour.rotation[:] / TURN_STEP)
         owner, index = number_parts(parts := np.maximum(np.ceil(wanted), 1).astype(int))

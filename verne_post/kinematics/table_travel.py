@@ -1,4 +1,4 @@
-"""Whether the travel of the table allows a place: what a control asks before it chooses one of two positions of the table.
+"""Whether the travel of the table allows a place: asked before one of two positions of the table is chosen.
 
 Likewise of all joints, before a corner may swing out.
 """
@@ -20,7 +20,7 @@ class MachineTravel(Struct, frozen=True, eq=False):
     machine: Machine
 
     def find_beyond(self, place: Array, tool_length: float) -> str:
-        """The letters of rotary axes that would be beyond their travel at a place of the nominal machine (9,), mm and degrees.
+        """Letters of rotary axes beyond their travel at a place of the nominal machine (9,), mm and degrees.
 
         Where no sliders reach the place, the nominal angles are compared.
         """
@@ -34,7 +34,7 @@ class MachineTravel(Struct, frozen=True, eq=False):
 
 
 def check_travel_of(machine: Machine) -> Callable[[Array, Array], Mask]:
-    """Whether poses (n, 5) with tool lengths (n,) keep the travel of every joint; those that are out of reach break none."""
+    """Whether poses (n, 5) with tool lengths (n,) keep the travel of every joint; those out of reach break none."""
     solve, limits = machine.five_axis.solve, machine.limits
     slack = np.append(np.full(len(limits.lower) - 2, LIMIT_SLACK_MM), [LIMIT_SLACK, LIMIT_SLACK])
 

@@ -27,7 +27,8 @@ class Corners(Struct, frozen=True):
     Attributes
     ----------
     s : ndarray, shape (n + 1,)
-        Where the corners of the n segments are, by metric length along the whole path, mm; the ends of the path included.
+        Places of the corners of n segments, by metric length along the whole path, mm; both ends of the path are
+        included.
     reach : ndarray, shape (n + 1,)
         Half width of the corner blend, mm; 0 where a corner is not blended.
     bend : ndarray, shape (n + 1, 5)
@@ -35,16 +36,18 @@ class Corners(Struct, frozen=True):
     shape : ndarray of int, shape (n + 1,)
         Row of the table of shapes in :mod:`verne_post.toolpath.corner_shapes`.
     shift : int
-        Segment i of the contour begins at corner ``i + shift``: a contour may begin in the middle of a path, and with segments
-        that no corner blend reaches.
+        Segment i of the contour begins at corner ``i + shift``. A contour may begin in the middle of a path, and with
+        segments that no corner blend reaches.
     curved : ndarray of int, shape (m,)
-        Corners beside arcs, splines and great circles, in order. Their blends reach over no other corner, and none over them.
+        Corners beside arcs, splines and great circles, in order. Their blends reach over no other corner, and none over
+        them.
     jump : ndarray, shape (m, 2, 5)
         Jumps of the second and third derivative by s at those.
     curve : ndarray of int, shape (m,)
         Row of ``controls`` where a curve replaces the path within the reach, -1 elsewhere.
     controls : ndarray, shape (k, 8, 5)
-        Control points of these curves, of degree 7, from one end of the reach to the other: tip (mm) and nominal angles (rad).
+        Control points of these curves, of degree 7, from one end of the reach to the other: tip (mm) and nominal angles
+        (rad).
     """
 
     s: Array
@@ -66,8 +69,8 @@ class Feeds(Struct, frozen=True):
     rate : ndarray
         mm/s of the tip, 0 where it stands still; infinite for rapids.
     by_tip : ndarray of bool
-        The feed rate is a speed of the tip. Where it is a time (``timed`` of the path), ``cap`` holds throughout: a corner blend
-        leaves each segment its share of the path, whatever it makes of the tip.
+        The feed rate is a speed of the tip. Where it is a time (``timed`` of the path), ``cap`` holds throughout: a
+        corner blend leaves each segment its share of the path, however the tip moves.
     cap : ndarray
         ds/dt at the feed rate where tip and angles move evenly along the segment, mm/s; infinite for rapids.
     """
@@ -85,7 +88,8 @@ class Contour(Struct, frozen=True):
     path : ToolPath
         The programmed segments.
     shape : ToolPath
-        The segments that are followed: as programmed, or with vertices moved, and chords for arcs, within their tolerance.
+        The segments that are followed: as programmed, or within their tolerance, with vertices moved and chords for
+        arcs.
     segment : ndarray of int32, shape (n,)
         The segment that an element belongs to: its source line, feed and tool length.
     low, high : ndarray, shape (n,)
@@ -156,7 +160,7 @@ class Contour(Struct, frozen=True):
         return np.searchsorted(self.section, np.arange(self.n_sections + 1))
 
     def select(self, elements: Ints) -> "Contour":
-        """Some elements, in order, as a contour of their own without dwells; each section keeps its elements together."""
+        """Some elements, in order, as a contour without dwells; each section keeps its elements together."""
         _sections, section = np.unique(self.section[elements], return_inverse=True)
         return replace(
             self, segment=self.segment[elements], low=self.low[elements], high=self.high[elements],

@@ -53,19 +53,19 @@ class SiemensKeys(Struct, frozen=True):
     rotation : str
         Angles of ROT X Y Z: "rpy" (about Z, then the new Y, then the new X) or "euler" (Z, X, Z).
     orientation : str
-        How the tool axis goes where no ORI word is programmed: "axes" linear in A and C, "vector" on a great circle, "words":
-        as axes for A and C words, on a great circle for A3 B3 C3.
+        How the tool axis goes where no ORI word is programmed: "axes" linear in A and C; "vector" on a great circle;
+        "words" linear for A and C words, on a great circle for A3 B3 C3.
     orientation_by_group : bool
         ORIAXES and ORIVECT choose how it goes (else ORIMKS and ORIWKS do).
     projected : str
-        What the second angle of CYCLE800 in the mode "projected angles" is: "traces", that of the plane's line in X Z or Y Z;
+        The second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane's line in X Z or Y Z;
         "axes", that of the projected axis of the plane. Empty: such calls are refused.
     offsets_in_g91 : str
-        Whether the first incremental value of an axis after a change of frame, work offset or tool length travels that change:
-        "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
+        Whether the first incremental value of an axis after a change of frame, work offset or tool length travels that
+        change: "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
     d_numbers : str
-        What D is: "edges", 1 for the one edge that the tool table has of each tool; "tools", the number of the tool itself
-        (a flat structure of D numbers).
+        The meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", the number of the
+        tool itself (a flat structure of D numbers).
     modulo_axes : str
         Rotary axes whose absolute values count within the present turn.
     tools : mapping
@@ -110,16 +110,17 @@ class FanucKeys(Struct, frozen=True):
     Attributes
     ----------
     inside_arc_percent : float
-        Parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many percent; 100: it is that of
-        the tool's centre.
+        Parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many percent. 100: F
+        is that of the tool's centre.
     decimal_point : str
-        What a word without a decimal point is: "calculator", X20 is 20 mm; "conventional", X20 is 20 least input increments,
-        0.02 mm. Empty: as calculator, with a warning where a program has both.
+        The meaning of a word without a decimal point: "calculator", X20 is 20 mm; "conventional", X20 is 20 least input
+        increments, 0.02 mm. Empty: as calculator, with a warning where a program has both.
     roll_pitch_yaw : str
-        G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns before have left ("moving").
-        Empty: several angles are refused where that differs.
+        G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns before have left
+        ("moving"). Empty: several angles are refused where that differs.
     bore_shift : str
-        Where the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y", "-Y". Empty: Q is refused.
+        Where the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y", "-Y". Empty: Q is
+        refused.
     dwell : str
         What P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it.
     units : str
@@ -145,18 +146,18 @@ class AptKeys(Struct, frozen=True):
     units : str
         Of points before any UNITS: "mm" or "inch". Empty: mm, and a FEDRAT in inches is refused.
     msys : str
-        "one clamping": every MSYS is in the clamping of the first, whose system is that of the work offset. Empty: another MSYS is
-        refused.
+        "one clamping": every MSYS is in the clamping of the first, whose system is that of the work offset. Empty:
+        another MSYS is refused.
     cutcom : str
         "centre": points are those of the tool's centre, and CUTCOM has no effect. Empty: CUTCOM is refused.
     insert : str
         "message": texts of INSERT are remarks. Empty: INSERT is refused.
     times : str
-        What TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; "whole", those before the
-        arc. Empty: n greater than 1 is refused.
+        What TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; "whole", those
+        before the arc. Empty: n greater than 1 is refused.
     lengths : str
-        "tools": the length is that of the tool, whichever register LOADTL names. Empty: that of the register, where a word says
-        which number it is.
+        "tools": the length is that of the tool, whichever register LOADTL names. Empty: it is that of the register,
+        where a word gives its number.
     tools : mapping
         Names of TOOL PATH -> number of the tool table, where no LOAD/TOOL stands.
     pitches : mapping

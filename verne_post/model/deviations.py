@@ -1,4 +1,4 @@
-"""How far the parts of a machine are from their nominal places: 58 numbers, as [as_built] of a machine file has them."""
+"""Deviations of the parts of a machine from their nominal places: the 58 numbers of [as_built] of a machine file."""
 
 from typing import Final
 

@@ -62,7 +62,7 @@ class Finding:
     edits : tuple of Remedy
         Those of the remedies that are a word of the program or of its set-up.
     settled_by : tuple of tuple of str
-        Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ("split_at_stops",).
+        Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
     """
 
     code: str

@@ -41,8 +41,8 @@ class Limits:
 
     ``lower`` and ``upper`` are infinite for an unlimited joint. ``serial_singularity`` is the
     smallest vertical drop of a rod, mm, 0 for a machine without rods; ``parallel_singularity`` the smallest scaled
-    determinant of the parallel Jacobian, minus infinity where the machine file names none. ``jerk`` is infinite where it names
-    none.
+    determinant of the parallel Jacobian, minus infinity where the machine file names none. ``jerk`` is infinite where
+    the file names none.
     """
 
     lower: Array
@@ -56,15 +56,15 @@ class Limits:
     def bound_jerk(self, cycle: float) -> "Limits":
         """The same limits on rows of a control cycle (s), with a finite jerk where none is named.
 
-        Two accelerations within their limit differ by no more than twice it, so the third differences of rows never exceed
-        2 acceleration / cycle: planning with that jerk limits nothing.
+        Two accelerations within their limit differ by no more than twice it. So the third differences of rows never
+        exceed 2 acceleration / cycle, and planning with that jerk limits nothing.
         """
         return replace(self, jerk=np.minimum(self.jerk, 2.0 * self.acceleration / cycle))
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Defaults of G64: tip tolerance in mm, axis tolerance in rad; and the largest tool axis error of the as-built machine, rad."""
+    """Defaults of G64: tip tolerance (mm) and axis tolerance (rad); largest tool axis error as built, rad."""
 
     tip: float
     axis: float
@@ -119,10 +119,10 @@ class Machine:
     """One machine: kinematics, limits, control, and where every number comes from.
 
     The functions :meth:`inverse` and :meth:`forward` use the table frame, mm and rad, workpiece
-    sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the file
-    does not name them; ``bodies`` are the sizes that ``clearance`` is computed from, ``rod_places`` where the rods are along x.
-    ``tolerances`` are standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built machine;
-    ``warnings`` are values that no machine tool has (VP505); ``vibration`` names modes for input shapers.
+    sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the
+    file does not name them. ``clearance`` is computed from the sizes ``bodies``; ``rod_places`` says where the rods are
+    along x. ``tolerances`` are standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built
+    machine. ``warnings`` are values that no machine tool has (VP505); ``vibration`` names modes for input shapers.
     """
 
     name: str

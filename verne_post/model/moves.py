@@ -26,8 +26,8 @@ ZERO9: Final[Vector9] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 class MoveKind(IntEnum):
     """Kind of a move.
 
-    TURN: the axes of the nominal machine go linearly, so that the turning table carries the part past the tip. SWING: A and C
-    go linearly, and the tool turns about one point of its axis, which keeps its place on the part.
+    TURN: the axes of the nominal machine go linearly, so that the turning table carries the part past the tip. SWING: A
+    and C go linearly, and the tool turns about one point of its axis, which keeps its place on the part.
     """
 
     RAPID = 0
@@ -58,7 +58,8 @@ class PathMode(IntEnum):
 class PathControl(Struct, frozen=True):
     """How exactly corners are taken.
 
-    ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm, ``axis_deg`` is the tolerance of the tool axis; None means not given.
+    ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm, ``axis_deg`` is the tolerance of the tool axis; None means not
+    given.
     """
 
     mode: PathMode = PathMode.BLEND
@@ -68,7 +69,7 @@ class PathControl(Struct, frozen=True):
 
 
 class Feature(Struct, frozen=True):
-    """A tilted work plane (G68.2): where its origin is, and how its X, Y, Z point, both in program coordinates without it.
+    """A tilted work plane (G68.2): its origin and the directions of its X, Y, Z, in program coordinates without it.
 
     ``rotation`` has nine numbers, row by row; its columns are the plane's axes.
     """
@@ -201,7 +202,7 @@ def describe_tool(event: Event) -> str:
 
 
 class TablePlace(Struct, frozen=True):
-    """Where the program names a place of the machine: the side on which the table stands decides what place of the part that is.
+    """Where the program names a place of the machine: the branch of the table decides which place of the part that is.
 
     Attributes
     ----------
@@ -210,7 +211,8 @@ class TablePlace(Struct, frozen=True):
     machine : tuple of float
         A and C at which the table was taken to stand, machine coordinates, degrees.
     by_words : bool
-        A and C words hold: another side is taken only with ``allow_rewind``. Else a tool axis gives way to a place of the table.
+        A and C words hold: another branch needs ``allow_rewind``. Otherwise a tool axis gives way to a place of the
+        table.
     """
 
     before: int
@@ -242,7 +244,8 @@ class Arcs(Struct, frozen=True):
 class ArcFeed(Struct, frozen=True):
     """Where F holds on arcs under cutter compensation: the feed rate of the tool's centre over F, between two bounds.
 
-    On the contour, that is the length of the centre's arc over that of the programmed one: below 1 inside, above 1 outside.
+    On the contour this is the length of the centre's arc over that of the programmed one: below 1 inside, above
+    outside.
 
     Attributes
     ----------
@@ -306,14 +309,17 @@ class Moves(Struct, frozen=True):
     control : ndarray of int32, shape (n,)
         Index into ``controls``.
     arc : ndarray of int32, shape (n,)
-        Index into ``arcs``, -1 for other moves than arcs and SWING; of these only the centre counts, the point that stands still.
+        Index into ``arcs``, -1 for other moves than arcs and SWING; of SWING only the centre counts, which stands
+        still.
     spline : ndarray of int32, shape (n,)
-        Index into ``splines``, -1 for other moves. Neighbouring pieces of one B-spline are moves that follow each other.
+        Index into ``splines``, -1 for other moves. Neighbouring pieces of one B-spline are moves that follow each
+        other.
     tool_axis : ndarray, shape (n, 3)
         Tool axis that holds at the end, unit, program directions, from tip to spindle; NaN where A and C words hold.
         A and C of ``end`` are then one of the pairs that give this axis.
     seconds : ndarray, shape (n,)
-        What the move takes where its feed rate is a time: inverse time, and F of all machine axes together. NaN for others.
+        Duration of the move where its feed rate is a time: inverse time, and F of all machine axes together. NaN for
+        others.
     fixes_c : int or None
         First source line that names C, or sends X or Y to machine coordinates, where C decides what place of the part
         that is; None where the program leaves C open.
@@ -332,12 +338,12 @@ class Moves(Struct, frozen=True):
     arc_feeds : tuple of ArcFeedUse
         Arcs beside the contour whose feed rate is not F, by the word that says so.
     tcp_changes : tuple of int
-        Numbers of the moves from which on codes say in which directions X Y Z count (tool-centre-point control, a plane), and
-        no longer do, in turn. Where none says so, a control would read X Y Z in its own directions under a turned table.
-        Languages other than RS274 say it from move 0 on.
+        Numbers of the moves at which codes begin and cease, in turn, to say in which directions X Y Z count
+        (tool-centre-point control, a plane). Without such a code, a control would read X Y Z in its own directions
+        under a turned table. Languages other than RS274 say it from move 0 on.
     splines : Splines
-        Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins where the
-        move before it ends, and each ends at its ``end``.
+        Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins where
+        the move before it ends, and each ends at its ``end``.
     """
 
     line: NDArray[np.int32]

@@ -1,14 +1,15 @@
 """A rotary pair that is not at right angles: how its joints hold the nominal angles of a tool axis.
 
-In the polar frame (z along u1, the direction of the joint nearest the part) the other joint turns about ``(sin a, 0, cos a)``,
-and the tool axis is at the angle b to that direction. With d the angle of that joint, 0 where the tool axis is nearest z, and t
-that of the joint about z, the tool axis is (sin A sin C, sin A cos C, cos A) with
+In the polar frame (z along u1, the direction of the joint nearest the part) the other joint turns about ``(sin a, 0,
+cos a)``, and the tool axis is at the angle b to that direction. With d the angle of that joint, 0 where the tool axis
+is nearest z, and t that of the joint about z, the tool axis is (sin A sin C, sin A cos C, cos A) with
 
     sin^2(A/2) = sin^2((a-b)/2) + sin a sin b sin^2(d/2),      A has the sign of d,
     C = t + atan2(e / s + cos a s, cos(d/2)),       s = sin(d/2),       e = sin(a-b) / (2 sin b).
 
-So (-A, C + 180) is the other solution, as on every pair, and A is bounded: |a - b| <= |A| <= pi - |pi - a - b|. At the upper
-bound, d = 180 degrees, both solutions meet: the *fold*. Where a = b, d = 0 is a pole; else it is a fold too. All angles in rad.
+So (-A, C + 180) is the other solution, as on every pair, and A is bounded: |a - b| <= |A| <= pi - |pi - a - b|. At the
+upper bound, d = 180 degrees, both solutions meet: the *fold*. Where a = b, d = 0 is a pole; else it is a fold too. All
+angles in rad.
 """
 
 from typing import Final
@@ -18,10 +19,10 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 
-#: A tilt may be beyond the reach by this, rad: tilts are kept to 1e-12, and vectors of a program to their sixth decimal at best.
+#: A tilt may be beyond the reach by this, rad: tilts are kept to 1e-12, vectors of a program to six decimals at best.
 REACH_SLACK: Final = 1e-10
-#: A joint this near to the fold, rad, is at it. Its tilt is then put beyond the reach by a tenth of the slack, so that rounding it
-#: does not move the joint: there 1e-12 of tilt are 1e-6 of the joint.
+#: A joint this near to the fold, rad, is at it. Its tilt is then put beyond the reach by a tenth of the slack, so that
+#: rounding the tilt does not move the joint: there 1e-12 of tilt are 1e-6 of the joint.
 _AT_FOLD: Final = 1e-9
 
 
@@ -91,7 +92,10 @@ class Nutation(Struct, frozen=True):
         return np.stack([tilt + np.copysign(more, joint), joints[..., 1] + shift], axis=-1)
 
     def find_rates(self, angles: Array) -> tuple[Array, Array]:
-        """Derivatives (...) of both joint angles by the nominal tilt of angles (..., 2); by C they are 0 and 1. Infinite at folds."""
+        """Derivatives (...) of both joint angles by the nominal tilt of angles (..., 2). Infinite at folds.
+
+        By C they are 0 and 1.
+        """
         tilt, joint = angles[..., 0], self._find_joint(angles[..., 0])
         s, c = np.sin(0.5 * joint), np.cos(0.5 * joint)
         k, e = np.cos(self.near), _find_rise(self.near, self.far)

@@ -1,4 +1,4 @@
-"""Checks of the values of single options; each returns the value as the program uses it, or says what would be right."""
+"""Checks of single options: each returns the value as the program uses it, or says what would be right."""
 
 import math
 import re
@@ -55,7 +55,7 @@ def work_offsets(**given: "tuple[float, ...]") -> dict[int, WorkOffset]:
 
 
 class Checked(Struct, frozen=True):
-    """Metadata of an option whose type does not say what it takes: ``check`` returns its value, or raises ValueError."""
+    """Metadata of an option whose type does not say everything: ``check`` returns its value, or raises ValueError."""
 
     check: Callable[[Any], Any]
 

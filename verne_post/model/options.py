@@ -1,6 +1,6 @@
 """Options of a program: one validated, frozen model. Plain data, picklable, no files.
 
-Each option stands here once, with its type, default, bounds, unit and help. Made from it are the command line's options and
+Each option stands here once, with its type, default, bounds, unit and help. From it come the command line's options and
 help (``cli.options``), the defaults, the ``[options]`` table of the settings file, the JSON record of ``--meta`` and of
 ``batch`` (:meth:`Options.record`), and the checks of the Python API.
 """
@@ -123,8 +123,8 @@ MAX_JOBS: Final = 256
 class Options:
     """What a user may choose for one program.
 
-    Lengths in mm, times in s, angles in degrees where the name says so. Every option has the meaning of the command-line
-    option of the same name; ``approach`` is ``--from``, ``departure`` is ``--to``.
+    Lengths in mm, times in s, angles in degrees where the name says so. Every option has the meaning of the
+    command-line option of the same name; ``approach`` is ``--from``, ``departure`` is ``--to``.
 
     Raises
     ------

@@ -44,7 +44,8 @@ class Tool:
     diameter : float
         mm.
     unmeasured : str
-        What names the tool without a length: file and line of a table, or line of the program. Empty: the length is known.
+        Source that names the tool without a length: file and line of a table, or line of the program. Empty: length
+        known.
     """
 
     number: int
@@ -187,7 +188,7 @@ class NominalPart:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A part of a tool: one of ``TOOL_PARTS``; a cylinder, unless the optional values make it another body of revolution.
+    """A part of a tool, one of ``TOOL_PARTS``: a cylinder, or another body of revolution by the optional values.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Sizes that machines, tools and set-ups have, in one table: a value beyond is legal, but most often in another unit (VP505)."""
+"""Plausible sizes of machines, tools and set-ups: a value beyond is legal, but mostly in another unit (VP505)."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -32,7 +32,7 @@ class Plausible(Struct, frozen=True):
     whose: str = "machine tool"
 
 
-#: The bounds lie a factor of ten and more beyond anything built, and still tell m from mm, radians from degrees, ms from s.
+#: The bounds are at least ten times beyond anything built, and still tell m from mm, rad from degrees, ms from s.
 PLAUSIBLE: Final = {
     # [limits], by what a key ends with: of sliders, and of the rotary axes
     "linear mm": Plausible(20.0, 2e4, "mm", "m", 1e3),

@@ -73,8 +73,8 @@ class Platform(Struct, frozen=True, eq=False):
 class Pose(Struct, frozen=True, eq=False):
     """Solved poses, n rows: what a clearance is computed from.
 
-    ``q`` are joints (n, n_joints), ``tip`` and ``axis`` (n, 3) the tool on the table, ``segment`` the programmed segment
-    that each belongs to, where distances depend on it.
+    ``q`` are joints (n, n_joints), ``tip`` and ``axis`` (n, 3) the tool on the table. ``segment`` is the programmed
+    segment of each pose, where distances depend on it.
     """
 
     q: Array

@@ -113,9 +113,11 @@ class ParallelModule(Protocol):
         """(..., 3) -> position (..., 3), mm, alpha (...), rad, and ok (...), in the working mode."""
 
     def solve_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
-        """Solve for a platform point that turns with the platform's tilt: ``pivot + F Rx(alpha) gauge``, F = diag(1, -1, -1).
+        """Solve for a platform point ``pivot + F Rx(alpha) gauge``, which turns with the platform's tilt; F = diag(1,
+        -1, -1).
 
-        Pivot (3,) in the base frame, gauge (..., 3) in the upright frame at alpha = 0, mm; returns what :meth:`inverse` does.
+        Pivot (3,) in the base frame, gauge (..., 3) in the upright frame at alpha = 0, mm; returns the same as
+        :meth:`inverse`.
         """
 
     def explain_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
@@ -166,7 +168,7 @@ class RodModule(Protocol):
         """mm."""
 
     def find_rod_directions(self, position: Array) -> tuple[Array, Array]:
-        """Directions of the rods (k, 3) at a position (3,) of P, of the machine as drawn: in the base frame, and in the platform's."""
+        """Directions of the rods (k, 3) of the machine as drawn, in base and platform frame, at a place (3,) of P."""
 
     def find_rod_ends(self, rho: Array, platform: Platform) -> tuple[Array, Array]:
         """Ends of the rods at slider and platform of solved poses (n,): each (n, k, 3), base frame, mm."""
@@ -189,7 +191,7 @@ class ClearanceModel(Protocol):
 
     @property
     def convex_below(self) -> Array:
-        """Values (m,) below which a margin is exact, and convex while the tool moves straight and keeps its direction."""
+        """Values (m,) below which a margin is exact, and convex while the tool moves straight with constant axis."""
 
     @property
     def slack(self) -> float:
@@ -294,7 +296,7 @@ class Nutating(Protocol):
 
 @runtime_checkable
 class Carrying(Protocol):
-    """A machine whose rotary joints follow from the tool axis alone: its carrier turns, so that words are not their values."""
+    """A machine whose rotary joints follow from the tool axis alone: its carrier turns; words differ from joints."""
 
     @property
     def home(self) -> Array:
@@ -302,7 +304,7 @@ class Carrying(Protocol):
 
 
 class FiveAxis(Protocol):
-    """The whole machine: parallel module and tilting rotary table (tool centre point control). Table frame, workpiece sense."""
+    """The whole machine: parallel module and tilting rotary table, with TCP. Table frame, workpiece sense."""
 
     @property
     def nose_offset(self) -> float:
@@ -315,7 +317,7 @@ class FiveAxis(Protocol):
         """Joints -> (tip, axis, ok)."""
 
     def solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Platform, Mask]:
-        """Tip (..., 3) and nominal angles (..., 2) -> (q, platform, ok); the table turned by the platform's tilt, C as given."""
+        """Tip (..., 3), nominal angles (..., 2) -> (q, platform, ok); the table makes up for the tilt, C as given."""
 
     def find_joints(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """The q of :meth:`solve` alone."""
@@ -352,7 +354,7 @@ class FiveAxis(Protocol):
         """Reciprocal condition numbers of the scaled parallel and serial Jacobians of solved poses, each (...)."""
 
     def sketch(self, q: Array, platform: Platform) -> Array:
-        """Rods (n, k, 2, 3) from slider to platform of solved poses (n,) for a picture, base frame, mm; k = 0 without rods."""
+        """Rods (n, k, 2, 3) from slider to platform for a picture of poses (n,), base frame, mm; k = 0 without rods."""
 
     def find_jacobian(self, tip: Array, angles: Array, tool_length: Array | float) -> Array:
         """Joint rates by pose rates of solved poses: (..., n_joints, 5) by tip and nominal A and C."""
@@ -389,7 +391,7 @@ class Coordinates(Protocol):
         """Tool axis (3,) at a program point, program directions, tip to spindle; None where angles have no meaning."""
 
     def find_other_side(self, machine: Array) -> Array | None:
-        """Machine coordinates (9,) with the same tool axis and the tilt on the other side of the pole; None at the pole."""
+        """Machine coordinates (9,) of the same tool axis with the tilt beyond the pole; None at the pole."""
 
     def is_upright(self, machine: Array) -> bool:
         """Whether the tool points along z of the part at machine coordinates (9,)."""
@@ -407,7 +409,7 @@ class TableTravel(Protocol):
     """What an interpreter may ask about the travel of the table."""
 
     def find_beyond(self, place: Array, tool_length: float) -> str:
-        """Letters of the rotary axes that would be beyond their travel at machine coordinates (9,); "" where none is."""
+        """Letters of the rotary axes beyond their travel at machine coordinates (9,); "" where none is."""
 
 
 class TableCoordinates(Coordinates, Protocol):
@@ -431,7 +433,7 @@ class TableCoordinates(Coordinates, Protocol):
 
     @property
     def joints_by_axis(self) -> bool:
-        """Whether the rotary joints follow from the tool axis alone, so that at the pole of the words C moves nothing."""
+        """Whether the rotary joints follow from the tool axis alone: at the pole of the words C then moves nothing."""
 
     @property
     def turns_with_part(self) -> bool:

@@ -1,8 +1,8 @@
 """Pieces of rational B-splines: the data of curved moves and segments that are neither lines nor arcs.
 
 A piece is what a B-spline is between two knots. It has degree + 1 control points with their weights, and the 2 degree
-knots that it depends on; the piece runs from the knot ``degree - 1`` to the knot ``degree`` of its own. A Bezier curve is
-a piece with only two different knots. Coordinates all share one basis: places and table angles go along together.
+knots that it depends on; it runs from its knot ``degree - 1`` to its knot ``degree``. A Bezier curve is a piece with
+only two different knots. All coordinates share one basis: places and table angles go along together.
 """
 
 from collections.abc import Iterator
@@ -43,7 +43,7 @@ class Splines(Struct, frozen=True, eq=False):
         return len(self.degree)
 
     def select_degree(self, piece: Ints, degree: int) -> tuple[Array, Array, Array]:
-        """Control points (n, degree + 1, k), weights (n, degree + 1) and knots (n, 2 degree) of pieces of one degree."""
+        """Control points (n, degree + 1, k), weights (n, degree + 1), knots (n, 2 degree) of pieces of one degree."""
         point = self.first_point[piece][:, None] + np.arange(degree + 1)
         return (
             self.points[point],

@@ -45,7 +45,7 @@ class TimedEvent(Struct, frozen=True):
 
 
 class StopsWithin(Struct, frozen=True):
-    """Stops between two motions of one line: all of them, the line that has most, and how many that has; all 0 for none."""
+    """Stops between two motions of one line: their number, the line with most, and its number; all 0 for none."""
 
     count: int
     line: int
@@ -69,8 +69,8 @@ class Summary:
     n_blended : int
         Corners that are rounded.
     continuous_time, second_order_bound_s : float
-        Time of the sections with rounded corners, and their second-order bound: no motion profile inside the limits on velocity
-        and acceleration is faster, s.
+        Time of the sections with rounded corners, and their second-order bound, s. No motion profile inside the limits
+        on velocity and acceleration is faster than the bound.
     toppra_bound_s : float or None
         The bound by the other solver, where both were asked for.
     tolerance : tuple of float
@@ -98,8 +98,8 @@ class Summary:
     has_bare_rapids : bool
         Some rapids have no tool length, although their tool has one in other moves.
     axis_error_deg : float or None
-        Largest angle, along the whole motion, by which the tool axis is off because the as-built machine cannot correct it; None
-        for a nominal machine.
+        Largest tool axis error along the whole motion that the as-built machine cannot correct; None for a nominal
+        machine.
     stock : Stock or None
         The stock that the program defines.
     compared : tuple of str

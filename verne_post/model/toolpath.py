@@ -56,8 +56,8 @@ class ArcSegments(Struct, frozen=True):
 class GreatCircles(Struct, frozen=True):
     """Tool axes that turn evenly along a great circle: ``axis(u) = cos(u angle) first + sin(u angle) side``.
 
-    The nominal angles follow from the axis: the tilt on the side of the segment's own angles, C continuous from its start.
-    Rows with ``joints`` are the other way in which A and C are not linear: those of a nutating pair whose joints are.
+    The nominal angles follow from the axis: the tilt on the side of the segment's own angles, C continuous from its
+    start. Rows with ``joints`` are the other case in which A and C are not linear: the joints of a nutating pair are.
 
     Attributes
     ----------
@@ -66,8 +66,8 @@ class GreatCircles(Struct, frozen=True):
     angle : ndarray, shape (m,)
         rad, positive; of both joints together where these are linear.
     joints : ndarray, shape (m, 6)
-        Joint angles d and t at both ends, and the angles a and b of the pair (:mod:`~verne_post.model.nutation`), rad; NaN on great
-        circles.
+        Joint angles d and t at both ends, and the angles a and b of the pair (:mod:`~verne_post.model.nutation`), rad;
+        NaN on great circles.
     """
 
     first: Array
@@ -79,9 +79,9 @@ class GreatCircles(Struct, frozen=True):
 class TurnSegments(Struct, frozen=True):
     """Geometry of segments along which the axes of the machine go linearly, not the tip, table frame.
 
-    ``tip(u) = shift + u drift + Rz(-C) (Ry(-lean) Rx(-A) place - offset + u slide)``, where ``place`` (seen from the tilt axis,
-    upright frame), A and C go linearly from u = 0 to 1. These A and C are those of the program; the table may stand on another
-    branch. On a nutating pair they are its joint angles.
+    ``tip(u) = shift + u drift + Rz(-C) (Ry(-lean) Rx(-A) place - offset + u slide)``, where ``place`` (seen from the
+    tilt axis, upright frame), A and C go linearly from u = 0 to 1. These A and C are those of the program; the table
+    may stand on another branch. On a nutating pair they are its joint angles.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class TurnSegments(Struct, frozen=True):
 class SplineSegments(Struct, frozen=True):
     """Geometry of spline segments in the table frame: m pieces of rational B-splines of tip and nominal angles.
 
-    The curve is what ``pieces`` say; the rest is derived from them. Along a segment u is the share of the tip's arc length.
+    ``pieces`` define the curve; the rest is derived from them. Along a segment u is the share of the tip's arc length.
 
     Attributes
     ----------
@@ -172,8 +172,8 @@ class ToolPath(Struct, frozen=True):
     feed_time : ndarray, shape (n,)
         Seconds that the segment takes at the programmed feed rate, 0 for rapids.
     timed : ndarray of bool, shape (n,)
-        The feed rate is a time: inverse time, degrees per minute where the tip stands still, F of all machine axes together.
-        Progress along the segment counts then, elsewhere the speed of the tip.
+        The feed rate is a time: inverse time, degrees per minute where the tip stands still, F of all machine axes
+        together. Then progress along the segment counts, otherwise the speed of the tip.
     length : ndarray, shape (n,)
         Metric length: tip path and rotation together, of splines the tip path alone, mm.
     arc : ndarray of int32, shape (n,)
@@ -238,7 +238,7 @@ class ToolPath(Struct, frozen=True):
         return int(self.section[-1]) + 1 if len(self.section) else 0
 
     def find_tool_lengths(self, line: Ints) -> Array:
-        """Tool length (n,) of rows by their source lines (n,): that of the first segment of the line, or of the line before it."""
+        """Tool length (n,) at source lines (n,): of the first segment of the line, or of the line before it."""
         lines, first = np.unique(self.line, return_index=True)
         at = np.clip(np.searchsorted(lines, line, side="right") - 1, 0, len(lines) - 1)
         return np.asarray(self.tool_length[first[at]])
@@ -249,12 +249,12 @@ class ToolPath(Struct, frozen=True):
         return np.searchsorted(self.section, self.dwell_section)
 
     def renumber_dwells(self, section: Ints) -> Ints:
-        """``dwell_section`` (d,) where the same segments have new section numbers (n,): dwells stand before the same segments."""
+        """``dwell_section`` (d,) for new section numbers (n,): dwells stand before the same segments."""
         return find_sections(section, self.dwell_segment)
 
     @property
     def move_reached(self) -> Ints:
-        """The move that each segment (n,) belongs to; for a detour and the departure the last move before, -1 before all."""
+        """The move of each segment (n,); for a detour and the departure the last move before, -1 before all."""
         reached, last = Growing(np.int32), np.full(1, -1, dtype=np.int32)
         for begin, end in iterate_blocks(len(self)):
             block = np.maximum.accumulate(np.append(last, self.move[begin:end]))[1:]
@@ -284,7 +284,7 @@ class ToolPath(Struct, frozen=True):
         return numbers.freeze()
 
     def take_part(self, first: int, last: int) -> "ToolPath":
-        """Segments ``first`` to ``last`` (excluded) as a path without dwells; the tables of their shapes keep their rows."""
+        """Segments ``first`` to ``last`` (excluded) as a path without dwells; the tables of shapes keep their rows."""
         return replace(
             self, **{name: getattr(self, name)[first:last] for name in SEGMENT_COLUMNS},
             dwell_section=self.dwell_section[:0], dwell_seconds=self.dwell_seconds[:0], dwell_line=self.dwell_line[:0],

@@ -53,7 +53,7 @@ _STATUS: Final = {
     Family.CONFIGURATION: ExitStatus.UNUSABLE,
     Family.INTERNAL: ExitStatus.INTERNAL_ERROR,
 }
-#: Codes whose exit status is not that of their family: no feasible velocity profile was found; facets that stay undecided.
+#: Codes with an exit status other than that of their family: no feasible motion profile; undecided facets.
 _STATUS_OF_CODE: Final = {"VP420": ExitStatus.NO_VERDICT, "VP220": ExitStatus.NO_VERDICT}
 
 

@@ -46,10 +46,11 @@ class Verification:
     axis_error_deg : float
         Largest angle between the true tool axis of the as-built machine and that of its nominal angles.
     slow : dict
-        Seconds below the programmed feed rate, by the limit that was nearest: "jerk of rho2", ..., or ``NO_LIMIT_NEAR`` where none is.
+        Seconds below the programmed feed rate, by the limit that was nearest: "jerk of rho2", ..., or
+        ``NO_LIMIT_NEAR``.
     timed_blocks, late_blocks : int
-        Blocks whose feed rate is a time (inverse time, degrees per minute), and those that take longer by more than 1 % and two
-        control cycles.
+        Blocks whose feed rate is a time (inverse time, degrees per minute), and those that take longer by more than 1 %
+        and two control cycles.
     latest_block : BlockTime or None
         The one of those that takes longer by most seconds.
     first_row : ndarray, shape (n_joints,)

@@ -4,8 +4,8 @@ from typing import Literal
 
 from msgspec import Struct
 
-#: Input shapers by their robustness against a wrong frequency, which costs time: zero vibration, zero vibration and derivative,
-#: extra insensitive.
+#: Input shapers: zero vibration, zero vibration and derivative, extra insensitive. More robustness against a wrong
+#: frequency costs time.
 Shaper = Literal["zv", "zvd", "ei"]
 
 

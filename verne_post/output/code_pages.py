@@ -1,7 +1,7 @@
 """The page of a finding code, made once for `explain CODE`, for the rules of SARIF and for the documentation site.
 
-Title, severity, meaning and remedy are those of :data:`verne_post.model.codes.CODES`; the rest stands in ``codes.toml``, and an example
-that is refused in its file of tests/rejected, which wheels hold as verne_post/rejected.
+Title, severity, meaning and remedy are those of :data:`verne_post.model.codes.CODES`. The rest stands in
+``codes.toml``; a refused example is in its file of tests/rejected, which wheels hold as verne_post/rejected.
 """
 
 import re

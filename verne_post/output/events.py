@@ -1,4 +1,4 @@
-"""Events beside the setpoints: spindle, coolant, tools, stops, messages, dwells, with time, line and axes (``--events``)."""
+"""Events beside the setpoints (``--events``): spindle, coolant, tools, stops, messages, dwells, with time and axes."""
 
 import csv
 import io

@@ -77,7 +77,7 @@ _QUOTED: Final = 100
 
 
 def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
-    """Quote the line of an error: a caret under the column, what the code means, what helps. Nothing for other findings."""
+    """Quote the line of an error: a caret under the column, the code's meaning and remedy. Nothing for others."""
     in_text = is_about_text(item.code)
     at = item.line if in_text else item.worst_line or item.line
     if not at or (item.severity != "error" and not in_text):

@@ -1,7 +1,7 @@
 """Columns of numbers with fixed decimals as lines of text: the bytes of ``%.{decimals}f``, in a fifth of its time.
 
-Setpoints have been rounded to their decimals, so each is a whole number of units of the last one, and its digits are found by
-whole-number division for a column at a time. Columns that are not take Python's own formatting.
+Setpoints have been rounded to their decimals, so each is a whole number of units of the last one. Whole-number division
+finds its digits for a column at a time. Other columns take Python's own formatting.
 """
 
 from collections.abc import Iterable, Sequence
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Mask
 
-#: A number rounded to its decimals, times their power of ten, is off the whole number by less than this share: two roundings
-#: to a double, and one that the number may have from being a multiple itself.
+#: A number rounded to its decimals, times their power of ten, is off the whole number by less than this share: two
+#: roundings to a double, and one for a multiple that is no double itself.
 NOISE: Final = 2.0**-51
 #: Below this the noise is less than a quarter of a unit: the digits are those of the whole number.
 EXACT: Final = 2.0**49
@@ -34,7 +34,7 @@ def format_rows(table: Iterable[NDArray[Any]], decimals: Sequence[int], separato
 
 
 def _make_cells(numbers: Array, decimals: int, end: str) -> tuple[NDArray[np.uint8], Mask] | None:
-    """Characters of a column, right-aligned, and which of them are shown, each (n, width); None where numbers are not whole."""
+    """Characters of a right-aligned column, and which are shown, (n, width); None for numbers that are not whole."""
     with np.errstate(over="ignore", invalid="ignore"):
         scaled = numbers * 10.0**decimals
         whole = np.rint(scaled)

@@ -26,8 +26,8 @@ def read_log(
     Parameters
     ----------
     text : str
-        Comma, semicolon or blanks between the cells; with a header, or without one as halsampler writes: the joints in their order, with
-        ``-t`` after the number of the sample.
+        Comma, semicolon or blanks between the cells, with or without a header. Without one, as halsampler writes: the
+        joints in their order, with ``-t`` after the number of the sample.
     name : str
         For messages.
     columns : tuple of Column
@@ -39,7 +39,7 @@ def read_log(
     Raises
     ------
     InputError
-        VP020: a missing column, a header of another width than the rows, a cell that is no number, samples that were lost.
+        VP020: a missing column, a header of another width than the rows, a cell that is no number, lost samples.
     """
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if not lines:

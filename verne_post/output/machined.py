@@ -1,4 +1,4 @@
-"""What rows leave of a part: a summary in words, a table of the worst places, a PLY file and a picture of the deviations."""
+"""What rows leave of a part: a summary, a table of the worst places, a PLY file and a picture of the deviations."""
 
 from typing import Final
 
@@ -117,7 +117,7 @@ def list_worst(judged: Judged) -> str:
 
 
 def measure_harm(judged: Judged) -> Array:
-    """How bad the cells (n,) are: gouges before excess before what is not decided before what is well before what no cutter comes near."""
+    """How bad the cells (n,) are, in this order: gouges, excess, undecided ones, good ones, untouched ones."""
     found = judged.comparison
     share = _find_share(judged)
     rank = share + _GOUGED * ((found.deviation < 0) & (share > 1.0))
@@ -133,7 +133,7 @@ def _find_share(judged: Judged) -> Array:
 
 
 def paint_cells(judged: Judged) -> Array:
-    """Colours (n, 3) of the cells, 0 to 255: grey where all is well, red cut into, blue left, brown untouched, yellow not decided."""
+    """Colours (n, 3) of cells, 0 to 255: grey good, red cut into, blue left, brown untouched, yellow undecided."""
     found = judged.comparison
     share = np.clip((_find_share(judged) - 1.0) / (_FULL - 1.0), 0.0, 1.0)[:, None]
     shade = np.where(share > 0, 0.3 + 0.7 * share, 0.0)

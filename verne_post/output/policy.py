@@ -1,4 +1,4 @@
-"""Which findings count: codes that are selected, ignored or given another severity, and findings that are known already."""
+"""Which findings count: selected and ignored codes, changed severities, and findings that are known already."""
 
 import dataclasses
 import hashlib

@@ -22,14 +22,14 @@ def choose_setpoint_format(
 ) -> SetpointFormat:
     """Choose the decimals of every column.
 
-    With ``decimals`` None, the noise of the differences, ``q / cycle``, ``2 q / cycle^2`` and ``4 q / cycle^3`` with q one
-    unit of the last decimal, stays under ROUNDING_SHARES of the column's limits, and q under ROUNDING_MM or ROUNDING_RAD.
-    Drives that take whole numbers get those.
+    With ``decimals`` None, the noise of the differences, ``q / cycle``, ``2 q / cycle^2`` and ``4 q / cycle^3`` with q
+    one unit of the last decimal, stays under ROUNDING_SHARES of the column's limits, and q under ROUNDING_MM or
+    ROUNDING_RAD. Drives that take whole numbers get those.
 
     Raises
     ------
     InputError
-        VP018 when the noise of given decimals, or of whole numbers, exceeds a limit itself and ``accept_rounding`` is False.
+        VP018 when the noise of given decimals, or of whole numbers, exceeds a limit and ``accept_rounding`` is False.
     """
     size = np.abs([column.factor for column in machine.columns])
     limits = machine.limits.bound_jerk(cycle)

@@ -1,4 +1,4 @@
-"""The side-car file of ``--meta``: what a setpoint file was made from, and how well; and whether it is still up to date."""
+"""The side-car file of ``--meta``: what a setpoint file was made from, its quality, and whether it is up to date."""
 
 import json
 from collections.abc import Iterator

@@ -59,7 +59,7 @@ def name_verdict(summary: Summary) -> str:
 
 
 def list_facts(summary: Summary) -> list[tuple[str, str]]:
-    """Facts of a conversion by their keys, in groups: where the machine starts, time, tolerance, limits, what is assumed, what to do."""
+    """Facts of a conversion by key: start position, time, tolerance, limits, assumed values, and what to do."""
     return [
         ("start position", _describe_first_row(summary)), *_restart(summary), *_describe_dry_run(summary),
         ("time", _describe_motion(summary)), *_bound(summary), *_describe_feed(summary), *_describe_free_turn(summary),

@@ -290,7 +290,7 @@ def _measure_gap(body, edges, at):
 
 @_compile
 def _is_above(body, edges, at0, at1, width, delta, limit):
-    """Whether phi is above a limit over a facet and an interval: by its own tangents, or by a plane that supports the piece."""
+    """Whether phi is above a limit over a facet and an interval, by its tangents or by a plane supporting the piece."""
     f0, a0, b0 = _evaluate(body, edges, at0[0], at0[1])
     f1, a1, b1 = _evaluate(body, edges, at1[0], at1[1])
     if _bound_one(f0, f1, a0, b0, a1, b1, at0, at1, width, delta) > limit:
@@ -446,7 +446,7 @@ def _touch(
     body, edges, bow, point, normal, delta, limit, least, tip, axis, linked,
     offset, middle, reach, chord, last, tip_bend, chord_bend, marks, opened,
 ):  # fmt: skip
-    """Note the lines that touch cells in turn; ``opened`` are cells with lines that neither touch nor keep off for certain."""
+    """Mark the lines that touch cells; ``opened`` are cells with lines that neither touch nor miss for certain."""
     levels, n, fan = len(offset) - 1, len(tip), 8
     stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
     group, touched, left = marks[0], marks[3], marks[7]
@@ -553,6 +553,6 @@ def touch(
 def check_above(
     motion: Motion, piece: Piece, point: Array, normal: Array, delta: Array, limit: float, clear: Mask
 ) -> None:
-    """Leave ``clear`` (n,) where phi of one piece is certain to stay above a limit on facets within delta (n,) of points."""
+    """Leave ``clear`` (n,) where a piece's phi is surely above a limit on facets within delta (n,) of points."""
     body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)
     _check(body, piece.list_edges(), point, normal, delta, limit, *_pack(motion), clear)

@@ -54,7 +54,7 @@ class Piece(Struct, frozen=True, eq=False):
     plain: bool = False
 
     def list_edges(self) -> Array:
-        """Edges (k, 7) of the core: start r and h, direction r and h over the square of the length, outward normal, that square.
+        """Edges (k, 7) of the core: start r, h, direction r, h over the squared length, outward normal, that square.
 
         An edge without a length stands for a side of a core that has shrunk to a line or a point.
         """
@@ -66,7 +66,7 @@ class Piece(Struct, frozen=True, eq=False):
         return np.column_stack([start, along / np.where(square > 0, square, 1.0)[:, None], normal, square])
 
     def evaluate(self, r: Array, h: Array) -> tuple[Array, Array, Array]:
-        """Signed distance phi (n,) of points, and its derivatives by r and by h; at a corner one of its subgradients."""
+        """Signed distance phi (n,) of points and its derivatives by r and h; at a corner one of its subgradients."""
         return _evaluate_plain(self, r, h) if self.plain else _evaluate_core(self, r, h)
 
 
@@ -150,7 +150,8 @@ def build_pieces(shape: ToolShape, length: float, *, joined: bool = True) -> tup
     length : float
         Tip to gauge line, mm.
     joined : bool
-        Bodies of different parts reach into each other, for distances; a cut, and what touches, needs each part as it is.
+        For distances, bodies of different parts reach into each other; a cut, and what touches, needs each part as it
+        is.
     """
     pieces: list[Piece] = []
     at = 0.0

@@ -1,8 +1,8 @@
 """Facets that no tool cuts into: certain, from one point of each, by convexity.
 
-phi of a piece is convex, so over a facet within delta of a point x it is no less than phi(x) - delta |P grad phi(x)|, where P
-projects on the facet; nor than any plane or cone that supports the piece (its sides, its end), which decides where phi has
-a kink. Along a straight relative path that holds for place and time together.
+phi of a piece is convex. So over a facet within delta of a point x it is at least phi(x) - delta |P grad phi(x)|, where
+P projects on the facet. It is also at least the value of any plane or cone that supports the piece (its sides, its
+end), which decides where phi has a kink. Along a straight relative path this holds for place and time together.
 """
 
 from collections.abc import Mapping
@@ -32,8 +32,8 @@ _TOGETHER: Final = 4096
 def find_limit(piece: Piece, depth: float) -> float:
     """The phi that a gouge of this depth along the normal reaches somewhere on the surface, mm, below 0.
 
-    A wedge of a tool reaches sin(half its angle) of the depth, a rounded edge all of it, up to its radius. Gouges that are
-    not small against the tool are counted as small ones.
+    A wedge of a tool reaches sin(half its angle) of the depth, a rounded edge all of it, up to its radius. Gouges that
+    are not small against the tool count as small ones.
     """
     depth = min(depth, 0.5 * piece.radius, 0.5 * (piece.high - piece.low))
     if piece.rounding > 0:
@@ -123,7 +123,7 @@ def _check_above(motion: Motion, piece: Piece, point: Array, normal: Array, delt
 def are_spans_above(
     motion: Motion, piece: Piece, facets: tuple[Array, Array, Array], owner: Ints, row: Ints, limit: float
 ) -> Mask:  # fmt: skip
-    """Whether phi stays above a limit over facets (n,), with points, normals and delta, in all spans from rows (m,) of their own."""
+    """Whether phi stays above a limit over facets (n,), points, normals and delta, in their spans from rows (m,)."""
     point, normal, delta = facets
     clear = np.ones(len(point), dtype=bool)
     move, turn = measure_motion(motion, row)
@@ -151,7 +151,7 @@ def are_spans_above(
 def is_stretch_above(
     motion: Motion, piece: Piece, level: Level, node: Ints, facets: tuple[Array, Array, Array], owner: Ints, limit: float
 ) -> Mask:  # fmt: skip
-    """Whether phi stays above a limit over whole nodes (m,), by the straight motion between their ends and how it is bent."""
+    """Whether phi stays above a limit over whole nodes (m,), by their straight motion and its bend."""
     point, normal, delta = (one[owner] for one in facets)
     first = node * FAN ** (1 + [one is level for one in motion.levels].index(True))
     last = level.last[node]
@@ -167,7 +167,7 @@ def is_stretch_above(
 
 
 class _View:
-    """Points at shares of spans: r and h, their derivatives by the share, and along the normals of the facets, each (n,)."""
+    """Points at shares of spans: r and h, their derivatives by the share, and along facet normals, each (n,)."""
 
     def __init__(
         self, motion: Motion, piece: Piece, point: Array, normal: Array, row: Ints, move: Array, turn: Array, share: Array
@@ -181,7 +181,7 @@ class _View:
         self.normal_r = (np.einsum("ij,ij->i", seen.d, normal) - seen.h * self.normal_h) / away
 
     def measure_gap(self, piece: Piece) -> Array:
-        """How far the whole piece is beyond the plane of the facet, on its outer side: no more than phi anywhere on it."""
+        """How far the whole piece is beyond the facet's plane, on its outer side; no more than phi on the facet."""
         height = self.normal_r * self.seen.r + self.normal_h * self.seen.h
         across = np.sqrt(np.maximum(1.0 - self.normal_h**2, 0.0))
         support = np.max([r * across - h * self.normal_h for r, h in piece.core.tolist()], axis=0)
@@ -195,7 +195,7 @@ class _View:
 
 
 def _is_above(piece: Piece, start: _View, end: _View, width: Array, delta: Array, limit: float | Array) -> Mask:
-    """Whether phi is above a limit over facets and intervals: by its own tangents, or by a side that supports the piece."""
+    """Whether phi is above a limit over facets and intervals, by its tangents or by a side supporting the piece."""
     functions = [[(view.seen.phi, view.seen.by_r, view.seen.by_h) for view in (start, end)]]
     for start_r, start_h, _r, _h, by_r, by_h, _square in piece.list_edges():
         functions.append(

@@ -12,15 +12,15 @@ from verne_post.part.places import GOLDEN, list_lines, touch_cells
 from verne_post.part.stl import Mesh, order_facets
 from verne_post.part.sweep import find_nearest
 
-#: Bodies may touch, and reach into a fixture by this, mm: a tool that slides along it would else be checked in steps of a
-#: nanometre.
+#: Bodies may touch, and reach into a fixture by this, mm: otherwise a tool that slides along it would be checked in
+#: steps of a nanometre.
 TOUCH_MM: Final = 0.005
 #: So many neighbouring facets are held against all bodies together first.
 _CLUSTER: Final = 16
 #: Triangles this small that no bound clears count as touched, mm.
 _LEAST_MM: Final = 0.002
-#: The deepest place is sought on triangles down to this size, mm; what can be deeper by no more than this, mm, or as a share
-#: of the depth, is passed over.
+#: The deepest place is sought on triangles down to this size, mm. Triangles are skipped that can be deeper only by
+#: this, mm, or by this share of the depth.
 _DEEPEST_MM: Final = 0.01
 _DEEPER_MM: Final = 0.001
 _DEEPER_SHARE: Final = 0.01
@@ -30,7 +30,7 @@ _FIRST: Final = 32
 
 
 class Spot(Struct, frozen=True, eq=False):
-    """A place (3,) of a mesh, its signed distance from a body, mm, and the motion and its row at or before; -1: none."""
+    """A place (3,) of a mesh, its distance from a body, mm, and the motion and row at or before it; -1: none."""
 
     distance: float = np.inf
     place: Array = np.full(3, np.nan)

@@ -1,4 +1,4 @@
-"""A nominal surface against the moving tools: how deep they cut into it, how much they leave on it, and what is certain.
+"""A nominal surface against the moving tools: how deep they cut, how much they leave, and what is certain.
 
 Facets are divided into cells. A cell is *clear* where a certain bound says that no gouge in it is deeper than asked, a
 *gouge* where one is found along its normal; else it is cut in four, until its size says that this leads nowhere: *not
@@ -108,8 +108,8 @@ class Comparison(Struct, frozen=True, eq=False):
     cells : Cells
         Of the first division.
     deviation : ndarray, shape (n,)
-        Along the normal, mm: above 0 material that stays, below 0 a cut into the part; where it is small, the distance. NaN:
-        no cutter comes within the search.
+        Along the normal, mm: above 0 material that stays, below 0 a cut into the part; where it is small, the distance.
+        NaN: no cutter comes within the search.
     nearest : Nearest
         Of the middles of the cells.
     state : ndarray of int, shape (m,)
@@ -213,7 +213,7 @@ class _Judge:
         }  # fmt: skip
 
     def judge_cells(self, cells: Cells) -> tuple[Nearest, Array]:
-        """Decide cells of the first division; returns what comes nearest to their middles, and their deviations (n,)."""
+        """Decide cells of the first division; returns what is nearest to their middles, and the deviations (n,)."""
         middle, _delta = cells.find_circles()
         nearest = self._look(middle, self.wanted.search, CUTTING)
         normal = self.normals[cells.facet]
@@ -293,9 +293,9 @@ class _Judge:
 def fit_datum(found: Comparison) -> tuple[Array, Array]:
     """Rigid motion of the mesh (rotation (3, 3), shift (3,)) that makes the deviations of touched places least squares.
 
-    Of each neighbourhood the lowest place counts, where the tool has been: what stays between two strips says nothing about
-    where the part is. Only what the surface determines is moved: a plane leaves its own directions alone. First order;
-    places beyond three times the median are left out.
+    The lowest place of each neighbourhood counts, where the tool has been; what stays between two strips does not tell
+    where the part is. Only directions are moved that the surface determines: a plane leaves its own directions alone.
+    First order; places beyond three times the median are left out.
     """
     normals = found.mesh.list_normals()[found.cells.facet]
     middle, _delta = found.cells.find_circles()

@@ -1,4 +1,4 @@
-"""What :mod:`ray_tables` and :mod:`dexels` do for arrays of rays, one ray after the other, compiled by numba: the same answers."""
+""":mod:`ray_tables` and :mod:`dexels` for one ray after the other, compiled by numba: the same answers."""
 
 import math
 from typing import Any
@@ -47,7 +47,10 @@ def _round_end(corners: Any, n: Any, x: Any, y: Any, ux: Any, uy: Any, uz: Any, 
 def _meet_standing(
     edges: Any, corners: Any, x: Any, first: Any, step: Any, count: Any, ux: Any, uy: Any, uz: Any, low: Any, high: Any
 ) -> None:
-    """As :func:`ray_tables.meet_standing`, for a row of rays at y = first, first + step, ...; loops without branches, which are vectorised."""
+    """:func:`ray_tables.meet_standing` for a row of rays at y = first, first + step, ...
+
+    The loops have no branches, so that they are vectorised.
+    """
     low[:count], high[:count] = -np.inf, np.inf
     xu, xx = x * ux, x * x
     for n in range(len(edges)):
@@ -201,7 +204,7 @@ def _meet_row(
     edges: Any, corners: Any, level: Any, radius: Any, cell: Any, i: Any, j0: Any, j1: Any, start: Any, end: Any, axis: Any, stock_low: Any,
     stock_high: Any, low: Any, high: Any,
 ) -> None:  # fmt: skip
-    """Where the rays (i, j0) to (i, j1) enter and leave a body; nothing but a miss is said of those whose material it passes by."""
+    """Where rays (i, j0) to (i, j1) enter and leave a body; rays whose material it passes by count as missed."""
     ux, uy, uz = axis[0], axis[1], axis[2]
     x, first = (i + 0.5) * cell[0] - end[0], (j0 + 0.5) * cell[1] - end[1]
     upright = uz > 0 and math.sqrt(ux * ux + uy * uy) < VERTICAL
@@ -242,7 +245,7 @@ def cut(
     low: Any, high: Any, cell: Any, starts: Any, ends: Any, axes: Any, edges: Any, corners: Any, radius: Any, bottom: Any, top: Any,
     volume: Any, first: Any,
 ) -> Any:  # fmt: skip
-    """Take bodies away from number ``first`` on; how many are done: fewer than there are where a ray has no free place left."""
+    """Take bodies away from number ``first`` on; the number done, fewer where a ray has no free place left."""
     level = _list_level(edges, corners)
     area = cell[0] * cell[1]
     enter, leave = np.empty(low.shape[1]), np.empty(low.shape[1])

@@ -1,10 +1,10 @@
 """Stock that is cut in the order of time, and what touches it on the way.
 
-A rapid traverse is checked against the stock as it is, then cuts it. In feed motion the cutter cuts short stretches, and
-shank, holder and spindle are checked after each. Bodies are checked twice: made smaller by what the model may be off, a ray
-that still meets material is a certain touch; made larger by what may lie between rays, no ray that meets material means
-clear. Between the two nothing is decided, but where the tool follows what it has cut itself, or only moves away from where
-it stood while cutting: both leave it as clear as it was.
+A rapid traverse is checked against the stock as it is, then cuts it. In feed motion the cutter cuts short stretches;
+shank, holder and spindle are checked after each. Bodies are checked twice. They are made smaller by the error of the
+model: a ray that still meets material is a certain touch. They are made larger by what may lie between rays: if no ray
+meets material, they are clear. Between the two nothing is decided, except where the tool follows its own cut, or only
+moves away from where it stood while cutting: both leave it as clear as before.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,7 +22,7 @@ from verne_post.part.ray_tables import RayTable, make_table
 TOUCH_MM: Final = 0.005
 #: Standing bodies are so far from each other, mm.
 STEP_MM: Final = 0.1
-#: Stretches after which shank, holder and spindle are checked, and parts of a rapid whose touch is decided by itself, mm.
+#: Stretches after which shank, holder and spindle are checked, and parts of a rapid that are decided one by one, mm.
 STRETCH_MM: Final = 1.0
 #: Smaller stretches, where one enters or leaves the way that the tool has cut.
 FINE_MM: Final = 0.05
@@ -195,7 +195,7 @@ class _Run:
                 self.left = 0.5 * STEP_MM
 
     def _break(self, row: Ints, tip: Array, axis: Array, tool: Tool) -> None:
-        """Take away what other bodies than the cutter have run into: what is gone is gone, and one mistake is one finding."""
+        """Cut what other bodies than the cutter have run into: it is gone, so that one mistake is one finding."""
         for name, body in tool.list_bodies(with_cutter=False):
             if self.depth.get((int(row[0]), name), np.nan) > 0:
                 self._cut(row, tip, axis, body)
@@ -211,7 +211,7 @@ class _Run:
                 self.depth.setdefault((row, name), np.nan)
 
     def _is_touching(self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float) -> bool:
-        """Whether a ray has material in a body that is larger by ``by``, or with ``RESOLVED`` by what may lie between rays."""
+        """Whether a ray has material in a body larger by ``by``, or by the space between rays (``RESOLVED``)."""
         return any(len(hit) for hit, _sweeps, _table in self._find_hits(tip, axis, body, by))
 
     def _find_hits(
@@ -266,7 +266,7 @@ class _Run:
     def _list_points(
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float, *, every: bool = False
     ) -> Array:
-        """Middles (m, 3) of the material on rays that meet a body enlarged as in :meth:`_is_touching`: of every ray, or of some."""
+        """Middles (m, 3) of material on rays that meet an enlarged body, of ``every`` ray or some; ``by`` as before."""
         found = []
         for hit, sweeps, table in self._find_hits(tip, axis, body, by):
             for one in hit.tolist():
@@ -298,8 +298,8 @@ def _measure_along(tip: Array, axis: Array, body: tuple[Piece, ...], point: Arra
 def _follows(part: tuple[Array, Array], past: list[tuple[Array, Array]], reach: float, lifts: bool) -> bool:
     """Whether a straight stretch lies on straight ways of the same tool, or with ``lifts`` along its axis above them.
 
-    The distance from what lies above a straight way is convex along the stretch, so that between two places near one way
-    all are.
+    The distance from what lies above a straight way is convex along the stretch, so all places between two near ones
+    are near.
     """
     (start, end), (axis, last_axis) = part
     tips, axes = (np.array([one[k] for one in past]) for k in range(2))
@@ -328,7 +328,7 @@ def _follows(part: tuple[Array, Array], past: list[tuple[Array, Array]], reach: 
 
 
 def _measure_from_way(off: Array, way: Array, axis: Array | None) -> Array:
-    """Distance of points (n, 2, 3) from ways (n, 3), both from where the ways begin; across ``axis`` alone where a point is above its way."""
+    """Distance of points (n, 2, 3) from ways (n, 3), seen from their begin; above a way, only across ``axis``."""
     height = np.zeros(off.shape[:2])
     rise = np.zeros(len(way))
     if axis is not None:

@@ -1,9 +1,9 @@
 """Stock as parallel rays (dexels): on each the intervals that are still material.
 
-The rays run along z of the stock's own frame, through the middles of equal cells. What a tool takes is cut from every ray
-exactly; between the rays nothing is known, so whatever is thinner than their distance may be missed, and a wall along them
-may be off by half of it. A body that moves straight with a vertical axis is cut as swept; any other one as standing bodies,
-which never take more than the sweep.
+The rays run along z of the stock's own frame, through the middles of equal cells. What a tool takes is cut from every
+ray exactly. Between the rays nothing is known: what is thinner than their distance may be missed, and a wall along them
+may be off by half of it. A body that moves straight with a vertical axis is cut as swept; any other one as standing
+bodies, which never take more than the sweep.
 """
 
 import io
@@ -160,7 +160,7 @@ class Dexels:
         return rotate_z(tip - self.origin, -self.turn), rotate_z(axis, -self.turn)
 
     def move(self, origin: Array, turn: float, *, back: bool = False) -> "Dexels":
-        """The stock of a frame at ``origin`` (3,) of the table, turned by ``turn``, on the table; with ``back`` the other way."""
+        """The stock of a frame at ``origin`` (3,) of the table, turned by ``turn``, on the table; ``back``: inverse."""
         if back:
             return Dexels(rotate_z(self.origin - origin, -turn), self.turn - turn, self.cell, self.low, self.high)
         return Dexels(rotate_z(self.origin, turn) + origin, self.turn + turn, self.cell, self.low, self.high)
@@ -254,7 +254,7 @@ class Dexels:
         return self.take(*self._meet(sweeps, table, row))
 
     def take(self, window: tuple[slice, slice], a: Array, b: Array) -> float:
-        """Take an interval from ``a`` to ``b`` (one a ray of a window of the cells) away from each ray; the volume, mm3."""
+        """Take the intervals from ``a`` to ``b``, one for each ray of a window of cells, away; the volume, mm3."""
         removed, k = 0.0, 0
         while k < self.low.shape[2]:  # a place that is added meanwhile holds nothing of the body
             low, high = self.low[*window, k], self.high[*window, k]

@@ -12,7 +12,7 @@ from verne_post.part.stl import Mesh, order_facets, read_stl, require_closed
 from verne_post.part.sweep import list_children
 from verne_post.part.verdict import describe_place
 
-#: Corners are this far on both sides of a facet that they cross, as a share of the mesh's size: more than single precision is off.
+#: Corners this far on both sides of a facet cross it, as a share of the mesh's size: above single precision.
 _CROSSED_SHARE: Final = 1e-6
 
 

@@ -1,4 +1,4 @@
-"""Tools as they move: poses of consecutive rows, and a tree over time that says how far the poses of a stretch differ."""
+"""Tools as they move: poses of consecutive rows, and a tree over time that bounds how poses of a stretch differ."""
 
 from typing import Final
 
@@ -12,8 +12,8 @@ from verne_post.part.bodies import Piece
 FAN: Final = 8
 #: The minimum between two rows is known to this, mm; below what a row can be rounded to by 1e4.
 SEARCHED_MM: Final = 1e-9
-#: What tangents at the ends of a curved path may be above the distance along it, over the largest second derivative: an eighth
-#: for the path itself, and a half for each end, whose direction is not that of the chord.
+#: Tangents at the ends of a curved path may be above the distance along it by this, over the largest second derivative:
+#: an eighth for the path itself, and a half for each end, whose direction is not that of the chord.
 BOW_SHARE: Final = 0.625
 
 
@@ -29,7 +29,7 @@ class Level(Struct, frozen=True, eq=False):
     last : ndarray of int, shape (n,)
         Its last row: the first of the next node.
     tip_bend, chord_bend : ndarray, shape (n,)
-        The same distances from the straight motion between its first and last row; infinite where another tool comes between.
+        The same distances from the straight motion between first and last row; infinite where the tool changes between.
     """
 
     middle: Ints

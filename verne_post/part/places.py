@@ -1,9 +1,9 @@
 """Which lines of a motion touch a surface, and where: every line is decided once.
 
-The surface comes as cells: triangles with a middle, a normal and a radius. A line touches where the middle of a cell comes
-within the limit of a body at any time of it; it keeps off a cell where a bound over the whole cell and all that time says so. Lines
-that touch are not asked about again, so that a body deep in a fixture costs no more than one that grazes it. Cells that
-decide nothing for some line are to be cut.
+The surface comes as cells: triangles with a middle, a normal and a radius. A line touches where the middle of a cell
+comes within the limit of a body at any time of it. It keeps off a cell where a bound over the whole cell and all that
+time says so. Lines that touch are not checked again, so that a body deep in a fixture costs no more than one that
+grazes it. Cells that decide nothing for some line are to be cut.
 """
 
 from typing import Final

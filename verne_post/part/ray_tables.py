@@ -1,4 +1,4 @@
-"""Convex pieces of a tool as rays meet them: profile edges and rounded corners, and where parallel rays enter and leave.
+"""Convex pieces of a tool for rays: profile edges and rounded corners, and where parallel rays enter and leave.
 
 Every ray runs along z. A piece that stands is met exactly: planes and cones by a quadratic, rounded corners by Newton's
 method on its distance, which is convex along the ray and so never overshoots. A piece with a vertical axis that moves
@@ -46,7 +46,7 @@ class RayTable(Struct, frozen=True, eq=False):
     high: float
 
     def extend(self, by: float) -> "RayTable":
-        """The piece larger by ``by`` (mm; smaller where negative) in every direction; sharp edges stay sharp, so it is never too small."""
+        """The piece larger by ``by`` (mm) in every direction; edges stay sharp, so it is never too small."""
         edges, corners = self.edges.copy(), self.corners.copy()
         edges[:, 2] += by
         corners[:, 2] += by
@@ -190,7 +190,7 @@ def _lies_between(r: Array, h: Array, n1r: float, n1h: float, n2r: float, n2h: f
 
 
 def meet_moving(table: RayTable, x: Array, y: Array, start: Array, end: Array) -> tuple[Array, Array]:
-    """Where rays (...) meet what a piece with the axis (0, 0, 1) takes on the way between two tips (3,): z of the frame; low >= high: missed."""
+    """Where rays (...) meet the sweep of a piece with axis (0, 0, 1) between tips (3,): z; low >= high: missed."""
     along = (end - start).tolist()
     x, y = x - start[0], y - start[1]
     long = along[0] ** 2 + along[1] ** 2
@@ -238,7 +238,7 @@ def _is_level(table: RayTable, side: float) -> bool:
 
 
 def find_side(table: RayTable, r: Array, side: float) -> tuple[Array, Array]:
-    """Height above the tip (...) of the lower (side -1) or upper (side 1) side at distances r from the axis, and its slope."""
+    """Height over the tip (...) of the lower (side -1) or upper (1) side at distances r, and its slope."""
     height, slope = np.full(r.shape, side * np.inf), np.zeros(r.shape)
     for nr, nh, d in table.edges.tolist():
         if side * nh > 0:

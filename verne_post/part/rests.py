@@ -1,4 +1,4 @@
-"""What of a stock stays around the nominal part, where no cutter has been: ridges between strips, and what nothing reaches."""
+"""Stock that stays around the nominal part: ridges between strips, and what no cutter reaches."""
 
 from typing import Final
 
@@ -33,7 +33,7 @@ class Rest(Struct, frozen=True, eq=False):
 def find_rests(stock: Dexels, mesh: Mesh, allowed: float) -> list[Rest]:
     """Stock that is certain to be farther than ``allowed`` from the part, the largest first; both in one frame.
 
-    Every ray is compared with the part made larger by ``allowed``, by what a wall may be off between rays, and by the teeth that
+    Every ray is compared with a larger part: by ``allowed``, by the error of walls between rays, and by the teeth that
     standing bodies leave.
 
     Raises

@@ -235,7 +235,7 @@ def _drop_flat(vertices: Array, facets: Ints) -> Ints:
 
 
 def _count_faults(facets: Ints) -> tuple[int, int]:
-    """Edges of one facet alone, and edges that are run through more often in one direction than in the other or than once."""
+    """Edges of one facet alone, and edges that several facets run through in the same direction."""
     edge = np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]], facets[:, [2, 0]]])
     upwards = edge[:, 0] < edge[:, 1]
     _edge, owner = np.unique(np.sort(edge, axis=1), axis=0, return_inverse=True)

@@ -19,7 +19,7 @@ from verne_post.part.stl import Mesh, read_stl
 
 #: Distance of the rays where nothing else is asked for, mm.
 CELL_MM: Final = 0.1
-#: Rays pass a mesh this share of a cell beside the middle, so that none runs along an edge of it; two numbers without a common measure.
+#: Rays pass beside the middle of cells by these shares, so that none runs along an edge; without a common measure.
 ASIDE: Final = (1.7e-6, 2.3e-6)
 #: What reading a damaged archive raises, in zipfile, zlib and numpy.
 _DAMAGES: Final = (
@@ -29,7 +29,7 @@ _DAMAGES: Final = (
 
 
 def make_box(low: Array, high: Array, origin: Array, turn: float, cell: float = CELL_MM) -> Dexels:
-    """A box with corners (3,) in a frame at ``origin`` of the table that is turned by ``turn`` about its normal (rad)."""
+    """A box with corners (3,) in a frame at ``origin`` of the table, turned by ``turn`` about its normal (rad)."""
     size = np.asarray(high, dtype=float) - low
     counts = _count_rays(size[:2], cell)
     corner = np.asarray(origin, dtype=float) + rotate_z(np.append(np.asarray(low, dtype=float)[:2], 0.0), turn)
@@ -67,7 +67,7 @@ def make_of_mesh(mesh: Mesh, origin: Array, turn: float, cell: float = CELL_MM) 
 
 
 def list_intervals(name: str, corner: Array, cell: Array, counts: tuple[int, int]) -> tuple[Array, Array]:
-    """Where rays are inside triangles (n, 3, 3) of the frame of the rays: ends (nx, ny, places) of intervals, ``low > high``: none.
+    """Intervals of rays inside triangles (n, 3, 3) of their frame: ends (nx, ny, places), ``low > high`` for none.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def _count_rays(size: Array, cell: float) -> tuple[int, int]:
 
 
 def _cross_mesh(corner: Array, counts: tuple[int, int]) -> tuple[Ints, Array, Ints]:
-    """Where rays cross triangles (n, 3, 3), whose x and y are cells: number of the ray, z, and 1 where it enters or -1 where it leaves."""
+    """Crossings of rays with triangles (n, 3, 3), x and y in cells: ray number, z, and 1 entering or -1 leaving."""
     xy = corner[..., :2] - 0.5 - np.array(ASIDE)  # ray i is at x = i
     area = _cross(xy[:, 1] - xy[:, 0], xy[:, 2] - xy[:, 0])
     first = np.maximum(np.ceil(xy.min(axis=1)), 0).astype(int)

@@ -1,10 +1,10 @@
 """The least distance of points from a tool over all its motion, G(x) = min over time of phi: rows and between rows.
 
-Between two rows tip and axis go straight (the axis renormalised). phi is convex along a straight relative path, so three
-things decide: it changes by no more than the motion (D), tangents at both ends lie below it, and where neither says enough,
-its minimum is found between the crossings of tangents. What the path bows is in :attr:`Motion.bow`.
+Between two rows tip and axis go straight (the axis renormalised). phi is convex along a straight relative path. So
+three things decide: it changes by no more than the motion (D); tangents at both ends lie below it; and where neither is
+enough, its minimum is found between the crossings of tangents. :attr:`Motion.bow` bounds how far the path bows.
 
-Numba, where it is installed, walks the same tree point by point (``accelerated``); without it points go down the tree together.
+Numba, if installed, walks the same tree point by point (``accelerated``); without it all points go down together.
 """
 
 from functools import cache
@@ -98,7 +98,7 @@ def find_nearest(
 
 
 class Seen(Struct, frozen=True, eq=False):
-    """Points as a pose sees them: offset d (n, 3) from the tip, axis u (n, 3), r and h (n,), phi and its derivatives (n,)."""
+    """Points as a pose sees them: offset d (n, 3) from the tip, axis u (n, 3), r, h, phi and its derivatives (n,)."""
 
     d: Array
     u: Array
@@ -235,7 +235,7 @@ def search_spans(motion: Motion, piece: Piece, point: Array, owner: Ints, first:
 
 
 def measure_motion(motion: Motion, row: Ints) -> tuple[Array, Array]:
-    """By how much tip and axis (m, 3) change from rows (m,) to the next ones; 0 where the tool does not move on to them."""
+    """Changes of tip and axis (m, 3) from rows (m,) to the next ones; 0 where the tool does not move on to them."""
     after = np.where(motion.linked[row], row + 1, row)
     return motion.tip[after] - motion.tip[row], motion.axis[after] - motion.axis[row]
 

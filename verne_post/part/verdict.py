@@ -109,7 +109,7 @@ def describe_place(point: Array) -> str:
 
 
 def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
-    """VP218 to VP220 of a comparison, one for each stretch of neighbouring lines with one body, and their worst places."""
+    """VP218 to VP220 of a comparison, one for each stretch of neighbouring lines with one body, and worst places."""
     comparison, wanted = judged.comparison, judged.comparison.wanted
     gouges, mesh = comparison.gouges, comparison.mesh
     spots = []
@@ -187,7 +187,7 @@ def list_contacts(contacts: Contacts, motions: tuple[Motion, ...]) -> list[Findi
 
 
 def _group(judged: Judged, nearest: Nearest) -> Iterator[tuple[str, Ints, Ints]]:
-    """Places with one body and neighbouring lines: the body, which places (n,), and the lines in which it comes nearest to them."""
+    """Places by body and neighbouring lines: the body, its places (n,), and the lines nearest to them."""
     pairs = zip(nearest.motion.tolist(), nearest.piece.tolist(), nearest.row.tolist(), strict=True)
     names, lines = [], []
     for m, p, row in pairs:

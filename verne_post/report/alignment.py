@@ -1,7 +1,8 @@
 """Which lines of one version of a program are those of another.
 
-Lines that occur once in both are anchors, as many as stand in the same order in both; from each anchor equal lines are followed in
-both directions ("patience diff", Bram Cohen). The time is that of sorting, however different the versions are.
+Lines that occur once in both are anchors, as many as stand in the same order in both. From each anchor equal lines are
+followed in both directions ("patience diff", Bram Cohen). The time is that of sorting, however different the versions
+are.
 """
 
 import re
@@ -27,7 +28,7 @@ class Stretch(Struct, frozen=True):
 
 
 def align_lines(a: Sequence[bytes], b: Sequence[bytes]) -> list[Stretch]:
-    """Cut two texts into stretches of equal and of different lines; block numbers and blanks at the ends do not count."""
+    """Cut two texts into stretches of equal and different lines; block numbers and outer blanks do not count."""
     a, b = ([_NUMBER.sub(b"", line).strip() for line in lines] for lines in (a, b))
     stretches: list[Stretch] = []
     at_a = at_b = 0

@@ -194,7 +194,7 @@ def _list_facts(side: Side) -> dict[str, str]:
 
 
 def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) -> str:
-    """Which findings are in one program alone, and which in both: of the same code and joint, at lines that belong together."""
+    """Which findings are in one program alone, and which in both: same code and joint, at corresponding lines."""
     keyed = [
         [(_make_key(item, stretches, first=number == 0), item) for item in side.study.findings]
         for number, side in enumerate(sides)
@@ -248,7 +248,7 @@ def _write_limits_html(sides: tuple[Side, Side]) -> str:
 
 
 def _write_operations_html(sides: tuple[Side, Side]) -> str:
-    """Time of each operation, paired by tool and remark; the same pair a second time is the second one of the other side."""
+    """Time of each operation, paired by tool and remark; repeated pairs are matched in their order."""
     times, losses = (
         dict(
             _match_numbers(
@@ -294,7 +294,7 @@ def _number_operations(side: Side) -> dict[str, Operation]:
 
 
 def _write_lines_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) -> str:
-    """Stretches of lines that differ, and equal ones whose times differ; the largest differences, in the order of the program."""
+    """Stretches of different lines, and equal ones with other times; the largest differences, in program order."""
     timed = all(side.study.timed for side in sides)
     spent = [_sum_times(side) for side in sides]
     worth: list[tuple[float, Stretch]] = []

@@ -12,7 +12,7 @@ from verne_post.report.table import Governing
 
 #: What governs where no limit of a joint does.
 OTHERS: Final = ("programmed feed", "no limit near", "standstill")
-#: A row at this share of the programmed feed is at the feed: motion profiles come to it from below, to within some thousandths.
+#: A row at this share of the programmed feed is at the feed: motion profiles approach it from below.
 AT_FEED: Final = 0.99
 #: So many bands of equal width are the shares of the programmed feed; what is at the feed is a band of its own.
 FEED_BANDS: Final = 10
@@ -25,8 +25,9 @@ _RATES: Final = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
 
 class Spent(Struct, frozen=True, eq=False):
-    """Seconds of rows (m,): each by itself, how much of it in rapids and at a standstill, what is lost against the feed rate, and
-    which limit governs.
+    """Seconds of rows (m,): all of them, those in rapids and at a standstill, the loss against the feed rate.
+
+    ``limit`` is the limit that governs each row.
     """
 
     seconds: Array
@@ -53,13 +54,14 @@ class GoverningLimits:
         self._seconds, self._lost_from = np.zeros((n_frames, k)), np.zeros(n_frames)
         self._rapid, self._lost, self._won, self._at_stops = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)
         self._reached = np.zeros(FEED_BANDS + 1)
-        # of the rows so far: the section of the last one, what is lost since the last row at the feed, and whether a stop is there
+        # of the rows so far: the section of the last one, the loss since the last row at the feed, whether a stop is
+        # there
         self._section, self._open, self._at_stop, self._stood = -1, np.zeros(k), False, False
 
     def add(
         self, stretch: Ints, segment: Ints, speed: Array, turning: Array, rates: dict[str, Array]
     ) -> tuple[Array, Spent]:
-        """Add the next rows; returns the programmed speed of the tip (m,), NaN for rapids and where the tip stands still.
+        """Add the next rows; returns the programmed tip speed (m,), NaN for rapids and a standing tip, and the times.
 
         Parameters
         ----------
@@ -72,8 +74,8 @@ class GoverningLimits:
         Returns
         -------
         Array, Spent
-            The programmed speed, and where the seconds go. A row stands for the time since the row before it: the first row of the
-            program for none.
+            The programmed speed, and where the seconds go. A row stands for the time since the row before it; the first
+            row of the program stands for none.
         """
         rate, by_tip = self._rate[segment], self._by_tip[segment]
         feeding = np.isfinite(rate)
@@ -108,8 +110,8 @@ class GoverningLimits:
     def _estimate_won(self, nearest: Ints, shares: Array, share: Array) -> Array:
         """Estimate which share of its time each row (m,) would win, were the limit that governs it higher and no other.
 
-        A motion that is executed faster by a factor f has f, f2 and f3 times the velocities, accelerations and jerks. A row becomes
-        faster until its own limit is reached again, or another one is, or the feed rate.
+        A motion that is executed faster by a factor f has f, f2 and f3 times the velocities, accelerations and jerks. A
+        row becomes faster until it reaches its own limit again, or another one, or the feed rate.
         """
         with np.errstate(divide="ignore"):
             room = np.concatenate([shares ** (-1.0 / self._power), 1.0 / share[:, None]], axis=1)

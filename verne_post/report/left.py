@@ -56,8 +56,8 @@ def make_left(program: Program) -> tuple[Surface | None, str]:
 def draw_skin(stock: Dexels) -> tuple[Array, Ints]:
     """Vertices and facets of the skin of a stock, in its frame.
 
-    Tops and bottoms of the intervals of four neighbouring rays that overlap are joined to squares; where such a sheet ends,
-    a wall joins its top to its bottom.
+    Overlapping intervals of four neighbouring rays form squares at their tops and at their bottoms. Where such a sheet
+    ends, a wall joins its top to its bottom.
     """
     order = np.argsort(stock.low, axis=2)
     low, high = (np.take_along_axis(one, order, axis=2) for one in (stock.low, stock.high))

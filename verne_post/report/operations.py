@@ -17,7 +17,7 @@ from verne_post.report.table import LineTimes, Operation
 
 
 def _find_tool_changes_after_motion(moves: Moves, heads: Sequence[int]) -> Iterator[int]:
-    """Lines of tool changes that end an operation; with no motion since its remark, the remark speaks of the tool that comes."""
+    """Lines of tool changes that end an operation; without motion since, a remark is about the new tool."""
     moving, heads = np.unique(moves.line), [0, *heads]
     for line in {event.line for event in moves.events if event.kind == "tool"}:
         head = heads[bisect_left(heads, line) - 1]
@@ -26,7 +26,7 @@ def _find_tool_changes_after_motion(moves: Moves, heads: Sequence[int]) -> Itera
 
 
 class OperationTimes:
-    """Takes the rows of a program block by block. An operation is what follows a remark that stands alone on its line."""
+    """Takes the rows of a program block by block. A remark alone on its line begins an operation."""
 
     def __init__(self, source: Text, program: Program) -> None:
         options = program.options

@@ -1,4 +1,4 @@
-"""Numbers of the page as compressed binary data: a table of contents, and the bytes of all arrays one after the other."""
+"""Numbers of the page as compressed binary data: a table of contents, then the bytes of all arrays."""
 
 import base64
 import zlib

@@ -1,7 +1,8 @@
-"""The report page: verdict, worst places, the machine and its tool path with the program beside them, limits, and set-up, in one file.
+"""The report page in one file: verdict, worst places, machine and tool path beside the program, limits, set-up.
 
-The scene is drawn by three.js, whose script is part of a Python package (extra ``report``). solids.js builds the machine, scene.js
-moves it, charts.js draws curves, app.js links everything by one cursor; shared.js has what the page of two programs needs too.
+The scene is drawn by three.js, whose script is part of a Python package (extra ``report``). solids.js builds the
+machine, scene.js moves it, charts.js draws curves, app.js links everything by one cursor; shared.js is also for the
+page of two programs.
 """
 
 import importlib.resources
@@ -204,7 +205,7 @@ def _pack_text(pack: Pack, source: bytes, study: Study) -> bool:
 
 
 def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | None:
-    """Where the tip may be at the height and tool direction of the middle of the path, as distances to the nearest limit in mm."""
+    """Margins, mm, of tip places at the height and tool direction of the middle of the path; NaN out of reach."""
     if not len(study.x):
         return None
     reached = np.flatnonzero(np.isfinite(study.margin))

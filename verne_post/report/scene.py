@@ -1,4 +1,4 @@
-"""The fixed parts of the scene: guides, platform, spindle, tools, table, fixtures and stock, with what of their sizes is assumed."""
+"""The fixed parts of the scene: guides, platform, spindle, tools, table, fixtures, stock; and what is assumed."""
 
 import math
 from typing import Any, Final
@@ -84,8 +84,9 @@ def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:
 
 
 def list_surfaces(machine: Machine, study: Study) -> tuple[list[Surface], str]:
-    """Fixtures and stock that are no boxes, the nominal part with its deviations, and what is left of the stock, where they
-    stand in directions of the part; a note.
+    """Fixtures and stock that are no boxes, the nominal part with deviations, the stock that is left; and a note.
+
+    They stand in directions of the part.
     """
     obstacles = _list_obstacles(study.program)
     meshes = [(one, one.mesh) for one in obstacles if one.mesh is not None]
@@ -105,7 +106,7 @@ def list_surfaces(machine: Machine, study: Study) -> tuple[list[Surface], str]:
 
 
 def _list_program_stock(program: Program | None) -> list[dict[str, Any]]:
-    """The stock that the program itself defines, where the options name none: it is drawn, and nothing keeps out of it."""
+    """The stock of the program itself, where the options name none: it is drawn, but nothing keeps out of it."""
     stock = program.moves.stock if program is not None else None
     if program is None or stock is None or program.options.stock is not None:
         return []
@@ -133,7 +134,7 @@ def _describe_box(box: Placed, along: Array, part: Array) -> dict[str, Any]:
 
 
 def _place_bed(study: Study, boxes: list[dict[str, Any]]) -> dict[str, list[float]]:
-    """A bed under the path and what stands there, in directions of the part: the middle of its face, and half its sides."""
+    """A bed under the path and the boxes, in directions of the part: the middle of its face, and half its sides."""
     tips = study.trail.tip[np.isfinite(study.trail.tip).all(axis=1)]
     points = [*tips] or [np.zeros(3)]
     for one in boxes:
@@ -145,7 +146,7 @@ def _place_bed(study: Study, boxes: list[dict[str, Any]]) -> dict[str, list[floa
 
 
 def _describe_tools(study: Study) -> tuple[dict[str, list[list[float | None]]], bool]:
-    """Parts of each tool by its number: from and to (mm from the tip, null: up to the gauge line), radius; whether one is assumed."""
+    """Parts of each tool by number: from and to (mm from the tip; None: gauge line), radius; whether one is assumed."""
     program = study.program
     if program is None:
         return {}, False
@@ -194,7 +195,7 @@ def _place_sliders(machine: Machine, q: Array, platform: Any) -> Array:
 
 
 def _draw_plate(study: Study, count: int) -> list[list[float]]:
-    """The first rods' ends in a plane of their own: the first at 0, the second on x. They carry a plate that is no spindle."""
+    """The first rods' ends in their plane: the first at 0, the second on x. They carry a plate, not a spindle."""
     reached = np.flatnonzero(np.isfinite(study.rods).all(axis=(1, 2, 3)))
     if not len(reached):
         return []

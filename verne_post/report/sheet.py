@@ -120,7 +120,7 @@ def count(number: int, what: str) -> str:
 
 
 def write_css_string(text: str) -> str:
-    """Write text as a string of a style sheet: what is no plain letter or digit is escaped, so nothing ends it or the sheet."""
+    """Write text as a string of a style sheet; all but plain letters and digits are escaped, so nothing ends it."""
     text = "".join(one if one.isascii() and one.isalnum() else f"\\{ord(one):x} " for one in make_printable(text))
     return f'"{text}"'
 

@@ -14,7 +14,7 @@ _BANDS: Final = 6
 
 
 def measure_spectrum(values: Array, cycle: float) -> Spectrum | None:
-    """Root mean square of each joint's acceleration in bands of frequency, for rows (n, n_joints); None for too short a program.
+    """Root mean square acceleration of joints by frequency band, for rows (n, n_joints); None for too few rows.
 
     The squares of all bands, and of what is slower than the lowest, add up to the mean square over the program.
     """

@@ -1,7 +1,7 @@
 """Collect what a report shows of a program: its rows when it converts, else poses along its path.
 
-Frames are evenly spaced over the whole program, so a cursor that goes from frame to frame shows the motion at a constant scale.
-What happens between two frames is kept as the lowest and highest values of every curve.
+Frames are evenly spaced over the whole program, so a cursor that goes from frame to frame shows the motion at a
+constant scale. What happens between two frames is kept as the lowest and highest values of every curve.
 """
 
 from collections.abc import Iterable, Iterator
@@ -33,13 +33,13 @@ from verne_post.report.surfaces import find_frames
 from verne_post.report.table import Curve, Governing, LineTimes, Operation, Spectrum, Study, Trail
 from verne_post.toolpath.margins import list_margin_functions
 
-#: A program is cut into so many stretches at most, with a frame at the beginning of each and one at the end: more than a screen
-#: shows, and no stretch is longer than a thousandth of the program (or a cycle).
+#: A program is cut into so many stretches at most, with a frame at the beginning of each and one at the end. That is
+#: more than a screen shows, and no stretch is longer than a thousandth of the program (or a cycle).
 FRAMES: Final = 2000
 #: Points of each element of a program that is refused, ends included.
 _ELEMENT_POINTS: Final = 9
 _RATES: Final = ("velocity", "acceleration", "jerk")
-#: Cosine of the angle below which a spindle is taken to lie along a direction: two directions at right angles are never both.
+#: Cosine of the angle within which a spindle lies along a direction: never along two at right angles.
 ALONG: Final = 0.9
 
 
@@ -68,7 +68,7 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
 
 
 def choose_frames(last: int, line: Ints) -> Ints:
-    """Rows that are frames: evenly spaced ones and the last, and the first row of every block while these are not more."""
+    """Rows that are frames: evenly spaced ones, the last, and first rows of blocks while these are not more."""
     frames = np.append(np.arange(0, last, max(-(-last // FRAMES), 1)), last)
     starts = np.flatnonzero(line[1:] != line[:-1]) + 1
     return np.union1d(frames, starts) if len(starts) <= FRAMES else frames
@@ -109,7 +109,7 @@ def _study_rows(source: Text, program: Program, result: Result, values: Array, l
 
 
 def _study_path(program: Program, result: Result) -> Study:
-    """Take points evenly spaced along the path as frames, and the beginnings of blocks; between them, some points of every element."""
+    """Take evenly spaced points of the path and block beginnings as frames; between them, points of every element."""
     machine, contour, n = program.machine, program.contour, len(program.contour)
     joints, factor = program.build_joint_path(), np.array([column.factor for column in machine.columns])
     begins = sum_running(contour.length)
@@ -285,7 +285,7 @@ def _join(parts: Iterable[tuple[NDArray[Any], ...]]) -> Iterator[NDArray[Any]]:
 
 
 def _find_extremes(values: Array, begins: Ints) -> Ints:
-    """Indices of the first, lowest and highest value and the first NaN in each group of values (n,); groups begin at ``begins``."""
+    """Indices of first, lowest and highest value and first NaN in groups of values (n,) from ``begins`` on."""
     group = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(values))))
     low, high = np.fmin.reduceat(values, begins), np.fmax.reduceat(values, begins)
     chosen: list[Any] = [begins]

@@ -1,4 +1,4 @@
-"""Meshes of the scene: fixtures, the nominal part with its deviations, and the stock that is left, as far as a screen shows them."""
+"""Meshes of the scene: fixtures, the nominal part with deviations, and the stock left, as finely as a screen shows."""
 
 from typing import Any, Final
 
@@ -77,7 +77,7 @@ class Surface(Struct, frozen=True, eq=False):
     deviation: Deviation | None = None
 
     def turn_to_part(self, part: Array, turn: float) -> "Surface":
-        """The same in directions of the part: ``part`` (3, 3) leads there from the table frame, about z; ``turn`` counts there."""
+        """The same in directions of the part; ``part`` (3, 3) leads there from the table frame, ``turn`` is there."""
         deviation = self.deviation
         if deviation is not None:
             deviation = replace(deviation, tip=deviation.tip @ part)
@@ -112,7 +112,7 @@ def make_part(program: Program, judged: Judged) -> Surface:
 
 
 def _choose_cells(judged: Judged) -> tuple[Cells, Ints]:
-    """Cells of the part, fewer than those of the comparison where these are too many, and the worst of the latter in each."""
+    """Cells of the part, not more than a page takes, and for each the worst cell of the comparison in it."""
     from scipy.spatial import cKDTree
 
     found = judged.comparison
@@ -143,7 +143,7 @@ def _choose_cells(judged: Judged) -> tuple[Cells, Ints]:
 
 
 def thin_surface(vertices: Array, facets: Ints, most: int) -> tuple[Array, Ints]:
-    """A surface of at most ``most`` vertices: near ones are one, and facets between these go. None is moved farther than it must."""
+    """A surface of at most ``most`` vertices: near ones merge, moved no farther than needed; flat facets go."""
     low = vertices.min(axis=0)
     step = max(float(np.ptp(vertices, axis=0).max()), 1e-9) / _PLACES
     while True:

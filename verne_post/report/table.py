@@ -12,7 +12,7 @@ from verne_post.part.verdict import Machined
 
 
 class Curve(Struct, frozen=True, eq=False):
-    """One quantity over the program: between two frames the first, the lowest and the highest value, each where it occurs.
+    """One quantity over the program: between two frames the first, lowest and highest value, each where it occurs.
 
     Attributes
     ----------
@@ -65,11 +65,11 @@ class Governing(Struct, frozen=True, eq=False):
     at_stops : ndarray, shape (k,)
         How much of ``lost`` is before and after a stop, s.
     won : ndarray, shape (k,)
-        Seconds that the program would be shorter were this limit alone higher by :data:`verne_post.report.governing.HIGHER`: an
-        estimate from each row by itself.
+        Seconds that the program would be shorter if this limit alone were higher by
+        :data:`verne_post.report.governing.HIGHER`: an estimate from each row by itself.
     reached : ndarray, shape (b,)
-        Seconds of feed moves by the share of the programmed feed rate that they reach: bands of equal width, and last what is at
-        the feed rate (:data:`verne_post.report.governing.AT_FEED`), which belongs to no other band.
+        Seconds of feed moves by the share of the programmed feed rate that they reach: bands of equal width, and last
+        those at the feed rate (:data:`verne_post.report.governing.AT_FEED`), which belong to no other band.
     """
 
     names: tuple[str, ...]
@@ -143,8 +143,9 @@ class Spectrum(Struct, frozen=True, eq=False):
 
 
 class Study(Struct, frozen=True, eq=False):
-    """Frames of one program, n of them: evenly spaced along ``x`` up to the last, which is the end of the program, and the
-    first row of every block while these are not more.
+    """Frames of one program, n of them: evenly spaced along ``x``, and the first row of every block.
+
+    The last frame is the end of the program. First rows are left out where these would be more than the others.
 
     Attributes
     ----------
@@ -164,9 +165,9 @@ class Study(Struct, frozen=True, eq=False):
     q : ndarray, shape (n, n_joints)
         Joints in mm and degrees, in the sense of the machine file; NaN out of reach.
     curves : dict
-        "position" and, of rows, "velocity", "acceleration" and "jerk" of each joint in mm or degrees and s; "alpha" in degrees;
-        "margin"; of rows, "speed" of the tip and "feed", the programmed one (NaN for rapids and where the tip stands still).
-        Velocities and so on are differences of a row to those before it.
+        "position" and, of rows, "velocity", "acceleration" and "jerk" of each joint in mm or degrees and s; "alpha" in
+        degrees; "margin"; of rows, "speed" of the tip and "feed", the programmed one (NaN for rapids and where the tip
+        stands still). Velocities and so on are differences of a row to those before it.
     tip, axis : ndarray, shape (n, 3)
         Part frame: the table frame of a tilting rotary table.
     speed : ndarray, shape (n,)

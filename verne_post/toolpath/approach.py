@@ -4,8 +4,8 @@ In a safe order: retract along the tool axis to machine Z 0, turn the table unde
 spindle over the goal at machine Z 0, plunge along the goal's tool axis. Never lower than either end: a machine that
 already stands above Z 0 stays at its height for the turn.
 
-Detours go between segments, where the table must go to another branch: a rewind retracts along the tool axis to machine Z 0,
-turns the table there, and comes back to the same place on the part. With a vertical tool C turns where it stands: the tip
+Detours go between segments, where the table must go to another branch. A rewind retracts along the tool axis to machine
+Z 0, turns the table there, and comes back to the same place on the part. With a vertical tool C turns in place: the tip
 keeps its place on the part.
 """
 
@@ -94,8 +94,8 @@ def add_approach_and_departure(
     start, goal : ndarray, shape (n_joints,), or None
         mm and rad, workpiece sense; None for no approach or no departure.
     start_at : (int, int), optional
-        A restart: the contour begins with this segment and this dwell; what comes before is left out. The rest stays what
-        it is, also where the first corner is blended: there the contour begins in the middle of the blend.
+        A restart: the contour begins with this segment and this dwell; what comes before is left out. The rest stays as
+        it is. Where the first corner is blended, the contour begins in the middle of the blend.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def _drop_dwells(rest: ToolPath, path: ToolPath, first: int, first_dwell: int) -
 
 
 def _find_plunge_feed(contour: Contour, first: int) -> float:
-    """Feed rate of the tip (mm/s) of the first feed move from a segment on, of the last one before it where there is none."""
+    """Feed rate of the tip (mm/s) of the first feed move from a segment on, else of the last one before it."""
     feeds = contour.feeds
     fed = np.flatnonzero((feeds.rate > 0) & np.isfinite(feeds.rate))
     if not len(fed):

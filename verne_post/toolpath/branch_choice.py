@@ -1,4 +1,4 @@
-"""On which branch of the table a program is executed: chosen over the whole path; what differs from the program is reported."""
+"""The branches of the table for a program, chosen over the whole path; deviations from the program are reported."""
 
 import numpy as np
 from msgspec.structs import replace
@@ -99,7 +99,7 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
 
 
 def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
-    """Refuse (VP202) words that turn while tool and tool axis stand, where joints follow from the axis: none moves, and no row tells."""
+    """Refuse (VP202) words that turn no joint: tool and tool axis stand, and the joints follow from the axis."""
     if not machine.coordinates.joints_by_axis:
         return []
     turn = path.end[:, 3:] - path.start[:, 3:]

@@ -1,13 +1,13 @@
 """Which branch of the table each segment uses: a shortest path over the whole program.
 
 The tool axis of (A, C) is also that of (-A, C + 180 degrees), and C may be a whole turn elsewhere. A *branch* is one
-of these solutions; along a segment it is kept. Programs with tool axes (I J K) leave it open; programs with A and C words
-name it, and another one is taken only where the named one breaks a limit.
+of these solutions; a segment keeps its branch. Programs with tool axes (I J K) leave it open. Programs with A and C
+words name it, and another one is taken only where the named one breaks a limit.
 
-Segments that must share a branch unless the table rewinds form a *span*. Spans end where the tool is vertical (C is free
-there), where it crosses the pole, and, when no branch is legal on the whole span, where the legality changes. The branches
-of the spans are those with the least cost, in this order: segments beyond a hard limit, rewinds while the tool feeds,
-other rewinds, segments off the programmed branch, turns in place under a vertical tool, rotary travel.
+Segments that must share a branch unless the table rewinds form a *span*. Spans end where the tool is vertical (C is
+free there) and where it crosses the pole; when no branch is legal on a whole span, also where the legality changes. The
+branches of the spans are those with the least cost, in this order: segments beyond a hard limit, rewinds while the tool
+feeds, other rewinds, segments off the programmed branch, turns in place under a vertical tool, rotary travel.
 """
 
 from collections.abc import Callable, Iterable
@@ -37,7 +37,7 @@ TRIED: Final = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 BRIEF_MM: Final = 1.0
 #: Segments that are tried at a time.
 CHUNK_SEGMENTS: Final = 2048
-#: Spans end at changes of legality only while there are no more of them than this: beyond it a program is hopeless, not long.
+#: Most spans that end at changes of legality: beyond it a program is hopeless, not long.
 MAX_SPANS: Final = 20_000
 
 #: Are poses possible? (segment (m,), u (m,), angles (m, 2)) -> (m,), by reach and by every travel but that of C.
@@ -45,7 +45,7 @@ Legal = Callable[[Ints, Array, Array], Mask]
 
 
 class Change(Struct, frozen=True):
-    """A junction at which the table must go to another branch: before ``segment``, from one pair of angles to another."""
+    """A junction before ``segment`` at which the table must change its branch, from one pair of angles to another."""
 
     segment: int
     before: tuple[float, float]
@@ -95,8 +95,8 @@ def plan_branches(
     team : Team
         The processes that try segments.
     nutation : Nutation, optional
-        Of a nutating pair. With words its joints go linearly, which would be another path of the tool on the other side: words
-        keep their side there.
+        Of a nutating pair. Programmed A and C words keep their side: the joints then go linearly, and on the other side
+        that is another path of the tool.
     """
     free, n = path.free, len(path)
     if not free.any() and _is_legal_throughout(path, legal, c_range, team, nutation):
@@ -289,8 +289,9 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     return _lay_out(path, spans, choice.onward, [states[s] for s in chosen], legal=total[0] == 0)
 
 
-#: Segments beyond a limit, rewinds while the tool feeds, other rewinds, segments off the programmed branch, turns of C in
-#: place under a vertical tool, rotary travel; where all of that is equal, the first segment stays as it is.
+#: Numbers in order of weight: segments beyond a limit, rewinds while the tool feeds, other rewinds, segments off the
+#: programmed branch, turns of C in place under a vertical tool, rotary travel. Where all are equal, the last one keeps
+#: the first segment as it is.
 _Cost = tuple[int, int, int, int, int, int, int]
 
 

@@ -35,7 +35,7 @@ _TURNS: Final = {
 }  # fmt: skip
 _CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,), "joints": (float, 6)}
 
-#: Chooses branches for a path: nominal angles (n, 2) at start and end of every segment, or None to leave them as they are.
+#: Chooses branches for a path: nominal angles (n, 2) at start and end of every segment, or None to keep them.
 BranchPlanner = Callable[[ToolPath], "tuple[Array, Array] | None"]
 
 
@@ -73,8 +73,8 @@ def build_path(
     Raises
     ------
     InputError
-        VP007 where a great circle is not defined, or does not lead to the programmed angles; VP031 where a spline stops at
-        a point.
+        VP007 where a great circle is not defined, or does not lead to the programmed angles; VP031 where a spline stops
+        at a point.
     """
     first = _ToolPose(
         _place(coordinates, moves.start[None], moves.start_frame), np.array([moves.start_frame.tool_length])
@@ -224,7 +224,9 @@ def _is_curved(kind: NDArray[np.int8]) -> Mask:
 
 
 def _find_kept(delta: Array, kind: NDArray[np.int8], end: Array, length: Array, before: _ToolPose) -> Mask:
-    """Moves (n,) that become segments: those that end away from the end of the last segment, however short each is, and curves.
+    """Moves (n,) that become segments: curves, and moves that end away from the end of the last segment.
+
+    However short such a move is, it becomes one.
 
     ``delta`` leads from move to move; ``before`` is the end of the last segment before these moves.
     """

@@ -1,9 +1,9 @@
 """Compensation: vertices of coarsely divided curves moved to the outside by what their corner blends cut inside.
 
-A CAM system cuts a curve into chords whose error is near the tolerance. Blends over two segments on each side would average
-the facets out, but they cut inside by several times the chord error, and the tolerance makes them narrow. Here the vertices
-are moved by the opposite of what the blends will add, so that the sum follows the curve that the facets stand for: between
-the vertices, which lie on it, and the middle of the chords, which lie beside it.
+A CAM system cuts a curve into chords whose error is near the tolerance. Blends over two segments on each side would
+average the facets out, but they cut inside by several times the chord error, and the tolerance makes them narrow. Here
+the vertices are moved by the opposite of what the blends will add, so that the sum follows the curve that the facets
+stand for: between the vertices, which lie on it, and the middle of the chords, which lie beside it.
 
 Only what neighbouring corners have in common is compensated. A vertex that is off the curve is averaged out as before.
 """
@@ -30,15 +30,16 @@ from verne_post.toolpath.corners import (
 )
 from verne_post.toolpath.deviations import Chords, find_bend_shares, find_deviations
 
-#: The contour passes vertices on the inside at this share of the chord error. At 0.8 it uses as much of the tolerance at
-#: vertices as in the middle of chords (measured from 0.3 to 1.3 on waves of 0.35 and 0.5 mm: 0.0066 to 0.0045 mm).
+#: The contour passes vertices on the inside at this share of the chord error. At 0.8 it uses as much of the tolerance
+#: at vertices as in the middle of chords (measured from 0.3 to 1.3 on waves of 0.35 and 0.5 mm: 0.0066 to 0.0045 mm).
 CUT: Final = 0.8
-#: Nothing is compensated where blends cut inside by less than the first share of the tolerance within ``WINDOW`` vertices on each
-#: side, everything above the second. Below, compensated curves gain nothing, and uneven ones lose up to 9 %.
+#: Nothing is compensated where blends cut inside by less than the first share of the tolerance, within ``WINDOW``
+#: vertices on each side; everything is above the second. Below, compensated curves gain nothing, and uneven ones lose
+#: up to 9 %.
 NEEDED: Final = (0.7, 0.95)
 WINDOW: Final = 6
-#: The reach of blends over the distance to the end of what is compensated. At 1 the vertices would move so unevenly there that
-#: the middle of their chords left the tolerance.
+#: The reach of blends over the distance to the end of the compensated stretch. At 1 the vertices would move so unevenly
+#: there that the middle of their chords left the tolerance.
 TAPER: Final = 0.5
 #: Share of the tolerance that places between those which are looked at may use more (0.0003 was seen).
 UNSEEN: Final = 0.002
@@ -46,8 +47,8 @@ UNSEEN: Final = 0.002
 MOST_CHORD: Final = 1.2
 #: Weights of neighbouring corners in what they have in common: alternating bends cancel.
 _COMMON: Final = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
-#: Where bends differ from what they have in common by more than this share, on average, they are no curve: random walks of 5 to
-#: 30 degrees, which would take up to 5 % longer, have 0.6 and more, waves with three decimals 0.1.
+#: Where bends differ from their common part by more than this share, on average, they are no curve. Random walks of 5
+#: to 30 degrees have 0.6 and more, and would take up to 5 % longer; waves with three decimals have 0.1.
 MOST_ROUGH: Final = 0.35
 #: So many vertices at most at a time, and so many more on both sides.
 COMPENSATED_VERTICES: Final = 1 << 12
@@ -110,7 +111,7 @@ def compensate_blends(
 def limit_chain_reach(chain: Mask, alone: Array, s: Array) -> Array:
     """Reach (n + 1,) of the blends of a chain: over two segments on each side, less near its ends; 0 for others.
 
-    Nowhere is it less than the reach ``alone`` (n + 1,) of single blends, but that none reaches over the end of the chain.
+    It is at least the reach ``alone`` (n + 1,) of single blends, but no blend reaches over the end of the chain.
     """
     before = s - np.maximum.accumulate(np.where(chain, s[0], s))
     after = np.minimum.accumulate(np.where(chain, s[-1], s)[::-1])[::-1] - s

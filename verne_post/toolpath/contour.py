@@ -50,7 +50,7 @@ class _ContourTable:
         self._segments.extend(tip_tolerance=tip_tolerance, axis_tolerance=axis_tolerance, **asdict(feeds))
 
     def extend_rounded(self, block: RoundedSegments, feeds: Feeds, first: int, *, last: bool) -> None:
-        """Add segments from number ``first`` on, as they have been rounded; the ``last`` ones with the corner at their end."""
+        """Add rounded segments from number ``first`` on; the ``last`` ones with the corner at their end."""
         n = len(block.tip_tolerance)
         section = np.cumsum(block.stops[:n]) + self._section
         segment = block.elements["segment"]

@@ -42,8 +42,8 @@ def find_speed_cap(contour: Contour, element: Ints, w: Array) -> Array:
     """Feed cap: the largest ds/dt (n,) that the programmed feed rate allows, mm/s; infinite for rapids.
 
     On a segment the tip moves evenly with s. In a corner blend it moves slower than s; by how much follows from the
-    derivative of the contour. Where the feed rate is a time, s itself counts: a blend may give the tip's motion on one segment
-    to the next, and takes no time from either.
+    derivative of the contour. Where the feed rate is a time, s itself counts: a blend may shift the tip's motion from
+    one segment to the next, and takes no time from either.
     """
     feeds, shape = contour.feeds, contour.shape
     segment = contour.segment.take(element)

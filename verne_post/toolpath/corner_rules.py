@@ -16,13 +16,13 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.corners import REVERSAL
 from verne_post.toolpath.curved_corners import find_tangents
 
-#: Moves of one source line are blended with each other where their tips move by so many tolerances: shorter ones cannot be
-#: distinguished by their rows. Of random programs of one line, 4 let 1 in 100 fail its verification, 8 none of 240.
+#: Moves of one source line are blended with each other where their tips move by so many tolerances: their rows do not
+#: distinguish shorter ones. With 4, 1 in 100 random programs of one line fails its verification; with 8, none of 240.
 _DISTINCT: Final = 8.0
 #: The axis tolerance of 0.05 degrees is 3.4 degrees of the tilting joint at the fold of a pair at 45 degrees; rad.
 _FOLD_CORNER: Final = np.radians(5.0)
-#: Largest third derivative by time (n,), mm/s3 if a direction is a unit vector, that the joints allow poses (n, 5) to have along
-#: directions (n, 5) with tool lengths (n,); not a number where a pose is out of reach.
+#: Largest third derivative by time (n,) that the joints allow at poses (n, 5) along directions (n, 5), with tool
+#: lengths (n,); mm/s3 along unit vectors. It is not a number where a pose is out of reach.
 JerkLimit = Callable[[Array, Array, Array], Array]
 
 
@@ -85,7 +85,7 @@ class CornerRules(Struct, frozen=True):
 def find_corner_rules(
     path: ToolPath, off: Array, first: int, last: int, moves: Moves, smoothing: Smoothing
 ) -> CornerRules:
-    """Find the rules of segments ``first`` to ``last`` (excluded) of a path whose segments (n,) use ``off`` of the axis tolerance."""
+    """Find the rules of segments ``first`` to ``last`` (excluded); ``off`` (n,) is used of the axis tolerance."""
     part, dwells = path.take_part(first, last), path.dwell_segment - first
     n = last - first
     tip_tolerance, axis_tolerance = _find_tolerances(part, moves, smoothing)
@@ -108,7 +108,7 @@ def find_corner_rules(
 
 
 def _find_folds(path: ToolPath, nutation: Nutation) -> Mask:
-    """Corners (n - 1,) at which the rotary axes turn so near to a fold that a blend of A would be a jerk of the joint."""
+    """Corners (n - 1,) where the rotary axes turn so near to a fold that blending A would be a jerk of the joint."""
     turns = np.asarray((np.abs(path.end - path.start)[:, 3:] > ZERO_ANGLE).any(axis=1))
     left = nutation.measure_fold(nutation.find_joints(path.end[:-1, 3:])[:, 0])
     return np.asarray((turns[1:] | turns[:-1]) & (left < _FOLD_CORNER))
@@ -117,8 +117,9 @@ def _find_folds(path: ToolPath, nutation: Nutation) -> Mask:
 def _may_blend(path: ToolPath, tip_tolerance: Array, cycle: float) -> Mask:
     """Corners (n - 1,), with tip tolerances in mm, between programmed segments that meet, with one tool.
 
-    Loops cut many feed moves by one source line. Rows name only their line, so that such moves have to be distinguished by where
-    they are, and a row stands on each. What goes by G0 in one line (G28 with a via point, canned cycles) is positioning, from stop to stop.
+    Loops cut many feed moves by one source line. Rows name only their line, so their places must distinguish such
+    moves, and a row stands on each. Rapids within one line (G28 with a via point, canned cycles) are positioning, from
+    stop to stop.
     """
     programmed = (path.move >= 0) & (path.kind != SegmentKind.JOINT)
     contact = np.abs(path.start[1:] - path.end[:-1]).max(axis=1) == 0.0
@@ -133,7 +134,7 @@ def _may_blend(path: ToolPath, tip_tolerance: Array, cycle: float) -> Mask:
 
 
 def _find_tolerances(path: ToolPath, moves: Moves, smoothing: Smoothing) -> tuple[Array, Array]:
-    """Tip (mm) and axis (rad) tolerance of the corners (n + 1,): the smaller of both moves; 0 without G64, and for P 0."""
+    """Tip (mm) and axis (rad) tolerance of corners (n + 1,): the smaller of both moves; 0 without G64, and for P 0."""
     tip, axis = (
         smoothing.share * _choose_smaller_of_both(path, moves, one)
         for one in _list_control_tolerances(moves, smoothing)

@@ -1,14 +1,15 @@
 """Shapes of corner blends, from narrow ones that only cut inside to wide ones that swing out before the corner.
 
-A corner blend displaces the path by ``bend reach G(x)`` (:mod:`verne_post.toolpath.corners`). Every G here is even, takes the
-kink out of the polyline and is three times continuously differentiable, 0 with all of these derivatives at x = 1. Shape 0
-averages the polyline; it lies on the inside throughout. The others pass the corner faster: they first swing to the outside,
-within the same tolerance, so that the path bends less at the corner. What that takes is length: at the same tolerance their
-reach is larger. Between 0 and 1 each is two polynomials of degree 7 that meet at ``KNEE``; six numbers say all of it.
+A corner blend displaces the path by ``bend reach G(x)`` (:mod:`verne_post.toolpath.corners`). Every G here is even,
+takes the kink out of the polyline, and is three times continuously differentiable; it is 0 with all of these
+derivatives at x = 1. Shape 0 averages the polyline; it lies on the inside throughout. The others pass the corner
+faster: they first swing to the outside, within the same tolerance, so that the path bends less at the corner. That
+takes length: at the same tolerance their reach is larger. Between 0 and 1 each is two polynomials of degree 7 that meet
+at ``KNEE``; six numbers define it.
 
-The numbers were found by ``tests/benchmarks/corner_shapes.py``: for a given reach, shape and motion profile sought together so
-that corners are passed in the least time under jerk limits. The first three were found on zigzags and polygons of 10 degrees
-whose blends overlap, the others on single corners of 30 to 120 degrees.
+The numbers were found by ``tests/benchmarks/corner_shapes.py``: for a given reach, shape and motion profile were sought
+together that pass corners in the least time under jerk limits. The first three were found on zigzags and polygons of 10
+degrees whose blends overlap, the others on single corners of 30 to 120 degrees.
 """
 
 from typing import Final
@@ -72,7 +73,8 @@ def _solve_polynomials() -> Array:
 _VALUE: Final = np.ascontiguousarray(_solve_polynomials().reshape(-1, 8).T)
 _SLOPE: Final = _VALUE[1:] * np.arange(1, 8)[:, None]
 
-#: First and third derivative at 0 of the odd functions of shape 0 and of the others; value and second derivative of the even one.
+#: First and third derivative at 0 of the odd functions of shape 0 and of the others; value and second derivative of the
+#: even one.
 _ODD: Final = ((0.0940326, 1.088771), (0.0415232, 1.980166))
 _EVEN: Final = (-6.24067e-5, 0.0267439)
 
@@ -128,7 +130,7 @@ _EVEN_VALUE: Final = _join(0.0, 1.0, [_EVEN[0], 0.0, _EVEN[1], -0.5, 0.0, 0.0, 0
 
 
 def jump_values(shape: Ints, x: Array) -> tuple[Array, Array]:
-    """The odd and even function (n,), which take out jumps of the second and third derivative, of shapes (n,) at x (n,)."""
+    """The odd and even function (n,) of shapes (n,) at x (n,): they take out jumps of second and third derivative."""
     y = np.minimum(np.abs(x), 1.0)
     odd = polyval(y, _ODD_VALUE[:, shape], tensor=False) * np.sign(x)
     return np.asarray(odd, dtype=float), np.asarray(polyval(y, _EVEN_VALUE), dtype=float)
@@ -143,7 +145,7 @@ def jump_slopes(shape: Ints, x: Array) -> tuple[Array, Array]:
 
 _EVERYWHERE: Final = np.linspace(0.0, 1.0, 1001)
 _ON_GRID: Final = np.array([shape_value(np.full(1001, shape), _EVERYWHERE) for shape in range(len(_SHAPES))])
-#: Largest abs(G) of each shape: how far the path is displaced, over abs(bend) reach. G(0), but for the decimals of the table.
+#: Largest abs(G) of each shape: the displacement of the path over abs(bend) reach; G(0), up to rounding.
 PEAK: Final = np.abs(_ON_GRID).max(axis=1)
 #: Where each shape lies farthest on the outside; 0 for shape 0, which does not.
 OUTSIDE: Final = np.where(_ON_GRID.min(axis=1) < 0, _EVERYWHERE[_ON_GRID.argmin(axis=1)], 0.0)

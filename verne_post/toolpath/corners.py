@@ -1,14 +1,14 @@
 """Corner blends of polylines: each adds a displacement to the path, and several may overlap.
 
-With s the metric length along the path, the pose of a polyline is piecewise linear in s. Its second derivative is a sum of
-peaks, one a corner: the change ``bend`` of the unit tangent. Averaging with a kernel of half width ``reach`` spreads the
-peak. This is the same as adding
+With s the metric length along the path, the pose of a polyline is piecewise linear in s. Its second derivative is a sum
+of peaks, one at each corner: the change ``bend`` of the unit tangent. Averaging with a kernel of half width ``reach``
+spreads the peak. This is the same as adding
 
     bend reach G(x),   x = (s - s of the corner) / reach,   G(x) = integral of (x - v)+ k(v) dv - x+,
 
 for |x| < 1 and nothing elsewhere. With k = 15/16 (1 - v^2)^2 the pose is three times continuously differentiable by s,
-and the parameter s stays what it was along the polyline. Where the corner blends of a finely divided curve overlap, their
-sum is that curve with its facets averaged out. Corners that would slow the tool down have other shapes G
+and the parameter s stays the same as along the polyline. Where the corner blends of a finely divided curve overlap,
+their sum is that curve with its facets averaged out. Corners that would slow the tool down have other shapes G
 (:mod:`verne_post.toolpath.corner_shapes`), which belong to no kernel and need more length.
 """
 
@@ -36,9 +36,9 @@ from verne_post.toolpath.corner_shapes import (
 SEGMENTS: Final = 2
 #: The corners whose blends may reach onto a segment, from the one at its beginning on.
 _NEAR: Final = np.arange(1 - SEGMENTS, SEGMENTS + 1)[:, None]
-#: A wide shape needs so many times the shorter segment beside its corner, where blends may overlap and where they may not.
-#: Measured from 0.5 to 2.0: the cycle time of zigzags and polygons of 5 to 60 degrees falls up to 1.7; at 1.8 those of 20 degrees
-#: lose 8 %, at 2.0 finely divided waves up to 15 %.
+#: A wide shape needs so many times the shorter segment beside its corner, where blends may overlap and where they may
+#: not. Measured from 0.5 to 2.0: the cycle time of zigzags and polygons of 5 to 60 degrees falls up to 1.7; at 1.8
+#: those of 20 degrees lose 8 %, at 2.0 finely divided waves up to 15 %.
 ROOM_OVERLAPPING: Final = 1.7
 ROOM_ALONE: Final = 0.5
 #: Half of a wide shape lasts at least so many control cycles: motion profiles could not follow it in fewer.
@@ -47,9 +47,9 @@ LEAST_CYCLES: Final = 4.0
 USED_SHARE: Final = 0.97
 #: mm of metric length of a unit of each coordinate of a pose.
 METRIC: Final = np.array([1.0, 1.0, 1.0, ROTARY_METRIC_MM, ROTARY_METRIC_MM])
-#: A corner that turns back this sharply (cosine of the angle between the tangents, 172 degrees) is a stop. Single corners of 150 to
-#: 173 degrees take 0.978 of the time of a stop with -0.9, 0.894 with -0.99, 0.887 with -0.995, where one of 400 random programs is
-#: slower by 12 %.
+#: A corner that turns back this sharply (cosine of the angle between the tangents, 172 degrees) is a stop. Single
+#: corners of 150 to 173 degrees take 0.978 of the time of a stop with -0.9, 0.894 with -0.99, and 0.887 with -0.995,
+#: where one of 400 random programs is slower by 12 %.
 REVERSAL: Final = -0.99
 
 
@@ -176,7 +176,7 @@ def measure_gaps(reach: Array, s: Array) -> Array:
 
 
 def find_displacement(corners: Corners, segment: Ints, at: Array) -> Array:
-    """Displacement (m, 5) of the pose by all corner blends at path parameters ``at`` (m,) on segments (m,), mm and rad."""
+    """Displacement (m, 5) of poses by all corner blends, mm and rad, at parameters ``at`` (m,) on segments (m,)."""
     near, width, x = _find_near(corners, segment, at)
     total = _sum_bends(corners, near, width * shape_value(corners.shape.take(near, mode="clip"), x))
     for points, row, width, x in _find_curved(corners, segment, at):
@@ -198,7 +198,7 @@ def differentiate_displacement(corners: Corners, segment: Ints, at: Array) -> Ar
 
 
 def _find_near(corners: Corners, segment: Ints, at: Array) -> tuple[Ints, Array, Array]:
-    """Corners (k, m) whose blends may reach points ``at`` (m,) of segments (m,): index, reach, and x of the points on each.
+    """Corners (k, m) whose blends may reach points ``at`` (m,) of segments (m,), their reaches, and x of the points.
 
     An index beyond the path means the corner at its end, where ``bend`` is 0.
     """
@@ -213,7 +213,7 @@ def _sum_bends(corners: Corners, near: Ints, factor: Array) -> Array:
 
 
 def find_replaced(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Array, Array, Array]]:
-    """Points at ``at`` (m,) of segments (m,) that lie on curves: places among them, control points, parameters and reaches."""
+    """For points at ``at`` (m,) of segments (m,) on curves: places, control points, parameters and reaches."""
     if len(corners.controls):
         for points, row, width, x in _find_curved(corners, segment, at):
             on = np.flatnonzero((corners.curve[row] >= 0) & (np.abs(x) <= 1.0))
@@ -221,7 +221,7 @@ def find_replaced(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[
 
 
 def _find_curved(corners: Corners, segment: Ints, at: Array) -> Iterator[tuple[Ints, Ints, Array, Array]]:
-    """Points beside curved corners, which no other blend reaches over: places among (m,), rows of these corners, reaches, and x."""
+    """For points beside curved corners, which have only one blend: places among (m,), corner rows, reaches, and x."""
     if not len(corners.curved) or not len(segment):
         return
     first, last = np.searchsorted(corners.curved, [segment.min(), segment.max() + 2])

@@ -1,7 +1,7 @@
 """What corner blends of straight segments use of the tolerance, and how far they are narrowed to stay inside it.
 
-What counts is the distance from the path, not from the corner: the part of a displacement that lies along a segment only says
-that the nearest pose of the segment is another one. A segment that stands for an arc is off it itself.
+The distance from the path counts, not that from the corner: the part of a displacement along a segment only means that
+another pose of the segment is the nearest one. A segment that stands for an arc is off it itself.
 """
 
 from typing import Final
@@ -16,14 +16,14 @@ from verne_post.model.contour import Corners
 from verne_post.toolpath.corner_shapes import OUTSIDE
 from verne_post.toolpath.corners import SEGMENTS, USED_SHARE, find_displacement
 
-#: Overlapping corner blends that leave the tolerance together are narrowed by no more than this at a time, and so often.
+#: Overlapping blends that leave the tolerance together are narrowed by at most this factor at a time, and so often.
 NARROWING: Final = 0.6
 NARROWINGS: Final = 12
-#: Where segments near wide shapes, and chords of arcs, are looked at besides their middle: lobes of two blends, or a blend and an
-#: arc's height, add up anywhere.
+#: Places besides the middle where segments near wide shapes, and chords of arcs, are looked at: lobes of two blends, or
+#: a blend and an arc's height, add up anywhere.
 _PLACES: Final = (0.1, 0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9)
-#: The contour beside a segment depends on no more than so many segments on each side: on those that a corner blend reaches,
-#: and on as many again in each round of narrowing.
+#: The contour beside a segment depends on no more than so many segments on each side: on those that a corner blend
+#: reaches, and on as many again in each round of narrowing.
 NEIGHBOURS: Final = (NARROWINGS + 4) * (2 * SEGMENTS + 1)
 
 
@@ -61,7 +61,7 @@ def find_share_used(
     axis_tolerance: Array,
     chords: Chords | None = None,
 ) -> Array:
-    """What displacements use of the tolerance (n,): 1 where all of it, 0 where there is neither displacement nor tolerance.
+    """Share of the tolerance (n,) that displacements use; 0 where there is neither displacement nor tolerance.
 
     A displaced pose is near the pose with its s; where the table stands still, near the pose whose tip is nearest. The
     programmed pose itself must stay near either: it stays within root 2 of both tolerances together, which cuts the
@@ -100,7 +100,7 @@ def _find_heights(chords: Chords | None, ends: tuple[Array, Array], along: Array
 
 
 def find_bend_shares(bend: Array, slope: Array, tip_tolerance: Array, axis_tolerance: Array) -> Array:
-    """Share of the tolerance (n + 1,) that a displacement by ``bend`` times 1 mm uses, of the worse of both segments."""
+    """Share of the tolerance (n + 1,) that a displacement by ``bend`` times 1 mm uses, on the worse segment."""
     zero, far = np.zeros(len(bend)), np.full(len(bend), np.inf)
     before = find_share_used(bend, np.concatenate([slope[:1], slope]), (-far, zero), tip_tolerance, axis_tolerance)
     after = find_share_used(bend, np.concatenate([slope, slope[-1:]]), (zero, far), tip_tolerance, axis_tolerance)
@@ -112,8 +112,8 @@ def find_deviations(
 ) -> Array:
     """The largest share of the tolerance (n + 1,) that the contour uses anywhere where the blend of a corner reaches.
 
-    Looked at are corners and the middle of segments; near wide shapes and on chords of arcs also places in between, and where each
-    wide shape swings out.
+    It is measured at corners and at the middle of segments; near wide shapes and on chords of arcs also at places in
+    between, and where each wide shape swings out.
 
     Parameters
     ----------

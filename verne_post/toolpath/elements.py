@@ -13,9 +13,9 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.corners import find_breakpoints
 
 #: An element shorter than this share of the corner blends that bound it is given to its neighbour: only there does the
-#: contour bend so little on it that it is smooth across both. A share of the segment instead hides narrow blends on long
-#: segments: the grid of planning then takes a corner and the way after it for one smooth function, and the profile slows down
-#: a second time where its next point is.
+#: contour bend so little on it that it is smooth across both. A share of the segment instead would hide narrow blends
+#: on long segments. The grid of planning would then take a corner and the way after it for one smooth function, and the
+#: profile would slow down a second time at its next point.
 MIN_SHARE: Final = 1e-3
 
 

@@ -134,7 +134,7 @@ def _turn_by_lean(turns: TurnSegments, row: Ints, vector: Array) -> Array:
 
 
 def turn_derivatives(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, Array, Array]:
-    """First three derivatives of :func:`turn_tip` by u, each (n, 3): products of rotations that are differentiated one by one."""
+    """First three derivatives of :func:`turn_tip` by u, each (n, 3), by differentiating rotation after rotation."""
     step = (turns.last - turns.first)[row]
     place = turns.first[row] + u[:, None] * step
     rate = (turns.last_angles - turns.angles)[row]
@@ -152,7 +152,7 @@ def turn_derivatives(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, A
 def _derive_turned(
     vector: list[Array], rotate: Callable[[Array, Array], Array], axis: int, angle: Array, rate: Array
 ) -> list[Array]:
-    """A vector and its first three derivatives (each (n, 3)) after a rotation about an axis; its angle (n,) has a constant rate (n,).
+    """A vector and its first three derivatives (each (n, 3)) after a rotation whose angle (n,) has a constant rate.
 
     The m-th derivative of a rotation by its angle is the part across the axis, turned by m quarter turns more.
     """

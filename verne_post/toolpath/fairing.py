@@ -36,8 +36,8 @@ SHORTEST: Final = 8
 FEATURE: Final = np.radians(15.0)
 #: A segment so many times longer than the median of its stretch does not divide a curve finely.
 LONG_SEGMENT: Final = 4.0
-#: So many vertices of a stretch are faired at a time, and so many more on both sides. Over these the effect of the held end
-#: dies away, by a factor of e in three vertices.
+#: So many vertices of a stretch are faired at a time, and so many more on both sides. Over those the effect of the held
+#: end decays, by a factor of e in three vertices.
 LONGEST: Final = 1 << 15
 OVERLAP: Final = 256
 #: Vertices become features in so many rounds at most. A stretch of which more than this share is held is left as it is.
@@ -132,7 +132,7 @@ def fair_vertices(
 
 
 def _find_stretches(soft: Mask) -> Iterator[tuple[int, int, int, int]]:
-    """Find stretches of soft vertices, with those at both ends, which are held: (first, last + 1, first and last + 1 to keep).
+    """Find stretches of soft vertices and their held ends: (first, last + 1, first and last + 1 to keep).
 
     A long one is faired in parts. Each has vertices on both sides whose result is not used.
     """
@@ -185,9 +185,9 @@ def _smooth(values: Array, s: Array, held: Mask, lam: float) -> Array:
     """Changes (n, k) that a cubic smoothing spline makes to values (n, k) at s (n,); those ``held`` (n,) do not change.
 
     The spline minimises the sum of squared changes plus ``lam`` times its squared bending (Reinsch 1967). Let D be the
-    second differences over uneven steps, G the Gram matrix of the hat functions that second derivatives are made of, and M
-    1 where a value may move. The second derivatives are ``g = (G + lam D M D^T)^-1 D y``, the change is ``-lam M D^T g``.
-    scipy's smoothing spline makes a basis point by point, which takes 20 times as long.
+    second differences over uneven steps, G the Gram matrix of the hat functions that second derivatives consist of, and
+    M 1 where a value may move. The second derivatives are ``g = (G + lam D M D^T)^-1 D y``, the change is ``-lam M D^T
+    g``. scipy's smoothing spline makes a basis point by point, which takes 20 times as long.
     """
     h = np.diff(s)
     steps = np.stack([1.0 / h[:-1], -1.0 / h[:-1] - 1.0 / h[1:], 1.0 / h[1:]])  # D, row i over values i to i + 2

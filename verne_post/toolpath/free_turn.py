@@ -1,8 +1,8 @@
 """A vertical tool leaves C free: the constant C that keeps farthest from every limit.
 
-The margin of an angle is the smallest one over the whole path, as ``margins`` measures it. Margins that C does not change,
-as the height of a retract on a serial machine, do not enter: they would hide the others. Neither do clearances, which the
-clearance check looks at.
+The margin of an angle is the smallest one over the whole path, as ``margins`` measures it. Margins that C does not
+change, such as the height of a retract on a serial machine, do not count: they would hide the others. Clearances do not
+count either; the clearance check measures them.
 """
 
 from typing import Final
@@ -31,7 +31,7 @@ ROUNDS: Final = 5
 #: Points along a segment: at most this far apart, mm, and at least two.
 STEP_MM: Final = 10.0
 MOST_POINTS: Final = 64
-#: Of the points in a cube of this size, mm, one is enough to choose by; the margin that is reported is that of all of them.
+#: One of the points in a cube of this size, mm, is enough to choose by; the reported margin is that of all points.
 CUBE_MM: Final = 2.0
 #: Poses solved together.
 BATCH: Final = 200_000

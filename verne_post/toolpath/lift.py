@@ -9,7 +9,7 @@ from verne_post.toolpath.splines import lift_splines
 
 
 def lift_path(path: ToolPath, distance: float, part_frame: Array, *, along_tool: bool) -> ToolPath:
-    """A path lifted by ``distance`` (mm), along the tool axis or along z of the part; ``part_frame`` is that of the coordinates.
+    """A path lifted by ``distance`` (mm), along the tool axis or along z of the ``part_frame``.
 
     Along the tool axis the programmed tip path stays, and the machine moves as with a tool that is longer by as much.
     Segments that are linear in the joints cannot be lifted: they are to be made from lifted ends.

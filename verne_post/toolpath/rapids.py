@@ -9,7 +9,7 @@ from verne_post.toolpath.metric import measure_metric
 
 
 def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
-    """Make every straight rapid, and every one that turns the table under a standing spindle, a JOINT segment, from standstill to standstill.
+    """Make straight rapids, and rapids that turn the table under a standing spindle, JOINT segments between stops.
 
     A rapid with an end out of reach stays as it is; the constraint check names the reason.
     """

@@ -20,7 +20,7 @@ from verne_post.toolpath.elements import find_feeds, measure_rotation, split_int
 from verne_post.toolpath.spline_corners import put_curves
 from verne_post.toolpath.straighten import Straightened
 
-#: Where blends are looked at for the travel of joints, as shares of their reach: the swing has one lobe between the corner and 1.
+#: Places of blends where the travel of joints is checked, as shares of the reach: the swing has one lobe there.
 _SWING_PLACES: Final = np.linspace(0.0, 1.0, 33)
 
 
@@ -72,8 +72,8 @@ class RoundedSegments(Struct, frozen=True):
 def _find_swung_out(path: ToolPath, slope: Array, bend: Array, kind: Ints, reach: Array, smoothing: Smoothing) -> Ints:
     """Corners whose wide shapes (n + 1,) swing beyond the travel of a joint.
 
-    Where the programmed corner itself is beyond it, no shape helps. Where the corner moved by the whole swing keeps the travel, so
-    does the blend; the others are looked at all along.
+    Where the programmed corner itself is beyond it, no shape helps. Where the corner moved by the whole swing keeps the
+    travel, so does the blend; the others are checked all along.
     """
     wide = np.flatnonzero(kind)
     wide = wide[smoothing.keeps_travel(path.end[wide - 1], path.tool_length[wide - 1])]

@@ -1,4 +1,4 @@
-"""Geometry of segments: lines, arcs and great circles, the time that each takes at its feed, and which continue each other."""
+"""Geometry of segments: lines, arcs and great circles, their time at the feed, and which continue each other."""
 
 from typing import Any, Final
 
@@ -25,8 +25,9 @@ Rows = NDArray[np.intp]
 #: Where the speed of the tip along a turn is looked at, as shares.
 _PLACES_OF_TURN: Final = np.linspace(0.0, 1.0, 33).tolist()
 
-#: A great circle that brings the tilting joint of a nutating pair nearer to its fold than this, rad, is refused: there the joint
-#: turns 230 times as fast as the tool axis, and faster beyond. At 45 degrees the tool is then 0.001 degrees from lying flat.
+#: A great circle is refused if it brings the tilting joint of a nutating pair nearer to its fold than this, rad: there
+#: the joint turns 230 times as fast as the tool axis, and faster beyond. At 45 degrees the tool is then 0.001 degrees
+#: from lying flat.
 _NEAR_FOLD: Final = np.radians(0.5)
 
 #: Normal of the planes XY, ZX, YZ in program coordinates.
@@ -229,7 +230,7 @@ def _find_linear_joints(
 
 
 def _check_reach(placed: PlacedMoves, nutation: Nutation, by_axis: Mask, circle: Ints, circles: GreatCircles) -> None:
-    """Refuse tool axes that follow a great circle out of the reach of a nutating pair (VP110), or to its fold (VP202)."""
+    """Refuse great circles that leave the reach of a nutating pair (VP110) or come near its fold (VP202)."""
     row = np.flatnonzero(by_axis & (np.abs(placed.end - placed.start)[:, 3:] > ZERO_ANGLE).any(axis=1))
     tilts = np.abs([placed.start[row, 3], placed.end[row, 3]])
     curved = np.flatnonzero(circle[row] >= 0)

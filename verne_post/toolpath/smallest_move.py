@@ -1,4 +1,4 @@
-"""The smallest move of the part with which a program is legal: people set up a part once, and do not like to do it again.
+"""The smallest move of the part with which a program is legal: people do not like to set up a part again.
 
 The size of a move is a bound of how far any point of the part is moved: the shift of its zero, and the turn times the
 largest distance of the program from the zero. A part is turned only where no shift alone will do.
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Mask
 from verne_post.toolpath.work_offset import AROUND, FOLLOWED, REFINEMENTS, ROUNDS, SCATTERED, SHRINK, Place, Search
 
-#: How far inside every limit the points of the program are brought, in margins: the points may miss the worst place. The
-#: larger ones serve where the check of the whole program refuses what a smaller one found.
+#: Margins that the points of the program keep to every limit: the points may miss the worst place. The larger ones
+#: serve where the check of the whole program refuses what a smaller one found.
 RESERVES: Final = (1e-4, 2e-3, 0.02)
 #: A proposed shift is rounded to this, mm, away from where the part is: people do not set hundredths.
 ROUND_MM: Final = 0.1

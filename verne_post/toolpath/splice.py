@@ -1,4 +1,4 @@
-"""Paths cut and put together again: segments that no line of the program contains are put before, between and after others.
+"""Paths cut and joined: segments from no line of the program come before, between and after others.
 
 Stops for a person become standstills (``--split-at-stops``): the file is cut there.
 """
@@ -54,7 +54,7 @@ class Step(Struct, frozen=True, eq=False):
 
 
 def retract_pose(pose: Array, machine: Machine, tool_length: float) -> Array:
-    """The pose (5,) on the tool axis of another one with the gauge line at machine Z 0, or where it is if that is higher."""
+    """The pose (5,) retracted along its tool axis until the gauge line is at machine Z 0, or unchanged if higher."""
     frame = Frame(tool=(0.0, 0.0, tool_length, *ZERO9[3:]))
     coordinates = machine.coordinates
     point = coordinates.map_to_machine(coordinates.map_from_table(pose[:3], pose[3:], frame), frame)
@@ -127,7 +127,7 @@ def slice_path(path: ToolPath, first: int, last: int) -> ToolPath:
 
 
 def join_paths(parts: Sequence[ToolPath], like: ToolPath) -> ToolPath:
-    """Put paths one after the other, with a stop in between; arcs, splines, turns and great circles are those of ``like``."""
+    """Join paths with stops in between; arcs, splines, turns and great circles are those of ``like``."""
     columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
     sections = np.cumsum([0, *(part.n_sections for part in parts)])
     for name in ("section", "dwell_section"):

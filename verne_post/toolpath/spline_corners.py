@@ -1,9 +1,9 @@
 """Corners beside splines that curves pass faster than displacements do.
 
-A displacement leaves all that a spline does beside the corner: :mod:`verne_post.toolpath.curved_corners`. Where a spline begins with
-a bend that is narrower than the tolerance, jerk is set by that bend. A curve of degree 7 from one end of the reach to the other
-replaces it: pose and three derivatives by s are those of the segments at both ends, and s stays what it is. Each pose of the program
-is passed within root 2 of the tolerances, so no bend is left out.
+A displacement keeps every bend of a spline beside the corner: :mod:`verne_post.toolpath.curved_corners`. Where a spline
+begins with a bend that is narrower than the tolerance, that bend sets the jerk. A curve of degree 7 from one end of the
+reach to the other replaces it. Pose and three derivatives by s are those of the segments at both ends, and s stays the
+same. Each pose of the program is passed within root 2 of the tolerances, so no bend is left out.
 """
 
 from typing import Final
@@ -68,7 +68,7 @@ def put_curves(
 
 
 def find_controls(path: ToolPath, corner: Ints, reach: Array) -> Array:
-    """Control points (m, 8, 5) of curves that match pose and three derivatives by s at both ends of the reaches (m,)."""
+    """Control points (m, 8, 5) of curves that match pose and three derivatives by s at both ends of reaches (m,)."""
     controls = np.empty((len(corner), 8, 5))
     for first, sign in ((0, 1.0), (7, -1.0)):
         segment, u = find_beside(path, corner, -sign * reach, -sign)
@@ -95,7 +95,7 @@ def _leave_path(path: ToolPath, corner: Ints, way: Array, x: Array, controls: Ar
 def _measure_thirds(
     path: ToolPath, corner: Ints, way: Array, reach: Array, displaced: Displaced, floor: Array
 ) -> Array:
-    """Mean third derivative by s (m,), by metric length, of blends within ``way`` (m,) of their corners, each counted as ``floor`` (m,) at least.
+    """Mean metric third derivative (m,) of blends within ``way`` (m,) of their corners, at least ``floor`` (m,).
 
     Of differences of poses. With blends that take equally long a bend counts by its width as well as by its size.
     """

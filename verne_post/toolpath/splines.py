@@ -66,7 +66,7 @@ class GrowingSplineSegments:
 
 
 def place_pieces(moves: Moves, row: Ints, coordinates: TableCoordinates) -> Splines:
-    """The pieces of moves ``row`` (m,) in the table frame: tip (mm) and nominal angles (rad), rounded like other poses."""
+    """Pieces of moves ``row`` (m,) in the table frame: tip (mm) and nominal angles (rad), rounded like other poses."""
     if not len(row):
         return build_empty_splines(5)
     pieces = moves.splines.select(moves.spline[row])
@@ -91,8 +91,8 @@ def find_ends(pieces: Splines) -> Array:
 def turn_pieces(pieces: Splines, start: Array, end: Array) -> Splines:
     """Pieces whose table angles lead from those of poses to those of others (m, 5), and are counted from the former.
 
-    Where another branch of the table has been chosen, A has the other sign, and C is turned. Under a vertical tool C may
-    turn on the way: evenly from control point to control point of the Bezier curve that the piece is.
+    Where another branch of the table has been chosen, A has the other sign, and C is turned. Under a vertical tool C
+    may turn on the way, evenly from control point to control point of the piece as a Bezier curve.
     """
     points, weights, knots = pieces.points.copy(), pieces.weights.copy(), pieces.knots.copy()
     for degree, where in pieces.group_by_degree(np.arange(len(pieces))):
@@ -166,7 +166,7 @@ def make_spline_segments(pieces: Splines, line: Ints) -> SplineSegments:
 
 
 def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
-    """Rotation (n,) over curves, of the tip's direction and of both angles, and the largest curvature (r,) of parts, by metric."""
+    """Rotation (n,) over curves, of the tip's direction and both angles; largest curvature (r,) of parts, by metric."""
     n = len(controls)
     curve = np.repeat(np.arange(n), np.diff(parts.first, append=len(parts.low)))
     x = (np.arange(_PLACES) + 0.5) / _PLACES
@@ -195,7 +195,7 @@ def _measure_turn(controls: Array, parts: EvenParts) -> tuple[Array, Array]:
 def _split_by_degree(
     segments: SplineSegments, row: Ints, u: Array
 ) -> Iterator[tuple[NDArray[np.intp], Array, Array, Array]]:
-    """Places among (n,), Bezier control points, parameters and origins of segments ``row`` (n,) at u (n,), by degree."""
+    """By degree, for segments ``row`` (n,) at u (n,): places, Bezier control points, parameters and origins."""
     pieces = segments.pieces
     for degree, where in pieces.group_by_degree(row):
         mine, at = row[where], u[where]
@@ -206,7 +206,7 @@ def _split_by_degree(
 
 
 def evaluate_splines(segments: SplineSegments, row: Ints, u: Array) -> Array:
-    """Tip (mm) and turn of the nominal angles since the start (rad), (n, 5), at u (n,) of spline segments ``row`` (n,)."""
+    """Tip (mm) and turn of nominal angles since the start (rad), (n, 5), at u (n,) of segments ``row`` (n,)."""
     poses = np.empty((len(row), 5))
     for where, controls, t, origin in _split_by_degree(segments, row, u):
         poses[where] = evaluate_bezier(controls, t) + origin

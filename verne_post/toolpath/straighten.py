@@ -1,15 +1,15 @@
-"""Curves that are followed as straight segments: short arcs, and short steps between tool vectors, within their tolerance.
+"""Curves followed as straight segments: short arcs, and short steps between tool vectors, within tolerance.
 
-CAM systems fit arcs to curves, and cut the swing of a tool axis into steps of a degree or so. A short arc is all but its chord,
-and along a short step the great circle from axis to axis is all but linear in A and C. Followed linearly, each is a straight
-segment: it is faired, and its corners are blended with those around, over several segments, as if it had been programmed so.
-What the contour is off the curve by that counts where its deviation is measured. The programmed path keeps its curves, and
-verification measures from them.
+CAM systems fit arcs to curves, and cut the swing of a tool axis into steps of a degree or so. A short arc is almost its
+chord; along a short step the great circle from axis to axis is almost linear in A and C. Followed linearly, each is a
+straight segment: it is faired, and its corners are blended with those around, over several segments, as if it had been
+programmed so. The distance of the contour from the curve counts in its deviation. The programmed path keeps its curves,
+and verification measures from them.
 
-A corner beside an arc is blended over half a segment at most; corners of chords over two segments on each side. But chords make
-corners where tangent arcs have none, and between a chord and an arc there is one as well. So every corner has four predicted losses
-of speed, for each of its segments as a curve or as a straight segment, and the cheapest sequence is found by dynamic programming
-(Viterbi). Lines are straight in any case, and arcs too high for their chords are curves.
+A corner beside an arc is blended over half a segment at most, corners of chords over two segments on each side. But
+chords make corners where tangent arcs have none, and between a chord and an arc there is one as well. So every corner
+has four predicted losses of speed, for each of its segments as a curve or as a straight segment. Dynamic programming
+(Viterbi) finds the cheapest sequence. Lines are always straight, and arcs too high for their chords are curves.
 """
 
 from typing import Final
@@ -32,25 +32,28 @@ from verne_post.toolpath.deviations import Chords
 from verne_post.toolpath.elements import find_feeds
 from verne_post.toolpath.evaluate import evaluate_arc, find_circle_axis
 
-#: What a corner between a chord and an arc costs besides, as a share of the feed rate. Braking for one slow corner takes longer than
-#: passing it. Of 400 random programs 16 take over 1 % longer than with arcs alone at 0, 8 at 0.1, 2 from 0.3 to 1.
+#: Extra cost of a corner between a chord and an arc, as a share of the feed rate: braking for one slow corner takes
+#: longer than passing it. Of 400 random programs 16 take over 1 % longer than with arcs alone at 0, 8 at 0.1, 2 from
+#: 0.3 to 1.
 MIXING: Final = 0.3
 #: The choice depends on so many segments on each side, or on fewer.
 OVERLAP: Final = 64
 #: What a way of following a segment costs that it cannot have: more than all corners that the choice depends on.
 _NEVER: Final = 1e6
 
-#: Share of the axis tolerance that following a great circle linearly may use. The corners have the rest. Over 600 random programs
-#: with coarse steps the time is 0.909 of that between great circles with a quarter, 0.897 with half; single programs lose 3 %.
+#: Share of the axis tolerance that following a great circle linearly may use. The corners have the rest. Over 600
+#: random programs with coarse steps the time is 0.909 of that between great circles with a quarter, 0.897 with half;
+#: single programs lose 3 %.
 CIRCLE_SHARE: Final = 0.5
-#: Chords stand for arcs that are off them by no more than this share of the tip tolerance. 400 random programs take 0.943 of the time
-#: between arcs with 0.65, 0.941 with 0.8, 0.938 with 0.95; what is left is for the corners.
+#: Chords stand for arcs that are off them by no more than this share of the tip tolerance. 400 random programs take
+#: 0.943 of the time between arcs with 0.65, 0.941 with 0.8, 0.938 with 0.95. The rest is for the corners.
 ARC_SHARE: Final = 0.9
-#: Arcs of no larger angle may have chords. 133 random programs with arcs take 0.981 of the time between arcs with 60 degrees, 0.973
-#: with 80, 0.969 with 90, 0.943 with nearly 180: along such arcs the tool does not go to and fro inside its tolerance.
+#: Arcs of no larger angle may have chords. 133 random programs with arcs take 0.981 of the time between arcs with 60
+#: degrees, 0.973 with 80, 0.969 with 90, 0.943 with nearly 180: along such arcs the tool does not go to and fro inside
+#: its tolerance.
 SHARPEST: Final = 0.9 * np.pi
-#: Where the distance between great circle and linear A and C is measured, as shares of a step. It is largest near the middle, and
-#: between these places by 2 % at most of what it is at them: less than corners leave of the tolerance.
+#: Places, as shares of a step, where the distance between great circle and linear A and C is measured. It is largest
+#: near the middle, and between the places at most 2 % larger than at them: less than corners leave of the tolerance.
 _PLACES: Final = (1 / 8, 2 / 8, 3 / 8, 4 / 8, 5 / 8, 6 / 8, 7 / 8)
 
 
@@ -127,7 +130,7 @@ def _find_chords(path: ToolPath, segment: Ints) -> Chords:
 
 
 def _measure_swings(path: ToolPath, segment: Ints) -> Array:
-    """Largest angle (n,) between the tool axes of great circles on segments (m,) and of linear A and C, rad; infinite for others."""
+    """Largest angle (n,), rad, between great circles on segments (m,) and linear A and C; infinite for others."""
     start, end = path.start[segment, 3:], path.end[segment, 3:]
     swing = np.full(len(path), np.inf)
     off = np.zeros(len(segment))
@@ -190,7 +193,7 @@ def _predict_losses(path: ToolPath, corner: Ints, tolerance: Array, straight: Ma
 
 
 def _leave_common_bends(slope: Array, corner: Ints, bend: Array) -> Array:
-    """What is left of bends (m, 5) without that of the corners beside: overlapping blends of even bends are an even curve."""
+    """Bends (m, 5) without the mean of those beside: overlapping blends of even bends are an even curve."""
     every = np.zeros((len(slope) + 1, 5))
     every[1:-1] = slope[1:] - slope[:-1]
     rest = bend - 0.5 * (every[corner] + every[corner + 2])

@@ -14,15 +14,15 @@ from verne_post.model.moves import Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import evaluate_pose
 
-#: A great circle never turns C by half a turn, only by nearly as much. One that comes so near to it passes the pole within a
-#: hundredth of the tilt at its ends: an axis that is led through the pole there differs by less than a post means.
+#: A great circle never turns C by half a turn, only by nearly as much. One that comes so near to it passes the pole
+#: within a hundredth of the tilt at its ends: a post cannot mean the small difference from an axis through the pole.
 _NEARLY_HALF_TURN: Final = np.radians(179.0)
 #: Chords in which the direction of arcs and splines is followed.
 _CHORDS: Final = 32
 
 
 def report_table_turns(path: ToolPath, moves: Moves, machine: Machine) -> list[Finding]:
-    """Warn (VP301) of feed moves under a tilted tool in which C turns by more than half a turn beyond what the path turns.
+    """Warn (VP301) of feed moves with a tilted tool in which C turns by half a turn more than the path does.
 
     Under a vertical tool C means nothing, and an arc or a spline may well take the table around with it. All such moves
     of a program are one finding, at the first; those on great circles another: their cause is the pole.

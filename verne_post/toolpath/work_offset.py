@@ -1,8 +1,8 @@
 """Where the part should stand on the table: the work offset with the largest margins, or the least time.
 
 The points of the program are given on the part; a candidate place moves them to the table. The search samples places
-around the best ones, in ranges that shrink. It looks at the points that decide, and adds those that turn out to be worse.
-Distances to limits are those of ``margins``; what no place changes does not count, or it would hide the others.
+around the best ones, in ranges that shrink. It uses the points that decide, and adds points that turn out to be worse.
+Distances to limits are those of ``margins``; margins that no place changes do not count, or they would hide the others.
 """
 
 from collections.abc import Callable
@@ -33,8 +33,8 @@ WRITTEN_DECIMALS: Final = 9
 STEP_MM: Final = 10.0
 STEP_ANGLE: Final = np.radians(3.0)
 MOST_POINTS: Final = 64
-#: Samples of the whole range, places that are improved from there, samples around each a round, rounds, and the share to
-#: which ranges shrink in a round.
+#: Samples of the whole range, places that are improved from there, samples around each in a round, rounds, and the
+#: share to which ranges shrink in a round.
 SCATTERED: Final = 4096
 FOLLOWED: Final = 8
 AROUND: Final = 48
@@ -137,7 +137,7 @@ def _move_to_part(poses: Array, place: Place, part_frame: Array) -> Array:
 
 
 class Fit(Struct, frozen=True, eq=False):
-    """A place, and the smallest margins (k,) there with their lines; ``counts`` marks those that depend on the place."""
+    """A place, and the smallest margins (k,) there with their lines; ``counts`` marks those that depend on it."""
 
     place: Place
     margins: Array
@@ -256,7 +256,7 @@ class Search:
         return np.unique(np.argsort(table, axis=0)[: max(ADDED // table.shape[1], 1)])
 
     def rate(self, places: Array, counts: Mask, rows: NDArray[np.intp] | None = None) -> Array:
-        """The smallest margin of places (n, 4) over some points, or all; below any margin where a pose is out of reach."""
+        """The smallest margin (n,) of places (n, 4) over points ``rows``; below any margin where out of reach."""
         every = np.arange(len(self.points.tip)) if rows is None else rows
         return _rate_places(*self._find_smallest(places, every), counts)
 
@@ -295,7 +295,7 @@ class Search:
         return self.evaluate(Place(x, y, z, c), counts)
 
     def _find_smallest(self, places: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Smallest value (n, k) of every margin at places (n, 4), over some points, and the share of them out of reach (n,)."""
+        """Smallest value (n, k) of every margin at places (n, 4) over points ``rows``; their share out of reach."""
         points = self.points.select(rows)
         each = max(BATCH // max(len(rows), 1), 1)
         smallest, lost = [], []
@@ -339,6 +339,6 @@ class Search:
 
 
 def _rate_places(smallest: Array, lost: Array, counts: Mask) -> Array:
-    """Rate places (n,) by their smallest margin; where poses are out of reach below any margin, by the share of them."""
+    """Rate places (n,) by their smallest margin; those with poses out of reach come below, by the share of these."""
     inside = np.where(np.isfinite(smallest), smallest, 0.0)[:, counts].min(axis=1)
     return np.where(lost > 0, UNREACHABLE - lost, inside)

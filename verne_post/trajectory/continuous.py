@@ -1,8 +1,8 @@
 """Motion profiles of continuous sections: near the time optimum, inside every limit on the differences of the rows.
 
-A first profile (:mod:`plan_initial_profile`) comes from the second-order reachability pass. It need not be legal: the interior point
-method re-times it in a few passes, coarse to fine, each on the profile of the pass before. Only s(t) changes, so the tool
-stays on the path whatever happens here. Rows that are still beyond a limit are repaired, one stretch at a time.
+A first profile (:mod:`plan_initial_profile`) comes from the second-order reachability pass. It may exceed limits. The
+interior-point passes re-time it, coarse to fine, each on the profile of the pass before. Only s(t) changes, so the tool
+stays on the path in any case. Rows that are still beyond a limit are repaired, one stretch at a time.
 
 Rows at the ends of a profile over which hardly anything moves are left out.
 """
@@ -28,7 +28,7 @@ from verne_post.trajectory.section_path import Section, SectionTask, find_finite
 from verne_post.trajectory.spline_profile import Profile, Times, find_positions
 from verne_post.trajectory.tuning import Effort
 
-#: Where no joint has a jerk limit, sections of at most so many rows are tried with fewer: of longer ones a row is less than 0.01 %.
+#: Without jerk limits, sections of up to this many rows are tried with fewer; of longer ones a row is less than 0.01 %.
 FEW_ROWS_WITHOUT_JERK: Final = 10_000
 #: ... and in so many rounds of shifts. After one, sections of the samples take up to two cycles more; eight save none.
 ROUNDS_WITHOUT_JERK: Final = 2
@@ -42,8 +42,8 @@ class ContinuousProfile(Struct, frozen=True, eq=False):
     s : ndarray, shape (n,)
         Path parameter at t = 0, cycle, 2 cycle, ..., from rest to rest; the first is 0, the last the section's length.
     bound : float
-        Time of the second-order optimum of the same section, s: no profile inside the limits is faster, but for what the feed
-        and the limits allow between the points of the grid.
+        Time of the second-order optimum of the same section, s. No profile inside the limits is faster, except for what
+        the feed and the limits allow between the points of the grid.
     """
 
     s: Array
@@ -51,7 +51,7 @@ class ContinuousProfile(Struct, frozen=True, eq=False):
 
 
 class _PlannedSection(Struct, frozen=True, eq=False):
-    """A profile, the times that its last pass gives it, and its repaired rows; None where they could not be repaired."""
+    """A profile, the times of its last pass, and its repaired rows; None where they could not be repaired."""
 
     profile: Profile
     times: Times
@@ -72,7 +72,8 @@ def plan_continuous(
     cycle : float
         Control cycle, s.
     effort : Effort
-        How finely to plan. Where the rows of the profile cannot be repaired, the section is planned with ``tuning.QUALITY``.
+        How finely to plan. If the rows of the profile cannot be repaired, the section is planned with
+        ``tuning.QUALITY``.
     solver : callable
         Of the second-order problem.
     playback : FeedOverride
@@ -85,7 +86,7 @@ def plan_continuous(
     Raises
     ------
     ValueError
-        The section, a limit but jerk, or the cycle is not a finite positive number, or the joints jump along the section.
+        The cycle or a limit except jerk is not finite and positive, the section is not, or the joints jump along it.
     """
     positive = np.concatenate([limits.velocity, limits.acceleration, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all() and (limits.jerk > 0).all()):
@@ -179,7 +180,7 @@ def sample_rows(
 
 
 def _count_creeping(task: SectionTask, s: Array, cycle: float) -> tuple[int, int]:
-    """How many rows after the first and before the last a joint hardly moves over; the profile creeps there, and need not.
+    """Count rows after the first and before the last over which joints hardly move: creeping that nobody needs.
 
     ``cycle`` is what passes of the planned time from row to row, s: under an override the limits count that it leaves.
     """
@@ -207,6 +208,6 @@ def _count_creeping(task: SectionTask, s: Array, cycle: float) -> tuple[int, int
 
 
 def _is_too_far(section: Section, s: Array, cycle: float) -> bool:
-    """Whether the last step between rows s (n,) hides the path, or where the feed changes along it is far beyond the feed."""
+    """Whether the last step between rows s (n,) hides the path, or is far beyond a feed that changes along it."""
     cap = np.asarray(section.find_speed(np.array([s[-2], 0.5 * (s[-2] + s[-1]), s[-1]])), dtype=float).min()
     return bool(section.measure_hidden(s)[-1] > 1.0 or s[-1] - s[-2] > (1.0 + 2 * tuning.CREEPING_MOTION) * cycle * cap)

@@ -1,7 +1,7 @@
-"""Stretches where the tool moves at its feed rate, no joint near a limit and no slow place near: nothing to solve there.
+"""Stretches where the tool keeps its feed rate, far from joint limits and slow places: nothing to solve there.
 
-They are found once, on the grid of the second-order optimum, and kept as ranges of the path. Passes follow the feed rate in
-them and solve what lies between.
+They are found once, on the grid of the second-order optimum, and kept as ranges of the path. Passes follow the feed
+rate in them and solve what lies between.
 """
 
 from collections.abc import Iterator
@@ -23,8 +23,8 @@ from verne_post.trajectory.tuning import PassSettings
 class Piece(Struct, frozen=True, eq=False):
     """Knots ``begin`` to ``end`` that a pass solves after a cruise.
 
-    ``cruise`` are the coefficients of X from the end of the piece before on, the first three of this one included; none where
-    the section begins. ``after`` are the last three of this one, where a cruise follows.
+    ``cruise`` are the coefficients of X from the end of the piece before on, with the first three of this one; it is
+    empty where the section begins. ``after`` are the last three of this one, where a cruise follows.
     """
 
     begin: int
@@ -34,7 +34,7 @@ class Piece(Struct, frozen=True, eq=False):
 
 
 def find_cruise(grid: Grid, x: Array, limits: Limits, unit: float) -> Array:
-    """Ranges of s (k, 2) at the feed rate in the profile x (n,), without the distances to brake to a stop at both ends."""
+    """Ranges of s (k, 2) at the feed rate in the profile x (n,), without the ways to brake to a stop at both ends."""
     speed, share = np.sqrt(x), tuning.CRUISE_SHARE
     slope = np.abs(grid.d1) * speed[:, None]
     even = (x >= (1.0 - 2.0 * tuning.CRUISE_STEP) * grid.speed**2) & (x <= share * limit_jerk(grid, limits))

@@ -1,8 +1,8 @@
 """Rows that follow the feed rate where no joint holds the motion back.
 
-Blocks of inverse time may ask for a hundredth of the speed of their neighbours by s while hardly anything moves. A profile
-changes its speed over some twenty units (``tuning.VIRTUAL_JERK``), which is a tenth of a short block; the joints would allow
-to do so from one row to the next. So where a profile has lost rows to the feed rate, those are tried that lose none.
+Blocks of inverse time may ask for a hundredth of the speed of their neighbours by s while hardly anything moves. A
+profile changes its speed over some twenty units (``tuning.VIRTUAL_JERK``), which is a tenth of a short block; the
+joints would allow it from one row to the next. So where a profile is slower than the feed rate, faster rows are tried.
 """
 
 from collections.abc import Iterator
@@ -24,15 +24,15 @@ _PLACES: Final = 8
 SLACK_SHARE: Final = 0.9
 #: A stretch of at least so many rows that cannot be made faster whole is tried in halves.
 _SPLIT_ROWS: Final = 8
-#: Over so many rows a change of the feed rate is evened out, one after the other: fewer lose less time, more take less jerk.
+#: A change of the feed rate is evened out over so many rows, tried in turn: fewer lose less time, more take less jerk.
 EVEN_ROWS: Final = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
 
 
 def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     """Rows that take no longer than such rows s (n,) from rest to rest, and keep every limit as these do.
 
-    Stretches that are slower than the feed rate, or halves of them, are replaced one by one, on ``timed`` elements (m,) of the section: those whose
-    feed rate is a time. Rows at which a joint comes near a limit stay.
+    Stretches that are slower than the feed rate, or halves of them, are replaced one by one. Only ``timed`` elements
+    (m,) of the section count: those whose feed rate is a time. Rows at which a joint comes near a limit stay.
     """
     z = add_rest(s)
     rows = JointRows.build(task, z)
@@ -69,7 +69,7 @@ def _find_stretches(slow: Mask) -> Iterator[tuple[int, int]]:
 
 
 def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Iterator[Array]:
-    """Fewer rows than ``first`` to ``last`` of rows z (n,), both included, that lead from the one to the other inside all limits."""
+    """Fewer rows than ``first`` to ``last`` (both included) of z (n,), between the same ends and inside all limits."""
     edges, pace = _find_paces(task, z[first], z[last])
     for reach in EVEN_ROWS:
         rows = _space_rows_evenly(edges, pace, task.cycle, reach)
@@ -95,7 +95,7 @@ def _find_paces(task: SectionTask, begin: float, end: float) -> tuple[Array, Arr
 
 
 def _space_rows_evenly(edges: Array, pace: Array, cycle: float, reach: float) -> Array:
-    """Rows (n,) that take the paces (m,) between edges (m + 1,), or no less: changes of speed are evened out over so many rows."""
+    """Rows (n,) at the paces (m,) between edges (m + 1,), or slower; the speed changes over ``reach`` rows."""
     time = np.append(0.0, np.cumsum(pace * np.diff(edges)))
     if reach:
         cells = max(int(np.ceil(time[-1] / cycle * _PLACES)), 1)

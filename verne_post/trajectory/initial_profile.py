@@ -1,4 +1,4 @@
-"""The profile that planning starts from: the second-order optimum, smoothed and sampled in time, and its time as a bound.
+"""The profile that planning starts from: the second-order optimum, smoothed, sampled in time; its time is a bound.
 
 A section of any length is taken part by part.
 """
@@ -40,7 +40,7 @@ def _find_least_seconds(section: Section, grid: Grid, limits: Limits, x: Array, 
 
 
 class InitialProfile(Struct, frozen=True, eq=False):
-    """A profile, its time scale (s), the time of the second-order optimum (s), and its ranges of :mod:`cruise` (k, 2)."""
+    """A profile, its unit of time (s), the time of the second-order optimum (s), and its ranges of cruise (k, 2)."""
 
     profile: Profile
     unit: float
@@ -54,8 +54,8 @@ def plan_initial_profile(
     """The second-order optimum sampled in time, averaged so that it starts and ends at rest smoothly.
 
     The section is taken part by part, each with a look-ahead that ends at rest. Where even motion would take far more
-    than the jerk allowed, the profile is cut off to that speed; how it gets there is left to the passes. The processes of
-    a ``team`` evaluate the joints.
+    than the jerk allowed, the profile is cut off to that speed; the passes find how it gets there. The processes of a
+    ``team`` evaluate the joints.
     """
     smooth = _Smooth(tuning.START_SMOOTH)
     smooth.add(np.zeros(tuning.START_SMOOTH))

@@ -18,8 +18,8 @@ from verne_post.base.arrays import Array
 from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.trajectory import tuning
 
-#: Constraints, row by row, in single precision: memory traffic is what an iteration costs, and 1e-7 of a limit is far below
-#: what a constraint may be off by. Coefficients, normal matrix and points are in double precision.
+#: Constraints, row by row, in single precision. Memory traffic is the cost of an iteration, and 1e-7 of a limit is far
+#: below the accuracy that a constraint needs. Coefficients, normal matrix and points are in double precision.
 Rows = NDArray[np.float32]
 
 
@@ -161,7 +161,7 @@ class _Iteration:
         return out
 
     def factorise(self, root_bend: Array, ratio: Rows, dual: Rows) -> Array | None:
-        """Cholesky factor of the normal matrix, X^(-1/2) having this second derivative; None where rounding has spoilt it."""
+        """Cholesky factor of the normal matrix; ``root_bend`` is (X^(-1/2))''. None where rounding has spoilt it."""
         w_acc, w_jerk = ratio[self.a], ratio[self.j]
         g0, (_j0, j1, j2) = self._j_gradient, self.jerk
         local = np.empty((6, self.points))
@@ -196,7 +196,7 @@ class _Iteration:
         return factor if info == 0 and np.isfinite(factor[0]).all() else None
 
     def find_direction(self, root_slope: Array, factor: Array, push: Rows) -> Array:
-        """Change of the coefficients for weights ``push`` on the gradients of the slacks; not finite where they are not."""
+        """Change of the coefficients for weights ``push`` on the gradients of the slacks; may be not finite."""
         jerk = push[self.j]
         pull = np.empty((3, self.points))
         acc = push[self.a]
@@ -309,7 +309,7 @@ def _multiply(a: Array, b: Array) -> Array:
 
 
 def _step(loss: float) -> float:
-    """Largest step, up to 1 / tuning.TO_BOUNDARY, that keeps values positive of which the largest relative loss is given."""
+    """Largest step, up to 1 / tuning.TO_BOUNDARY, that keeps values positive; ``loss`` is the largest relative loss."""
     return 1.0 / max(tuning.TO_BOUNDARY, loss)
 
 

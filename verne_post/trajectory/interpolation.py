@@ -1,4 +1,4 @@
-"""Quintic splines through samples, and windows that slide along them; ``scipy.interpolate`` and ``scipy.ndimage`` take longer to import."""
+"""Quintic splines through samples, and sliding windows: scipy's modules for both take longer to import."""
 
 from typing import Final
 
@@ -33,7 +33,7 @@ def interpolate(x: Array, y: Array, at: Array) -> Array:
 
 
 def resample_rows(rows: Array, at: Array, held: int = 1) -> Array:
-    """Rows (..., m) at places ``at`` (..., m) among ``rows`` (n,), which rise; ``held`` of them at both ends stay to the last digit."""
+    """Rows (..., m) at places ``at`` (..., m) among rising ``rows`` (n,); ``held`` rows at both ends stay exactly."""
     found = interpolate(np.arange(len(rows), dtype=float), rows, at.ravel()).reshape(at.shape)
     found[..., :held], found[..., -held:] = rows[:held], rows[-held:]
     return np.asarray(np.maximum.accumulate(np.clip(found, rows[0], rows[-1]), axis=-1))
@@ -54,7 +54,7 @@ def _evaluate_basis(knots: Array, degree: int, x: Array) -> tuple[Ints, list[Arr
 
 
 def hold_ends(values: Array, before: int, after: int) -> Array:
-    """Values (before + n + after,) that stay what they are beyond both ends: ``numpy.pad``, in a fifth of its time on short ones."""
+    """Values (before + n + after,), constant beyond both ends: ``numpy.pad`` in a fifth of its time on short ones."""
     return np.concatenate([values[:1].repeat(before), values, values[-1:].repeat(after)])
 
 

@@ -1,4 +1,4 @@
-"""The motion profiles of a whole contour: a scalar profile from stop to stop, a continuous profile where corners are rounded."""
+"""The motion profiles of a contour: stop-to-stop profiles, and continuous ones where corners are rounded."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -111,7 +111,8 @@ class ContourSection:
         contour = joints.contour
         self.breaks = sum_running(contour.length[first:last])
         timed = contour.path.timed[contour.segment[first:last]]
-        #: Seconds that elements whose feed rate is a time ask for, up to each of the breaks: a step may pass some of them whole.
+        #: Seconds up to each of the breaks that elements with a time as feed rate ask for: a step may pass some of them
+        #: whole.
         self.asked = None
         if timed.any():
             pace = contour.find_pace(slice(first, last))
@@ -145,8 +146,10 @@ class ContourSection:
         return np.minimum(cap, limit_visible_speed(self.joints.contour, element, w, self.cycle))
 
     def measure_hidden(self, s: Array) -> Array:
-        """How many times too far steps (n - 1,) between rows s (n,) are from the path between them, arcs turn too far, and blocks
-        with a time are passed too fast.
+        """How far steps (n - 1,) between rows s (n,) are beyond what is allowed, as ratios.
+
+        The ratio is the largest of three: of the distance of the path from the step, of the turn of an arc, and of the
+        speed in blocks whose feed rate is a time.
 
         The step before the first is taken to have been as long as need be.
         """
@@ -237,7 +240,7 @@ def _find_uneven(
 
 
 class _SectionProfile(Struct, frozen=True, eq=False):
-    """The rows s (n,) of a continuous section, its second-order bounds, s, and the segments (m,) whose feed is reached on it."""
+    """Rows s (n,) of a continuous section, its second-order bounds (s), and the segments (m,) that reach their feed."""
 
     s: Array
     second_order_bound_s: float
@@ -246,7 +249,7 @@ class _SectionProfile(Struct, frozen=True, eq=False):
 
 
 class _Planner:
-    """Takes the sections of a contour in order: continuous ones are planned, those from stop to stop have their profiles."""
+    """Takes the sections of a contour in order: continuous ones are planned, the others have stop-to-stop profiles."""
 
     def __init__(
         self, joints: JointFunctions, limits: Limits, planning: PlanningOptions, profiles: StopToStopProfiles,
@@ -271,7 +274,7 @@ class _Planner:
         self.standstills = Standstills(self._find_end_joints, continuous, timed, dwelt, jerky, planning.cycle)
 
     def plan_in_time(self) -> Iterator[tuple[int, _SectionProfile]]:
-        """Plan the continuous sections, and stretch the others, for an override that is not steady yet: one after the other."""
+        """Plan the continuous sections and stretch the others, one by one, for an override that is not steady yet."""
         playback = self.planning.playback
         for section, total in enumerate(self.profiles.total.tolist()):
             begin_s = self.clock.find_begin(section)

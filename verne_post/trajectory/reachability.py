@@ -10,9 +10,9 @@ With symmetric limits rest is always feasible. The largest x from which some K u
     x = min(cap, V, min over A B <= 0 of (a + |A| K) / |B|),
 
 V being the largest x of any K, a corner of two lines. Solved backwards this gives what is controllable; forwards,
-K = min(controllable, min (a - sgn(A) B x) / |A|) gives the profile. Such maps keep brackets, so a window solved from its
-largest and its smallest start value encloses the truth, and where the two meet the value no longer depends on
-what came before: windows are solved side by side and joined exactly.
+K = min(controllable, min (a - sgn(A) B x) / |A|) gives the profile. Such maps keep brackets, so a window solved from
+its largest and its smallest start value encloses the truth, and where the two meet the value no longer depends on what
+came before: windows are solved side by side and joined exactly.
 """
 
 from typing import Final
@@ -25,7 +25,7 @@ from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import Grid
 
-#: A line of (x, K) with a steeper slope bounds K or x alone but for rounding; a larger x than anything reaches (mm2/s2).
+#: A steeper line of (x, K) bounds K or x alone except for rounding; a larger x than anything reaches (mm2/s2).
 _HUGE: Final = 1.0 / float(np.finfo(float).eps)
 #: Corners that are lower by no more than this share are the same but for rounding.
 _CORNER_ROUNDING: Final = 8.0 * float(np.finfo(float).eps)
@@ -71,8 +71,9 @@ def find_duration(s: Array, x: Array) -> float:
 def bound_duration(s: Array, x: Array, acceleration: Array) -> float:
     """Time in which no profile passes the points s (n,) faster than with sd^2 = x (n,), s.
 
-    From point to point it takes the largest path ``acceleration`` (n,) up to the higher speed, and goes on at that: where a
-    step is long against the way in which the feed rate is reached, constant acceleration would take twice the time.
+    Each step is made with the largest path ``acceleration`` (n,) up to the higher speed, and at that speed from there
+    on. Where a step is much longer than the way to reach the feed rate, constant acceleration would take twice the
+    time.
     """
     speed, step = np.sqrt(x), np.diff(s)
     even = np.abs(np.diff(x)) / (2 * step)
@@ -138,9 +139,9 @@ def _run_backward(lines: tuple[Array, Array]) -> tuple[Array, Array]:
 def _lower_to_possible(cap: Array, lines: tuple[Array, Array]) -> Array:
     """Caps (n,) of x, lowered to V where no K at all is left at a cap.
 
-    Every line bounds K from above, by U = offset + gain x, and from below, by L = gain x - offset; K >= 0 is one more bound from
-    below. The room between the lowest U and the highest L is concave in x, and there is some at rest: Newton's method comes down
-    to V from beyond it, from the corner of two lines to a lower one.
+    Every line bounds K from above, by U = offset + gain x, and from below, by L = gain x - offset; K >= 0 is one more
+    bound from below. The room between the lowest U and the highest L is concave in x, and there is some at rest. So
+    Newton's method comes down to V from beyond it, from the corner of two lines to a lower one.
     """
     lowered = cap.copy()
     # where even motion at the cap keeps all limits, x = K = cap is possible
@@ -163,7 +164,7 @@ def _lower_to_possible(cap: Array, lines: tuple[Array, Array]) -> Array:
 
 
 def _solve_windows(cap: Array, lines: tuple[Array, Array], window: int, start: float = 0.0) -> Array:
-    """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))`` with ``start`` before the first, never below 0."""
+    """``y[i] = min(cap[i], min_j(offset[i, j] + gain[i, j] y[i - 1]))``, never below 0; ``start`` is y[-1]."""
     n, count = lines[0].shape
     windows = -(-n // window)
     pad = windows * window - n

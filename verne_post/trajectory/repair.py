@@ -77,7 +77,7 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array], *, is
 def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array], hopeless: float = np.inf) -> Array | None:
     """Rows inside every limit, made from rows z (n,) that nearly are; None where that takes too many rounds.
 
-    Those given have rows of rest at both ends (:func:`add_rest`), the result does not. ``over`` says which of the given ones
+    The given rows have rows of rest at both ends (:func:`add_rest`), the result does not. ``over`` says which of them
     are :func:`find_exceeding` a limit. Repair gives up where one is more than ``hopeless`` times a limit after a round.
     """
     z, (bad, ratio) = _show_path(task, z, over)
@@ -102,7 +102,9 @@ def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array], hopeless:
 
 
 def _show_path(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> tuple[Array, tuple[Ints, Array]]:
-    """Rows with others halfway along steps that hide the path or are far beyond the feed, and which are :func:`find_exceeding` a limit.
+    """Rows z, with more of them where steps hide the path, and the result of :func:`find_exceeding` for them.
+
+    Steps that hide the path or are far beyond the feed are halved.
 
     Unchanged where no step hides the path.
     """
@@ -144,10 +146,10 @@ def _is_monotone(z: Array) -> bool:
 def _repair_stretches(
     z: Array, low: Ints, high: Ints, more: Ints, reach: int, task: SectionTask
 ) -> tuple[Array, Ints, Array]:
-    """Rows with stretches [low, high) given ``more`` rows and shifted, and those that still are :func:`find_exceeding` a limit.
+    """Rows with stretches [low, high) given ``more`` rows and shifted, and the :func:`find_exceeding` of the result.
 
-    All that were lie in the stretches, whose held rows at both ends keep what differences across the ends are. So many are
-    repaired at a time that the memory besides does not grow with the section.
+    All exceeding rows lie in the stretches. Held rows at both ends keep the differences across the ends. The stretches
+    are repaired in groups, so that the memory does not grow with the section.
     """
     new = Growing(float)
     done = 0  # of the old rows
@@ -184,7 +186,7 @@ def _shift_stretches(
 
 
 def _find_pace(task: SectionTask, s: Array, rows: Ints) -> float:
-    """Largest motion of a joint in the cycles that begin at rows, over the motion that its jerk makes in one from rest."""
+    """Largest motion of a joint in the cycles that begin at rows, over the motion that its jerk makes from rest."""
     most = 0.0
     for first in range(0, len(rows), SCATTERED_ROWS):
         release_memory()
@@ -246,7 +248,7 @@ def _place_slower_instants(first: int, slowness: Array) -> Array:
 
 
 def measure_row_excess(worst: Array) -> Array:
-    """Largest excess of the differences that each row of a section is in, from :func:`measure_excess` of the rows at rest."""
+    """Largest excess of the differences that each row is in; ``worst`` is :func:`measure_excess` with rest added."""
     padded = np.concatenate([np.ones(REST_ROWS), np.maximum(worst, 1.0), np.ones(REST_ROWS)])
     around = np.lib.stride_tricks.sliding_window_view(padded, REST_ROWS + 1).max(axis=1)
     return np.asarray(around[REST_ROWS:-REST_ROWS])

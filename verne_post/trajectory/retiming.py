@@ -24,8 +24,8 @@ from verne_post.trajectory.window_problem import TIED, Layout, Window, build_win
 def retime(task: SectionTask, profile: Profile, settings: PassSettings) -> Times:
     """Make one pass over the whole section: over the pieces between its ranges of cruise.
 
-    Where a piece has no solution that is tied to the cruise beside it, the pass is made without cruises. One that finds no
-    solution, and would slow the section down by far, leaves the profile as it is.
+    Where a piece has no solution that is tied to the cruise beside it, the pass is made without cruises. A pass that
+    finds no solution, and would slow the section down by far, leaves the profile as it is.
     """
     times, legal = _retime(task, profile, settings)
     if not legal and len(task.cruise):
@@ -137,7 +137,7 @@ def _retime_piece(task: SectionTask, profile: Profile, settings: PassSettings, p
 
 
 def _build_window(known: Array, held: float, knot_units: int, begin: int, after: Array | None) -> Window:
-    """The window from knot ``begin`` on that starts near the X ``held`` in cruises, and ends with coefficients ``after``.
+    """The window from knot ``begin`` on. It starts near the X ``held`` of cruises and ends with coefficients ``after``.
 
     Where it goes on, ``known`` begins with those of the window before.
     """

@@ -27,7 +27,7 @@ class JointRows(Struct, frozen=True, eq=False):
 
     @classmethod
     def build(cls, task: SectionTask, s: Array) -> "JointRows":
-        """The slowest of the caps at both ends and in the middle of a step counts, and where it hides the path a slower one."""
+        """Build from rows s (n,). A step's cap is the lowest at its ends and middle, less where it hides the path."""
         section, cycle = task.section, task.cycle
         ends = np.asarray(section.find_speed(s), dtype=float)
         middle = np.asarray(section.find_speed(0.5 * (s[1:] + s[:-1])), dtype=float)
@@ -92,7 +92,7 @@ def measure_joint_excess(q: Array, limits: Limits, cycle: float) -> Array:
 
 
 def find_exceeding(worst: Array) -> tuple[Ints, Array]:
-    """Rows (m,) at which differences begin that are beyond a limit, and by how much, from the :func:`measure_excess` of all."""
+    """Rows (m,) at which differences beyond a limit begin, and their excess, from the :func:`measure_excess` of all."""
     bad = np.concatenate(
         [first + np.flatnonzero(worst[first:last] > 1.0) for first, last in iterate_blocks(len(worst))]
     )

@@ -17,19 +17,19 @@ from verne_post.trajectory.section_path import Section, SectionTask, find_finite
 
 #: Rows that stay at the ends of a stretch: what differences across the end are taken from, and the section's ends.
 HELD_ROWS: Final = REST_ROWS + 1
-#: The derivative by s is a difference over this share of a row's step, small against its change from row to row, and at least
-#: over this share of the section's length, far above rounding.
+#: The derivative by s is a difference over this share of a row's step, over which it hardly changes, and over at least
+#: this share of the section's length, far above rounding.
 SLOPE_STEP: Final = 1e-2
 SLOPE_LENGTH: Final = 1e-9
 _DIFFERENCES: Final = ((-1.0, 1.0), (1.0, -2.0, 1.0), (-1.0, 3.0, -3.0, 1.0))
 
 
 def shift_rows(s: Array, lengths: Ints, reach: int, task: SectionTask) -> JointRows:
-    """Rows of stretches, laid end to end, shifted until their differences are inside the limits, or the steps are used up.
+    """Rows of stretches, laid end to end, shifted until their differences are inside the limits or the steps used up.
 
-    Stretches may be anywhere in the section, the same part of it in several of them too. The first and last rows of each
-    stretch stay where they are. A step that makes a stretch worse is not taken, and the next one is damped more. From each
-    step to the next a stretch is cut down to what lies around the rows still beyond a limit.
+    Stretches may be anywhere in the section, and several may have the same part of it. The first and last rows of each
+    stretch stay where they are. A step that makes a stretch worse is not taken, and the next one is damped more. After
+    each step a stretch is cut down to the surroundings of the rows that are still beyond a limit.
     """
     rows = JointRows.build(task, s)
     slope = _find_slopes(task.section, rows)  # shifts are small against a row's step: the slopes stay what they are
@@ -114,7 +114,7 @@ class _LinearModel:
         self.edge = edge
 
     def sum_squares(self, bounds: tuple[float, float, float]) -> Array:
-        """Squares (n,) beyond the bounds on velocity and feed, acceleration, and jerk, of differences that begin at each row."""
+        """Squares (n,) beyond the bounds on feed, acceleration and jerk, of differences that begin at each row."""
         total = np.zeros(self.n)
         total[:-1] = np.maximum(self.feed - bounds[0], 0.0) ** 2
         for order, values in enumerate(self.values, start=1):

@@ -13,8 +13,8 @@ from verne_post.base.arrays import Array
 #: Smallest dimensionless speed limit. A slower one would make the profile longer than ruckig allows
 #: (7e3 time units); accelerating more gently instead costs 6e-5 of the time.
 _SLOWEST: Final = 1e-3
-#: A limit above this is never reached by a unit distance at unit jerk, whose peak values are 0.63 and 0.8; an infinite one is
-#: nothing that ruckig takes.
+#: A limit above this is never reached by a unit distance at unit jerk, whose peak values are 0.63 and 0.8. ruckig takes
+#: no infinite limits.
 _UNREACHED: Final = 10.0
 #: How far a profile may leave [0, 1]: rounding of its polynomials.
 _OVERSHOOT: Final = 1e-9

@@ -152,7 +152,7 @@ class RowSampler:
         return owner, np.where(self._find_final_dwells(item), self.ends[-1], at)
 
     def _find_finished_rows(self, k: Ints, item: Ints) -> Mask:
-        """Rows k (n,) of items (n,) that stand at the end of their section: the last row, and dwells after all motion."""
+        """Whether rows k (n,) of items (n,) end their section: last rows of it, and dwells after all motion."""
         return np.asarray(self._find_final_dwells(item) | (k == self.plan.first_row[item + 1]))
 
     def _find_final_dwells(self, item: Ints) -> Mask:

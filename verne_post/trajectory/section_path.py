@@ -39,7 +39,7 @@ class Section(Protocol):
         """Largest ds/dt (n,) by the feed at s (n,), mm/s; infinite for rapids."""
 
     def measure_hidden(self, s: Array) -> Array:
-        """How many times too long steps (n - 1,) between rows s (n,) are to show the path between them; see ``visible``."""
+        """Ratios (n - 1,) of steps between rows s (n,) to the longest that show the path; see ``visible``."""
 
     def find_joints_and_hidden(self, s: Array) -> tuple[Array, Array]:
         """What :meth:`find_joints` and :meth:`measure_hidden` say of rows s (n,), for less than one after the other."""
@@ -169,7 +169,7 @@ def join_grids(pieces: list[Grid]) -> Grid:
 
 
 def _join_short(section: Section, breaks: Array) -> Array:
-    """Breaks (n,) without those inside stretches that are passed in ``tuning.SHORT_SPAN`` at the feed rate, of few elements."""
+    """Breaks (n,), fewer of them where few elements together take less than ``tuning.SHORT_SPAN`` at the feed rate."""
     if len(breaks) <= tuning.MANY_SPANS:
         return breaks
     speed = np.asarray(section.find_speed(0.5 * (breaks[1:] + breaks[:-1])), dtype=float)
@@ -208,7 +208,7 @@ def _sample_spans(section: Section, low: Array, width: Array) -> Array:
 
 
 def _differentiate(q: Array, width: Array, kept: list[int], noise: float) -> list[Array]:
-    """First three derivatives by s, each (m, len(kept), n_joints), of joints (nodes, m, n_joints) at samples of spans (m,).
+    """First three derivatives by s, each (m, len(kept), n_joints), of joints (nodes, m, n_joints) on spans (m,).
 
     Only what they have beyond the ``noise`` of the joints counts: tiny spans would otherwise seem to bend.
     """

@@ -1,12 +1,12 @@
 """Input shapers: rows convolved with impulses so that vibration modes are left at rest when the motion ends.
 
-An impulse excites a mode; a second one, half a damped period later and weaker by what the damping took, cancels it (ZV). Three
+An impulse excites a mode; a second one, half a damped period later and weaker by the damping, cancels it (ZV). Three
 impulses cancel it for frequencies around the named one too (ZVD, EI). Positive weights whose sum is 1 keep velocity,
 acceleration and jerk of every joint inside their limits: they are means of what the joint had before.
 
-All joints have the same weights, those of all modes convolved. With weights of their own they would be late by different
-amounts, and straight lines would bend. The weights are centred, so that a motion is displaced by its acceleration only:
-by half the variance of the weights times the acceleration.
+All joints have the same weights, those of all modes convolved. With weights of their own they would be late by
+different amounts, and straight lines would bend. The weights are centred, so that a motion is displaced by its
+acceleration only: by half the variance of the weights times the acceleration.
 """
 
 import math

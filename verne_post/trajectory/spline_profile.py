@@ -15,7 +15,7 @@ from verne_post.trajectory.interior_point import build_basis
 
 #: Resting samples at both ends of a profile: a quintic spline begins and ends with all derivatives zero.
 _REST: Final = 6
-#: Samples that a spline is solved with on each side of a part: the last one counts for less than rounding, 0.43 to this power.
+#: Samples beside a part that its spline is solved with: the last one counts for 0.43 to this power, less than rounding.
 _OVERLAP: Final = 64
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
@@ -163,7 +163,7 @@ class Times(Struct, frozen=True, eq=False):
 def find_positions(
     profile: Profile, times: Times, count: int, instants: Callable[[Array], Array], team: Team = ALONE
 ) -> Iterator[Array]:
-    """Path parameters (count,) of a profile that has been re-timed, at the times that ``instants`` has for numbers 0, 1, ...
+    """Path parameters (count,) of a re-timed profile, at the times that ``instants`` has for numbers 0, 1, ...
 
     They come part by part, from the processes of a ``team``.
     """

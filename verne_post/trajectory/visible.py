@@ -1,9 +1,9 @@
 """What shows in the rows: between two of them the path must not do what they cannot tell of.
 
-Rows are places at whole control cycles, and nothing else reaches the drives. A circle that is passed within one cycle leaves
-no trace in them. So the speed is limited by the cycle too: an arc turns by less than half a turn from one row to the next,
-and the path between two rows stays near the straight step between them. With control cycles of a few milliseconds the
-limits of the joints are far stricter; with cycles of a tenth of a second and more they are not.
+Rows are places at whole control cycles, and nothing else reaches the drives. A circle that is passed within one cycle
+leaves no trace in them. So the cycle limits the speed too: an arc turns by less than half a turn from one row to the
+next, and the path between two rows stays near the straight step between them. With control cycles of a few milliseconds
+the limits of the joints are far stricter; with cycles of a tenth of a second and more they are not.
 """
 
 from collections.abc import Callable
@@ -24,11 +24,11 @@ PoseAt = Callable[[Array], tuple[Array, Array]]
 #: Or than half of what verification accepts beside a path, mm and rad.
 LEAST: Final = 0.5 * np.array([[PATH_TIP_MM], [PATH_AXIS_DEG * RAD_PER_DEG]])
 
-#: A radian of a spline counts as so many of an arc. A spline may turn anywhere between two rows, and by 1.75 rad at most for
-#: its length to stay below 1.6 of the step, as that of an arc of half a turn does.
+#: A radian of a spline counts as so many of an arc. A spline may turn anywhere between two rows, and by 1.75 rad at
+#: most for its length to stay below 1.6 of the step, as that of an arc of half a turn does.
 SPLINE_TURN: Final = 1.5
-#: ... and as far as it likes over less than PATH_TIP_MM, which verification does not miss: a bend that is narrower need not slow
-#: the whole spline down.
+#: The way over which a spline may turn without limit, since verification looks no closer than PATH_TIP_MM: a narrower
+#: bend need not slow the whole spline down.
 SHORT_WAY: Final = 0.9 * PATH_TIP_MM
 #: At so many places the path between two rows is looked at.
 PLACES_BETWEEN: Final = 8
@@ -92,7 +92,7 @@ class Turning:
 
 
 def _measure_table_turn(contour: Contour, segment: Ints) -> Array:
-    """Rad by which the table turns along segments (n,), both axes together: so far the tip goes round with it at most."""
+    """Rad by which the table turns along segments (n,), both axes together; the tip turns with it by no more."""
     path = contour.path
     return np.asarray(np.abs(path.end[segment, 3:] - path.start[segment, 3:]).sum(axis=1))
 
@@ -103,7 +103,7 @@ def _find_spline_rate(contour: Contour, part: Ints) -> Array:
 
 
 def limit_visible_speed(contour: Contour, element: Ints, w: Array, cycle: float) -> Array:
-    """Largest ds/dt (n,) at w (n,) of elements (n,) at which the rows show how curves turn, mm/s; infinite on straight segments."""
+    """Largest ds/dt (n,), mm/s, at w (n,) of elements (n,) for rows to show how curves turn; infinite on lines."""
     path, segment = contour.path, contour.segment[element]
     rate = np.zeros(len(segment))
     arc = path.arc[segment]

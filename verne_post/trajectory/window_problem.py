@@ -238,8 +238,8 @@ def _choose_tightest(rows: tuple[Array, ...], count: int) -> tuple[Array, ...]:
 def choose_largest_rows(scores: Array, count: int) -> NDArray[np.int64]:
     """Rows (count, points) in which the largest of finite scores (m, points) stand, the largest first.
 
-    Every score carries the number of its row in its last bits, so that ordering the scores orders the rows: scores that are
-    equal but for these bits are as good as equal.
+    Every score carries the number of its row in its last bits, so that ordering the scores orders the rows. Scores that
+    differ only in these bits count as equal.
     """
     mask = (1 << (len(scores) - 1).bit_length()) - 1
     keys = scores.copy()

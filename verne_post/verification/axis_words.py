@@ -26,12 +26,12 @@ def name_angles(
     before : tuple of ndarray of bool, shape (n,), and float
         Which rows are the first ones of their segments, and where on its segment the row before all of them is.
     noise : float
-        What rounding of the joints may turn the tool axis by, rad. Near the pole that turns C by any angle: C is what the segment
-        has, as far as that is the same axis but for this noise.
+        Rad by which rounding of the joints may turn the tool axis. Near the pole that turns C by any angle. C is then
+        that of the segment, as far as this is the same axis within the noise.
     """
     start, turn = path.start[segment, 3:], path.end[segment, 3:] - path.start[segment, 3:]
     along, way = tip
-    # where only C moves, and by so much that the axis does not tell it, whole turns are counted from the first row of the segment
+    # where only C moves, too far for the axis to tell, whole turns are counted from the first row of the segment
     fresh, u_before = before[0] | (np.arange(len(angles)) == 0), np.where(before[0], 0.0, before[1])
     first = np.maximum.accumulate(np.where(fresh, np.arange(len(angles)), 0))
     expected = (start[:, 1] + u_before * turn[:, 1])[first]
@@ -39,7 +39,8 @@ def name_angles(
     with np.errstate(divide="ignore", invalid="ignore"):
         for side in (1.0, -1.0):
             tilt, c = side * angles[:, 0], angles[:, 1] + (0.0 if side > 0 else np.pi)
-            # A and the tip say where on the segment the row is, each by its way; without both the middle is as good as any
+            # A and the tip tell where on the segment the row is, each by its way; without both, the middle is a fair
+            # guess
             by_tilt = np.where(np.abs(turn[:, 0]) > noise, (RADIAN_MM * turn[:, 0]) ** 2, 0.0)
             both = np.where(by_tilt > 0, by_tilt * np.clip((tilt - start[:, 0]) / turn[:, 0], 0.0, 1.0), 0.0)
             both += way**2 * np.clip(along, 0.0, 1.0)

@@ -19,8 +19,8 @@ from verne_post.verification.rows import MeasuredRows
 #: Where a segment between two rows is looked at, as shares of what the step passes; no multiples of a turn, for arcs of
 #: several.
 _PLACES: Final = (0.17, 0.41, 0.68, 1.0)
-#: What lies between two rows is at most half the length between them from the nearer one. The length is known from the step
-#: and the one before, and a corner is a little longer than its chord.
+#: What lies between two rows is at most half the length between them from the nearer one. The length is known from the
+#: step and the one before, and a corner is a little longer than its chord.
 _BULGE: Final = 0.6
 #: A step along an arc of half a turn is longer than its chord by pi / 2; rows do not show more than half a turn.
 _ARC_OVER_CHORD: Final = 1.6
@@ -39,10 +39,10 @@ class _Places(Struct, frozen=True, eq=False):
 class BetweenRowsCheck:
     """Shows that nothing is left out between two rows, though both are on the path.
 
-    Progress needs motion: the length that two rows pass on the path is at most 1.6 of the step between them. Beside rounded
-    corners, where a step may be shorter, places of the program that it passes lie near the straight step: within the
-    tolerance and 0.6 of the longer of this step and the one before. Of a curve whose narrow turns a rounded corner cuts short,
-    they lie so near to the step or to a row before it.
+    Progress needs motion: two rows pass at most 1.6 of the step between them on the path. Beside rounded corners a step
+    may be shorter. There, places of the program that it passes lie near the straight step: within the tolerance and 0.6
+    of the longer of this step and the one before. Where a rounded corner cuts short the narrow turns of a curve, they
+    lie that near to the step or to a row before it.
     """
 
     def __init__(self, reference: Reference, findings: FindingCollector) -> None:
@@ -135,7 +135,7 @@ class BetweenRowsCheck:
     # --- places between rows --------------------------------------------------------------
 
     def _list_places(self, row: Ints, segment: Ints, part: Array) -> _Places:
-        """Rows, segments and u of places that steps pass, from what they touch; of a straight segment its end is enough."""
+        """Rows, segments and u of places that steps pass; of a straight segment its end is enough."""
         straight = self._are_straight(segment)
         last = np.diff(row, append=-1) != 0
         touch, within = number_parts(np.where(straight, ~last, len(_PLACES)))

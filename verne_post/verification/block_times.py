@@ -1,7 +1,7 @@
 """The time of each block whose feed rate is a time: inverse time, degrees per minute, F of all machine axes together.
 
-Rows name the line that they belong to, so a block takes as long as its rows, to a control cycle. How tip and table share the
-motion of a blended corner does not matter to that.
+Rows name the line that they belong to, so a block takes as long as its rows, to a control cycle. It does not matter how
+tip and table share the motion of a blended corner.
 """
 
 from typing import Final, NamedTuple
@@ -22,7 +22,7 @@ LATE_CYCLES: Final = 2.0
 
 
 class _Edge(NamedTuple):
-    """Where a block begins: its row and line, the seconds that all blocks before ask for, and those less what their rows take."""
+    """Begin of a block: row and line, the seconds that all blocks before ask for, and those less their rows' time."""
 
     row: int
     line: int
@@ -31,10 +31,11 @@ class _Edge(NamedTuple):
 
 
 class BlockTimeCheck:
-    """Shows that no such block, and no such blocks in a row, take less than their time; measures those that take longer.
+    """Shows that no timed block, and no run of them, takes less than its time; measures those that take longer.
 
-    A block is what one source line asks for, from its first row to the first row of the next line. That row may stand up to a
-    cycle after its beginning, so a block may seem a cycle shorter; blocks in a row no more than that together.
+    A block is what one source line asks for, from its first row to the first row of the next line. That row may stand
+    up to a cycle after its beginning. So a block may seem a cycle shorter; consecutive blocks together no more than
+    that.
 
     Attributes
     ----------
@@ -84,7 +85,7 @@ class BlockTimeCheck:
             self._close(np.array([self._group, len(items.group_line)]), np.array([self._begin, n_rows - 1]), self._slow)
 
     def _close(self, group: Ints, begin: Ints, slow: Ints) -> None:
-        """Check blocks (m,) of groups (m + 1,), which begin with rows ``begin`` (m + 1,) and have ``slow`` rows (m, k)."""
+        """Check blocks (m,) of groups (m + 1,) with first rows ``begin`` (m + 1,) and ``slow`` rows (m, k)."""
         if group[0] < 0:
             group, begin, slow = group[1:], begin[1:], slow[1:]
         if len(group) < 2:
@@ -113,7 +114,7 @@ class BlockTimeCheck:
             self.latest = BlockTime(int(line[worst]), float(asked[worst]), float(spent[worst]), reason)
 
     def _compute_times(self, group: Ints) -> tuple[Array, Mask]:
-        """Seconds that blocks (m,) from groups to groups (m + 1,) ask for, and which of them are nothing but such segments."""
+        """Seconds that blocks (m,) between groups (m + 1,) ask for, and which blocks have only timed segments."""
         items, path = self.reference.items, self.reference.path
         edges = items.group_first[group]
         segment = items.segment[edges[0] : edges[-1]]

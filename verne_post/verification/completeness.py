@@ -1,4 +1,4 @@
-"""Completeness: every segment and dwell of the program in its order, every stop reached, from the first pose to the last."""
+"""Completeness: every segment and dwell of the program in order, every stop reached, from first to last pose."""
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from verne_post.verification.rows import LastRow, MeasuredRows
 class CompletenessCheck:
     """Shows that the rows pass every segment in order, reach each stop, and keep each dwell.
 
-    Progress on a segment never runs back, and no row lies beyond its ends. No standstill of the program is passed between two
-    rows: at each of them a row stands, within PATH_TIP_MM. A dwell has no fewer rows than its time has cycles. The file begins
-    at the start pose and ends at the last pose. Rounding of the rows is allowed for, and what a corner within its tolerance
+    Progress on a segment never runs back, and no row lies beyond its ends. At each standstill of the program a row
+    stands, within PATH_TIP_MM. A dwell has at least as many rows as its time has cycles. The file begins at the start
+    pose and ends at the last pose. Rounding of the rows is allowed for, and so is what a corner within its tolerance
     adds to a projection.
     """
 
@@ -46,7 +46,7 @@ class CompletenessCheck:
             self._end_of(segment, last)
 
     def _end_of(self, segment: int, last: LastRow) -> None:
-        """Check that the last row stands at the end of a segment: its progress, as a circle ends where it begins, and its pose.
+        """Check that the last row is at the end of a segment: by its progress, as a circle is closed, and its pose.
 
         Rows within the tolerance of a tight arc do not show how far along it they are.
         """

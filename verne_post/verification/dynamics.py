@@ -22,9 +22,9 @@ _BOUNDS: Final = (("VP401", VELOCITY_RATIO), ("VP402", ACCELERATION_RATIO), ("VP
 class DynamicsCheck:
     """Shows that no joint leaves its travel, nor exceeds its velocity, acceleration and jerk.
 
-    First, second and third differences of each column over the cycle stay within 1.001, 1.005 and 1.02 of the limits, and
-    the noise of coarse decimals. The machine stands before the first row and after the last one. Every row is inside the
-    travel, within LIMIT_SLACK_MM or LIMIT_SLACK and one unit of the last decimal.
+    First, second and third differences of each column over the cycle stay within 1.001, 1.005 and 1.02 of the limits,
+    plus the noise of coarse decimals. The machine stands before the first row and after the last one. Every row is
+    inside the travel, within LIMIT_SLACK_MM or LIMIT_SLACK and one unit of the last decimal.
 
     Attributes
     ----------
@@ -43,8 +43,9 @@ class DynamicsCheck:
         Returns
         -------
         ndarray of int, shape (n,)
-            Which limit is nearest to each row: number of its derivative times n_joints, and number of the joint. The next
-            number where none is near: the control cycle is longer than what the limits ask for.
+            The limit that is nearest to each row: number of its derivative times n_joints, plus number of the joint.
+            The next number after all of them where none is near: there the control cycle is longer than the limits ask
+            for.
         """
         if not len(self._tail):
             self._tail = np.repeat(block.values[:1], _REST_ROWS, axis=0)

@@ -15,28 +15,29 @@ from verne_post.verification.rows import MeasuredRows
 
 #: The feed is checked over so many rows.
 _FEED_ROWS: Final = (1, 16, 256, 4096)
-#: A row that takes less than this share of its cycle at the programmed feed is slow. Motion profiles come to the feed from
-#: below, to within two thousandths, which nobody could see.
+#: A row that takes less than this share of its cycle at the programmed feed is slow. Motion profiles approach the feed
+#: from below, to within two thousandths, which nobody could see.
 _SLOW: Final = 0.99
-#: Mean square of what rounding adds to a step between two rows, over the square of the largest displacement of the tip: half
-#: a unit of the last decimal displaces by half of it, and values between are as likely as others.
+#: Mean square of what rounding adds to a step between two rows, over the square of the largest displacement of the tip.
+#: Half a unit of the last decimal displaces by half of it, and values between are equally likely.
 _NOISE_SQUARE: Final = 2.0 / 12.0
 
 
 class FeedCheck:
     """Shows that the tool moves no faster than programmed: 1.001 of the feed over 1, 16, 256 and 4096 rows.
 
-    The more rows, the less rounding weighs. Progress along the segment counts; beside rounded corners, which are shorter than
-    their vertex, the step of the tip, by the fastest segment that it touches. Where the feed rate is a time, progress counts
-    there too, as far as the tolerance leaves it known, and so do whole blocks (:class:`BlockTimeCheck`).
+    The more rows, the less rounding weighs. Progress along the segment counts. Rounded corners are shorter than their
+    vertex: beside them the step of the tip counts, at the fastest segment that it touches. Where the feed rate is a
+    time, progress counts there too, as far as the tolerance leaves it known, and so do whole blocks
+    (:class:`BlockTimeCheck`).
 
     Attributes
     ----------
     ratio, line : float and int
         Largest share of the programmed feed so far that is certain, and its source line.
     slow_rows : ndarray of int, shape (3 * n_joints + 1,)
-        Rows of feed moves that fall short of the feed, by the limit that was nearest; the last ones were near none. Of blocks with
-        a time those that are late.
+        Rows of feed moves slower than the feed, by the limit that was nearest; the last number counts those near none.
+        Of timed blocks only the rows of late ones count.
     blocks : BlockTimeCheck
     """
 
@@ -103,7 +104,7 @@ class FeedCheck:
                 )  # fmt: skip
 
     def _compute_progress_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
-        """Seconds (n,) that the progress to rows takes at the programmed feed, and by how much rounding may change them."""
+        """Seconds (n,) for the progress to rows at the programmed feed, and how far rounding may change them."""
         items, feed_time = self.reference.items, self.reference.path.feed_time[rows.segment]
         measures = self.reference.measures
         # by which shares of segments rounding, and corners within their tolerance, may change a step between two rows
@@ -130,7 +131,7 @@ class FeedCheck:
         return np.where(segment >= 0, self.reference.path.feed_time[segment], 0.0)
 
     def _step_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
-        """As :meth:`_compute_progress_times`, by the steps of the tip; the fastest segment counts that a step touches."""
+        """As :meth:`_compute_progress_times`, by steps of the tip, at the fastest segment that a step touches."""
         size = self._step_sizes(rows)
         time, slack = self._compute_step_times(size, rows.segment)
         row = rows.touched.row
@@ -143,13 +144,13 @@ class FeedCheck:
     def _step_sizes(self, rows: MeasuredRows) -> Array:
         """Steps (n,) of the tip, mm.
 
-        Rounding makes every step longer across its direction, so that a sum of steps grows with their number: the mean of that
-        is taken off.
+        Rounding makes every step longer across its direction, so that a sum of steps grows with their number: the mean
+        of this growth is subtracted.
         """
         square = sum_rows(rows.step[:, :3] ** 2)
         return np.sqrt(np.maximum(square - _NOISE_SQUARE * self.reference.noise.tip**2, 0.0))
 
     def _compute_step_times(self, size: Array, segment: Ints) -> tuple[Array, Array]:
-        """Seconds (n,) that steps (n,) take at the feed of segments (n,), 0 for rapids, and what rounding may change."""
+        """Seconds (n,) of steps (n,) at the feed of segments (n,), 0 for rapids, and what rounding may change."""
         pace = self.reference.measures.tip_pace[segment]
         return size * pace, 4 * self.reference.noise.tip * pace

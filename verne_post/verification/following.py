@@ -113,7 +113,7 @@ def _find_largest(error: Array) -> tuple[float, int]:
 
 
 def _measure_distance_from_path(tip: Array, path: Array, first: int) -> Array:
-    """Distance (n,) of tips from the polyline of the commanded ones, near the same time; tip 0 belongs to row ``first``."""
+    """Distance (n,) of tips from the polyline of commanded ones, near the same time; ``first`` is the row of tip 0."""
     nearest = np.full(len(tip), np.inf)
     row = first + np.arange(len(tip))
     for shift in range(-ASIDE, ASIDE):

@@ -21,8 +21,8 @@ from verne_post.verification.projection import (
     measure_progress_lengths,
 )
 
-#: Seen from the centre of an arc of fewer tolerances' radius, places within the tolerance of its ends may be in any direction. At 4
-#: they are still in that of their place, within 1 % of the tolerance.
+#: Arcs whose radius is fewer tolerances are tight: seen from the centre, places within the tolerance of their ends may
+#: be in any direction. At 4 they are still in that of their place, within 1 % of the tolerance.
 _TIGHT: Final = 4.0
 
 
@@ -36,8 +36,8 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
     metric_length : ndarray
         See :func:`~verne_post.verification.projection.measure_metric_lengths`, mm.
     motion_length : ndarray
-        Length that progress along the segment is a share of, mm: the metric length, that of the tip on splines, that of the
-        path where it is 0; never below ZERO_LENGTH_MM.
+        Length of which the progress along the segment is a share, mm: the metric length; on splines that of the tip;
+        that of the path where the metric one is 0. Never below ZERO_LENGTH_MM.
     blend_u : ndarray
         What a corner within its tolerance may add to a projection, as a share of the segment.
     tip_pace : ndarray
@@ -86,7 +86,8 @@ def _measure_axis_lengths(path: ToolPath, length: Array) -> Array:
 def _find_turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array) -> Array:
     """A whole turn as a share of segments (n,) that are arcs hardly larger than their tolerance; 0 for the others.
 
-    Of an arc that neither rises nor turns the axes by more than the tolerance, all of it: its turns cannot be told apart.
+    The share is at least 1 for arcs that neither rise nor turn the axes by more than the tolerance: their turns look
+    alike.
     """
     turns = np.zeros(len(path))
     on_arc = np.flatnonzero(path.arc >= 0)

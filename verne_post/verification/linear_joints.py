@@ -19,7 +19,7 @@ def find_rows(path: ToolPath, segment: Ints) -> Ints:
 
 
 def find_lines(path: ToolPath, segment: Ints, angles: Array) -> tuple[Array, Array, Array]:
-    """Coordinates (n, 2) in which segments (n,) turn linearly: those of angles (n, 2), those at the start, and to the end.
+    """Coordinates (n, 2) in which segments (n,) turn linearly: those of angles (n, 2), of the starts, and changes.
 
     Nominal A and C, or the joint angles d and t of a nutating pair.
     """

@@ -16,8 +16,8 @@ def match_places(item: Ints, where: Array, cost: Array, first: Ints, place: floa
     Parameters
     ----------
     item, where, cost : ndarray, shape (m,)
-        Of the candidates: items that ascend from row to row, place along the path (mm), and what each costs beside the mm by
-        which the way to it differs from the row's step.
+        Of the candidates: items that ascend from row to row, place along the path (mm), and extra cost (mm). The way to
+        a candidate costs as many mm as it differs from the row's step.
     first : ndarray of int, shape (n + 1,)
         First candidate of each row, and m.
     place : float

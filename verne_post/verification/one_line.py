@@ -1,4 +1,4 @@
-"""Which of several segments of one source line rows belong to, where the motion goes from one to the next without a stop."""
+"""Which of several segments of one source line rows belong to, where the motion goes on without a stop."""
 
 from collections.abc import Callable
 from typing import Final
@@ -25,14 +25,14 @@ Forward = Callable[[Array, Array], tuple[Array, Array, Array, Mask]]
 
 #: Rows that are placed together, at most: where they are is known from the last one of those before.
 _TOGETHER: Final = 128
-#: The path is longer than the steps along it by what corners cut off: by so many tolerances, and this share of the steps.
+#: The path is longer than steps along it, since corners are cut: by so many tolerances and this share of the steps.
 _TOLERANCES: Final = 8.0
 _LONGER: Final = 0.3
 #: Rows farther than so many bounds from what was chosen for them show that the choice has gone astray.
 _NEAR: Final = 2.0
-#: What a candidate costs, in mm by which the way to it differs from the row's step: per mm of the step at the bound of the
-#: tolerance, and per bound that it is beyond. Random programs of one line: below 16, acute corners are left too late; 1 and 100
-#: beyond the bound place alike.
+#: Costs of a candidate, in mm by which the way to it differs from the row's step: per mm of the step at the bound of
+#: the tolerance, and per bound that it is beyond. Random programs of one line: below 16, acute corners are left too
+#: late; 1 and 100 beyond the bound place alike.
 _AT_BOUND: Final = 16.0
 _BEYOND: Final = 100.0
 _JUST_WITHIN: Final = 0.99
@@ -78,7 +78,7 @@ def place_rows(reference: Reference, forward: Forward, q: Array, last: tuple[int
 def _choose(
     reference: Reference, pose: Measured, place: float, step: Array, first: int, end: int
 ) -> tuple[Ints, Array, bool]:
-    """Items and places (n,) of rows, by length, after ``place`` and steps (n,); and whether all are as near as allowed."""
+    """Items and places (n,) of rows, by length, after ``place`` and steps (n,); whether all are within bounds."""
     items, path = reference.items, reference.path
     segments = items.segment[first : end + 1]
     tip_bound, axis_bound = reference.find_bounds(segments)

@@ -15,9 +15,9 @@ from verne_post.verification.rows import MeasuredRows
 class PathCheck:
     """Shows that the pose of every row is within tolerance of one pose of the segment of its line.
 
-    The tip is within PATH_TIP_MM, tool axis and rotary angle are within PATH_AXIS_DEG, or within the tolerance of the segment
-    where its corners may be rounded. No corner reaches to where the machine stands still: there the former hold, from the one pose
-    of the program. Rounding to coarse decimals is allowed for.
+    The tip is within PATH_TIP_MM, tool axis and rotary angle are within PATH_AXIS_DEG, or within the tolerance of the
+    segment where its corners may be rounded. No rounded corner reaches a standstill: there the former bounds hold, from
+    the one pose of the program. Rounding to coarse decimals is allowed for.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class PathCheck:
         self, rows: MeasuredRows, row: Ints, name: str, unit: str, off: Array, bound: Array,
         where: str = "the programmed segment",
     ) -> None:  # fmt: skip
-        """Report the first of some rows (n,) whose deviation (n,) from somewhere exceeds its bound (n,), or is no number."""
+        """Report the first of rows (n,) whose deviation (n,) exceeds its bound (n,) or is no number."""
         bad = np.flatnonzero(~(off <= bound))
         if len(bad):
             first = int(bad[0])

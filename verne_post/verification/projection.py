@@ -24,12 +24,13 @@ from verne_post.verification.splines import (
 
 #: Weight of a radian against a millimetre in the projection.
 RADIAN_MM: Final = 50.0
-#: The pose of a segment that is nearest to a row near a corner is searched at so many points of a stretch, so many times finer:
-#: to a millionth of a stretch that is a few tolerances long.
+#: Near a corner, the nearest pose of a segment is searched at so many points of a stretch, each round so many times
+#: finer: to a millionth of a stretch that is a few tolerances long.
 NEARBY_POINTS: Final = 17
 NEARBY_ROUNDS: Final = 7
-#: A rotary angle this far off (rad) is one of another turn. The other branch of the table, half a turn away, needs no such
-#: bound: it counts by what half a turn moves the tool axis, but at the pole, where both branches are one.
+#: A rotary angle this far off (rad) is one of another turn. The other branch of the table, half a turn away, needs no
+#: such bound: it counts by the motion of the tool axis over half a turn, except at the pole, where both branches are
+#: one.
 OTHER_TURN: Final = 1.5 * np.pi
 #: Refinements of the projection on an arc whose rotary axes turn too: quadratic from a close start.
 ARC_STEPS: Final = 2
@@ -53,7 +54,7 @@ class Measured(JointPoses, frozen=True, eq=False, dict=True):
         return Measured(self.q[rows], self.tip[rows], self.angles[rows], self.by_axis)
 
     def weigh(self, radian_mm: Array | float) -> Array:
-        """The weights of a radian against a millimetre for A and C, (n, 2), or of any shape that means it; ``radian_mm`` one or (n,)."""
+        """Weights of a radian against a mm for A and C, (n, 2) or broadcastable; ``radian_mm`` one or (n,)."""
         weight = np.reshape(radian_mm, (-1, 1))
         if not self.by_axis:
             return weight
@@ -75,8 +76,8 @@ def project_unwrapped(
     u_before : float
         u of the row before the first, where that row is on the same segment (arcs of several turns, splines).
     bounds : two ndarrays, shape (n,), or None
-        How far tip (mm) and angles (rad) of rows may be from their places, where a spline comes near itself. None: each row is
-        looked at by itself.
+        How far tip (mm) and angles (rad) of rows may be from their places, where a spline comes near itself. None: each
+        row is matched by itself.
     """
     u = project_onto_straight(path, segment, measured, RADIAN_MM)
     arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
@@ -105,7 +106,7 @@ def project_unwrapped(
 def project_onto_straight(path: ToolPath, segment: Ints, measured: Measured, radian_mm: Array | float) -> Array:
     """Parameter u (n,) of the nearest point of straight segments, whose tool axis may follow a great circle.
 
-    ``radian_mm`` is the weight of a radian against a millimetre, one or (n,). What it says of other segments means nothing.
+    ``radian_mm`` is the weight of a radian against a millimetre, one or (n,). Results of other segments mean nothing.
     """
     start, tip, angles = path.start[segment], measured.tip, measured.angles
     delta, now = path.end[segment] - start, np.concatenate([tip, angles], axis=1) - start
@@ -207,7 +208,7 @@ def _turn_u(path: ToolPath, segment: Ints, measured: Measured) -> Array:
 def _turn_point(turns: TurnSegments, row: Ints, u: Array) -> tuple[Array, Array]:
     """Points (n, 3) of turns and their derivatives by u, in components.
 
-    A place in the machine turns back by A about x, comes to the rotary centre, and turns back by C; what is linear goes along.
+    A place in the machine turns back by A about x, comes to the rotary centre, and turns back by C; linear motions add.
     """
     delta = turns.last[row] - turns.first[row]
     (x, y, z), (dx, dy, dz) = (turns.first[row] + u[:, None] * delta).T, delta.T
@@ -352,7 +353,7 @@ def _measure_arc_lengths(path: ToolPath, segment: Ints, u: Array) -> Array:
 
 
 def find_tip_paces(path: ToolPath) -> Array:
-    """Seconds (n,) that each segment takes at its feed, per mm of the tip; 0 where the feed rate is a time, and for rapids."""
+    """Seconds (n,) at the feed per mm of the tip, of each segment; 0 where the feed rate is a time, and for rapids."""
     delta = path.end - path.start
     turn, tip = measure_rows(delta[:, 3:]), measure_rows(delta[:, :3])
     arc = np.flatnonzero(path.arc >= 0)
@@ -418,9 +419,9 @@ def find_programmed_pose(path: ToolPath, segment: Ints, u: Array) -> tuple[Array
 def measure_off_segment(path: ToolPath, segment: Ints, u: Array, measured: Measured) -> tuple[Array, Array, Array]:
     """Distance from the programmed segment at u: tip (mm), tool axis (rad), rotary angle (rad).
 
-    Along a great circle, and of poses ``by_axis``, the rotary angle counts by what it moves the tool axis: near the pole C turns
-    fast there, and the smallest error of u is large in C. A C that is a turn off counts in full.
-    For JOINT segments: sliders (mm), and twice the larger table angle.
+    Along a great circle, and of poses ``by_axis``, the rotary angle counts by the motion of the tool axis: near the
+    pole C turns fast there, and the smallest error of u is large in C. A C that is a turn off counts in full. For JOINT
+    segments: sliders (mm), and twice the larger table angle.
     """
     tip, angles = find_programmed_pose(path, segment, u)
     tip_off = measure_rows(measured.tip - tip)
@@ -441,7 +442,9 @@ def measure_off_segment(path: ToolPath, segment: Ints, u: Array, measured: Measu
 def measure_deviation_nearby(
     path: ToolPath, segment: Ints, u: Array, measured: Measured, tip_bound: Array, angle_bound: Array, reach: Array
 ) -> tuple[Array, Array, Array]:
-    """As :func:`measure_off_segment`, at the pose within ``reach`` (n,) of u whose larger share of the two bounds (mm, rad) is smallest.
+    """As :func:`measure_off_segment`, at the best pose within ``reach`` (n,) of u.
+
+    The best pose is the one whose larger share of the two bounds (mm, rad) is smallest.
 
     A projection weighs millimetres against radians; a tolerance is kept where one pose is near enough in both.
     """

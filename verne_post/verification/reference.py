@@ -15,10 +15,10 @@ from verne_post.model.toolpath import ToolPath
 from verne_post.verification.items import Items, SegmentMeasures, list_items, measure_segments
 from verne_post.verification.projection import RADIAN_MM
 
-#: Rounded joints move the tip by at most this many units of a linear actuator's last decimal, and this many mm per radian of
-#: a table angle's. Half a unit in each actuator moves the tip by at most 1.5 units on the VERNE, 1.6 on the linear delta and
-#: 0.9 on the serial machine (measured over the workspaces of the shipped files); a radian of A or C moves sliders by 200 mm,
-#: and a tip may be 1 m from the table's axes.
+#: Rounded joints move the tip by at most this many units of a linear actuator's last decimal, and this many mm per
+#: radian of a table angle's. Half a unit in each actuator moves the tip by at most 1.5 units on the VERNE, 1.6 on the
+#: linear delta and 0.9 on the serial machine (measured over the workspaces of the shipped files). A radian of A or C
+#: moves sliders by 200 mm, and a tip may be 1 m from the table's axes.
 _TIP_PER_SLIDER: Final = 3.0
 _TIP_PER_RADIAN_MM: Final = 1000.0
 #: Rounding that moves the tip by no more than this share of the tolerance is inside it; the default decimals do.
@@ -33,7 +33,8 @@ class RoundingNoise(Struct, frozen=True, eq=False):
     Attributes
     ----------
     differences : tuple of 3 ndarrays, shape (n_joints,)
-        First, second and third differences over the cycle, in file units. 0 where the noise is inside the acceptance ratio.
+        First, second and third differences over the cycle, in file units; 0 where the acceptance ratio covers the
+        noise.
     joints : ndarray, shape (n_joints,)
         One unit of the last decimal, mm and rad.
     tip : float
@@ -63,8 +64,8 @@ class Reference(Struct, frozen=True, eq=False):
     entry : int
         A restart begins with this segment; -1 for a whole program.
     entry_aside : float
-        How far along that segment, or before it, the first pose of a restart may be, mm: a corner of which it is the middle
-        is blended beside its vertex, the farther the sharper it is.
+        How far along that segment, or before it, the first pose of a restart may be, mm. This pose is the middle of a
+        corner, which is blended beside its vertex, the farther the sharper it is.
     columns : tuple of Column
     factor : ndarray, shape (n_joints,)
         File value over inside value.
@@ -91,8 +92,8 @@ class Reference(Struct, frozen=True, eq=False):
     def find_bounds(self, segment: Ints) -> tuple[Array, Array]:
         """How far rows may be from segments (n,): tip (mm), and tool axis and rotary angle (rad); (n,) both.
 
-        PATH_TIP_MM and PATH_AXIS_DEG, or the tolerance of the segment where its corners may be rounded, and what rounding to
-        coarse decimals adds.
+        PATH_TIP_MM and PATH_AXIS_DEG, or the tolerance of the segment where its corners may be rounded, plus what
+        rounding to coarse decimals adds.
         """
         tip, angle = self.exact_bounds
         return (
@@ -106,7 +107,7 @@ class Reference(Struct, frozen=True, eq=False):
         return PATH_TIP_MM + self.noise.coarse * self.noise.tip, PATH_AXIS_DEG * RAD_PER_DEG + self.noise.angle
 
     def find_standing_poses(self, item: Ints) -> Array:
-        """Poses (n, 5) at which the machine stands before items (n,), mm and rad; in a dwell, which may come after all motion.
+        """Poses (n, 5), mm and rad, at which the machine stands before items (n,), or in a dwell after all motion.
 
         A restart stands in the middle of the corner that the whole program would round.
         """

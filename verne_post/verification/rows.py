@@ -71,8 +71,8 @@ class MeasuredRows(Struct, frozen=True, eq=False):
     item_before, u_before : ndarray, shape (n,)
         Of the row before; -1 before the first row of a file.
     origin, step : ndarray, shape (n, 5)
-        Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row. The tip is that of this row's
-        tool: where the tool length changes, the machine does not move.
+        Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row. The tip is that of this
+        row's tool: where the tool length changes, the machine does not move.
     entered_rows : ndarray of int, shape (c,)
         Rows that are the first of their item.
     rows_before : ndarray of int, shape (c,)
@@ -100,7 +100,7 @@ class MeasuredRows(Struct, frozen=True, eq=False):
 class LastRow(Struct, frozen=True, eq=False):
     """Where the last row was.
 
-    ``rows`` counts the rows of its item so far; ``q`` (n_joints,) and ``pose`` (5,) are None before the first row of a file.
+    ``rows`` counts the rows of its item so far; ``q`` (n_joints,) and ``pose`` (5,) are None before the first row.
     """
 
     item: int = -1
@@ -162,7 +162,7 @@ class RowMatcher:
     def _match_some(
         self, block: SetpointBlock, begin: int, end: int
     ) -> tuple[MeasuredRows | None, LostPath | None, int]:
-        """Measure rows of a block, up to one that cannot be followed or that is on a later group of its line; that group, or -1."""
+        """Measure rows of a block, up to a lost one or one on a later group of its line; that group, or -1."""
         items, path = self.reference.items, self.reference.path
         line, q = block.line[begin:end].astype(np.int64), block.values[begin:end] / self.reference.factor
         group, lost = self._match_groups(line)
@@ -232,7 +232,7 @@ class RowMatcher:
         return None
 
     def _find_later_group(self, group: Ints, item: Ints, segment: Ints, pose: Measured, u: Array) -> tuple[int, int]:
-        """First row that has left the last segment of its group (n,) for the next group of its line, and that one; -1 if none.
+        """First row that has left the last segment of its group (n,), and the next group of its line; -1 if none.
 
         What is so short that no row stands on it may lie between the two: then the lines of the rows do not change.
         """
@@ -288,7 +288,7 @@ class RowMatcher:
         return item
 
     def _find_pose_before(self, q: Array, row: int, item: int) -> Array:
-        """Tip (mm) and angles (times RADIAN_MM) before a row of joint values (n, n_joints); of the first row its own."""
+        """Tip (mm) and angles (times RADIAN_MM) before a row of q (n, n_joints); its own for the first row."""
         if row == 0 and self.last.pose is not None:
             return self.last.pose
         at = slice(max(row - 1, 0), max(row, 1))
@@ -298,7 +298,7 @@ class RowMatcher:
         return np.append(tip[0], RADIAN_MM * angles[0])
 
     def _count_rows_of_item(self, q: Array, item: int, u_before: float | None) -> int:
-        """How many of the next rows lie before the end of a segment; ``u_before`` is None if the row before is not on it."""
+        """Count rows before the end of a segment; ``u_before`` is None if the row before is not on it."""
         path = self.reference.path
         segment = int(self.reference.items.segment[item])
         close = 1.0 - self.reference.noise.tip / self.reference.measures.motion_length[segment]
@@ -364,10 +364,11 @@ class RowMatcher:
         return origin
 
     def _place(self, item: Ints, u: Array, pose: Array) -> Array:
-        """Where on its segment (n,) each of some poses (n, 5) is by the shares of the tolerances: ``u`` but for straight segments.
+        """Share (n,) of its segment at which each pose (n, 5) is: ``u``, but on straight segments by shares of the
+        tolerances.
 
-        A corner of short moves may use all of an axis tolerance that is many times as long, in mm, as that of the tip. Then
-        another place is the nearest one by shares than by length.
+        A corner of short moves may use all of an axis tolerance that is many times as long, in mm, as that of the tip.
+        Then the nearest place by shares is not the nearest one by length.
         """
         reference, segment, place = self.reference, self.reference.items.segment[item], u.copy()
         straight = np.flatnonzero((item >= 0) & (segment >= 0) & (reference.path.kind[segment] == SegmentKind.LINE))

@@ -25,8 +25,8 @@ _SETTLED: Final = 1e-9
 _STEPS: Final = 5
 #: Rows are looked at so many at a time: each is compared with all panels of its piece.
 _ROWS: Final = 1024
-#: Nearest places of one row that are refined, steps of each at most, and the step (a share of the piece) after which the
-#: next would be nothing: they square the error.
+#: Nearest places of one row that are refined, steps of each at most, and the step (a share of the piece) that is the
+#: last: the next would be negligible, since each squares the error.
 _CANDIDATES, _REFINEMENTS, _REFINED = 3, 12, 1e-7
 #: So many places of a piece are looked at where no candidate has come near.
 _CLOSER: Final = 257
@@ -196,7 +196,7 @@ def _find_panel(splines: MeasuredSplines, piece: Ints, length: Array) -> Ints:
 
 
 class _Samples(Struct, frozen=True, eq=False):
-    """Places of pieces (k,): parameters ``at`` (r,) and poses (r, 5), those of piece i from ``first[i]`` on, ``first`` (k + 1,)."""
+    """Places of pieces (k,): parameters ``at`` (r,), poses (r, 5); those of piece i begin at ``first[i]``, (k + 1,)."""
 
     piece: Ints
     first: Ints
@@ -205,7 +205,7 @@ class _Samples(Struct, frozen=True, eq=False):
 
 
 class _Candidates(Struct, frozen=True, eq=False):
-    """Shares u (n, candidates) of places that poses may belong to, and how far the poses are from them (n, candidates, 5), weighted.
+    """Shares u (n, candidates) of places for poses, and weighted offsets of the poses from them (n, candidates, 5).
 
     What is not found is infinitely far.
     """
@@ -231,9 +231,10 @@ def project(
 ) -> Array:  # fmt: skip
     """Share u (n,) of the length of the tip at the places of pieces (n,) that are nearest to poses (n, 5).
 
-    Beyond both ends the curve goes on straight, there by shares of the metric length. Where a curve comes near itself, a row may
-    belong to any place within ``bounds``, of the tip (mm) and of the angles (rad), (n,) both: those count that follow from row
-    to row. None: the nearest. ``fresh`` (n,) marks first rows of a segment, and ``u_before`` is that of the row before the first.
+    Beyond both ends the curve goes on straight, there by shares of the metric length. Where a curve comes near itself,
+    a row may belong to any place within ``bounds``, of the tip (mm) and of the angles (rad), (n,) both; the places that
+    follow from row to row are chosen. None: the nearest. ``fresh`` (n,) marks first rows of a segment, and ``u_before``
+    is that of the row before the first.
     """
     weight = np.array([1.0, 1.0, 1.0, radian_mm, radian_mm])
     every = _Samples(np.arange(len(splines.pieces)), splines.first, splines.at, splines.pose)
@@ -260,7 +261,7 @@ def project(
 def _choose_places(
     u: Array, possible: Mask, nearest: Array, total: Array, pose: Array, fresh: Mask, u_before: float
 ) -> Array:
-    """Of the possible shares u (n, candidates), that of each row (n,): the nearest (n,), where several are, by the rows beside."""
+    """Share (n,) of each row among u (n, candidates): the nearest, or by the rows beside where several may be."""
     several: Mask = np.any(possible & (np.abs(u - nearest[:, None]) > _SETTLED), axis=1)
     if not several.any():
         return nearest
@@ -285,7 +286,7 @@ def _choose_places(
 def _search(
     splines: MeasuredSplines, samples: _Samples, own: Ints, pose: Array, weight: Array, radian_mm: float
 ) -> _Candidates:
-    """Places locally nearest to poses (n, 5), sought from the nearest of the samples of each, whose number is ``own`` (n,)."""
+    """Places nearest to poses (n, 5), each sought from the nearest samples of its piece ``own`` (n,)."""
     u, off = np.zeros((len(own), _CANDIDATES)), np.full((len(own), _CANDIDATES, 5), np.inf)
     first, at = samples.first, samples.at
     for begin in range(0, len(own), _ROWS):
@@ -318,7 +319,7 @@ def _refine(
     splines: MeasuredSplines, piece: Ints, pose: Array, within: tuple[Array, Array, Array], weight: Array,
     radian_mm: float,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Shares u (n,) of the nearest places of pieces (n,), ``within`` a parameter, from another, to a third, and poses less them."""
+    """Nearest shares u (n,) of pieces (n,) ``within`` (lowest, first, highest) parameters, and offsets of poses."""
     low, at, high = within
     for _ in range(_REFINEMENTS):  # Gauss-Newton
         point, slope = differentiate_spline_points(splines.pieces, piece, at)

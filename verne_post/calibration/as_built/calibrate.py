@@ -1,4 +1,4 @@
-"""A calibration from readings to what it says: deviations, what they leave open, and the tool errors before and after."""
+"""A calibration from readings: deviations, what stays uncertain, and the tool errors before and after."""
 
 from typing import Final
 
@@ -24,7 +24,7 @@ from verne_post.model.protocols import FiveAxis
 
 #: A direction counts as determined when its standard deviation is below this share of the one before the readings.
 DETERMINED: Final = 0.9
-#: Below this probability readings contradict their uncertainties, or the machine its tolerances: by chance once in a thousand.
+#: Below this probability readings contradict their uncertainties, or the machine its tolerances: chance of 1 in 1000.
 CONTRADICTED: Final = 1e-3
 #: Parameters named where most of the tip error that is left comes from.
 NAMED: Final = 3

@@ -84,7 +84,7 @@ class JointUncertainty(Struct, frozen=True):
         return np.array([self.slider] * 3 + [self.angle] * 2)
 
     def propagate_covariance(self, by_joint: Array) -> Array:
-        """Covariance (n, k, k) that it gives to quantities whose derivatives by the joints are ``by_joint`` (n, k, 5)."""
+        """Covariance (n, k, k) of quantities whose derivatives by the joints are ``by_joint`` (n, k, 5)."""
         scaled = by_joint * self.spread
         return np.asarray(scaled @ scaled.transpose(0, 2, 1))
 

@@ -1,4 +1,4 @@
-"""How a warm machine differs from the calibrated one: rods of a leg grow alike, sliders shift their zeros, the table rises.
+"""Differences of a warm machine from the calibrated one: rods of a leg grow alike, zeros shift, the table rises.
 
 The table's height and the mean of the three zeros cannot be told apart: moving the table is moving all sliders. So the
 drift has six unknowns, three growths and three zeros, and the common part of the zeros is called the table's height.
@@ -19,7 +19,7 @@ DRIFT_MM: Final = 0.05
 
 
 class Drift(Struct, frozen=True, eq=False):
-    """What a touch-up found, mm: growth of the rods and shift of the sliders' zeros by leg (3,), each with uncertainties.
+    """The result of a touch-up, mm: growth of rods and shift of sliders' zeros by leg (3,), with uncertainties.
 
     ``height`` is how far the table has come nearer to the platform, the mean shift of the zeros with its sign changed;
     ``zeros`` are without it.

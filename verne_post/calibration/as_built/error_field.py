@@ -23,7 +23,7 @@ RESOLUTION: Final = 61
 def compute_error_fields(
     machine: Machine, present: FiveAxis, as_built: AsBuiltMachine, found: Array, factor: Array, length: float
 ) -> list[ErrorField]:
-    """Errors on planes parallel to the table's face; arguments as of :func:`predict_errors_before` and :func:`predict_errors_after`."""
+    """Errors on planes parallel to the table's face; for arguments see :func:`predict_errors_before` and ``_after``."""
     side = np.linspace(-machine.table_radius, machine.table_radius, RESOLUTION)
     x, y = (values.ravel() for values in np.meshgrid(side, side))
     height = HEIGHT * machine.table_radius

@@ -59,7 +59,7 @@ class Fit(Struct, frozen=True, eq=False):
 
     @property
     def probability(self) -> float:
-        """How often readings with the stated uncertainties, of a machine within its prior, miss as much; NaN without any."""
+        """Probability of so large a misfit, with the stated uncertainties and within the prior; NaN without freedom."""
         return float(chdtrc(self.freedom, self.chi_square)) if self.freedom > 0 else float("nan")
 
     @property
@@ -119,7 +119,7 @@ def fit(measurement: Measurement, prior: Prior, kept: Mask) -> Fit:
 
 
 def _count_taken_by_stations(measurement: Measurement, blocks: Blocks, kept: Mask) -> int:
-    """How many equations the places and turns of stations take up: as many of their unknowns as readings say something of."""
+    """Count the equations that determine places and turns of stations: as many as their unknowns with readings."""
     turned, tools, taken = _find_turned_stations(measurement), measurement.tools, 0
     for station in range(measurement.stations):
         rows = np.flatnonzero((tools.station == station) & kept[: len(tools)])
@@ -258,7 +258,7 @@ def hold_out(measurement: Measurement, prior: Prior, kept: Mask) -> HeldOut | No
 
 
 class _Predicted(NamedTuple):
-    """Readings (m, 5) minus predictions, mm and rad; expected squares of the tips' distances (m,); their probability."""
+    """Readings minus predictions (m, 5), mm and rad; expected squared tip distances (m,); their probability."""
 
     off: Array
     variance: Array
@@ -266,7 +266,7 @@ class _Predicted(NamedTuple):
 
 
 def _predict(measurement: Measurement, prior: Prior, kept: Mask, held: Ints) -> _Predicted | None:
-    """Predict some rows from the other kept ones; None where these know nothing of the points they are measured from."""
+    """Predict the ``held`` rows from the other kept ones; None where these tell nothing of their stations."""
     tools = measurement.tools
     training = np.array(kept)
     training[held] = False

@@ -16,7 +16,7 @@ def simulate_tips(
     seed: int,
     joint_sigma: JointUncertainty = COMMANDED_EXACTLY,
 ) -> Array:
-    """Tips (n, 3) that an instrument of uncertainty ``sigma`` (mm) reads on a machine commanded to joints (n, 5), table frame."""
+    """Tips (n, 3), table frame, that an instrument of uncertainty ``sigma`` (mm) reads at commanded joints (n, 5)."""
     random = np.random.default_rng(seed)
     noise = sigma * random.standard_normal((len(joints), 3))
     tip, _axis, _ok = machine.forward(joints + joint_sigma.spread * random.standard_normal(joints.shape), length)

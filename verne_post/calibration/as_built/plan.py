@@ -1,4 +1,4 @@
-"""Which poses to measure next: those that leave the least tip error over the workspace (I-optimal, greedy, exchanged)."""
+"""Poses to measure next: those that leave the least tip error over the workspace (I-optimal, greedy, exchanged)."""
 
 from collections.abc import Sequence
 from typing import Final

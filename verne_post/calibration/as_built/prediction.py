@@ -19,7 +19,7 @@ DRAWS: Final = 64
 
 
 class ToolErrors(Struct, frozen=True, eq=False):
-    """Distances of tips in mm and angles of tool axes in rad from where they should be; NaN where nothing is reached."""
+    """Distances of tips (mm) and angles of tool axes (rad) from where they should be; NaN out of reach."""
 
     tip: Array
     axis: Array

@@ -23,7 +23,7 @@ LENGTH: Final = "tool_length_mm"
 TIP: Final = ("x_mm", "y_mm", "z_mm")
 AXIS: Final = ("i", "j", "k")
 SIGMAS: Final = ("sigma_mm", "sigma_mrad")
-#: Rows with the same text in one of these are measured from one place that nobody knows; of a frame the directions neither.
+#: Rows with the same text in one of these share an unknown place; those of a frame share unknown directions too.
 STATIONS: Final = ("sphere", "frame")
 #: Text for people, not read.
 REMARKS: Final = ("case", "remark")

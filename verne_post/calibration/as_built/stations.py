@@ -1,7 +1,8 @@
 """Where instruments stand that do not measure in the table frame: unknown places, and for some unknown directions.
 
-A tip at y on the table is read as ``R^T (y - c)`` by an instrument at c whose axes are turned by R = exp(w x). Balls that
-are probed and nests of sensors have their axes along the table's (w = 0); a laser tracker may stand in any way.
+A tip at y on the table is read as ``R^T (y - c)`` by an instrument at c whose axes are turned by R = exp(w x). Balls
+that are probed and nests of sensors have their axes along the table's (w = 0); a laser tracker may stand in any
+direction.
 """
 
 from typing import Final
@@ -16,8 +17,8 @@ from verne_post.calibration.as_built.model import AsBuiltModel
 
 #: Unknowns of a station: c (mm), w (rad).
 SIZE: Final = 6
-#: Places and directions are known before to this, once :func:`align_stations` has brought them near: mm and rad. Far more
-#: than machines within their tolerances move the tips, so it decides nothing.
+#: Places and directions are known to this, mm and rad, once :func:`align_stations` has brought them near. It decides
+#: nothing, because machines within their tolerances move the tips far less.
 NEAR_MM: Final = 10.0
 NEAR_TURN: Final = 0.02
 #: Tips that a turned frame needs, not on one line.
@@ -77,7 +78,7 @@ def _make_rotations(turn: Array) -> Array:
 
 
 def align_stations(model: AsBuiltModel, deviations: Array, tools: ToolReadings) -> ToolReadings:
-    """The readings of stations brought near the table frame: by the median shift, or the closest rotation of a turned one.
+    """The readings of stations brought near the table frame, by the median shift, or a rotation if turned.
 
     Raises
     ------

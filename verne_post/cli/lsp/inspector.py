@@ -132,7 +132,7 @@ class Inspector:
         return Outline(split_lines(found.text), dialect, found.text.encode(), found.path.name)
 
     def find_notes(self, found: Inspected) -> list[tuple[int, str]]:
-        """What is written over lines, counted from 1: the machining time, the line next to a limit, the one that takes longest."""
+        """Notes over lines, from 1: the machining time, the line next to a limit, the line that takes longest."""
         facts, summary = found.measure(), found.made.result.summary
         errors = [item.worst_line or item.line for item in found.findings if item.severity == "error"]
         outcome = format_outcome(found.path.name, found.findings).partition(": ")[2]

@@ -145,7 +145,7 @@ class Outline:
         )
 
     def find_definition(self, line: int, column: int, folder: Path, paths: tuple[str, ...]) -> Named | Path | None:
-        """Where the call or the jump at a place leads: a name of this text, or a file that a program of the folder may call."""
+        """Where a call or jump at a place leads: a name of this text, or a file that the folder's programs may call."""
         words = self.words
         for pattern, defined in (
             (words.call, self._list_subprograms()),

@@ -1,4 +1,4 @@
-"""The language server: what an editor asks, by the Language Server Protocol; one program is checked at a time, in a worker.
+"""The language server for editors (Language Server Protocol). One program is checked at a time, in a worker.
 
 Newer text of a program supersedes the check of an older one, which ends at its next report of progress.
 """

@@ -19,7 +19,7 @@ from verne_post.gcode.rs274.motion import MAX_TURNS
 _CIRCLE_AXIS: Final = 1e-6
 #: Centre and axis; some CAM systems leave the radius out, others append the tolerance and sizes of the tool.
 _CIRCLE_NUMBERS: Final = (6, 7, 11)
-#: Numbers between brackets, and the two forms of TLON,GOFWD: those of a circle about Z, and of a cylinder about any axis.
+#: Numbers in brackets, and the two forms of TLON,GOFWD: a circle about Z, and a cylinder about any axis.
 _NUMBERS: Final = r"\(\s*{}\s*/([^()]*)\)"
 _POINT, _VECTOR = _NUMBERS.format("POINT"), _NUMBERS.format("VECTOR")
 _FORMS: Final = tuple(
@@ -35,7 +35,7 @@ _FORMS: Final = tuple(
 
 
 class Circle(Struct, frozen=True):
-    """A circle in the coordinates and the unit of the part: centre (3,), axis (3,), about which it turns counter-clockwise, radius.
+    """A circle in coordinates and unit of the part: centre (3,), axis (3,) of its counter-clockwise turn, radius.
 
     ``radius`` is None where the statement has none; ``turns`` are whole ones before the arc.
     """

@@ -13,7 +13,7 @@ from verne_post.gcode.program_error import ProgramError
 _COOLANTS: Final = {"ON": 8.0, "FLOOD": 8.0, "MIST": 7.0, "OFF": 9.0}
 #: Coolants for which there is no code, and pressures: the machine's own matter.
 _OTHER_COOLANTS: Final = ("TAP", "THRU", "AIR", "LOW", "MEDIUM", "HIGH")
-#: Words of LOADTL and LOAD/TOOL -> whether a number follows. OFFSET is the register of the length, the rest is told once.
+#: Words of LOADTL and LOAD/TOOL -> whether a number follows. OFFSET is the register of the length.
 _OFFSETS: Final = ("ADJUST", "OSETNO")
 _TOOL_FACTS: Final = {"LENGTH": True, "SPINDL": True, "HOLDER": True, "MILL": False, "DRILL": False, "MANUAL": False}
 

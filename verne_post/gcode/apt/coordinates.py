@@ -39,7 +39,7 @@ def read_matrix(statement: Statement) -> Affine:
 
 
 def read_machine_system(statement: Statement) -> Affine:
-    """The map of ``MSYS/x,y,z,i,j,k,i,j,k``: origin, X and Y of the system in which points are, in those of the model.
+    """The map of ``MSYS/x,y,z,i,j,k,i,j,k``: origin, X and Y of the system of points, in those of the model.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def join_maps(outer: Affine, inner: Affine) -> Affine:
 
 
 def check_no_shift(s: Statement) -> None:
-    """ORIGIN and TRANS: what they shift, and whether shifts add up, each post-processor says for itself; 0, 0, 0 is no shift.
+    """Refuse ORIGIN and TRANS, unless they shift by 0, 0, 0: each post-processor has its own meaning of them.
 
     Raises
     ------

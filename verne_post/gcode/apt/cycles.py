@@ -30,7 +30,7 @@ _OTHER_NAMES: Final = {"DEEP2": "DEEP", "RIGID": "TAP"}
 _TAPS: Final = ("FLOAT", "RIGID", "FIXED", *_STEPPED)
 #: As fast as this many times the tap may go out (RATIO), as Haas controls bound it.
 _MAX_RATIO: Final = 9
-#: Where each writer says whether holes are left at the height of RTRCTO or of RAPTO: the tool always goes to the higher one.
+#: Words of writers for holes that are left at the height of RTRCTO or of RAPTO: the tool always goes to the higher one.
 _LEVELS: Final = ("INIT", "CLEAR")
 
 
@@ -174,8 +174,9 @@ def read_cycle(s: Statement) -> Cycle:
 def _name_numbers(words: list[str], *, of_thread: bool) -> list[str]:
     """The words of a cycle with names before numbers whose order somebody has published.
 
-    CATIA: TAP, total depth, clearance of the tip (syntax NC_TAPPING of its PP tables); Creo with ``cycle_format fixed``: TAP,
-    depth, feed rate, its unit, turns an inch, height of rapid traverse. Others begin with the depth alone.
+    CATIA: TAP, total depth, clearance of the tip (syntax NC_TAPPING of its PP tables). Creo with ``cycle_format
+    fixed``: TAP, depth, feed rate, its unit, turns an inch, height of rapid traverse. Others begin with the depth
+    alone.
     """
     numbers = [is_number(word) for word in words]
     if not of_thread or numbers[:2] != [True, True]:

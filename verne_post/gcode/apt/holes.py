@@ -95,7 +95,7 @@ def _tap(to: AptModes, s: Statement, cycle: Cycle, said: Tap, base: Array, axis:
 
 
 def _find_pitch(to: AptModes, cycle: Cycle, said: Tap) -> float:
-    """The pitch of a thread, mm: of PITCH, TPI, the feed rate of the cycle, or of the tool in the set-up; all that say one agree.
+    """The pitch of a thread, mm: of PITCH, TPI, the feed rate of the cycle, or the tool in the set-up; they agree.
 
     FEDRAT says none: it may be that of the operation before.
 

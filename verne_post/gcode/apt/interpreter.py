@@ -1,4 +1,4 @@
-"""The interpreter of blocks, with arcs about any axis and threads, and with remedies in words of cutter location text."""
+"""The interpreter of blocks, with arcs about any axis and threads; remedies in words of cutter location text."""
 
 from collections.abc import Callable, Sequence
 

@@ -30,8 +30,8 @@ class ToolUse(Struct):
 class AptModes(Struct):
     """The modes of APT: RAPID, CIRCLE, CYCLE, TRACUT, MSYS, the tool axis, MULTAX.
 
-    The tool axis is kept as the statements give it; points, and what goes into blocks, are in the coordinates of the part.
-    ``lists_arcs``: the writer may list points of an arc after CIRCLE, as Creo does.
+    The tool axis is kept as the statements give it. Points, and what goes into blocks, are in the coordinates of the
+    part. ``lists_arcs``: the writer may list points of an arc after CIRCLE, as Creo does.
     """
 
     setup: Setup

@@ -1,4 +1,4 @@
-"""A whole text of CLDATA: its statements one after the other, stretches of GOTO at once, subprograms where they are called."""
+"""A whole text of CLDATA: statements in order, stretches of GOTO at once, subprograms where they are called."""
 
 from collections.abc import Iterator
 from typing import Final

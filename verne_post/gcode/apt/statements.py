@@ -1,4 +1,4 @@
-"""APT cutter location text -> statements: a major word, a slash, and words between commas; long stretches of GOTO together."""
+"""APT cutter location text -> statements: a major word, a slash, words between commas; stretches of GOTO at once."""
 
 import math
 import re
@@ -31,12 +31,12 @@ _MAJOR: Final = re.compile(
 )
 #: Words of six letters, whose text goes from the seventh to the end of the line, also when it begins with a digit.
 _FREE_TEXT: Final = ("PARTNO", "PPRINT", "REMARK", "INSERT")
-#: A remark for the CAM system itself, which goes on in the next line after a $; that line has nothing but numbers. One of them
-#: says in which system the points are.
+#: A remark for the CAM system itself, which goes on in the next line after a $; that line has only numbers. One of them
+#: names the system of the points.
 _SYSTEM_REMARK: Final = "$$->"
 _SYSTEM: Final = re.compile(r"\s*\$\$->\s*CSYS\s*/(.*)")
 SYSTEM_OF_MODEL: Final = "$$-> CSYS"
-#: The same of CATIA: after a remark with this name, and one with that of the system, three with a row of its matrix each.
+#: The same of CATIA: after a remark with this name, and one with the system's, three with a row of its matrix each.
 SYSTEM_OF_CATIA: Final = "$$*CATIA0"
 _ROW: Final = re.compile(r"\s*\$\$((?:\s+[-+]?[0-9.]+){4})\s*$")
 _ONLY_NUMBERS: Final = re.compile(r"[-+.,0-9EeDd\s]*(?:\$.*)?$")
@@ -82,7 +82,7 @@ class Points(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def values(self) -> tuple[Array, Array, Ints]:
-        """Places (n, 3), tool axes (m, 3) of the lines that have one, and for each line the row of its axis; -1 before the first."""
+        """Places (n, 3), tool axes (m, 3), and for each line the row of its axis (n,); -1 before the first axis."""
         lines = self.text.translate(None, _NOT_OF_NUMBERS).removesuffix(b"\n").split(b"\n")
         count = np.array([line.count(b",") for line in lines]) + 1
         numbers = np.array([float(word) for word in b",".join(lines).split(b",")])

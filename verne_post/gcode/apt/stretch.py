@@ -18,7 +18,7 @@ _LETTERS: Final = np.frombuffer(b"XYZIJK", dtype=np.uint8)
 
 
 def execute_points(points: Points, row: int, last: int, modes: AptModes, interpreter: Rs274) -> int:
-    """Execute lines ``row`` to ``last`` (excluded) at once, as far as that can be done; returns the first line not done."""
+    """Execute lines ``row`` to ``last`` (excluded) at once, as far as possible; returns the first line not done."""
     state = interpreter.state
     if last - row < plain.MIN_LINES or not _is_plain(modes, interpreter):
         return row

@@ -107,7 +107,7 @@ def check_shift(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def check_system_of_model(to: AptModes, s: Statement) -> Iterator[Block]:
-    """Remarks of Creo and CATIA: where the system of the points lies in the model. Another one than before would move them."""
+    """Check remarks of Creo and CATIA about the system of points in the model: a change would move the points."""
     numbers = read_numbers(s, s.words)
     if len(numbers) != NUMBERS:
         raise ProgramError("VP005", f"{s.major} takes the 12 numbers of a matrix; here are {len(numbers)}")

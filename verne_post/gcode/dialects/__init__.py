@@ -28,7 +28,7 @@ DIALECTS: Final[Mapping[str, Dialect]] = _find_dialects()
 
 
 def choose_dialect(name: str, source: Text, source_name: str) -> Dialect:
-    """The dialect of that name; for "auto" the one that recognises the text, else that of the file's ending, else RS274/NGC."""
+    """The named dialect; for "auto" the one of the text, else of the file's ending, else RS274/NGC."""
     return DIALECTS[choose_dialect_name(name, source, source_name)]
 
 

@@ -16,7 +16,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
 
 _HEADER_LINES: Final = 200
-#: What only these controls write. That a letter must follow is said first: two thirds of the time goes to places where none does.
+#: What only these controls write. The lookahead for a letter saves two thirds of the time, at places without one.
 _OWN: Final = re.compile(
     rb"^%_N_|^[ \t]*;[ \t]*\$PATH=|(?=[A-Z])(?:(?<![A-Z0-9_])(?:TRAORI|TRAFOOF|SUPA|CYCLE8[0-9]+|MCALL|STOPRE|MSG[ \t]*\(|EXTCALL|ORIWKS|ORIMKS|ORIAXES|"
     rb"ORIVECT|G64[1-5]|G50[5-9]|COMPCAD|FFWON|A?TRANS(?![A-Z])|A?MIRROR|[ABC]SPLINE|DIAM(?:ON|OF|90)|SETMS|FGROUP|GOTO[FB]|ENDIF|ENDFOR|ENDWHILE|PROC)(?![A-Z0-9_])|"

@@ -23,7 +23,7 @@ class Blank:
         self._low: dict[str, float] | None = None
 
     def read(self, statement: Statement, numbers: Numbers, unit: float, frame: Frame) -> Stock | None:
-        """The stock that a statement completes; None for the first corner, one that is both corners, and forms that are a text only.
+        """The stock that a statement completes; None for a first corner, a line of both corners, and text-only forms.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Machining cycles of Klartext, 200 to 209, 240, 241 and 262: the moves of one hole. Heights along Z of the input system."""
+"""Machining cycles of Klartext, 200 to 209, 240, 241, 262: the moves of one hole. Heights along Z of the input."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -236,7 +236,7 @@ class KlartextCycles:
         self.core.auxiliary.switch_spindle(self.frames.block, on=True, backwards=backwards)
 
     def _drill_universal_pecks(self, q: _Q) -> None:
-        """205: pecks to full retracts each Q202, chip breaks each Q257 between them, stop distances Q258 to Q259, a deeper start Q379."""
+        """Drill cycle 205: pecks of Q202, chip breaks of Q257, stop distances Q258 to Q259, deeper start Q379."""
         clear, surface = self._start_height(q)
         bottom = surface + q[Q.DEPTH]
         depth = surface - abs(q[Q.START_DEPTH])
@@ -281,8 +281,9 @@ class KlartextCycles:
         self._leave(q, clear)
 
     def _tap_rigidly(self, q: _Q) -> None:
-        """207 and 209: pitch Q239 (left-hand below 0); 209 breaks the chip each Q257, back by Q256 pitches or out of the hole, and
-        goes out Q403 times as fast.
+        """207 and 209: pitch Q239, left-hand below 0.
+
+        209 breaks the chip each Q257, back by Q256 pitches or out of the hole, and goes out Q403 times as fast.
         """
         check_tapping(self.core)
         speed, pitch, bottom, step = (
@@ -353,8 +354,8 @@ class KlartextCycles:
     def _mill_thread(self, q: _Q) -> None:
         """262: helices of the pitch Q239 on the diameter Q335, each from and to the middle of the hole on half circles.
 
-        A helix goes on at its pitch on both half circles, so the tool goes down by half a pitch more before the first, as manuals
-        warn. Q355: 0 one turn at the depth, 1 the whole depth in one helix, else one turn each Q355 pitches.
+        A helix goes on at its pitch on both half circles, so the tool goes down by half a pitch more before the first,
+        as manuals warn. Q355: 0 one turn at the depth, 1 the whole depth in one helix, else one turn each Q355 pitches.
         """
         pitch, count = abs(q[Q.PITCH]), q[Q.TURNS]
         if not pitch or q[Q.CLIMB] not in (1.0, -1.0) or count < 0 or count != round(count):
@@ -411,7 +412,7 @@ class KlartextCycles:
     def _go_on_arc(
         self, place: Point, center: Point, sweep: float, height: float, feed: float, bore: float | None = None
     ) -> None:
-        """A helix to a place at an input height; ``bore`` is the radius (mm) of the wall that it cuts, where it cuts one."""
+        """A helix to a place at an input height; ``bore`` is the radius (mm) of the wall that it cuts, if any."""
         self.contour.set_cycle_feed(feed)
         start = list(self.state.position)
         end = [place[0], place[1], self.frames.find_height(height), *start[3:]]

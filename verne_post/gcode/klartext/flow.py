@@ -1,4 +1,4 @@
-"""The order in which the lines of a Klartext program are executed: labels, repeats, subprograms, and plain stretches."""
+"""The order in which lines of a Klartext program are executed: labels, repeats, subprograms, plain stretches."""
 
 import math
 
@@ -218,7 +218,7 @@ class _KlartextRun:
 def _find_last_direction(
     lines: PlainLines, first: int, done: int, start: Point, rotary: tuple[int, int]
 ) -> Point | None:
-    """Direction in XY of the last move of a stretch that begins at ``start``; None without one, or where a rotary axis turns."""
+    """Direction in XY of the last move of a stretch from ``start``; None without one, or where a rotary axis turns."""
     last = done - 1 - int(lines.moves[first:done][::-1].argmax())
     if (lines.row[last, rotary] == last).any():
         return None

@@ -66,7 +66,7 @@ class KlartextFrames:
         self._refuse_after_side(what)
 
     def _refuse_after_side(self, what: str) -> None:
-        """After R0 the tool is beside the contour until it moves in the plane; whether anything else takes it there is open."""
+        """Refuse ``what`` after R0 until a move in the plane: whether the tool leaves its side there is open."""
         if self.state.compensation is None and self.state.centre is not None:
             raise ProgramError("VP017", f"{what} after R0, while the tool is beside the contour: controls differ in whether it then goes onto the contour; move in X and Y first, or write DEP instead of R0")  # fmt: skip
 
@@ -103,7 +103,7 @@ class KlartextFrames:
         self.factors = np.array(parts.scale)
 
     def map_with_table(self, program: list[float]) -> Affine:
-        """Where coordinates that do not turn with the table are on the workpiece, with it at the rotary words of a point (9)."""
+        """The map to the workpiece of coordinates that do not turn with the table, at rotary words of a point (9)."""
         return find_table_map(self.setup.coordinates, self.state.frame, program) if self.setup.machine else Affine()
 
     def check_upright(self, what: str) -> None:

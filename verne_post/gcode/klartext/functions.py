@@ -97,7 +97,7 @@ class KlartextFunctions:
             self.core.auxiliary.set_speed(At(statement.line, {"S": 1}), speed, switched=False)
 
     def _read_tool(self, statement: Statement) -> tuple[int | None, int]:
-        """The number of the tool that is called or defined, by number or name, and where it ends; None where there is none."""
+        """The number of the called or defined tool, by number or name, and the end of the words; None without one."""
         text = statement.rest
         if (named := _TOOL_NAME.match(text)) is not None:
             quoted, parameter = named.groups()
@@ -185,7 +185,7 @@ class KlartextFunctions:
             auxiliary.stop(at, stop)
 
     def check_functions(self, words: Words, beside: str = "") -> None:
-        """Refuse M functions that are not executed, or mean nothing ``beside`` other words, before anything of the block is."""
+        """Refuse M functions that are not executed, or mean nothing ``beside`` other words, before the block is."""
         numbers = [word.number for word in words.functions]
         for at, word in enumerate(words.functions):
             number = word.number

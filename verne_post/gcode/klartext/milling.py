@@ -1,4 +1,4 @@
-"""Milling cycles of Klartext: 232, 233, 251 to 254, 256 and 257, from their Q parameters to strokes, and the moves of these."""
+"""Milling cycles of Klartext (232, 233, 251 to 254, 256, 257): from Q parameters to strokes, and their moves."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping

@@ -187,7 +187,7 @@ class KlartextPatterns:
             self.call_cycle()
 
     def call_at(self, statement: Statement, words: Words) -> None:
-        """CYCL CALL POS X Y Z: to the place at the height where the tool is, then the cycle. Its F holds for the way there alone."""
+        """CYCL CALL POS X Y Z: go to the place at the tool's height, F for this way only; then the cycle."""
         here = self.paths.map_to_input(self.state.position)
         x, y = words.read_coordinate("X", here[0]), words.read_coordinate("Y", here[1])
         z = words.read_coordinate("Z", 0.0)

@@ -47,7 +47,7 @@ class PlaneWords(Struct):
         return np.array([self.values.pop(name) for name in names])
 
     def read_flag(self, *names: str) -> str | None:
-        """The first of some flags that stands there, taken; a second one stays, and is refused with what nothing uses."""
+        """Take the first of some flags that stands there; a second one stays, and is refused as unused."""
         found = next((name for name in self.flags if name in names), None)
         if found is not None:
             self.flags.remove(found)
@@ -216,7 +216,7 @@ class KlartextPlanes:
     def _choose_angles(
         self, normal: Array, sense: str | None, table: Array | None, *, tip_stays: bool = False
     ) -> tuple[float, float]:
-        """A and C (program, degrees) that hold the tool along a direction of the workpiece, within the travel of the table.
+        """A and C (program, degrees) that hold the tool along a direction of the workpiece, within the table's travel.
 
         The shorter way, positive A where both are as long; SEQ+ and SEQ- choose the sign of A.
 
@@ -321,7 +321,7 @@ class KlartextPlanes:
         self.frames.refresh_frame()
 
     def _move_about_tip(self, kind: MoveKind, targets: dict[int, float], distance: float) -> None:
-        """MOVE: the tool turns about the point that lies a distance before its tip; that point keeps its place on the workpiece."""
+        """MOVE: the tool turns about the point ``distance`` before its tip, which keeps its place on the workpiece."""
         state, coordinates = self.state, self.setup.coordinates
         if not targets:
             return

@@ -31,7 +31,7 @@ _MAX_STRING: Final = 10_000
 
 
 class QParameters(Struct):
-    """Values of the parameters; ``control_values`` are those of the control itself, by number, set by what the program does.
+    """Values of the parameters; ``control_values`` are the control's own, by number, which the program's effects set.
 
     ``unknown`` are those that a read at the machine has set: their value is not known here.
     """

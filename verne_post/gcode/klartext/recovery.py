@@ -1,7 +1,7 @@
-"""After an error in a Klartext statement: the state that it would have left, so that nothing is reported that only follows from it.
+"""After an error in a Klartext statement: the state that it would have left, so that no consequences are reported.
 
-A refused move still sets its end point, its feed rate and its modes. Nothing of this reaches the user: a program with an error
-has no moves.
+A refused move still sets its end point, its feed rate and its modes. Nothing of this reaches the user: a program with
+an error has no moves.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Cycles of Klartext that set modes: datum shift, mirror image, rotation, scaling, working plane, preset, tolerance, dwell."""
+"""Cycles of Klartext that set modes: datum shift, mirror, rotation, scaling, plane, preset, tolerance, dwell."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -27,8 +27,8 @@ _ROW: Final = re.compile(rf"[ \t]*(?:#|TABLINE)[ \t]*({VALUE})[ \t]*")
 _TABLE: Final = re.compile(r"[ \t]*\"([^\"]+)\"[ \t]*")
 #: F and the set-up clearance of cycle 19.
 _TILT_WORD: Final = re.compile(rf"[ \t](?:F[ \t]*(MAX|{VALUE})|(?:ABST|DIST|SETUP|SET-UP|S)[ \t]*({VALUE}))(?=[ \t]|$)")
-#: Words before the number of a dwell or an angle: the control writes them in its own language (DWELL, V.ZEIT, V.IDO). One letter
-#: alone is none of them: it is an axis.
+#: Words before the number of a dwell or an angle: the control writes them in its own language (DWELL, V.ZEIT, V.IDO). A
+#: single letter is none of them: it is an axis.
 _WORDS: Final = r"[ \t]*(?:(?!Q[LR]?\d)(?:[^\W\d_]++(?:\.[^\W\d_]++)++|[^\W\d_]{2,}+)[ \t]*+)*+"
 _Handler = Callable[["KlartextSettings", Statement, Head], None]
 
@@ -216,7 +216,7 @@ class KlartextSettings:
     # --- others ---------------------------------------------------------------------------------------------
 
     def _set_working_plane(self, statement: Statement, head: Head) -> None:
-        """19.1 A+0 B+45 C+0 as spatial angles; F and the set-up clearance position the rotary axes where the set-up says so."""
+        """19.1 A+0 B+45 C+0 as spatial angles; F and clearance position the rotary axes where the set-up allows it."""
         angles = {"A": 0.0, "B": 0.0, "C": 0.0}
         given = [match.groups() for match in _TILT_WORD.finditer(head.rest)]
         feeds, distances = ([pair[place] for pair in given if pair[place]] for place in (0, 1))

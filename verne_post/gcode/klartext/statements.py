@@ -22,8 +22,8 @@ _KEYWORD: Final = re.compile(
     )
     + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
 )  # fmt: skip
-#: A line that goes on with parameters of the cycle defined above it, where the tilde is left out; one that has some itself
-#: is complete, and what follows it may be an assignment.
+#: A line that goes on with parameters of the cycle defined above it, where the tilde is left out. A cycle line that has
+#: some itself is complete, and what follows it may be an assignment.
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
 _CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]*\d{3}", re.IGNORECASE)
@@ -38,8 +38,8 @@ _LABEL: Final = re.compile(
 )
 _G: Final = 10
 
-# Plain lines in words of RS274/NGC: L becomes G1, with FMAX G0; R0 goes. What a Klartext line may not have must not become
-# a plain line: G and N, brackets, blanks inside numbers.
+# Plain lines in words of RS274/NGC: L becomes G1, with FMAX G0; R0 goes. What a Klartext line may not have must not
+# become a plain line: G and N, brackets, blanks inside numbers.
 _TRANSLATION: Final = bytes.maketrans(b",GgNn()", b".??????")
 _RAPID: Final = re.compile(
     rb"^[ \t]*(?:\d+[ \t]+)?L(?=[ \t])([^\nLMRFQ;]*)(?:R0[ \t]+)?FMAX[ \t]*(?=[;\r\n]|$)", re.MULTILINE | re.IGNORECASE

@@ -96,7 +96,7 @@ def build_euler_plane(precession: float, nutation: float, turn: float) -> Array:
 
 
 def turn_to_vectors(base: Array, normal: Array) -> Array | None:
-    """PLANE VECTOR: Z along the normal, X along the base vector as far as it lies in the plane; None where there is none."""
+    """PLANE VECTOR: Z along the normal, X along the base vector's part in the plane; None if it has none."""
     if np.linalg.norm(normal) < ZERO_ANGLE:
         return None
     z = normal / np.linalg.norm(normal)
@@ -108,6 +108,6 @@ def turn_to_vectors(base: Array, normal: Array) -> Array | None:
 
 
 def turn_to_points(first: Array, second: Array, third: Array) -> Array | None:
-    """PLANE POINTS: X from the first point to the second, the third on the side of +Y; None where they lie on a line."""
+    """PLANE POINTS: X from first to second point, the third on the side of +Y; None if they lie on a line."""
     x, y = second - first, third - first
     return turn_to_vectors(x, np.cross(x, y))

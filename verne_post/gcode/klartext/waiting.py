@@ -9,8 +9,8 @@ from verne_post.gcode.program_error import ProgramError
 class Approach(Struct, frozen=True):
     """APPR, waiting for the contour: the first point of the contour, and what leads to it.
 
-    ``turn`` is the centre angle of CT in degrees, ``length`` LEN or R in mm, ``rapid`` whether the way to it is; ``feed`` is that of the block,
-    ``before`` the one before it.
+    ``turn`` is the centre angle of CT in degrees, ``length`` LEN or R in mm, ``rapid`` whether the way to the point is
+    rapid. ``feed`` is that of the block, ``before`` the one before it.
     """
 
     kind: str

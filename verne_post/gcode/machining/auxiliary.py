@@ -36,7 +36,7 @@ class Auxiliary:
             self.switch_spindle(at, on=True, backwards=state.spindle_reversed)
 
     def set_spindle_mode(self, at: At, code: str, speed: float | None, *, surface: bool, most: float | None) -> None:
-        """S is the speed of the surface (m/min, ft/min), with the most turns a minute, or turns a minute (None: as before)."""
+        """S is surface speed (m/min, ft/min), with ``most`` turns a minute, or turns a minute; None: as before."""
         state, data = self.state, dict[str, object]()
         changed, state.surface_speed = state.surface_speed != surface, surface
         if surface:

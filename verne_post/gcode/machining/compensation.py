@@ -66,7 +66,8 @@ class Compensation(Struct):
         The entry move ends beside the start of the first segment of the contour, however long it is; else beside its
         own end.
     at_once : bool
-        Such a compensation begins with its first block, also without motion in the plane; else with the first that has some.
+        Such a compensation begins with its first block, even without motion in the plane; else with the first motion
+        there.
     """
 
     code: int
@@ -82,7 +83,7 @@ class Compensation(Struct):
     # --- the three things that may come ---------------------------------------------------------
 
     def follow_line(self, recorder: Recorder, start: list[float], end: list[float], feed: float) -> list[float]:
-        """A straight move between programmed points; returns where the centre ends. ``feed``: of an arc about a corner."""
+        """A straight move between programmed points; returns the centre's end. ``feed``: of an arc about a corner."""
         u, v, *_ = PLANES[self.plane]
         p, q = (start[u], start[v]), (end[u], end[v])
         length = math.dist(p, q)
@@ -136,14 +137,14 @@ class Compensation(Struct):
         return self._find_point(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * swept))
 
     def compare_arc_lengths(self, start: list[float], end: list[float], arc: Arc) -> float:
-        """Length of the centre's arc over that of the programmed one, with the height of a helix; corners do not count."""
+        """Length of the centre's arc over that of the programmed one, as helices; arcs about corners do not count."""
         u, v, normal, *_ = PLANES[self.plane]
         radius, height = math.dist((start[u], start[v]), (arc.center[u], arc.center[v])), end[normal] - start[normal]
         centre = radius - (self.radius if arc.sweep > 0 else -self.radius)
         return measure_helix(centre, arc.sweep, height) / measure_helix(radius, arc.sweep, height)
 
     def _enter_on_arc(self, p: Point, q: Point, c: Point, sense: int, turns: int) -> Offset:
-        """An arc as entry move: from where the tool stands to beside the end of the programmed arc, in the direction that this has there."""
+        """An arc as entry move: it ends beside the end of the programmed arc, in the same direction as that."""
         self._check_entry(math.dist(p, q))
         last = find_tangent(q, c, sense)
         target, normal = step_left(q, last, self.radius), turn_left(last)

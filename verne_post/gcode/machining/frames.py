@@ -1,4 +1,4 @@
-"""What coordinates mean while the machine stands still: work systems, shifts, tool lengths, and positions that are known."""
+"""Meaning of coordinates while the machine stands still: work systems, shifts, tool lengths, known positions."""
 
 import math
 from collections.abc import Iterable
@@ -121,7 +121,7 @@ class Frames:
     # --- positions ---------------------------------------------------------------------------------
 
     def name_axes(self, end: list[float], axes: list[int], *, machine: bool = False) -> None:
-        """Axes are named in absolute terms, by a motion that is about to end at ``end``; ``machine``: in machine coordinates."""
+        """Axes are named absolutely by a motion to ``end``; ``machine``: in machine coordinates."""
         state = self.state
         if state.first_places is None:
             for axis in axes:
@@ -134,7 +134,7 @@ class Frames:
         )  # fmt: skip
 
     def stand_at(self, places: dict[int, float]) -> None:
-        """Let axes that nothing has named stand where a block that is more than a move (a cycle, a pattern) goes first."""
+        """Let axes that nothing has named stand where a block with several moves (a cycle, a pattern) goes first."""
         state = self.state
         end = list(state.position)
         fresh = [axis for axis in places if not state.is_known(axis)]

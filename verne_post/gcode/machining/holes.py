@@ -38,7 +38,7 @@ class Thread(Struct, frozen=True):
 
 
 def check_tapping(core: Machining, column: int | None = None) -> None:
-    """Refuse (VP048) rigid tapping that nobody has allowed; the same words for every cycle, so that a program has one finding."""
+    """Refuse (VP048) rigid tapping that nobody has allowed, in the same words everywhere: one finding a program."""
     if core.setup.tapping != "feed" and not core.state.taps_rigidly:
         raise ProgramError(
             "VP048", "rigid tapping: setpoints do not turn the spindle; for a control that couples it, --tapping feed makes the moves in and "

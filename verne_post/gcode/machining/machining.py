@@ -1,4 +1,4 @@
-"""Motion of a program in the active frame: lines, arcs, splines, dwells, places of the machine; beside the contour with G41 and G42."""
+"""Motion in the active frame: lines, arcs, splines, dwells, places of the machine; cutter radius compensation."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -98,7 +98,7 @@ class Machining:
     # --- feed --------------------------------------------------------------------------------------
 
     def find_lacking(self, *, turns_itself: bool = False) -> Lacking | None:
-        """What a feed move would lack: a feed rate, for feed per revolution a constant speed (not G96) or a turning spindle, or a tool length.
+        """What a feed move would lack: feed rate, tool length; per revolution also a constant or turning spindle.
 
         The language says it in its own words. ``turns_itself``: a cycle that switches the spindle on.
         """
@@ -127,7 +127,7 @@ class Machining:
         state.feed_mode = mode
 
     def set_feed(self, feed: float, angular: float | None = None) -> None:
-        """A feed rate as the feed mode has it, lengths in mm; ``angular`` is that of rotary axes alone, else the same number."""
+        """Set a feed rate in its feed mode, lengths in mm; ``angular`` is for rotary axes alone, else the same."""
         self.state.feed = feed
         self.state.feed_angular = feed if angular is None else angular
 
@@ -136,7 +136,7 @@ class Machining:
         self.state.arc_feed = rule
 
     def find_arc_feed_share(self, on_contour: float) -> float:
-        """Feed rate of the tool's centre over F on an arc, by the rule in force; ``on_contour`` keeps F on the contour."""
+        """Feed rate of the tool's centre over F on an arc, by the rule in force; ``on_contour`` is F's there."""
         share = self.state.arc_feed.share(on_contour)
         self.recorder.note_arc_feed(self.state.arc_feed, share)
         return share
@@ -405,7 +405,7 @@ class Machining:
         self.state.tool_axis = None if axis is None else (float(axis[0]), float(axis[1]), float(axis[2]))
 
     def end_tool_axis(self, at: At, axes: list[int]) -> bool:
-        """A tool axis and machine coordinates: Z keeps the axis, a whole place of the table ends it, anything else settles the table.
+        """Z of the machine keeps a tool axis, a whole place of the table ends it, other places settle the table.
 
         Returns True where the table has been settled.
         """
@@ -418,7 +418,7 @@ class Machining:
         return True
 
     def depends_on_side(self) -> bool:
-        """Whether Z of the machine is another one on the other side of the table: where the axes of the table do not meet."""
+        """Whether Z of the machine depends on the branch of the table: so where the axes of the table do not meet."""
         coordinates, frame = self.setup.coordinates, self.state.frame
         here = coordinates.map_to_machine(np.array(self.state.position), frame)
         turned, rotary = coordinates.find_other_side(here), list(self.setup.rotary)
@@ -431,9 +431,9 @@ class Machining:
     def settle_table(self, at: At) -> None:
         """A tool axis gives way to the place of the table that it has.
 
-        Of all that hold the axis, only the whole program decides which one that is: the place that has been found for it
-        (``setup.table_places``), and as long as there is none the nearest. A rapid to it has no length in the end: it begins
-        where the table stands.
+        Of all places that hold the axis, only the whole program decides which one that is: the place that has been
+        found for it (``setup.table_places``), and the nearest until one has been found. A rapid to it has no length in
+        the end: it begins where the table stands.
         """
         state, coordinates, recorder = self.state, self.setup.coordinates, self.recorder
         machine = coordinates.map_to_machine(np.array(state.position), state.frame)
@@ -450,9 +450,10 @@ class Machining:
         state.position = end
 
     def note_table_place(self, machine: Array, *, by_words: bool) -> tuple[float, float]:
-        """Note that the place of what follows depends on the side of the table; returns where that stands, machine coordinates.
+        """Note that what follows depends on the branch of the table; returns its A and C, machine coordinates.
 
-        That is what the whole program has been found to say (``setup.table_places``), at first what ``machine`` (9,) says.
+        These are from the whole program (``setup.table_places``), or from ``machine`` (9,) until that has been executed
+        once.
         """
         places, recorder, (tilt, turn) = self.setup.table_places, self.recorder, self.setup.rotary
         number = len(recorder.table_places)
@@ -490,7 +491,7 @@ class Machining:
             raise ProgramError("VP017", f"{name} while a tool axis ({self.axis_words}) holds")
 
     def _is_tool_upright(self) -> bool:
-        """True where no tool axis holds, or the one along Z of a tilted work plane (G53.1), in which the contour then lies."""
+        """True without a tool axis, or with the one along Z of a tilted plane (G53.1), where the contour then lies."""
         state = self.state
         return state.tool_axis is None or (
             state.frame.feature is not None and state.plane == 0 and state.tool_axis == (0.0, 0.0, 1.0)
@@ -518,7 +519,7 @@ class Machining:
         return held
 
     def enter_beside(self, at: At, compensation: Compensation, corner: list[float]) -> None:
-        """The tool's centre stands beside ``corner`` (9), the first point of a contour, beside which the next moves go."""
+        """Put the tool's centre beside ``corner`` (9), the first point of a contour that the next moves follow."""
         state = self.state
         compensation.enter_beside((corner[0], corner[1]), self.recorder.count - 1, state.position, at.line)
         state.compensation, state.centre = compensation, state.position

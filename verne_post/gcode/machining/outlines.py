@@ -1,7 +1,7 @@
 """Outlines of pockets, slots and studs in their plane, and the closed paths beside them.
 
-Local coordinates (u, v), mm: a pocket or stud has its middle at 0 and its first side along u. A path begins in the middle of
-a side, which is below 0 for all but the slot on a circle, and goes round counter-clockwise.
+Local coordinates (u, v), mm: a pocket or stud has its middle at 0 and its first side along u. A path begins in the
+middle of a side (v below 0, except for the slot on a circle) and goes round counter-clockwise.
 """
 
 import math
@@ -20,7 +20,7 @@ _HALF: Final = 180.0
 
 
 class Leg(Struct, frozen=True):
-    """One line or arc of a path: where it ends; an arc turns about ``center`` by ``sweep`` degrees, counter-clockwise positive."""
+    """A line or arc of a path: its end; an arc turns about ``center`` by ``sweep`` degrees, positive to the left."""
 
     end: Point
     center: Point | None = None
@@ -71,7 +71,7 @@ class Outline(Protocol):
 
 
 def _join(start: Point, legs: list[Leg]) -> Path:
-    """A path without the legs that have no length; arcs that go on about one centre are one arc, up to a half circle."""
+    """A path without legs of no length; consecutive arcs about one centre are one arc, up to a half circle."""
     kept, place = list[Leg](), start
     for leg in legs:
         if math.dist(place, leg.end if leg.center is None else leg.center) <= ZERO_LENGTH_MM:
@@ -88,7 +88,7 @@ def _join(start: Point, legs: list[Leg]) -> Path:
 
 
 class Rectangle(Struct, frozen=True):
-    """A rectangle of ``length`` along u and ``width`` along v with round corners; a straight slot where they are half circles."""
+    """A rectangle, ``length`` along u and ``width`` along v, with round corners; a slot where they are half circles."""
 
     length: float
     width: float
@@ -137,7 +137,7 @@ class Circle(Struct, frozen=True):
 
 
 class CurvedSlot(Struct, frozen=True):
-    """A slot of ``width`` along a circle of ``radius`` about 0, from the angle ``first`` on by ``sweep`` degrees, with round ends."""
+    """A slot with round ends along a circle of ``radius`` about 0, from angle ``first`` by ``sweep`` degrees."""
 
     radius: float
     first: float
@@ -170,7 +170,7 @@ class CurvedSlot(Struct, frozen=True):
 
 
 def measure_reach(stud: Rectangle, blank: Rectangle) -> float:
-    """How far the corners of a rectangular blank stand out from the stud inside of it, mm; both about the same middle."""
+    """How far the corners of a rectangular blank stand out from the stud in its middle, mm."""
     u, v = 0.5 * (blank.length - stud.length) + stud.corner, 0.5 * (blank.width - stud.width) + stud.corner
     return math.hypot(max(u, 0.0), max(v, 0.0)) - stud.corner
 

@@ -1,4 +1,4 @@
-"""Points, directions and angles in a plane: what contours of every language are drawn with. mm, degrees where nothing else is said."""
+"""Points, directions and angles in a plane, for contours of every language. mm, and degrees unless said otherwise."""
 
 import math
 
@@ -18,7 +18,7 @@ def cross(a: Point, b: Point) -> float:
 
 
 def step_left(point: Point, t: Point, distance: float) -> Point:
-    """A point to the left of another one, from which a contour goes on in direction t; a distance below 0 is to the right."""
+    """A point beside another one, to the left of direction t; a distance below 0 is to the right."""
     return point[0] - distance * t[1], point[1] + distance * t[0]
 
 

@@ -1,8 +1,8 @@
 """Milling cycles: the moves that mill a pocket, a slot, a stud or a face, for every language.
 
-A language turns its parameters into an outline and a :class:`Milling`, and executes the strokes. What the manuals of controls
-promise (depth, wall, allowances, infeeds, retract heights, kind of plunge, climb or up-cut) is theirs; the order of the strokes
-is ours, since no manual gives it: from the middle outwards, on paths beside the outline.
+A language turns its parameters into an outline and a :class:`Milling`, and executes the strokes. The manuals of
+controls define depth, wall, allowances, infeeds, retract heights, kind of plunge, climb or up-cut. The order of the
+strokes is ours, since no manual gives it: from the middle outwards, on paths beside the outline.
 """
 
 import math
@@ -18,8 +18,8 @@ from verne_post.gcode.machining.strokes import Pace, Stroke
 
 #: Strokes that the cycles of one block may have: more is a wrong infeed.
 MAX_STROKES: Final = 30_000
-#: Most that paths in a pocket are apart, in radii of the tool. In a corner of a right angle a place is up to s / (1 + 1 / sqrt(2))
-#: / sqrt(2) from two sharp paths that are s apart; this is less than the radius up to 1.707.
+#: Largest distance of paths in a pocket, in radii of the tool. In a corner of a right angle a place is up to s / (1 + 1
+#: / sqrt(2)) / sqrt(2) from two sharp paths that are s apart; this is less than the radius up to 1.707.
 _CORNER_STEP: Final = 1.7
 #: Widest way to and fro while the tool plunges, in diameters of the tool.
 _SWING_DIAMETERS: Final = 2.0
@@ -156,7 +156,7 @@ def mill_pocket(outline: Outline, milling: Milling) -> Iterator[Stroke]:
 
 
 def _spread_inwards(outline: Outline, milling: Milling, wall: float) -> list[Path]:
-    """Paths of the tool's centre from the middle of a pocket to ``wall`` mm before its outline, the first along the middle line."""
+    """Paths of the tool's centre from the middle line of a pocket to ``wall`` mm before its outline."""
     if outline.inradius - wall < -ZERO_LENGTH_MM:
         raise MillingError(
             f"it is {2 * outline.inradius:g} mm wide inside, and the tool of {2 * milling.radius:g} mm"
@@ -378,7 +378,7 @@ def _go_round(paths: list[Path], level: float, milling: Milling, blank: float, p
 
 
 class Face(Struct, frozen=True):
-    """A face of ``length`` along the strokes and ``width`` across, from 0 on; where the strokes begin and end beyond it, mm."""
+    """A face of ``length`` along the strokes and ``width`` across, from 0; strokes go ``overrun`` beyond it, mm."""
 
     length: float
     width: float

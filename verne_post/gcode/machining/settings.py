@@ -10,7 +10,7 @@ from verne_post.model.moves import FeedMode, PathControl
 
 
 class Settings(Struct, frozen=True):
-    """Plane, path control, feed, spindle (on, backwards, speed, speed of the surface), coolant (mist, flood), override switches."""
+    """Plane, path control, feed, spindle (on, backwards, speed, surface speed), coolant (mist, flood), overrides."""
 
     plane: int
     control: PathControl

@@ -12,7 +12,7 @@ from verne_post.model.moves import Feature
 
 
 class SpatialArc(Struct, frozen=True):
-    """A circle in space: its centre, unit normal, and the counter-clockwise angle from start to end about it, degrees."""
+    """A circle in space: centre, unit normal, and counter-clockwise angle from start to end about it, degrees."""
 
     center: Array
     normal: Array

@@ -16,7 +16,7 @@ _OVERRIDES: Final = {"speed": True, "feed": True, "adaptive": False, "hold": Tru
 
 
 class ParameterStore(Struct):
-    """Parameters that programs have set: numbered ones, global names, and the names of each call (the last is in force)."""
+    """Parameters that programs have set: numbered values, global names, and names of each call, the last in force."""
 
     numbered_values: dict[int, float] = field(default_factory=lambda: {5599: 1.0})
     named_values: dict[str, float] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Strokes of milling cycles: the moves of one cycle before a language executes them, and where they are in the plane."""
+"""Strokes of milling cycles: the moves of one cycle before a language executes them, and their places in the plane."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -13,7 +13,7 @@ Pace = Literal["rapid", "plunge", "mill", "finish", "return"]
 
 
 class Stroke(Struct, frozen=True):
-    """One move: where it ends in the plane, mm, and at which height; an arc turns about ``center`` by ``sweep`` degrees."""
+    """One move: its end in the plane, mm, and height; an arc turns about ``center`` by ``sweep`` degrees."""
 
     end: Point
     height: float

@@ -1,4 +1,4 @@
-"""Motion of machine axes: while the table turns, the tip goes on a curve of the part, and linear axes that are not named stand."""
+"""Motion of machine axes: while the table turns, the tip follows a curve on the part, and unnamed linear axes stand."""
 
 import math
 from typing import Final
@@ -15,7 +15,7 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 _LINEAR: Final[list[int]] = [0, 1, 2]
 _ROTARY: Final = (3, 4, 5)
-#: At a place in each degree, of up to eleven turns. The chords between them are shorter than the way of the tip by 1e-5 of it.
+#: One place in each degree, of up to eleven turns. Chords between them are shorter than the tip's way by 1e-5 of it.
 _MOST_PLACES: Final = 4000
 #: Directions of the part and of the machine whose determinant is below this count as being in one plane.
 _IN_PLANE: Final = 1e-3
@@ -57,7 +57,7 @@ def go_to_machine(core: Machining, at: At, kind: MoveKind, targets: dict[int, fl
 
 
 def _find_place_on_side(core: Machining, machine: Array) -> Array:
-    """Machine coordinates (9,) of the present position, as the table really stands: on the other side of its words after a rewind."""
+    """Machine coordinates (9,) of the present position, with the table on its real branch, as after a rewind."""
     coordinates, state, rotary = core.setup.coordinates, core.state, list(core.setup.rotary)
     pair = core.note_table_place(machine, by_words=True)
     if np.array_equal(pair, machine[rotary]):
@@ -91,10 +91,11 @@ def record_carried(
     core: Machining, at: At, kind: MoveKind, carried: MoveKind, points: Array, axes: list[int], size: float,
     *, by_tip: bool = False, held: tuple[float, float, float] | None = None,
 ) -> None:  # fmt: skip
-    """Record a move that turns the table, RAPID or FEED; at a feed rate it takes as long as ``size`` (mm or degrees) at F does.
+    """Record a RAPID or FEED move that turns the table; at a feed rate it takes as long as ``size`` at F.
 
-    It is straight where ``points`` (n, 9), at even shares of it from its start on, say so within ROTARY_CHORD_MM, else of the
-    kind ``carried``. ``held`` is the point that stands still in a SWING, mm.
+    ``size`` is in mm or degrees. The move is straight if ``points`` (n, 9), at even shares of it, are within
+    ROTARY_CHORD_MM of the straight line, else of the kind ``carried``. ``held`` is the point that stands still in a
+    SWING, mm.
     """
     state = core.state
     tip, shares = points[:, :3], np.linspace(0.0, 1.0, len(points))[:, None]
@@ -122,7 +123,7 @@ def record_carried(
 
 
 def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float]) -> None:
-    """A and C, and linear axes that are named beside them, go to program places (mm, degrees); the other axes of the machine stand.
+    """Turn A and C, and linear axes named beside them, to program places (mm, degrees); the other axes stand.
 
     Raises
     ------
@@ -161,7 +162,7 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
 
 
 def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], when: str) -> None:
-    """VP046, once a program: a turn of the table since machine coordinates (9,) has moved linear axes that it does not name."""
+    """VP046, once a program: a turn of the table since coordinates ``before`` (9,) has moved unnamed linear axes."""
     moved = find_machine_place(core) - before
     beyond = [axis for axis in _LINEAR if axis not in axes and abs(moved[axis]) > UNNAMED_MOTION_MM]
     if beyond and not any(item.code == "VP046" for item in core.recorder.warnings.values()):

@@ -1,4 +1,4 @@
-"""Corners of Fanuc, ``,R`` and ``,C``: a line or an arc waits for the next one, and a rounding or a chamfer comes between them."""
+"""Corners of Fanuc, ``,R`` and ``,C``: a rounding or a chamfer between a line or an arc and the next one."""
 
 from typing import Final
 

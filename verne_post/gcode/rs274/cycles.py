@@ -69,7 +69,7 @@ class CycleCodes:
             self._drill_holes(block, motion, cycle, repeats)
 
     def _find_kept(self, block: Block, motion: int, normal: int) -> Cycle | None:
-        """What another cycle has left of what this one needs, where the control keeps it until G80; None where nothing is missing."""
+        """The cycle in force if this block lacks words that the control keeps until G80; else None."""
         cycle, words = self.modes.cycle, block.words
         needs = {
             "R",
@@ -344,7 +344,7 @@ class CycleCodes:
     def _find_way_out(
         self, block: Block, step: float | None, before: tuple[float, ...] | None, name: str
     ) -> tuple[float, ...]:
-        """The way of the oriented tool off the wall, in the plane (mm): I and J, or Q in the direction that the settings file says."""
+        """The way of the oriented tool off the wall, in the plane (mm): I and J, or Q in the set direction."""
         words = block.words
         if {"I", "J"} & set(words):
             return self.values.convert_length(words.get("I", 0.0)), self.values.convert_length(words.get("J", 0.0))

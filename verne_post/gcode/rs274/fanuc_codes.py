@@ -189,7 +189,7 @@ def make_table() -> CodeTable:
 
 
 def refuse_codes_of_blocks(remap: Iterable[str]) -> None:
-    """Refuse to give codes another meaning that RS274/NGC and Fanuc controls both execute; what one of them does, a block refuses.
+    """Refuse new meanings of codes that both RS274/NGC and Fanuc controls execute; for others a block decides.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Scaling (G51), mirror images (G51.1) and polar coordinates (G16) of Fanuc: words of a block become those of the work system."""
+"""Scaling (G51), mirror images (G51.1) and polar coordinates (G16) of Fanuc: words become those of the work system."""
 
 import math
 from typing import Any, Final
@@ -103,7 +103,7 @@ class FanucMaps:
     # --- blocks ------------------------------------------------------------------------------------
 
     def convert(self, block: Block, codes: set[int]) -> int | None:
-        """Put the words of a motion into those of the work system; returns the modal motion after the block, where it becomes another.
+        """Convert a motion's words to the work system; returns the modal motion after the block if it changes.
 
         Raises
         ------

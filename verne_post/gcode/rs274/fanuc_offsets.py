@@ -52,7 +52,7 @@ class FanucOffsets:
         self.offsets.execute_g10(block)
 
     def _store_tool_offset(self, block: Block, kind: int) -> None:
-        """L10 and L11: length and its wear; L12 and L13: radius and its wear; the tool has both together, as L1 of RS274/NGC stores it."""
+        """L10, L11: length and its wear; L12, L13: radius and its wear. The tool has the sums, as L1 stores it."""
         words, columns = block.words, block.columns
         if "R" not in words or "P" not in words:
             raise ProgramError("VP005", f"G10 L{kind} needs P, the number, and R, the {_OF_TOOLS[kind]}")

@@ -1,4 +1,4 @@
-"""Tilted work planes and rotation of coordinates of Fanuc: G68, G68.2, G68.3, G69, and how the table turns to a plane."""
+"""Tilted work planes and rotated coordinates of Fanuc: G68, G68.2, G68.3, G69, and turns of the table to a plane."""
 
 import math
 from typing import Final
@@ -43,7 +43,7 @@ class FanucPlanes:
         self.given: tuple[int, dict[int, Block]] | None = None
 
     def set_plane(self, block: Block, code: int) -> None:
-        """G68.2: the plane in which the program goes on; G68.3: that of the tool; G68: a turn of coordinates; G69 ends them."""
+        """G68.2: a tilted plane; G68.3: the plane of the tool; G68: rotated coordinates; G69 ends them."""
         if code == PLANE_OFF:
             self._end()
             return
@@ -122,7 +122,7 @@ class FanucPlanes:
         return {q for q in _SEVERAL[kind] if q} <= set(parts)
 
     def _read_plane(self, block: Block, kind: int) -> tuple[Array, Array]:
-        """Origin and axes (columns) of a plane: P0 Euler angles, P1 roll, pitch and yaw, P2 three points, P3 two directions."""
+        """Origin and axes (columns) of a plane: P0 Euler angles, P1 roll pitch yaw, P2 points, P3 directions."""
         if kind in _SEVERAL:
             assert self.given is not None
             parts, self.given = self.given[1], None
@@ -140,7 +140,7 @@ class FanucPlanes:
         )
 
     def _find_roll_pitch_yaw(self, block: Block) -> Array:
-        """Turns about X, Y and Z in the order of Q: about the axes of the part, or each about those that the turns before have left."""
+        """Turns about X, Y and Z in the order of Q, about the axes of the part or about the turned ones."""
         order = f"{read_whole(block, 'Q') if 'Q' in block.words else 123}"
         if sorted(order) != ["1", "2", "3"]:
             raise block.error("VP007", f"G68.2 P1 Q{order}: an order of the axes 1, 2, 3", "Q")
@@ -157,7 +157,7 @@ class FanucPlanes:
         return fixed
 
     def _find_plane_of_points(self, parts: dict[int, Block]) -> tuple[Array, Array]:
-        """Q1 the first point, Q2 in the direction of X, Q3 on the side of Y; Q0 shifts from Q1 in the plane, and turns by R."""
+        """Q1 the first point, Q2 in direction X, Q3 on the side of Y; Q0 shifts from Q1 in the plane, turned by R."""
         first, second, third = (self._read_point(parts[q]) for q in (1, 2, 3))
         rotation = _span(second - first, third - first, "G68.2 P2: the three points")
         origin = first
@@ -174,7 +174,7 @@ class FanucPlanes:
         return self._read_point(parts[1]), _span(x, np.cross(z, x), "G68.2 P3: the directions")
 
     def _find_plane_of_tool(self, block: Block) -> tuple[Array, Array]:
-        """G68.3: Z along the tool, X level, turned by R about Z; the origin is where the tool is, unless X Y Z say it."""
+        """G68.3: Z along the tool, X level, turned by R about Z; the origin is at the tool or at X Y Z."""
         given = [letter for letter in "XYZ" if letter in block.words]
         if len(given) not in (0, 3):
             raise ProgramError("VP005", "G68.3 needs X, Y and Z, or none of them")
@@ -231,7 +231,7 @@ class FanucPlanes:
         modes.turns, modes.turned_axes, modes.after_turn = modes.turns + 1, axes, "G68"
 
     def check_first_motion(self, block: Block, codes: set[int]) -> None:
-        """Refuse (VP017) a motion after G68 or G69 that leaves open from where it goes: it names some of the turned axes, or in G91."""
+        """Refuse (VP017) an ambiguous motion after G68 or G69: it names only some turned axes, or stands in G91."""
         modes = self.modes
         named = [axis for axis in modes.turned_axes if "XYZ"[axis] in block.words]
         if (
@@ -252,7 +252,7 @@ class FanucPlanes:
     # --- the table ---------------------------------------------------------------------------------
 
     def follow_table(self, block: Block, on: bool) -> None:
-        """G254: X, Y, Z count along the axes of the machine, from the origin of the work system, which the table has carried along."""
+        """G254: X, Y, Z count along machine axes from the origin of the work system, carried along by the table."""
         state, modes = self.state, self.modes
         if not on:
             if modes.follows_table:
@@ -283,7 +283,7 @@ class FanucPlanes:
             )
 
     def turn_to_plane(self, block: Block, code: int) -> None:
-        """G53.1, G53.6: turn the table so that the tool stands upright on the plane; X Y Z of the machine stand, under G43.4 the tip on the part."""
+        """G53.1, G53.6: turn the table until the tool is upright on the plane; X Y Z stand, or with G43.4 the tip."""
         state, name = self.state, spell_g_code(code)
         if state.frame.feature is None or self.modes.turns:
             raise ProgramError("VP017", f"{name} without G68.2: there is no plane to turn to")

@@ -1,4 +1,4 @@
-"""Words of Fanuc programs without a decimal point: X20 is 20 mm, or 20 least input increments, by a setting of the control."""
+"""Words of Fanuc programs without a decimal point: X20 is 20 mm or 20 least increments, by a setting."""
 
 import re
 from typing import Final

@@ -50,7 +50,7 @@ _ADDITIONAL_CODE: Final = re.compile(rb"(?<![A-Z])G0*54\.1", re.IGNORECASE)
 
 
 def is_fanuc(begin: bytes) -> bool:
-    """Text after ``%``, or an O number, with ``%`` or alone in its line, unless words near the top are RS274/NGC's alone.
+    """Whether text follows ``%``, or an O number stands with it or alone, unless words are RS274/NGC's alone.
 
     ``begin`` is how the program begins, behind what a listing prints before it.
     """

@@ -72,7 +72,7 @@ class FanucWords:
             del block.words["H"], block.columns["H"]
 
     def convert_rapids(self, block: Block, codes: set[int]) -> int | None:
-        """G28, G30 and G53 are rapid moves in themselves; a G0 beside them is only modal. Returns the modal motion after the block."""
+        """G28, G30 and G53 are rapid moves themselves; a G0 beside them is only modal. Returns the modal motion."""
         motion = next((code for code in codes if code in self.table.g_groups["motion"]), None)
         if codes & {280, 300}:
             block.codes = [

@@ -90,7 +90,7 @@ class Flow:
         return self.interpreter.read(decode_line(self.calls.text.read_line(line)), line).o
 
     def _pass_branches(self, o: OWord | None, line: int) -> None:
-        """Go to the line after the endif. The conditions on the way are evaluated, as LinuxCNC does: a mistake in one shows."""
+        """Go to the line after the endif. Conditions on the way are evaluated, as LinuxCNC does: mistakes show."""
         structure = self.calls.text.structure
         while o is not None:
             if o.keyword == "elseif":

@@ -61,7 +61,7 @@ class HaasCodes:
     # --- round pockets ------------------------------------------------------------------------------------
 
     def _mill_circles(self, block: Block, code: int) -> None:
-        """G12 clockwise, G13 counter-clockwise: from the middle, where the tool stands, on circles to the wall, and back to the middle."""
+        """G12 clockwise, G13 counter-clockwise: circles from the middle, where the tool is, to the wall and back."""
         name, state = spell_g_code(code), self.state
         self.core.refuse_compensation(name)
         self._check(block, code)
@@ -136,7 +136,8 @@ class HaasCodes:
     def _drill_pattern(self, block: Block, code: int) -> None:
         """Holes of the cycle in force about X Y or from there on.
 
-        G70, G71: on a circle of radius I from the angle J on, evenly round or by K degrees. G72: a row at the angle J, I mm apart.
+        G70, G71: on a circle of radius I from the angle J, evenly round or by K degrees. G72: a row at the angle J, I
+        apart.
         """
         name, words, motion = spell_g_code(code), block.words, self.modes.motion
         self._check(block, code)

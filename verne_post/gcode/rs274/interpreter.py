@@ -78,8 +78,8 @@ class Rs274(Language):
 
     table: ClassVar[CodeTable] = RS274
     traits: ClassVar[Traits] = Traits()
-    #: Lines of plain words mean what they mean in RS274/NGC, whatever :meth:`read` does with others; each class that reads
-    #: in its own way says so itself.
+    #: Lines of plain words have their meaning of RS274/NGC, however :meth:`read` treats others. Each class that reads
+    #: in its own way sets this itself.
     plain_words: ClassVar[bool] = True
     #: The end of the text ends a program.
     ends_with_text: ClassVar[bool] = False

@@ -20,8 +20,8 @@ Arguments = tuple[dict[str, float], dict[int, float]]
 _CALL: Final = re.compile(r"(?<![A-Z])G[ \t]*0*6[ \t]*[56](?![0-9.])", re.IGNORECASE)
 #: Codes whose axis words move nothing.
 _STANDING: Final = (100, 520, 920, SCALE_OFF, MIRROR_OFF, *OF_FRAMES)
-#: What an alarm and a stop of a program are set by; and settings of the control that are without effect here: clocks, single
-#: block, overrides, mirror images of the operator.
+#: Variables that raise an alarm or stop a program; and settings of the control that are without effect here: clocks,
+#: single block, overrides, mirror images of the operator.
 _ALARM: Final = 3000
 _ALARMS: Final = (_ALARM, 3006)
 _WITHOUT_EFFECT: Final = (3001, 3002, 3003, 3004, 3011, 3012)
@@ -81,7 +81,7 @@ def find_local_call(block: Block, subprograms: list[int]) -> Call | None:
 
 
 def set_control_variable(core: Machining, line: int, key: int | str, value: float, column: int, text: str) -> bool:
-    """Set a variable of the control in a line of the program: an alarm, a stop, or none with an effect here; False for any other."""
+    """Set a variable of the control: an alarm, a stop, or none with an effect here; False for any other variable."""
     if key not in (*_ALARMS, *_WITHOUT_EFFECT):
         return False
     comment = strip_comments(text)[2]

@@ -15,7 +15,7 @@ from verne_post.gcode.text import ProgramText
 class Frame(Struct):
     """What one call brings back.
 
-    ``label`` is None for the program itself; ``remaining`` counts the remaining calls of M98 L; ``counters`` the rounds of repeat.
+    ``label`` is None for the program itself; ``remaining`` counts calls of M98 L; ``counters`` the rounds of repeat.
     """
 
     label: str | None = None

@@ -1,4 +1,4 @@
-"""Variables of custom macros: local and common ones, and those of the control that are known here; a vacant one is not a number."""
+"""Variables of custom macros: local, common, and known ones of the control; a vacant one is not a number."""
 
 import math
 from typing import Final, Protocol
@@ -16,7 +16,7 @@ from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 LOCAL: Final = range(1, 34)
 #: Up to 199 lost when the control is switched off, and kept; how many there are is an option of the control.
 _COMMON: Final = (range(100, 1000), range(98000, 98500), range(900000, 907400))
-#: Where a block has ended, in the work system: X, Y, Z. Two sets of names; the third of the second is that of the spindle's nose.
+#: The end of a block in the work system: X, Y, Z. Two sets of names; the third of the second is the spindle nose's.
 _ENDS: Final = {5001: 0, 5002: 1, 5003: 2, 5041: 0, 5042: 1}
 _MACHINE: Final = range(5021, 5024)
 #: Origins of G54 to G59, and of G54.1 P1 on: so many numbers each, of which the first are X, Y, Z.

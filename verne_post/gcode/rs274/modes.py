@@ -131,7 +131,7 @@ class Modes(Struct):
     follows_table: bool = False
     #: Fanuc's G51, G51.1, G16.
     maps: AxisMaps = NO_MAPS
-    #: Fanuc's G68: how often it has turned coordinates; which axes must be named next, all together, and after which code.
+    #: Fanuc's G68: the number of its turns; axes that must be named next, all together, and after which code.
     turns: int = 0
     turned_axes: tuple[int, ...] = ()
     after_turn: str = ""

@@ -35,7 +35,7 @@ def refuse_lacking(
 ) -> None:
     """Refuse a feed move, ``name``, that lacks a feed rate (VP009) or a tool length (VP012).
 
-    ``given``: its block has an F of its own, as inverse-time feed needs it; ``turns_itself``: it switches the spindle on.
+    ``given``: its block has its own F, which inverse-time feed needs; ``turns_itself``: it switches the spindle on.
     """
     if core.state.feed_mode == FeedMode.INVERSE and not given:
         raise ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
@@ -178,7 +178,7 @@ class MotionCodes:
                             else "while no tool length is in force")  # fmt: skip
 
     def is_retracted(self) -> bool:
-        """True where Z of the tip was not programmed, but follows from machine coordinates (G53, G28); tool vectors always hold the tip."""
+        """True where Z of the tip follows from machine coordinates (G53, G28) alone; never with tool vectors."""
         return (
             self.setup.machine and self.state.has_position and not self.state.named_axes[_Z] and not self.modes.vectors
         )

@@ -1,4 +1,4 @@
-"""NURBS interpolation of Fanuc controls: G6.2 P order K knot, control point, R weight; then as many knots alone as the order."""
+"""NURBS interpolation of Fanuc (G6.2): P order, K knot, control point, R weight; then ``order`` knots alone."""
 
 from typing import Final
 

@@ -22,7 +22,7 @@ TCP_CODES: Final = (434, 435)
 
 
 def say_directions(core: Machining) -> None:
-    """Record whether a code in force says in which directions X Y Z count: G43.4, G43.5, a plane of the part, one of the user."""
+    """Record whether a code defines the directions of X Y Z: G43.4, G43.5, a plane of the part, a user's code."""
     state = core.state
     plane = state.frame.feature is not None and not state.modes.turns  # G68 turns it where it is
     core.recorder.say_tcp(state.modes.length_code in TCP_CODES or plane or state.tcp_off is not None)
@@ -63,7 +63,7 @@ class OffsetCodes:
         return make_vector9(np.add(self.state.frame.tool, self._find_tool_offset(block)))
 
     def _find_tool_offset(self, block: Block) -> Vector9:
-        """The offset of H; without it, or with H0, that of the tool in the spindle, but for :attr:`Traits.zero_is_no_offset`."""
+        """The offset of H; without H, or H0, the spindle tool's, except with :attr:`Traits.zero_is_no_offset`."""
         if self.traits.zero_is_no_offset:
             if "H" not in block.words and self.state.modes.length_number is None:
                 raise ProgramError(

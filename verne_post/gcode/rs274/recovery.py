@@ -1,7 +1,7 @@
 """After an error: the state that the program would have had, so that nothing is reported that only follows from it.
 
-What the error says is missing or wrong is assumed to be right, and the block is executed again; where that cannot be, its
-modal words and its end point are taken. Nothing of this reaches the user: a program with an error has no moves.
+What the error calls missing or wrong is assumed to be right, and the block is executed again; where that is impossible,
+its modal words and its end point are taken. Nothing of this reaches the user: a program with an error has no moves.
 """
 
 import re
@@ -42,7 +42,7 @@ _NO_MODES: Final = ("motion", "cancel", "non-modal", "machine coordinates", "sub
 class Recovery:
     """Executes blocks of one program, and goes on after errors.
 
-    ``uncertain`` are the axes whose position is not known, as has been reported, or depends on a block that was not executed.
+    ``uncertain`` are axes whose position is reported as unknown, or depends on a block that was not executed.
     """
 
     def __init__(self, interpreter: Rs274) -> None:

@@ -115,7 +115,7 @@ class SplineCodes:
     # --- G5.2, G5.3 ----------------------------------------------------------------------------------
 
     def _add_point(self, block: Block) -> None:
-        """G5.2: a control point and its weight P; the first one is where the tool is, with weight P of a block without X and Y."""
+        """G5.2: a control point with weight P; the first is at the tool, with the P of a block without X and Y."""
         state, axes = self.state, self.values.list_named_axes(block)
         draft = self.modes.spline
         if draft is None:

@@ -29,8 +29,8 @@ class Traits(Struct, frozen=True, kw_only=True):
     stores_without_holes : bool
         L0 stores the words of a cycle and drills no hole.
     turns_table_alone : bool
-        Without tool-centre-point control A and C turn the table, and linear axes that the block does not name stand; else
-        the tip is held all the same, as where the kinematics of the machine do that.
+        Without tool-centre-point control A and C turn the table, and linear axes that the block does not name stand.
+        Else the tip is held in any case, as where the kinematics of the machine do that.
     keeps_words : bool
         R, the bottom, Q and P hold for other cycles too, until G80.
     resumes_motion : bool

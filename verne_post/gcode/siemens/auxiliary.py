@@ -109,7 +109,7 @@ class SiemensAuxiliary:
         return number_of_tool(name, f'T="{name}"', "siemens", self.setup, self.state, word.column)
 
     def _select_edge(self, words: Words, *, loaded: bool) -> None:
-        """D: the length of the tool is in force with D1, which M6 brings with it; D0 takes it away. An empty spindle has no length."""
+        """D: D1, which M6 brings, activates the tool's length; D0 cancels it. An empty spindle has no length."""
         word, state = words.take("D"), self.state
         waits = "T" in words.words and not loaded  # D beside T alone is that of the tool which M6 will bring
         tool = state.selected_tool if waits else state.loaded_tool
@@ -127,7 +127,7 @@ class SiemensAuxiliary:
         self.motion.set_chain()
 
     def _is_edge_on(self, word: Word, tool: int) -> bool:
-        """False for D0; D1 is the one edge of the tool, with the key ``d_numbers`` it is D and the tool's own number."""
+        """False for D0; D1 is the one edge of the tool. With the key ``d_numbers`` D is the tool's own number."""
         number, by_tool = round(word.value), self.keys.d_numbers == "tools"
         if abs(word.value - number) <= WHOLE_NUMBER and number in (0, tool if by_tool and tool else 1):
             return number != 0

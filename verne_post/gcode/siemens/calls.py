@@ -24,7 +24,7 @@ _LINES_BEFORE: Final = 200
 
 
 class Parameter(Struct, frozen=True):
-    """One value of PROC: its name and type, what it is where a call leaves it out; ``by_name`` (VAR): the caller's variable is set.
+    """A parameter of PROC: name, type, default; ``by_name`` (VAR): it sets the caller's variable.
 
     ``bounds`` are those of an array, 0 where the PROC line leaves one out; empty: no array.
     """

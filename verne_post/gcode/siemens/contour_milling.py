@@ -1,7 +1,7 @@
 """Milling along a contour in Siemens programs: CYCLE62 names contours, CYCLE72 mills along one of them.
 
-The contour is executed once on a state of its own, as a subprogram or as the lines between two labels; what it records are its
-lines and arcs. The cycle goes beside them level by level, with the cutter compensation of every contour.
+The contour is executed once on a state of its own, as a subprogram or as the lines between two labels. Its lines and
+arcs are recorded. The cycle goes beside them level by level, with the cutter compensation of every contour.
 """
 
 import math
@@ -48,7 +48,7 @@ ContourRunner = Callable[[Section, float, Call], tuple[Recorder, Executor]]
 
 
 class Piece(Struct, frozen=True):
-    """One line or arc of a contour in programmed coordinates, mm: its source line, feed rate, and turns beyond the first."""
+    """A line or arc of a contour in programmed coordinates, mm: source line, feed rate, and turns beyond the first."""
 
     line: int
     leg: Leg
@@ -216,7 +216,7 @@ class _Work:
             raise given.error("VP007", str(error), "MID") from None
 
     def _read_lead(self, kind: str, size: str) -> tuple[int, float]:
-        """How the tool comes to the contour or leaves it: 1 straight, 2 a quarter circle, 3 a half circle; length or radius, mm."""
+        """Approach or departure: 1 straight, 2 a quarter circle, 3 a half circle; its length or radius, mm."""
         values, given = self.values, self.given
         shape = given.read_whole(kind)
         values.refuse_digits(kind, shape // 10, (0,), "the tool goes to the contour in the plane: 1, 2 or 3")

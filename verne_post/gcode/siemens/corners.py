@@ -1,7 +1,7 @@
 """Corners of contours in Siemens programs: RND=, RNDM=, CHF=, CHR= and FRC= between two lines or arcs of the XY plane.
 
-A line or arc with a corner at its end waits for the next one, which says how much of both is left. Meanwhile the tool counts as
-standing at its programmed end.
+A line or arc with a corner at its end waits for the next one, which decides how much of both is left. Meanwhile the
+tool counts as standing at its programmed end.
 """
 
 from typing import Final
@@ -48,7 +48,7 @@ class SiemensCorners:
     # --- words --------------------------------------------------------------------------------------------
 
     def begin_block(self, words: Words, modes: Modes) -> None:
-        """A block comes after one that waits: it goes on with the contour, or the corner is left out, as on the control.
+        """A block after a waiting one continues the contour, or the corner is left out, as on the control.
 
         Raises
         ------

@@ -31,7 +31,7 @@ PARAMETERS: Final = {
 }  # fmt: skip
 #: CYCLE83: how far it retracts to break the chip where _VRT does not say, mm.
 _CHIP_MM: Final = 1.0
-#: ... and how far above the last depth rapid traverse ends where _DIS1 does not say: up to this depth, a share beyond, at most.
+#: ... and the height above the last depth where rapid traverse ends without _DIS1: to this depth; share; at most.
 _NEAR_MM, _NEAR_DEPTH_MM, _NEAR_SHARE, _NEAR_MOST_MM = 0.6, 30.0, 0.02, 7.0
 _DIRECTIONS: Final = {3: False, 4: True}
 #: _PITA of a pitch -> its unit, mm; 0 is that of the program.
@@ -129,7 +129,7 @@ class _Hole:
             )
 
     def _find_up(self) -> float:
-        """Out of the hole along the drill axis: to the retract plane, or, where that is the reference plane, away from an absolute depth."""
+        """Out of the hole: towards the retract plane, or away from an absolute depth if that is the reference plane."""
         if self.retract != self.reference:
             return 1.0 if self.retract > self.reference else -1.0
         if not self._is_absolute("DP", "DPR", self.digits[0]):
@@ -282,7 +282,7 @@ class _Hole:
         self._go(self.retract, rapid=True)
 
     def _find_pitch(self) -> float:
-        """Pitch of a thread, mm, below 0 for a left-hand one: PIT in the unit of _PITA, or MPIT, the size of a metric one."""
+        """Pitch of a thread, mm, below 0 for left-hand: PIT in the unit of _PITA, or MPIT, a metric size."""
         given = self.given
         pitch, size = given.number("PIT"), given.number("MPIT")
         if not pitch and size:
@@ -339,7 +339,7 @@ class _Hole:
     # --- CYCLE83 --------------------------------------------------------------------------------------------
 
     def _execute_cycle_83(self) -> None:
-        """Deep holes: down in strokes that grow smaller by DAM, out after each (VARI 1), or back a little to break the chip (VARI 0)."""
+        """Deep holes: strokes that grow smaller by DAM; after each, out (VARI 1) or a little back (VARI 0)."""
         given = self.given
         first = (
             self._read_depth("FDEP", "FDPR", self.digits[4])

@@ -100,7 +100,7 @@ class Executor:
         return self.words.read(cursor, line)
 
     def run(self, words: Words) -> bool:
-        """Execute a block without its calls, and the cycle of MCALL where it has moved; True where its subprogram is to be called.
+        """Execute a block without its calls, then MCALL's cycle if it moved; True if its subprogram is to be called.
 
         Raises
         ------
@@ -135,7 +135,7 @@ class Executor:
             raise
 
     def _go_on(self, words: Words, code: str) -> None:
-        """Execute a block once more as if there were a length, a feed rate and a turning spindle: its end point counts."""
+        """Execute a block again as if a length, a feed rate and a turning spindle were given: its end point counts."""
         state = self.interpreter.state
         assume_feed(state)
         assume_turning_spindle(state)
@@ -145,7 +145,7 @@ class Executor:
             self.interpreter.run(words)
 
     def pass_failed(self, raw: bytes, error: ProgramError) -> bool:
-        """After an error in a line: its axes and F count as given; True where the error only follows from such a line before.
+        """Take axes and F of a failed line as given; True where the error only follows from an earlier such line.
 
         Positions after it are not what the program means: errors of arcs and incremental values are reported no more.
         """
@@ -179,7 +179,7 @@ class Executor:
     # --- cycles ---------------------------------------------------------------------------------------------
 
     def fork(self, feed: float) -> "Executor":
-        """An executor with a state and a recorder of its own, in which everything but the feed rate holds that holds here.
+        """An executor with its own state and recorder, in which the same holds except for the feed rate.
 
         R parameters are the same ones. The position of X and Y is not known in it.
         """

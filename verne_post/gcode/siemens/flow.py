@@ -1,4 +1,4 @@
-"""Where a Siemens program goes on: jumps, branches, loops, repeated stretches, subprograms, and the bounds of all of them."""
+"""The order of lines in a Siemens program: jumps, branches, loops, repeated stretches, subprograms, and bounds."""
 
 from collections.abc import Callable
 from typing import Final

@@ -1,4 +1,4 @@
-"""Values of frames: CTRANS, CROT, CSCALE, CMIRROR, chained by a colon, and the variables of the control that hold frames."""
+"""Values of frames: CTRANS, CROT, CSCALE, CMIRROR, chained by a colon, and frame variables of the control."""
 
 from typing import Final
 

@@ -58,7 +58,7 @@ class SiemensFrameWords:
             raise
 
     def change_chain(self, chain: Frames, kind: str, values: dict[int, float]) -> Frames:
-        """A chain after TRANS, ROT, SCALE or MIRROR with values of axes: lengths in the unit of the program, degrees, factors."""
+        """A chain after TRANS, ROT, SCALE or MIRROR; values by axis: lengths in program units, degrees, factors."""
         if kind == "TRANS":
             shift = [self.motion.modes.length * values.get(axis, 0.0) for axis in range(3)]
             return chain.move(shift, [values.get(axis, 0.0) for axis in (3, 4, 5)])

@@ -9,7 +9,7 @@ from verne_post.gcode.affine import Affine, make_affine
 
 
 class Frames(Struct, frozen=True):
-    """The chain: the plane of CYCLE800, then the programmable frame; offsets of rotary axes; the last axis that mirrors.
+    """The chain: plane of CYCLE800, then programmable frame; offsets of rotary axes; the last axis that mirrors.
 
     ``rotary`` are degrees that TRANS adds to A and C.
     """

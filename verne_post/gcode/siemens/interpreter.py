@@ -1,4 +1,4 @@
-"""One block of a Siemens program: its functions in order, then its motion. Cycles and the frame words are in their own files."""
+"""One block of a Siemens program: its functions in order, then its motion. Cycles and frame words are elsewhere."""
 
 from typing import Final
 
@@ -22,8 +22,8 @@ from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES, ZERO9, MoveKind, PathControl, PathMode
 
-#: A quarter of the distance from the corner at which blending may begin (ADIS): about how far a right-angled blend of that
-#: length leaves the corner.
+#: A quarter of the distance from the corner at which blending may begin (ADIS): about the deviation of a right-angled
+#: blend of that length from the corner.
 _SHARE_OF_ADIS: Final = 0.25
 #: Motion of the interpreter of all dialects, for those who look at its state.
 MOTIONS: Final = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}

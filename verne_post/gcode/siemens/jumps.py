@@ -14,7 +14,7 @@ from verne_post.gcode.siemens.variables import refuse_leftover
 
 
 class Running(Protocol):
-    """What the statements see and change of a program that is executed: :class:`~verne_post.gcode.siemens.flow.Flow`."""
+    """What statements see and change of a running program: :class:`~verne_post.gcode.siemens.flow.Flow`."""
 
     executor: Executor
     calls: CallStack[SiemensText, Frame]

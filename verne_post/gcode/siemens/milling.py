@@ -27,7 +27,7 @@ from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
 from verne_post.model.moves import MoveKind
 
-#: Values that change nothing here: what is milled already (all is milled as if it were solid), the way between slots, the editor's.
+#: Values without effect here: what is milled already (all is milled as solid), the way between slots, the editor's.
 _HARMLESS: Final = ("AD", "FFCP", "_UMODE", "FS", "ZFS")
 #: Cycles that MCALL may call: at each place, which is their reference point.
 MODAL_MILLING: Final = ("POCKET3", "POCKET4", "CYCLE76", "CYCLE77")
@@ -264,7 +264,7 @@ class StrokeFollower:
         self.to, self.plane, self.feeds, self.at = interpreter, plane, feeds, at
 
     def begin(self, place: Point, retract: float) -> None:
-        """Go up to the retract plane where the tool is lower; axes that nothing has named stand over the first place."""
+        """Go up to the retract plane if the tool is lower; axes that nothing has named stand over the first place."""
         motion, (u, v, w) = self.to.motion, self.plane
         places = zip(self.plane, (*place, retract), strict=True)
         self.to.core.frames.stand_at({axis: motion.convert_to_core(axis, value) for axis, value in places})

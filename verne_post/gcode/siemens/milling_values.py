@@ -31,11 +31,11 @@ PARAMETERS: Final = {
     "CYCLE61": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "MID", "MIDA", "FALD", "FFP1", "VARI", "LIM", "_DMODE", "_AMODE"),
     "CYCLE71": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "STA", "MID", "MIDA", "FDP", "FALD", "FFP1", "VARI", "FDP1"),
 }  # fmt: skip
-#: _DMODE without its last digit: the tens say in which feed mode the feed rates count, here always that in force; thousands of
-#: CYCLE72, that CYCLE62 names the contour, which an empty name says as well.
+#: _DMODE without its last digit. The tens are the feed mode of the feed rates, here always that in force. Thousands of
+#: CYCLE72: CYCLE62 names the contour, as an empty name says too.
 _DISPLAY: Final = (0, 1)
 _DISPLAYS: Final = {"CYCLE72": (0, 1, 100, 101)}
-#: Tens digit of VARI: how the tool plunges. With 0 controls go down in rapid traverse, into a hole that is drilled before.
+#: Tens digit of VARI: how the tool plunges. With 0 controls go down in rapid traverse, into a hole drilled before.
 _ENTRIES: Final[tuple[Entry, ...]] = ("straight", "straight", "helix", "swing")
 _TENS: Final = {
     "POCKET1": (0,), "POCKET2": (0,), "POCKET3": (0, 1, 2, 3), "POCKET4": (0, 1, 2), "SLOT1": (0, 1, 3), "SLOT2": (0, 1), "LONGHOLE": (0, 1),

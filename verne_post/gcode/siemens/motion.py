@@ -66,7 +66,7 @@ class SiemensMotion:
         self._split = Split()
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
-        #: Where axes stood in numbers of the program before their offsets changed, of those that no block has named since.
+        #: Places of axes, in numbers of the program, before their offsets changed; without axes that were named since.
         self.places_before: dict[int, float] = {}
         #: The same of all axes when the block began.
         self.block_numbers: list[float] = []
@@ -185,7 +185,7 @@ class SiemensMotion:
                 raise block.error("VP007", f"{letter}{value:g} is beyond any machine", letter)
 
     def _begin_turn(self, block: At, kind: MoveKind, places: dict[int, float]) -> list[float]:
-        """The end of a move in core numbers; without TRAORI the frame first follows the table to where it will stand."""
+        """The end of a move in core numbers; without TRAORI the frame first follows the table to its new place."""
         state = self.state
         if state.tool_axis is not None and not self.follows_part:
             self.settle_table(block)
@@ -273,7 +273,7 @@ class SiemensMotion:
         radius: float,
         turns: int,
     ) -> None:
-        """An arc in the active plane to programmed places; ``center`` counts from the start (programmed, in the plane), or a radius."""
+        """An arc in the active plane to programmed places; ``center`` is programmed, from the start; or a radius."""
         state = self.state
         first, second, _normal, letter1, letter2 = PLANES[state.plane]
         self.check_feed("G2")

@@ -60,7 +60,8 @@ class SiemensPlaces:
     def _count_from(self, word: Word, axis: int) -> float:
         """What an incremental value of an axis is added to.
 
-        After a change of offsets that is where the axis stands, or the number that it had before: a choice of machine data.
+        After a change of offsets it is the place of the axis, or its number before the change: a choice of machine
+        data.
         """
         before = self.motion.places_before.pop(axis, None)
         if before is None or self.keys.offsets_in_g91 == "kept":
@@ -166,7 +167,7 @@ class SiemensPlaces:
     def read_arc(
         self, words: Words, block: At, places: dict[int, float], clockwise: bool
     ) -> tuple[tuple[float, float] | None, float, int]:
-        """From the start to the centre in the plane (programmed; None with a radius), radius, further turns; ``places`` get the end where AR says it."""
+        """Centre from the start (programmed; None with a radius), radius, further turns; AR sets ``places``."""
         first, second, _normal, *letters = PLANES[self.state.plane]
         radius, opening, turn = words.take("CR"), words.take("AR"), words.take("TURN")
         turns = self._read_turns(turn)
@@ -239,7 +240,7 @@ class SiemensPlaces:
         return find_center_of_sweep((0.0, 0.0), (u, v), sign * angle)
 
     def read_tangent_arc(self, places: dict[int, float]) -> tuple[tuple[float, float], bool]:
-        """CT: from the start to the centre (programmed, in the plane) of the arc that leaves in the direction of the last motion; whether it is clockwise."""
+        """CT: the centre from the start (programmed, in the plane) of the tangent arc; whether it is clockwise."""
         first, second, normal, *_ = PLANES[self.state.plane]
         if self.motion.heading is None:
             raise ProgramError("VP013", "CT goes on in the direction of the motion before, and there is none")

@@ -138,7 +138,7 @@ def split_line(raw: bytes) -> Line:
 
 
 class Section(Struct, frozen=True, eq=False):
-    """One program or subprogram: a stretch of lines of a text, the last one included; not ``is_whole``: lines between two labels."""
+    """A program or subprogram: a stretch of lines, ``last`` included; not ``is_whole``: lines between two labels."""
 
     text: "SiemensText"
     name: str

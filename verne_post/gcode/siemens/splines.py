@@ -1,4 +1,4 @@
-"""BSPLINE of Siemens programs: control points block by block, with weights and parameter intervals, until another word comes."""
+"""BSPLINE of Siemens programs: control points block by block, with weights and intervals, until another word."""
 
 from typing import Final
 
@@ -18,7 +18,7 @@ from verne_post.model.moves import FeedMode
 #: Words of a block that gives a control point.
 _POINT_WORDS: Final = {"X", "Y", "Z", "A", "B", "C", "A3", "B3", "C3", "PW", "PL", "SD", "F"}
 _DEGREES: Final = (2, 3)
-#: A and C of control points lead the tool axis otherwise than on great circles between its control axes; no farther than this.
+#: Largest angle between the tool axis of A and C of control points and great circles between its control axes.
 _ASIDE: Final = 0.5 * RAD_PER_DEG
 
 

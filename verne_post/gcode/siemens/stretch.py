@@ -103,7 +103,7 @@ def _end_of_vectors(to: SiemensInterpreter, lines: plain.PlainLines, first: int,
 
 
 def _aim_tool(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Array) -> Array | None:
-    """Turn A and C of ends (n, 9) to the tool axes of the lines; returns these (n, 3), or None where A and C go linearly."""
+    """Turn A and C of ends (n, 9) to the tool axes of lines; returns these (n, 3), or None for linear A and C."""
     assert lines.offsets is not None
     vectors = np.nan_to_num(lines.offsets[first : first + len(end)])
     axes = to.motion.turn_vectors(vectors / measure_length(vectors)[:, None])

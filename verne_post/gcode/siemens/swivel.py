@@ -36,7 +36,7 @@ _SWIVEL: Final = (
     "_DMODE",
 )
 _TOLERANCE: Final = ("_TOL", "_TOLM", "_OTOL")
-#: _TOLM has seven digits. Those before the last two choose functions of the control, or are kept for what older ones chose.
+#: _TOLM has seven digits. Those before the last two choose functions of the control, or serve older ones.
 _BEYOND_TOLM: Final = 3_000_000
 #: Values of _MODE in its two highest bits.
 _BY_AXIS, _SOLID, _PROJECTED, _DIRECT = range(4)
@@ -82,7 +82,7 @@ class Swivel:
         self.to.motion.set_chain()
 
     def _retract(self, given: Arguments, block: At) -> None:
-        """_FR: 1 lifts Z, 2 lifts Z and then moves X and Y, to the home position of the machine; 5 goes back along the tool."""
+        """_FR: 1 lifts Z, 2 lifts Z, then moves X and Y, to the home position; 5 goes back along the tool."""
         kind, to = given.read_whole("_FR"), self.to
         way = given.number("_FR_I") * to.modes.length
         if kind == 0:
@@ -215,8 +215,8 @@ class Swivel:
     def _turn_table(self, block: At, direction: int) -> None:
         """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays where it is on the part.
 
-        To the level plane A and C go to 0, which is the only place that means the same on all controls. Of the pairs of A and C that
-        do this and lie within the travel, ``direction`` takes the one with the smaller (-1) or the larger (1) A.
+        To the level plane A and C go to 0, the only place with the same meaning on all controls. Of the pairs of A and
+        C that do this and lie within the travel, ``direction`` takes the one with the smaller (-1) or the larger (1) A.
         """
         to = self.to
         state, tcp = to.state, to.modes.tcp

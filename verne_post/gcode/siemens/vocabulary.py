@@ -147,7 +147,7 @@ CYCLES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("CYCLE76", "CYCLE77"), "spigots: see Milling cycles"),
     **dict.fromkeys(("CYCLE62", "CYCLE72"), "contours: see Milling along a contour"),
 }
-#: Words that change how a control moves or watches, not where the tool goes, or that are so here: shown by `dump moves`.
+#: Words that change how a control moves or watches, not the path, or that are always so here: see `dump moves`.
 NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("G601", "G602", "G603"), "when an exact stop is reached: the tool stands still at every exact stop"),
     **dict.fromkeys(("BRISK", "SOFT", "DRIVE", "BRISKA", "SOFTA", "DRIVEA", "JERKLIM", "JERKLIMA", "ACC", "VELOLIM", "VELOLIMA", "ACCLIMA"),

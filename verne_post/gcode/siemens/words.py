@@ -1,4 +1,4 @@
-"""One block of a Siemens program -> its words: addresses with their values, G functions, calls. Variables are set on the way."""
+"""A block of a Siemens program -> its words: addresses with values, G functions, calls; variables are set here."""
 
 import re
 from collections.abc import Callable

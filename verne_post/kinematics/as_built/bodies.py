@@ -16,8 +16,8 @@ from verne_post.model.poses import Platform
 class VerneRods(Struct, frozen=True, eq=False):
     """The six rods at their places; implements ``RodModule``.
 
-    The nominal kinematics need only D1 - d1 and D2 - d2; distances between legs need the joints' own places: as built in
-    ``geometry``, as drawn in ``drawn``.
+    The nominal kinematics need only D1 - d1 and D2 - d2. Distances between legs need the joints' own places: as built
+    in ``geometry``, as drawn in ``drawn``.
     """
 
     module: VerneGeometry

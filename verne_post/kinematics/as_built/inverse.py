@@ -91,7 +91,7 @@ def split_about(axis: Array, vector: Array) -> tuple[Array, Array, Array]:
 
 
 def stand_on_table(geometry: AsBuiltGeometry, tip: Array, angles: Array, turn: Array, length: Array) -> ProgrammedPose:
-    """Programmed tips (3, n) and nominal angles (2, n) with joint C at ``turn`` (n,) and P ``length`` (n,) above the tip."""
+    """Pose of tips (3, n) and nominal angles (2, n); joint C at ``turn`` (n,), P ``length`` (n,) above the tip."""
     a, c = angles
     ca, sa, cc, sc = np.cos(a), np.sin(a), np.cos(c), np.sin(c)
     axis = np.stack([sc * sa, cc * sa, ca])  # Rz(-C) Rx(-A) z
@@ -129,7 +129,7 @@ def solve_platform(
 
 
 def turn_rotation(rotation: Array, turn: Array) -> Array:
-    """Rotations (3, 3, n) followed by small turns (3, n), exactly orthogonal (Cayley), equal to them up to third order."""
+    """Rotations (3, 3, n) followed by small turns (3, n): exactly orthogonal (Cayley), true up to third order."""
     half = 0.5 * turn
     scale = 2.0 / (1.0 + sum_products(half, half))
     once = cross(half[:, None], rotation)

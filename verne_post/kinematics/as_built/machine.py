@@ -39,7 +39,7 @@ _CORRECTION_STEPS: Final = 60
 
 
 class _Flat(Struct, frozen=True, eq=False):
-    """Poses with components first: tip (3, n), nominal angles (2, n), length from P to the tip (n,); their shape before."""
+    """Poses with components first: tip (3, n), nominal angles (2, n), length from tip to P (n,); original shape."""
 
     tip: Array
     angles: Array
@@ -198,7 +198,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         return q, ok
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
-        """The solutions that continue those of the nominal machine, each solved with the true parts, and C as :meth:`solve` has it."""
+        """The solutions that continue those of the nominal machine, with the true parts; C as in :meth:`solve`."""
         tip = check_pose_vectors(tip, "tip")
         solutions = []
         for one in self.nominal_machine.inverse_all(tip, axis, tool_length):
@@ -272,7 +272,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         return tip, angles, ok
 
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
-        """Where the tool is: tip (..., 3), the programmed angles (..., 2) that these joint values (..., 5) stand for, true axis.
+        """Tip (..., 3), programmed angles (..., 2), true axis (..., 3) and validity of joint values (..., 5).
 
         C is the joint's, and A the one whose axis lies in one plane with the true axis and the tilt axis. Where C takes
         a share of the axis error the pair is the one that :meth:`solve` would bring to these joints.
@@ -390,7 +390,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         return float(np.sign(whole[0])), float(np.sign(hold[0]))
 
     def measure_conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
-        """Reciprocal condition numbers of the six-rod Jacobians, dimensionless: by the platform's pose, and by sliders and turn."""
+        """Reciprocal condition numbers of the six-rod Jacobians, dimensionless: by pose, and by sliders and turn."""
         rotation = platform.build_matrix()
         vectors, arms = find_rod_vectors(
             self.geometry, np.reshape(q, (-1, 5))[:, :3].T, platform.position.reshape(-1, 3).T,

@@ -1,4 +1,4 @@
-"""Geometric margins of the as-built machine, from all six rods: drops, crossing, singularities, and the axis left over."""
+"""Geometric margins of the as-built machine, from all six rods: drops, crossing, singularities, axis error."""
 
 from typing import Final
 
@@ -33,10 +33,10 @@ def measure_margins(
 ) -> Array:
     """Margins of solved poses, shape (n, 8), in the order of :func:`name_margins`.
 
-    The drop of each leg along its guide, the mean of both rods (mm); half of how much farther apart the rods of leg I are across at
-    the platform than at the sliders (mm), which is R1 cos(alpha) - r1 of the nominal machine; the scaled determinant of
-    the parallel Jacobian; how well legs II and III hold the platform against turns about y and z; and the axis error
-    ``across`` (n,) of either sign, degrees.
+    The drop of each leg along its guide, the mean of both rods (mm); half of how much farther apart the rods of leg I
+    are across at the platform than at the sliders (mm), which is R1 cos(alpha) - r1 of the nominal machine; the scaled
+    determinant of the parallel Jacobian; how well legs II and III hold the platform against turns about y and z; and
+    the axis error ``across`` (n,) of either sign, degrees.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def measure_margins(
 
 
 def compute_scaled_determinants(geometry: AsBuiltGeometry, rods: Array, arms: Array) -> tuple[Array, Array]:
-    """Determinant of the six-rod Jacobian as the nominal machine's four equations have it, and that of the rest; each (n,).
+    """Determinant of the nominal machine's four equations within the six-rod Jacobian, and that of the rest; (n,).
 
     The rows are (v_i, (R a_i) x v_i). With equal and parallel rods the determinant is the product of the one of the
     four equations (3) to (6) and of what holds the platform against turns about y and z; the latter is the second

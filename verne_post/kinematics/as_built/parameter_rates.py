@@ -149,7 +149,7 @@ def _make_rotations(unit: Array, angle: Array) -> Array:
 
 
 def _compute_turned_rates(unit: Array, tangent: Array, vector: Array, angle: Array) -> Array:
-    """Vectors (n, 3) turned about ``unit``: derivatives (n, 3, 2) where the unit vector changes by ``tangent`` (3, 2)."""
+    """Derivatives (n, 3, 2) of vectors (n, 3) turned about ``unit``, where that changes by ``tangent`` (3, 2)."""
     less, s = (1.0 - np.cos(angle))[:, None, None], np.sin(angle)[:, None, None]
     along = vector @ unit
     across = np.einsum("k,np->nkp", unit, vector @ tangent)

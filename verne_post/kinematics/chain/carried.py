@@ -1,17 +1,17 @@
 """A five-axis machine whose rotary pair is a wrist on a carrier that turns as it moves: a central leg on three struts.
 
-Words are nominal: A and C are those that hold the tool axis with the carrier turned as at home, so that a program means the same
-part everywhere. The joints of the wrist follow from the tool axis as the carrier sees it,
+Words are nominal: A and C hold the tool axis with the carrier turned as at home, so that a program means the same part
+everywhere. The joints of the wrist follow from the tool axis as the carrier sees it,
 
     k' = R(P)' k = (sin a sin c, sin a cos c, cos a),      a in [0, pi].
 
-The axis of c lies along the leg, and the axis of a and the gauge
-line cross it in one point, the wrist's centre. So its place W = tip + (l + g) k tells the leg, and all is closed form: from o to W
-the leg's direction, P at the wrist's reach h before W.
+The axis of c lies along the leg. The axis of a and the gauge line cross it in one point, the wrist's centre. Its place
+is W = tip + (l + g) k. So all is closed form: the leg goes from o to W, and P is on it at the wrist's reach h before W.
 
-Whole turns of c are those to which the way of a program leads (``JointPath``); a pose alone has c less than half a turn from C.
-Where the tool stands along the leg, c means nothing: the wrist's pole, a singularity and a margin. All vectors are in the polar frame of the pair, as in :mod:`~verne_post.kinematics.chain.machine`, but for
-those of the leg, which are in the base frame. mm and rad.
+Whole turns of c are those to which the way of a program leads (``JointPath``); in a pose alone c is less than half a
+turn from C. Where the tool stands along the leg, c means nothing: that is the wrist's pole, a singularity and a margin.
+Vectors are in the polar frame of the pair, as in :mod:`~verne_post.kinematics.chain.machine`; those of the leg are in
+the base frame. mm and rad.
 """
 
 from typing import Final
@@ -29,7 +29,7 @@ from verne_post.kinematics.modules.central_leg import CentralLeg
 from verne_post.model.poses import Platform
 from verne_post.model.protocols import Margin, WholeSolution
 
-#: The tilting joint of the wrist may come so near to its pole, degrees: the other turns up to 115 times as fast as the tool axis.
+#: The tilting joint of the wrist may come so near to its pole, degrees; the other then turns up to 115 times as fast.
 POLE_DEG: Final = 0.5
 
 
@@ -85,7 +85,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
     # --- wrist and leg -----------------------------------------------------------------------------------------------
 
     def _find_carrier(self, wrist: Array) -> Array:
-        """P (..., 3) in the base frame of wrist centres (..., 3) of the polar frame; NaN where the leg does not reach out to W."""
+        """P (..., 3) in the base frame for wrist centres (..., 3) of the polar frame; NaN where W is too near."""
         away = wrist @ self.to_polar + self.part_zero - np.array(self.leg.base)
         size = np.linalg.norm(away, axis=-1, keepdims=True)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -125,14 +125,14 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         return q, self._find_platform(position, q), ok
 
     def explain_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
-        """Finding codes of poses (m, 3), (m, 2) without a solution: beyond a singularity within the leg's bound, or out of reach."""
+        """Finding codes of poses (m, 3), (m, 2) without a solution: VP203 beyond a singularity, VP110 out of reach."""
         axis = find_axis_of_angles(angles[..., 0], angles[..., 1])
         with np.errstate(invalid="ignore", divide="ignore"):
             position = self._find_carrier(tip + (np.asarray(tool_length, dtype=float) + self.nose)[..., None] * axis)
             return ["VP203" if within else "VP110" for within in self.leg.is_within(position)]
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
-        """Both solutions of one pose (3,), (3,) in the polar frame: the wrist to either side of its pole; the first is in use."""
+        """Both solutions of a pose (3,), (3,) in the polar frame: the wrist on either side; first, the used one."""
         tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         q, _position, ok = self._solve(tip, np.array([tilt, turn]), tool_length)
@@ -146,13 +146,14 @@ class CarriedMachine(Struct, frozen=True, eq=False):
             WholeSolution(tuple(other.tolist()), (-tilt, float(wrap_angle(turn + np.pi))), 0.0, (), True, why),
         ]
 
-    # --- joints to poses ------------------------------------------------------------------------------------------------
+    # --- joints to poses -----------------------------------------------------------------------------------
 
     @np.errstate(all="ignore")
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
-        """Tip (..., 3), nominal angles (..., 2) with A in [0, pi], tool axis (..., 3), and ok (...) of joint values (..., 5).
+        """Tip (..., 3), nominal angles (..., 2) with A in [0, pi], tool axis (..., 3) and ok (...) of q (..., 5).
 
-        C is less than half a turn from the wrist's; where the tool stands upright it is the wrist's, because it means nothing.
+        C is less than half a turn from the wrist's; it is the wrist's where the tool stands upright, because C means
+        nothing there.
         """
         q = np.asarray(q, dtype=float)
         position, ok = self.leg.find_position(q[..., :3])
@@ -221,7 +222,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
             rates[..., 4, :] = (np.stack([cos_c, -sin_c, still], -1)[..., None, :] @ seen)[..., 0, :] / sin_a[..., None]
         return rates
 
-    # --- bodies and pictures: z down, the part stands still ---------------------------------------------------------------
+    # --- bodies and pictures: z down, the part stands still -------------------------------------------------
 
     def find_platform(self, q: Array) -> tuple[Platform, Mask]:
         """The spindle's end as a platform, for joint values (..., 5)."""
@@ -289,7 +290,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         return conditions, np.ones_like(conditions)
 
     def sketch(self, q: Array, platform: Platform) -> Array:
-        """Struts, and last the central leg up to the wrist's centre (n, 4, 2, 3) for a picture, base frame with z down."""
+        """Struts and last the central leg to the wrist's centre (n, 4, 2, 3) for a picture, base frame with z down."""
         position = self.leg.find_position(q[..., :3])[0]
         foot, end = self.leg.find_rods(position)
         base = np.broadcast_to(np.array(self.leg.base), position.shape)

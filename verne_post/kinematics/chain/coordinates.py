@@ -19,8 +19,9 @@ from verne_post.model.toolpath import TurnSegments
 class ChainCoordinates(Struct, frozen=True, eq=False):
     """Maps between program, part and machine coordinates; implements ``TableCoordinates``.
 
-    Machine coordinates are the values of the joints, degrees in the sense of the machine file. Work offsets count from the place
-    of the gauge point with all joints at 0, in directions of the part frame. "Table" is the polar frame of the rotary pair.
+    Machine coordinates are the values of the joints, degrees in the sense of the machine file. Work offsets count from
+    the gauge point with all joints at 0, in directions of the part frame. "Table" is the polar frame of the rotary
+    pair.
 
     Attributes
     ----------
@@ -79,7 +80,7 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
 
     @property
     def rotary_offset(self) -> Array:
-        """From the axis of the tilting joint to that of the turning one (3,), where both are on the part's side; else 0."""
+        """From the axis of the tilting joint to the turning one (3,), where both are on the part's side; else 0."""
         both = not (self.machine.tilt.on_tool or self.machine.turn.on_tool)
         return float(both) * (self.machine.turn.through - self.machine.tilt.through)
 
@@ -175,7 +176,7 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         return self.map_from_table(self.machine.find_nominal_pose(q, frame.tool_length)[0], angles, frame)
 
     def find_other_side(self, machine: Array) -> Array | None:
-        """Machine coordinates (9,) with the same tool axis and the tilt on the other side of the pole; None at the pole."""
+        """Machine coordinates (9,) of the same tool axis with the tilt beyond the pole; None at the pole."""
         return self.words.find_other_side(machine)
 
     def is_upright(self, machine: Array) -> bool:

@@ -1,7 +1,7 @@
-"""A five-axis machine of one chain: three linear joints and a pair of rotary joints, each on the tool's or the part's side.
+"""A five-axis machine of one chain: three linear joints and two rotary ones, each on the tool's or part's side.
 
-All vectors are in the *polar frame* of the rotary pair (:mod:`~verne_post.kinematics.chain.pair`), which takes the place of the
-table frame: its origin is the part's zero, and all joints stand at 0 in it. There the nominal angles A and C are polar angles of
+All vectors are in the *polar frame* of the rotary pair (:mod:`~verne_post.kinematics.chain.pair`), in place of the
+table frame: its origin is the part's zero, with all joints at 0. There the nominal angles A and C are polar angles of
 the tool axis. Between the base and the rotary joints of each side lie the linear ones, so the tip equation is linear:
 ``M x = Part(tip) - Tool(gauge - l axis)``, with M constant. mm and rad.
 """
@@ -73,14 +73,14 @@ class ChainMachine(Struct, frozen=True, eq=False):
     def _turn_about_tilt(
         self, vector: Array, angle: Array, rotate: Callable[[Array, Array], Array] = rotate_x
     ) -> Array:
-        """Turn vectors (..., 3) about the direction of the tilting joint; ``rotate`` may be the derivative of the turn."""
+        """Turn vectors (..., 3) about the tilting joint; ``rotate`` may be the derivative of the turn."""
         lean = self.pair.lean
         if not lean:
             return rotate(vector, angle)
         return rotate_y(rotate(rotate_y(vector, lean), angle), -lean)
 
     def turn_part(self, point: Array, q: Array) -> Array:
-        """Points (..., 3) of the part where the rotary joints, the last two of q (..., 2), put them, the linear ones at 0."""
+        """Points (..., 3) of the part, turned by the rotary joints q (..., 2), with the linear ones at 0."""
         if not self.turn.on_tool:
             point = rotate_z(point - self.turn.through, q[..., 1]) + self.turn.through
         if not self.tilt.on_tool:
@@ -177,7 +177,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
         return tip @ self.pair.directions, axis @ self.pair.directions, ok
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
-        """Both solutions of one pose (3,), (3,) in the polar frame: the tilt to either side of the pole; none out of reach."""
+        """Solutions of a pose (3,), (3,) in the polar frame, the tilt on either side of the pole; none out of reach."""
         tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         solutions: list[WholeSolution] = []
@@ -231,7 +231,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
         rate = differentiate(point - joint.through, angle)
         return self._turn_about_tilt(rate, a) if not by_tilt and not self.tilt.on_tool else rate
 
-    # --- bodies and pictures: z down, and the base is what carries the rotary joints on the part's side --------------------------------------------------------------
+    # --- bodies and pictures: z down; the base carries the rotary joints of the part's side --------------
 
     def find_platform(self, q: Array) -> tuple[Platform, Mask]:
         """The spindle's end as a platform, for joint values (..., 5)."""
@@ -276,7 +276,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
         return DEG_PER_RAD * self.pair.nutation.measure_fold(np.asarray(q)[..., 3, None])
 
     def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:
-        """The fold, which has no threshold of its own: there the joints have to keep their limits; there are no rods."""
+        """The fold of a nutating pair. It has no threshold: the joints have to keep their limits. No rods."""
         return () if self.pair.nutation is None else (Margin("distance from the fold", "VP202", None, "deg", 0.0, 0.0),)
 
     def measure_conditioning(self, q: Array, platform: Platform) -> tuple[Array, Array]:
@@ -290,7 +290,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
 
 def find_platform_angles(x: Array, y: Array, z: Array) -> Array:
-    """alpha, beta, gamma (..., 3) of a platform whose directions x, y, z are these unit vectors (..., 3) of the base frame."""
+    """alpha, beta, gamma (..., 3) of a platform with unit vectors x, y, z (..., 3) in the base frame."""
     angles = (
         np.arctan2(-z[..., 1], z[..., 2]),
         np.arcsin(np.clip(z[..., 0], -1.0, 1.0)),

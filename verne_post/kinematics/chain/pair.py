@@ -1,10 +1,11 @@
 """A pair of rotary joints as polar angles of the tool axis: nominal A and C in a frame of their own.
 
-With u1 the direction of the rotary joint nearest the part, u2 that of the other, w0 the tool axis at home, and phi the motions of
-the tool against the part, the tool axis in directions of the part at home is ``R(u1, phi1) R(u2, phi2) w0``, wherever the joints
-are. Where u1, u2 and u2, w0 are at right angles, these are polar angles about u1: in the *polar frame* with z along u1 and x along
-u2 the axis is ``(sin A sin C, sin A cos C, cos A)`` with ``A = A0 - phi2`` and ``C = -phi1``. Where they are not, the pair nutates:
-x lies under u2, and :class:`~verne_post.model.nutation.Nutation` has A and C of the joints.
+Let u1 be the direction of the rotary joint nearest the part, u2 that of the other, w0 the tool axis at home, and phi
+the motions of the tool against the part. The tool axis in directions of the part at home is ``R(u1, phi1) R(u2, phi2)
+w0``, wherever the joints are. Where u1, u2 and u2, w0 are at right angles, these are polar angles about u1: in the
+*polar frame* with z along u1 and x along u2 the axis is ``(sin A sin C, sin A cos C, cos A)`` with ``A = A0 - phi2``
+and ``C = -phi1``. Where they are not, the pair nutates: x lies under u2, and
+:class:`~verne_post.model.nutation.Nutation` has A and C of the joints.
 """
 
 import math
@@ -32,7 +33,8 @@ class PolarPair(Struct, frozen=True, eq=False):
     directions : ndarray, shape (3, 3)
         Rows: x, y, z of the polar frame, in the part frame at home.
     tilt_sign, turn_sign : float
-        Joint values inside per motion of the tool about u2 and u1: ``q = sign * phi``; at right angles A is ``A0 + q``, C is q.
+        Signs of joint values per motion of the tool about u2 and u1: ``q = sign * phi``. At right angles A is ``A0 +
+        q``, C is q.
     home_tilt : float
         A0: nominal A of the tool axis with both joints at 0, rad.
     nutation : Nutation or None
@@ -75,7 +77,8 @@ def build_pair(turn: Array, tilt: Array, axis: Array, preferred: float) -> Polar
     axis : ndarray, shape (3,)
         w0, from tip to spindle; a unit vector.
     preferred : float
-        Sign of phi2 on the side of the pole that programs with tool vectors take first, where both are alike: nominal A > 0.
+        Sign of phi2 on the side of the pole that programs with tool vectors take first, where both are alike: nominal A
+        > 0.
 
     Raises
     ------

@@ -19,7 +19,7 @@ _STILL: Final = 1e-9
 
 
 def describe_senses(machine: Machine) -> Iterator[str]:
-    """What a positive step of each joint does, one line a joint, from all joints at 0, or actuators of a carrier as at home.
+    """What a positive step of each joint does, a line each, from joints at 0, or from home with struts or sliders.
 
     Words that are no joints are those of the head that they mean.
     """

@@ -1,9 +1,9 @@
 """A machine of one chain whose linear joints are three sliders on rods that hold the platform without turning it.
 
-The rotary pair stands on any side, as on linear axes: what the linear joints of the chain would reach, a vector x in directions of
-the base, is where the platform goes, ``P = home + x``, and the rods have their sliders there in closed form. Rotary joints, both
-solutions and words are those of the chain. All vectors are in the polar frame of the pair
-(:mod:`~verne_post.kinematics.chain.machine`), but for places of the platform, which are in the base frame of the file. mm and rad.
+The rotary pair stands on any side, as on linear axes. The vector x that the linear joints of the chain would reach, in
+directions of the base, moves the platform: ``P = home + x``. The sliders of the rods follow in closed form. Rotary
+joints, both solutions and words are those of the chain. All vectors are in the polar frame of the pair
+(:mod:`~verne_post.kinematics.chain.machine`); places of the platform are in the base frame of the file. mm and rad.
 """
 
 import numpy as np
@@ -131,7 +131,7 @@ class SlidingMachine(Struct, frozen=True, eq=False):
         return solutions
 
     def explain_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
-        """Finding codes of poses (m, 3), (m, 2) without a solution: the rods do not close, or beyond a parallel singularity."""
+        """Finding codes of poses (m, 3), (m, 2) without a solution: rods do not close, or a parallel singularity."""
         _q, position, _ok = self._solve_sliders(self.chain.find_joints(tip, angles, tool_length))
         return self.module.explain_places(position)
 
@@ -196,7 +196,7 @@ class SlidingMachine(Struct, frozen=True, eq=False):
         return self.module.measure_conditioning(position, np.zeros(position.shape[:-1]), q[..., :3])
 
     def sketch(self, q: Array, platform: Platform) -> Array:
-        """Rods (n, 6, 2, 3) for a picture, base frame with z down; sliders stand where q has them, whatever the rods reach."""
+        """Rods (n, 6, 2, 3) for a picture, base frame with z down; sliders stand at q, whatever the rods reach."""
         module = self.module
         start = module.feet + q[:, module.slider_of, None] * module.rails
         rods = np.stack([start, self._find_position(q)[:, None] + module.ends], axis=-2)

@@ -1,1 +1,1 @@
-"""Checks of a contour: joint limits and margins, distances between bodies, keep-out boxes, and what would remove a violation."""
+"""Checks of a contour: joint limits, margins, distances between bodies, keep-out boxes; and remedies."""

@@ -1,8 +1,8 @@
 """How near bodies of the machine come to each other: rods, spindle, tool, table, and the cones of the ball joints.
 
-Rods and spindle are capsules (a line segment and a radius), the tool is a cylinder with a flat end, the table everything
-below its face inside its radius. Every margin is a distance or an angle, and says how much it can change when the
-points that carry it move: that is what makes verdicts between samples certain (``check_clearance``).
+Rods and spindle are capsules (a line segment and a radius), the tool is a cylinder with a flat end, the table is
+everything below its face inside its radius. Every margin is a distance or an angle, and comes with how much it can
+change when the points that carry it move: that makes verdicts between samples certain (``check_clearance``).
 """
 
 from typing import Final

@@ -34,7 +34,7 @@ HALF_GAP: Final = float(0.5 * np.diff(np.sort(spans.WITH_ENDS)).max())
 def check_constraints(
     joints: JointPath, progress: Callable[[int], None] | None = None, team: Team = ALONE
 ) -> tuple[JointBounds, list[Finding]]:
-    """Every geometric check of a contour: :func:`check_limits`, the clearances of the machine file, and the keep-out boxes."""
+    """Every geometric check of a contour: :func:`check_limits`, clearances of the machine file, keep-out bodies."""
     bounds, findings = check_limits(joints, progress, team)
     for model in list_clearances(joints):
         findings += check_clearance(joints, model)
@@ -45,7 +45,7 @@ def check_constraints(
 
 
 def list_clearances(joints: JointPath, *, meshes: bool = False) -> list[ClearanceModel]:
-    """The models of distances in single poses: between bodies of the machine, and from boxes, or meshes too, on the table."""
+    """The models of distances in single poses: between bodies of the machine, from boxes (or meshes) on the table."""
     bodies = joints.keep_out if isinstance(joints.keep_out, KeepOut) else None
     if bodies is not None and not meshes:
         bodies = bodies.select(meshes=False)
@@ -61,7 +61,7 @@ def build_clearance_checks(clearance: ClearanceModel, first: int) -> list[Check]
 
 
 def check_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Finding]:
-    """VP211 to VP216 of every element: VP215 as in :func:`check_meshes`, else one finding for each stretch of consecutive elements."""
+    """VP211 to VP216: VP215 as in :func:`check_meshes`, else one finding for each stretch of elements."""
     contour = joints.contour
     check = _ClearanceCheck(joints, clearance)
     for chunk in split_elements(len(contour)):
@@ -120,7 +120,7 @@ class _ClearanceCheck:
 
 
 def find_straight(joints: JointPath) -> Mask:
-    """Elements (n,) along which the tool keeps its direction on the table and moves straight: a body's distance is convex."""
+    """Elements (n,) with a straight path and constant tool axis on the table: distances are convex along them."""
     contour, path = joints.contour, joints.contour.path
     even = (
         (path.kind == SegmentKind.LINE)

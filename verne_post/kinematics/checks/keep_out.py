@@ -1,8 +1,9 @@
 """How near tool, spindle, platform and rods come to fixtures and stock on the table, as boxes or meshes.
 
-Towards boxes tool, holder and shank are cylinders with flat ends, spindle, platform and rods capsules. Every distance is
-signed and certain (``separation``), and cannot change faster than the points that carry the bodies move over the table, so
-whole motions are checked as in ``check_clearance``. Towards meshes whole motions are checked by ``mesh_contacts``.
+Against boxes, tool, holder and shank are cylinders with flat ends; spindle, platform and rods are capsules. Every
+distance is signed and certain (``separation``). It cannot change faster than the points that carry the bodies move over
+the table, so whole motions are checked as in ``check_clearance``. Against meshes, whole motions are checked by
+``mesh_contacts``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -114,7 +115,7 @@ class KeepOut:
         self.group: tuple[str, ...] = tuple(moving.group_of(body) for body, _one in self.pairs)
 
     def move_part(self, shift: Array) -> "KeepOut":
-        """The same where the part stands elsewhere on the table by ``shift`` (3,), mm: bodies of work systems go with it."""
+        """The same with the part moved on the table by ``shift`` (3,), mm: bodies of work systems go with it."""
         obstacles = [one.move(shift) if one.with_part else one for one in self.obstacles]
         return KeepOut(obstacles, self.moving, self.entering)
 
@@ -124,7 +125,7 @@ class KeepOut:
         return KeepOut(kept, self.moving, self.entering)
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
-        """Margins (n, m) of poses, and by group the points (n, p, 3) of the table frame whose motion bounds their change.
+        """Margins (n, m) of poses, and by group the points (n, p, 3), table frame, whose motion bounds their change.
 
         Those from meshes are no bounds: points of the surface have them.
         """
@@ -223,7 +224,7 @@ def place_own_stock(machine: Machine, moves: Moves, distance: float = 0.0) -> Pl
 
 
 def measure_own_stock(machine: Machine, own: Stock) -> tuple[Array, Array, Array]:
-    """Middle (3,) of a stock of a program and the direction (3,) of its x, table frame, and half of its sides (3,), mm."""
+    """Middle (3,) of a program's stock, direction (3,) of its x, and half of its sides (3,); table frame, mm."""
     low, high = np.array(own.low), np.array(own.high)
     middle = machine.coordinates.map_to_table(np.concatenate([0.5 * (low + high), np.zeros(6)]), own.frame)[0]
     return middle, machine.coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), own.frame), 0.5 * (high - low)
@@ -266,7 +267,7 @@ def _describe_when(body: str, box: Placed) -> str:
 
 
 def refuse_leaning_part(machine: Machine, name: str) -> None:
-    """Refuse (VP018) a body on a machine that turns the part about another axis than z: it would lean in the table frame."""
+    """Refuse (VP018) a body on a machine that turns the part about another axis than z: it would lean."""
     if not np.isclose(machine.coordinates.part_frame[2, 2], 1.0):
         text = f"{name}: bodies on the part are not executed on a machine whose joints do not turn about z of the part"
         raise InputError(make_finding("VP018", text))
@@ -285,7 +286,7 @@ def place_body(
     Raises
     ------
     InputError
-        VP018 where nobody has given the place of the system, the program moves it, or the body leans in the table frame.
+        VP018 where the place of the system is not given, the program moves it, or the body leans in the table frame.
     """
     refuse_leaning_part(machine, name)
     if system is None:
@@ -305,7 +306,7 @@ def place_body(
 
 
 def find_tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
-    """Number of the tool in the spindle at moves (n,), 0 where none is named; the way to the ``first`` motion has its tool."""
+    """Number of the tool in the spindle at moves (n,), 0 if none is named; before ``first``, the tool of that move."""
     changes = [event for event in moves.events if event.kind in ("tool", "tool number")]
     before = np.array([event.before for event in changes], dtype=np.int64)
     numbers = np.array([0, *(event.data["number"] for event in changes)], dtype=np.int64)

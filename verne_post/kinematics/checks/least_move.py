@@ -62,7 +62,7 @@ class MoveProblem(Struct, frozen=True, eq=False):
 
 
 def find_start(problem: MoveProblem) -> Array | None:
-    """A small combination of the basis (3,) at which all of the line can be solved: zero, or the first that is found."""
+    """The first small combination of the basis (3,) that makes the whole line solvable, zero if it is; None if none."""
     if is_solvable(problem.move_part(np.zeros(3))):
         return np.zeros(3)
     basis = problem.basis
@@ -142,7 +142,7 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
 
 
 def _find_least_norm(rows: Array, wanted: Array, longest: float) -> Array | None:
-    """The shortest vector s with ``rows @ s >= wanted``, by cyclic projections in the dual; None where it grows ``longest``."""
+    """The shortest s with ``rows @ s >= wanted``, by cyclic projections in the dual; None if above ``longest``."""
     size = (rows * rows).sum(axis=1)
     active = np.flatnonzero(np.isfinite(wanted) & (size > 0))
     weight = np.zeros(len(rows))

@@ -34,7 +34,7 @@ from verne_post.model.findings import Finding
 MIN_SPAN_MM: Final = 0.2
 #: Rotation of an element (rad) below which it counts as none where a span is widened.
 NO_TURN: Final = 1e-12
-#: Spans that are no longer than this, and turn by no more, are looked at with few samples first: most are far from every limit.
+#: Spans no longer than this, with no more turn, get few samples first: most are far from every limit.
 BRIEF_MM: Final = 5.0
 BRIEF_ANGLE: Final = np.radians(5.0)
 #: A span is halved at most this often; 2**-16 of a metre is 0.015 mm.
@@ -50,7 +50,8 @@ class JointBounds(Struct, frozen=True, eq=False):
     ----------
     first, second, third : ndarray, shape (n, n_joints)
     axis_error_deg : float
-        Over all elements: how far the tool axis may be off because an as-built machine cannot correct it. 0 where it can.
+        Over all elements: how far the tool axis may be off because an as-built machine cannot correct it; 0 where it
+        can.
     """
 
     first: Array
@@ -97,7 +98,7 @@ def check_limits(
 
 
 class _Derivatives:
-    """Collects the largest derivatives of the joints over those elements of a chunk that belong to stop-to-stop sections.
+    """Collects the largest derivatives of the joints over a chunk's elements of stop-to-stop sections.
 
     Parameters
     ----------
@@ -177,7 +178,7 @@ class _LimitCheck:
         return halve & ~self.is_unreachable(part.element)
 
     def open_spans(self, chunk: Ints) -> list[Spans]:
-        """First spans of elements (n,), but for those that few samples show to be legal, and whose derivatives nobody needs."""
+        """First spans of elements (n,), without those that few samples show to be legal and that nobody needs."""
         contour = self.joints.contour
         return [
             part.take(self.needs_derivatives(part.element) | ~self.are_surely_legal(part))
@@ -189,9 +190,10 @@ class _LimitCheck:
         return np.asarray(~self._continuous[self.joints.contour.section[element]])
 
     def are_surely_legal(self, part: Spans) -> Mask:
-        """Spans (n,) that few samples show to be legal, as :meth:`check` would: short ones, farther from limits than they move.
+        """Spans (n,) that few samples show to be legal, as :meth:`check` would.
 
-        None where the axis error is measured, which takes the bounds of all spans.
+        They are short and farther from limits than they move. None are where the axis error is measured, which takes
+        the bounds of all spans.
         """
         contour, width, legal = self.joints.contour, part.high - part.low, np.zeros(len(part), dtype=bool)
         brief = (contour.length[part.element] * width <= BRIEF_MM) & (

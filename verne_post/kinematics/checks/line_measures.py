@@ -20,7 +20,7 @@ GRID: Final = np.linspace(0.0, 1.0, 65)
 
 
 class _MovedPose(Struct, frozen=True):
-    """The pose function of a line whose part or end stands elsewhere, whose end has another tilt, or whose table is on another branch."""
+    """The pose function of a line with its part or end moved, another tilt at the end, or another branch."""
 
     joints: JointPath
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -65,7 +65,7 @@ def list_checks(line: JointPath) -> list[Check]:
 
 
 def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
-    """Joints, margins, clearances and height over the table face (infinite beside it) of points: (n, m), NaN unsolved."""
+    """Joints, margins, clearances and height over the table face (inf beside it) of points: (n, m), NaN unsolved."""
     machine = line.machine
     solved = line.solve(element, w)
     parts = [solved.q, line.find_margins(solved)]

@@ -1,8 +1,8 @@
 """Whole motions against fixtures that are meshes: nothing between two samples goes unseen.
 
-The motion is divided into chords, which leave it by less than ``CHORD_MM``; the least distance of every place of a mesh from
-bodies that go along these chords decides (``verne_post.part.clearance``). Facets that no body comes near are clear for all
-time, so that a program without a contact costs little more than a look at each facet.
+The motion is divided into chords, which leave it by less than ``CHORD_MM``. The least distance of every place of a mesh
+from bodies that go along these chords decides (``verne_post.part.clearance``). Facets that no body comes near are clear
+at all times, so a program without a contact costs little more than one test of each facet.
 """
 
 from collections.abc import Iterator

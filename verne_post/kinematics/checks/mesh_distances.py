@@ -1,4 +1,4 @@
-"""How near bodies come to a mesh in single poses, by points of its surface: what remedies and the place of a contact need.
+"""How near bodies come to a mesh in single poses, by points of its surface: for remedies and places of contacts.
 
 No bound: whole motions are decided by ``mesh_contacts``.
 """
@@ -52,7 +52,7 @@ def measure_distances(
 
 @lru_cache(maxsize=8)
 def _sample(mesh: Mesh) -> list[tuple[Array, Array]]:
-    """Balls: middles (n, 3) and radii (n,) about groups of groups of points all over a mesh, about the groups, and the points."""
+    """Balls, middles (n, 3) and radii (n,), from large to small: about groups of groups, about groups, and points."""
     cells = Cells(mesh.list_corners(), np.arange(len(mesh.facets)))
     sides = cells.corner[:, 1:] - cells.corner[:, :1]
     area = 0.5 * float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum())
@@ -75,7 +75,7 @@ def _sample(mesh: Mesh) -> list[tuple[Array, Array]]:
 
 
 def _find_least(piece: Piece, tip: Array, axis: Array, balls: list[tuple[Array, Array]], near: float) -> Array:
-    """The least distance (n,) of points from a piece at poses (n, 3), (n, 3); a lower bound where it is more than ``near``."""
+    """The least distance (n,) of points from a piece at poses (n, 3), (n, 3); a lower bound above ``near``."""
     n, count = len(tip), len(balls[0][0])
     row, ball = np.repeat(np.arange(n), count), np.tile(np.arange(count), n)
     phi = look(piece, balls[0][0][ball], tip[row], axis[row]).phi

@@ -22,7 +22,7 @@ WIRE: Final = Cylinder("cutter", 2.0 * THIN_MM)
 
 
 class Bar(Struct, frozen=True, eq=False):
-    """Cylinders with flat ends at poses, rounded by a skin: start and end (n, 3) on the table, radius (n,), skin; mm."""
+    """Cylinders with flat ends at poses: start and end (n, 3) on the table, radius (n,), rounding skin; mm."""
 
     start: Array
     end: Array
@@ -31,7 +31,7 @@ class Bar(Struct, frozen=True, eq=False):
 
 
 class Carried(Struct, frozen=True, eq=False):
-    """Pieces about an axis at poses: their origin and axis (n, 3) on the table; no point is ``far`` mm from the origin."""
+    """Pieces about an axis at poses: origin and axis (n, 3) on the table; all within ``far`` mm of the origin."""
 
     body: str
     origin: Array
@@ -47,8 +47,8 @@ class Moving:
     shapes : sequence of ToolShape
         Of the program's tools; an empty one is a thin line from tip to gauge line.
     lengths : ndarray, shape (len(shapes),)
-        Gauge line to tip of the tools themselves, mm, whatever length the program has in force; NaN where nobody knows it
-        better than the program.
+        Gauge line to tip of the tools themselves, mm, whatever length the program has in force; NaN where only the
+        program knows it.
     tool : ndarray of int, shape (n_segments,)
         Index into ``shapes``.
     machine : Machine
@@ -60,8 +60,8 @@ class Moving:
         self.bodies = machine.bodies
         #: Of tools and lengths: remedies ask for them again and again.
         self._pieces: dict[tuple[int, float], tuple[Piece, ...]] = {}
-        #: For each tool: cutter, shank, then all parts of the holder: distance of the ends from the tip (NaN: up to the gauge
-        #: line) and largest radius; NaN: none.
+        #: For each tool, cutter, shank, then all parts of the holder: distance of the ends from the tip (NaN: up to the
+        #: gauge line) and largest radius; NaN: none.
         holders = max([sum(one.part == "holder" for one in shape) for shape in shapes], default=0)
         self.parts = np.array([_list_parts_of_shape(shape, holders) for shape in shapes]).reshape(
             len(shapes), 2 + holders, 3
@@ -113,7 +113,7 @@ class Moving:
         return rods, points
 
     def place_tools(self, pose: Pose) -> tuple[Array, Array, Array]:
-        """Tips (n, 3), gauge lines (n, 3) and lengths (n,) of the tools by themselves, whatever the program has in force."""
+        """Tips (n, 3), gauge lines (n, 3) and lengths (n,) of the tools themselves, not those in force."""
         nose = pose.tip + pose.tool_length[:, None] * pose.axis
         by_itself = self.lengths[self.tool[pose.segment]]
         length = np.where(np.isnan(by_itself), pose.tool_length, by_itself)

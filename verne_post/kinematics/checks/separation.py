@@ -4,9 +4,9 @@ For two convex bodies and a unit vector n, the gap between their supports in the
 
     g(n) = min n.y - max n.x    (y in the one, x in the other),
 
-is never more than their distance; the largest gap over all n is the distance, and where the bodies overlap, minus the depth
-by which they do. So whatever direction is found, g(n) is a distance that can be relied on. Where the bodies are apart, it
-is found as the direction between the nearest points, by projecting on the one and the other in turn, with momentum. Where
+is never more than their distance. The largest gap over all n is the distance; where the bodies overlap, it is minus the
+depth. So whatever direction is found, g(n) is a distance that can be relied on. Where the bodies are apart, the
+direction is that between the nearest points, found by projecting on the one and the other in turn, with momentum. Where
 they overlap, the best of the directions of faces, axis and edges counts.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 
-#: Points are sought until the distance they have is no more than this above the gap, mm, and no longer than so many steps.
+#: Points are sought until their distance is at most this above the gap, mm, and in no more than so many steps.
 SURE_MM: Final = 1e-7
 STEPS: Final = 1000
 #: Steps between two looks at who is done.
@@ -26,7 +26,7 @@ TOUCHING_MM: Final = 1e-4
 
 
 def measure_cylinder_to_box(start: Array, end: Array, radius: Array, half: Array) -> Array:
-    """Signed distance of cylinders from boxes about the origin: exact to ``SURE_MM`` where they are apart, never too large.
+    """Signed distance of cylinders from boxes about the origin: exact to ``SURE_MM`` when apart, never too large.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def _evaluate_gap(n: Array, middle: Array, axis: Array, long: Array, radius: Arr
     return np.asarray((n * middle).sum(1) - long * np.abs(along) - radius * across - (np.abs(n) * half).sum(1))
 
 
-#: Directions whose cross product, or whose difference, is shorter than this are parallel: another one takes their place.
+#: Directions whose cross product, or difference, is shorter than this are parallel: another one replaces them.
 PARALLEL: Final = 1e-9
 
 

@@ -1,16 +1,18 @@
 """A carrier on three struts of variable length that a central leg guides: a universal joint at the base, and a slide.
 
-With o the joint of the leg, n its direction at home, e the first axis of the joint (fixed to the base, across n) and m = n x e,
-the platform's point P alone says how it is turned: in the frame of e, m, n
+Let o be the joint of the leg, n its direction at home, e the first axis of the joint (fixed to the base, across n) and
+m = n x e. The platform's point P alone determines how it is turned: in the frame of e, m, n
 
     P - o = d (sin b, -sin a cos b, cos a cos b),        R = R(e, a) R(m, b),
 
-because the slide keeps the third direction of the platform along the leg. Struts from b_k on the base to a_k on the platform are
+because the slide keeps the third direction of the platform along the leg. Struts from b_k on the base to a_k on the
+platform are
 
     l_k = |P + R a_k - b_k|.
 
-Inverse is closed form. Forward is Newton from home, or along the way of the struts from home where that does not close; what
-counts is closed, has the sign of the Jacobian of home, and turns no farther from home than the bound. Base frame of the file; mm, rad.
+The inverse is closed form. The forward solution is Newton from home, or along the way of the struts from home where
+that does not close. A solution counts if it closes, has the sign of the Jacobian at home, and turns no farther from
+home than the bound. Base frame of the file; mm, rad.
 """
 
 import math
@@ -61,8 +63,8 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
     Raises
     ------
     ValueError
-        In a sentence: the leg has no length or its first axis lies along it, the Jacobian is singular at home, or around home the
-        way there leads to another pose.
+        In a sentence: the leg has no length or its first axis lies along it, the Jacobian is singular at home, or the
+        way to a place around home leads to another pose.
     """
 
     home: Sequence[float]
@@ -146,7 +148,7 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
         return np.asarray(away @ self.frame[:, 2] > math.cos(RAD_PER_DEG * self.largest_turn_deg) * leg)
 
     def is_own(self, position: Array) -> Mask:
-        """Whether positions (..., 3) are the machine's: the leg within its bound, and the sign of the Jacobian of home."""
+        """Whether positions (..., 3) are the machine's: the leg within its bound, the Jacobian's sign as at home."""
         with np.errstate(invalid="ignore"):
             return np.asarray(
                 self.is_within(position) & (np.linalg.det(self.find_rates(position)) * self._home_sign > 0)
@@ -176,7 +178,7 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
         return float(np.sign(np.linalg.det(self.find_rates(np.array(self.home, dtype=float)))))
 
     def measure(self, position: Array) -> Array:
-        """1 over the norm of the inverse of :meth:`find_rates`, with the sign of its determinant against home: smooth through 0."""
+        """Signed 1 over the norm of the inverse of :meth:`find_rates`, positive as at home: smooth through 0."""
         matrix = self.find_rates(position)
         determinant = np.linalg.det(matrix) * self._home_sign
         sound = np.isfinite(determinant) & (determinant != 0.0)

@@ -96,7 +96,7 @@ class LinearDeltaModule(Struct, frozen=True):
         return self.inverse(place_upright(pivot, gauge))
 
     def explain_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
-        """Why poses (m, 3) have no solution: "VP110" where a rod is too short, "VP203" beyond a parallel singularity."""
+        """Finding codes of poses (m, 3) without a solution: VP110, rod too short; VP203, a parallel singularity."""
         with np.errstate(invalid="ignore", over="ignore"):
             radicands = self._compute_radicands(place_upright(pivot, gauge))
         return ["VP203" if (row > 0).all() else "VP110" for row in radicands]
@@ -182,7 +182,7 @@ class LinearDeltaModule(Struct, frozen=True):
     # --- velocities --------------------------------------------------------------------------------
 
     def find_jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
-        """Half the derivatives of the three rod equations and of ``alpha = 0``: (..., 4, 4) by pose, (..., 4, 3) by rho."""
+        """Half the derivatives of the rod equations and of ``alpha = 0``: (..., 4, 4) by pose, (..., 4, 3) by rho."""
         rods = self._compute_rods(position, rho)
         parallel = np.zeros((*np.shape(rho)[:-1], 4, 4))
         parallel[..., :3, :3] = rods

@@ -91,7 +91,7 @@ class RodGeometry(Struct, frozen=True, dict=True, eq=False):
 
     @cached_property
     def tilts(self) -> bool:
-        """Whether the platform's tilt follows from its place; not where the rods of every actuator stay parallel without one."""
+        """Whether the platform's tilt follows from its place: not so where the rods of every actuator stay parallel."""
         shift = self.ends - self.feet
         return not all(self._are_same(shift, k, int(self.first_rods[self.slider_of[k]])) for k in range(6))
 
@@ -117,7 +117,7 @@ class RodGeometry(Struct, frozen=True, dict=True, eq=False):
         return float(self.rod_lengths.min())
 
     def find_sliders(self, centre: Array, alpha: Array, arms: Array) -> tuple[Array, Array]:
-        """Slider (..., 6) that each rod alone asks for, and squared drops along the rails; ``w = centre + Rx(alpha) arm - b``."""
+        """Sliders (..., 6), one for each rod, and squared drops along the rails; ``w = centre + Rx(alpha) arm - b``."""
         away = centre[..., None, :] + rotate_x(arms, alpha[..., None]) - self.feet
         along = (away * self.rails).sum(axis=-1)
         drops2 = self.rod_lengths**2 - (away**2).sum(axis=-1) + along**2

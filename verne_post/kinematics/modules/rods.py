@@ -4,13 +4,15 @@ Rod k has its ball joints at a_k on the platform and at b_k + rho u_k on the sli
 
     w_k = P + Rx(alpha) a_k - b_k,        |w_k - rho u_k| = L_k.
 
-Given P and alpha, each rod alone has its slider in closed form, ``rho = w.u - s sqrt(L^2 - |w|^2 + (w.u)^2)``, on the side s on
-which home has it. The rods of one slider must agree; where the platform tilts, alpha follows from that by Newton steps from 0, and
-from larger tilts where a rod does not reach at 0.
-Forward is Newton from home, or along the way of the sliders from home where that does not close. Other assemblies of the same
-sliders can have the same sides and the same sign of the Jacobian; what excludes them is the way from home, and a bound on alpha.
+Given P and alpha, each rod alone has its slider in closed form, ``rho = w.u - s sqrt(L^2 - |w|^2 + (w.u)^2)``, with the
+side s that it has at home. The rods of one slider must agree. Where the platform tilts, alpha follows from that by
+Newton steps from 0, and from larger tilts where a rod does not reach at 0.
+The forward solution is Newton from home, or along the way of the sliders from home where that does not close. Other
+assemblies of the same sliders can have the same sides and the same sign of the Jacobian; the way from home and a bound
+on alpha exclude them.
 
-Base frame (z down); mm, rad. The platform may tilt about x alone; a mechanism that turns otherwise is refused when it is loaded.
+Base frame (z down); mm, rad. The platform may tilt about x alone; a mechanism that turns otherwise is refused when it
+is loaded.
 """
 
 import math
@@ -52,7 +54,8 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
     Raises
     ------
     ValueError
-        At home the rods are open or the Jacobian is singular; away from home they do not close, or not as the way there says.
+        At home the rods are open or the Jacobian is singular; away from home they do not close, or close in another
+        pose.
     """
 
     def __post_init__(self) -> None:
@@ -75,7 +78,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         self._try_around_home(home, asked[self.first_rods])
 
     def _try_around_home(self, home: Array, sliders: Array) -> None:
-        """Refuse rods that do not close around home, or whose sliders lead to another pose than the way from home does."""
+        """Refuse rods that do not close around home, or whose sliders lead to another pose than the way from home."""
         shares = np.array(list(product(TRIED, repeat=3)))
         points = home + shares * self.shortest_rod
         rho, alpha, ok = self.inverse(points)
@@ -97,9 +100,10 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
     # --- inverse -----------------------------------------------------------------------------------------------
 
     def _solve(self, centre: Array, arms: Array) -> tuple[Array, Array, Mask, Mask]:
-        """Sliders (..., 3) and tilt (...) of ``P = centre + Rx(alpha) (arm - a)``; whether the rods close, and are the machine's.
+        """Sliders (..., 3) and tilt (...) of ``P = centre + Rx(alpha) (arm - a)``; rods closed? the machine's own?
 
-        Where a rod does not reach at tilt 0 the search begins at larger tilts; the first that is the machine's is taken.
+        Where a rod does not reach at tilt 0 the search begins at larger tilts; the first that is the machine's is
+        taken.
         """
         shape = np.broadcast_shapes(centre.shape[:-1], arms.shape[:-2])
         with np.errstate(all="ignore"):
@@ -126,7 +130,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         return rho, np.array(alpha), closed, np.array(closed & self._is_own(position, alpha, rho))
 
     def _find_tilt(self, centre: Array, arms: Array, alpha: Array, longest: float) -> Array:
-        """The tilt for which the rods of each actuator ask for the same slider: Newton from ``alpha``, least squares."""
+        """The tilt at which the rods of each actuator ask for the same slider: Newton from ``alpha``, least squares."""
         for _ in range(STEPS):
             sliders, drops2 = self.find_sliders(centre, alpha, arms)
             gaps = sliders - sliders[..., self.first_rods][..., self.slider_of]
@@ -158,7 +162,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         return place_upright(_IN_PLACE, gauge)[..., None, :] + self.ends
 
     def explain_unreachable(self, pivot: Array, gauge: Array) -> list[str]:
-        """Why poses (m, 3) have no solution: "VP110" where the rods do not close, "VP203" beyond a parallel singularity."""
+        """Finding codes of poses (m, 3) without a solution: VP110, rods stay open; VP203, a parallel singularity."""
         closed = self._solve(np.asarray(pivot, dtype=float), self._carry_arms(gauge))[2]
         return ["VP203" if one else "VP110" for one in closed]
 
@@ -194,7 +198,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
 
     @np.errstate(all="ignore")
     def _assemble(self, pose: Array, rho: Array) -> Array:
-        """Newton on the six rods from poses (n, 4) on, least squares: x, y, z and tilt; rows that cannot move on stay."""
+        """Least-squares Newton on the six rods from poses (n, 4), x, y, z and tilt; rows stay where it is singular."""
         going = np.arange(len(pose))
         pose = pose.copy()
         for _ in range(STEPS):
@@ -213,7 +217,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         return pose
 
     def _differentiate_rods(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
-        """Vectors along the rods (..., 6, 3), and derivatives (..., 6, 4) of their lengths by P and by the tilt times the arm."""
+        """Rod vectors (..., 6, 3), and derivatives (..., 6, 4) of their lengths by P and by the tilt times the arm."""
         rods = self.find_vectors(position, alpha, rho)
         by_tilt = (rods * rotate_x_rate(self.ends, alpha[..., None])).sum(axis=-1, keepdims=True) / self.arm
         return rods, np.concatenate([rods, by_tilt], axis=-1) / self.rod_lengths[:, None]
@@ -247,7 +251,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
     # --- velocities, margins -------------------------------------------------------------------------------------
 
     def _scale_jacobian(self, position: Array, alpha: Array, rho: Array) -> Array:
-        """Derivatives (..., 6, 6) of the rods' lengths by all six motions of the platform, turns times its mean radius."""
+        """Derivatives (..., 6, 6) of rod lengths by all six motions of the platform, turns times its mean radius."""
         unit = self.find_vectors(position, alpha, rho) / self.rod_lengths[:, None]
         arms = rotate_x(np.broadcast_to(self.ends - self.ends.mean(axis=0), unit.shape), alpha[..., None])
         return np.concatenate([unit, np.cross(arms, unit) / self.arm], axis=-1)
@@ -259,7 +263,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         return float(np.sign(np.linalg.det(self._scale_jacobian(np.array(self.home), np.zeros(()), rho))))
 
     def _measure(self, position: Array, alpha: Array, rho: Array) -> Array:
-        """1 over the norm of the scaled Jacobian's inverse, with its sign: smooth through 0, at most its smallest singular value."""
+        """Signed 1 over the norm of the scaled Jacobian's inverse, at most its least singular value; smooth at 0."""
         matrix = self._scale_jacobian(position, alpha, rho)
         determinant = np.linalg.det(matrix)
         sound = np.isfinite(determinant) & (determinant != 0.0)
@@ -268,7 +272,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         return np.where(sound, np.sign(determinant) / size, np.where(determinant == 0.0, 0.0, np.nan))
 
     def find_jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
-        """Closure equations of the six rods' lengths, projected on the four motions: (..., 4, 4) by pose, (..., 4, 3) by rho."""
+        """Closure of the six rod lengths, projected on the four motions: (..., 4, 4) by pose, (..., 4, 3) by rho."""
         rods, rows = self._differentiate_rods(position, alpha, rho)
         by_slider = -(rods * self.rails).sum(axis=-1, keepdims=True) / self.rod_lengths[:, None]
         by_rho = by_slider * (self.slider_of[:, None] == np.arange(3))
@@ -282,7 +286,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         return singular[..., -1] / singular[..., 0], shares.min(axis=-1) / shares.max(axis=-1)
 
     def find_geometry_margins(self, position: Array, alpha: Array) -> Array:
-        """Drops of rods along their rails (mm), one for each that no other stays parallel to, then the Jacobian's measure."""
+        """Drops of rods along their rails (mm), one of each set of parallel rods, then the Jacobian's measure."""
         with np.errstate(all="ignore"):
             sliders, drops2 = self.find_sliders(position, np.asarray(alpha), self.ends)
             measure = self._home_sign * self._measure(position, np.asarray(alpha), sliders[..., self.first_rods])

@@ -63,7 +63,7 @@ class SerialModule(Struct, frozen=True):
     # --- velocities ----------------------------------------------------------------------------
 
     def find_jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
-        """Derivatives of ``F (P - zero) - (x, y, z) = 0`` and ``alpha = 0``: (..., 4, 4) by pose, (..., 4, 3) by axes."""
+        """Derivatives of ``F (P - zero) - (x, y, z) = 0`` and ``alpha = 0``: (..., 4, 4) by pose, (..., 4, 3) by q."""
         shape = np.shape(rho)[:-1]
         parallel = np.broadcast_to(np.diag([*_UPRIGHT, 1.0]), (*shape, 4, 4))
         serial = np.broadcast_to(-np.eye(4, 3), (*shape, 4, 3))

@@ -7,7 +7,7 @@ from verne_post.model.protocols import Margin
 
 
 def place_upright(pivot: Array, gauge: Array) -> Array:
-    """Platform point (..., 3) of a module that never tilts: ``pivot + F gauge``, ``F = diag(1, -1, -1)``; base frame."""
+    """Platform point (..., 3) of a module that never tilts, base frame: ``pivot + F gauge``, F = diag(1, -1, -1)."""
     return np.asarray(gauge, dtype=float) * [1.0, -1.0, -1.0] + np.asarray(pivot, dtype=float)
 
 

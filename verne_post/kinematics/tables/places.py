@@ -1,4 +1,4 @@
-"""Places of a program and places on the part: work offset, turned part, shifts and planes; the same on tables and chains."""
+"""Places of a program and on the part: work offset, turned part, shifts, planes; the same on tables and chains."""
 
 import numpy as np
 
@@ -20,8 +20,9 @@ def find_work_origin(offset_mm: tuple[float, float, float], machine_zero: Array)
 
 
 def place_on_part(program: Array, frame: Frame, machine_zero: Array) -> tuple[Array, Array, Array]:
-    """Program coordinates (..., 9) -> tip (..., 3) in the part frame; program coordinates without planes and shifts (..., 9), and
-    what the work offset adds to them (9,).
+    """Map program coordinates (..., 9) to the tip (..., 3) in the part frame.
+
+    Returns also the program coordinates (..., 9) without planes and shifts, and what the work offset adds to them (9,).
     """
     shifted = np.array(program, dtype=float)
     if frame.feature is not None:

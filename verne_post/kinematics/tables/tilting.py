@@ -147,12 +147,12 @@ class TiltingTable(Struct, frozen=True, eq=False):
         return place_in_program(tip, words, _AXES, frame, self.machine_zero)
 
     def turn_to_axis(self, program: list[float], vector: Array, frame: Frame) -> list[float]:
-        """A program point (9) with A and C words that hold a tool axis (3,) given in program directions: :meth:`RotaryWords.follow`."""
+        """A program point (9) with A and C words that hold a tool axis (3,) of program directions, as in ``follow``."""
         [[a, c]] = self.turn_to_axes((program[3], program[5]), np.asarray(vector)[None], frame)
         return [*program[:3], a, program[4], c, *program[6:]]
 
     def turn_to_axes(self, words: tuple[float, float], vectors: Array, frame: Frame) -> list[tuple[float, float]]:
-        """A and C words that hold one tool axis (n, 3) after the other, from a pair of words on: see :meth:`turn_to_axis`."""
+        """A and C words that hold tool axes (n, 3) in turn, beginning at a pair of words; see :meth:`turn_to_axis`."""
         if frame.feature is None:
             axes = self.turn_displacement(vectors, frame)
         else:  # a product of matrices may round in another way for many rows than for one
@@ -193,7 +193,7 @@ class TiltingTable(Struct, frozen=True, eq=False):
         return self.map_from_table(self.find_tip_of_gauge(gauge, angles, frame.tool_length), angles, frame)
 
     def find_other_side(self, machine: Array) -> Array | None:
-        """Machine coordinates (9,) with the same tool axis and A on the other side of upright; None where the tool is vertical."""
+        """Machine coordinates (9,) of the same tool axis with A beyond upright; None where the tool is vertical."""
         return self._words.find_other_side(machine)
 
     def is_upright(self, machine: Array) -> bool:

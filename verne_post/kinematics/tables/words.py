@@ -57,9 +57,9 @@ class RotaryWords(Struct, frozen=True):
     def follow(self, words: tuple[float, float], axes: Array, frame: Frame) -> list[tuple[float, float]]:
         """Words that hold one tool axis (n, 3) of the table frame after the other, from a pair of words on.
 
-        The pair goes on where the words before stand: the tilt on the same side of the pole, positive from the pole, C less than
-        half a turn away. Nearer to the pole than POLE_CROSSING the tool stands at it, with the C before: the same axis a hair away
-        would ask for any C.
+        The pair goes on from the words before: the tilt stays on its side of the pole and leaves the pole to the
+        positive side; C moves less than half a turn. Nearer to the pole than POLE_CROSSING the tool stands at it, with
+        the C before: the same axis a hair away would ask for any C.
 
         Raises
         ------
@@ -103,7 +103,7 @@ class RotaryWords(Struct, frozen=True):
         )
 
     def find_other_side(self, machine: Array) -> Array | None:
-        """Machine coordinates (9,) with the same tool axis and the tilt on the other side of the pole; None at the pole."""
+        """Machine coordinates (9,) of the same tool axis with the tilt beyond the pole; None at the pole."""
         tilt, turn = self.axes
         if self.nutation is not None:
             a, c = self.find_angles(machine, 0.0).tolist()

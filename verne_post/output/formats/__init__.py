@@ -1,4 +1,4 @@
-"""Formats of setpoint files, one file a format: its name is the name of the format, its ``FORMAT`` says how to write it.
+"""Formats of setpoint files, one file for each: the file has the format's name, its ``FORMAT`` says how to write it.
 
 A writer yields bytes. The readers in the tests follow the rules of the receivers.
 """

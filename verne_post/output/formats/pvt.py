@@ -1,4 +1,4 @@
-"""Position-velocity-time: lines ``dt,d1,v1,d2,v2,...``, each a cubic of every joint by its displacement and final velocity."""
+"""Position-velocity-time: lines ``dt,d1,v1,...``, cubics of every joint by displacement and final velocity."""
 
 from collections.abc import Iterator
 from typing import Final

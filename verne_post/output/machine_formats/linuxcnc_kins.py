@@ -1,8 +1,8 @@
 """For LinuxCNC 2.9: the machine as a kinematics component in C, and a simulation of it (INI, HAL, tool table).
 
-The C stands in ``kins/`` as it is compiled; only ``machine.h`` is written here, the numbers of the machine file under their
-own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls; the
-whole machine around it is ``kins/ideal.h``, or ``kins/as_built.h`` where the file has [as_built].
+The C stands in ``kins/`` as it is compiled. Only ``machine.h`` is written here: the numbers of the machine file under
+their own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls.
+The whole machine around it is ``kins/ideal.h``, or ``kins/as_built.h`` where the file has [as_built].
 """
 
 from collections.abc import Iterator, Mapping
@@ -85,7 +85,7 @@ def _fill(name: str, values: Mapping[str, object]) -> str:
 
 
 def _write_numbers(machine: Machine, ideal: HybridMachine) -> str:
-    """C definitions of everything that the equations need, by the names of the machine file or of ``AsBuiltGeometry``."""
+    """C definitions of all numbers of the equations, by the names of the machine file or of ``AsBuiltGeometry``."""
     a, c = (column.factor for column in machine.columns[3:])
     whole = machine.five_axis
     assert isinstance(ideal.module, Struct)  # as every module that has C

@@ -1,6 +1,6 @@
 """For machine monitoring: an MTConnect 2.0 device, with axes, kinematics and limits, as an agent serves it to a probe.
 
-Coordinate system ``machine``: axes of the upright frame, origin at machine zero with the table at A = C = 0, so that its
+Coordinate system ``machine``: axes of the upright frame, origin at machine zero with the table at A = C = 0. So its
 numbers are those of G53. Rods and platform are components too. The geometry is the nominal one.
 """
 

@@ -1,6 +1,7 @@
 """Formats of ``check``'s findings, one file a format: its name is the name of the format.
 
-Its ``write`` makes the text; ``write_failure`` that of a check that could not begin, so that no program was checked; people read standard error instead.
+Its ``write`` makes the text. Its ``write_failure`` makes that of a check that could not begin, so that no program was
+checked; people read standard error instead.
 """
 
 from collections.abc import Callable, Sequence

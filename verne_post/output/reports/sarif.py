@@ -18,7 +18,7 @@ MAX_RESULTS: Final = 5_000
 _SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
 #: How fingerprints are made; another rule needs another name.
 _FINGERPRINT: Final = "verneFinding/v1"
-#: The fingerprint by which GitHub knows a result again; without it the host computes one from the file, which it may not have.
+#: The fingerprint by which GitHub recognises a result. Without it the host needs the file, which it may not have.
 _LINE_HASH: Final = "primaryLocationLineHash"
 
 

@@ -1,1 +1,1 @@
-"""The parallel module of the VERNE: closed-form solutions, all modes, rod geometry, loop equations for identification."""
+"""The parallel module of the VERNE: closed-form solutions, all modes, rods, loop equations for identification."""

@@ -91,7 +91,7 @@ def find_forward_modes(geometry: VerneGeometry, rho: Array) -> ForwardModes:
 
 
 def forward_all(geometry: VerneGeometry, rho: Array) -> list[ForwardSolution]:
-    """All real assembly modes of one set of slider coordinates (3,), mm, with the reason why each is refused: Fig. 7, Table III."""
+    """All real assembly modes of slider coordinates (3,), mm, and why each is refused: Fig. 7, Table III."""
     sliders = np.asarray(rho, dtype=float)
     modes = find_forward_modes(geometry, sliders[None])
     solutions = []

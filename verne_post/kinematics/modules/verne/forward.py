@@ -1,4 +1,4 @@
-"""Platform position of the VERNE module for slider coordinates, in the working mode: Newton's method on (10), (5), (6)."""
+"""Platform position of the VERNE module for slider coordinates, in the working mode: Newton on (10), (5), (6)."""
 
 from typing import Final
 

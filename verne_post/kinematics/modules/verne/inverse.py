@@ -183,7 +183,7 @@ def _bracket_tilt(geometry: VerneGeometry, point: PointOfTilt) -> Array:
 
 
 def _is_within_leg_1(geometry: VerneGeometry, point: PointOfTilt) -> Mask:
-    """False where leg I is too short for a point at every tilt: the radicand of (11) is below zero with its largest terms."""
+    """False where leg I is too short for a point at every tilt: the radicand of (11) is negative at its largest."""
     ends = np.array([[-geometry.crossing_angle], [geometry.crossing_angle]])
     # y0 + yc cos a + ys sin a is largest and smallest at the ends, or where a is the direction of (yc, ys)
     swing, direction = np.hypot(point.yc, point.ys), np.arctan2(point.ys, point.yc)
@@ -218,7 +218,7 @@ def _choose_closed_legs(geometry: VerneGeometry, alpha: Array, radicands: Array,
 
 
 def _find_unclosed(geometry: VerneGeometry, radicand1: Array, alpha: Array, y: Array) -> Ints:
-    """Rows where (14) fails: where leg I is all but horizontal two tilts merge, and the iteration may stop short of them."""
+    """Rows where (14) fails: where leg I is nearly horizontal two tilts merge, and the iteration may stop early."""
     flat = np.flatnonzero(radicand1 < (FLAT_LEG * geometry.L1) ** 2)
     c, s = np.cos(alpha[flat]), np.sin(alpha[flat])
     miss = y[flat] * (geometry.R1 * c - geometry.r1) + geometry.R1 * s * np.sqrt(radicand1[flat])

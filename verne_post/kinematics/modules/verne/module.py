@@ -18,7 +18,7 @@ from verne_post.model.protocols import Margin
 
 
 class VerneModule(VerneGeometry, frozen=True, dict=True):
-    """Implements ``ParallelModule``, ``Identifiable``, ``IsoAlpha`` and ``Drawable``; lengths as in :class:`VerneGeometry`."""
+    """``ParallelModule``, ``Identifiable``, ``IsoAlpha`` and ``Drawable``; lengths as in :class:`VerneGeometry`."""
 
     length_names: ClassVar[tuple[str, ...]] = loops.LENGTHS
     signed_lengths: ClassVar[frozenset[str]] = loops.SIGNED

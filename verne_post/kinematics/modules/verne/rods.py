@@ -55,7 +55,8 @@ def place_vectors(offset: Array, radius: Array, base: Array, position: Array, al
 def sketch(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> Array:
     """Rods (n, 4, 2, 3) from slider to platform for a picture, base frame, mm.
 
-    The kinematics know how far slider and platform joints are apart along x, not where: they are drawn ``SKETCH_X`` from P.
+    The kinematics know how far slider and platform joints are apart along x, not where: the picture assumes
+    ``SKETCH_X``.
     """
     offset, radius, _base, _rod = geometry.group_lengths_by_equation()
     tilt = np.asarray(alpha)[..., None]
@@ -129,8 +130,9 @@ def compute_parallel_determinant(
 ) -> Array:
     """Determinant of the scaled parallel Jacobian in the working mode, shape (...); zero at a parallel singularity.
 
-    Rows over their rod, the column of alpha over the arm of :func:`find_scales`. Written out, because it is computed for every pose of a
-    program: both rods of a leg pair share their x component, so the differences of rows have none.
+    Rows are scaled by their rod, the column of alpha by the arm of :func:`find_scales`. The determinant is written out,
+    because every pose of a program needs it. Both rods of a leg pair share their x component, so the differences of
+    rows have none.
 
     Parameters
     ----------
