@@ -24,7 +24,7 @@ class Repeats(Struct):
 
     most: int
     repeated_blocks: int = 0
-    _reached: dict[Hashable, int] = field(default_factory=dict)
+    _counts: dict[Hashable, int] = field(default_factory=dict)
 
     def count(self, text: Hashable, first: int, last: int, moves: int) -> None:
         """Count the lines ``first`` to ``last`` of a text that have just been executed, if that was not for the first time.
@@ -34,13 +34,13 @@ class Repeats(Struct):
         ProgramError
             VP024: loops and calls have repeated more blocks, or moves of such blocks, than is permitted.
         """
-        seen = self._reached.get(text, 0)
+        count_before = self._counts.get(text, 0)
         if moves > MOVES_OF_BLOCK:
             self.repeated_blocks += moves - MOVES_OF_BLOCK
-        if last > seen:
-            self._reached[text] = last
-        if first <= seen:
-            self.repeated_blocks += max(min(last, seen) - first + 1, moves)
+        if last > count_before:
+            self._counts[text] = last
+        if first <= count_before:
+            self.repeated_blocks += max(min(last, count_before) - first + 1, moves)
         self.add(0)
 
     def add(self, blocks: int) -> None:

@@ -80,14 +80,14 @@ class MotionCodes:
             self._turn_table(block, MoveKind.RAPID, moving)
         else:
             self._go_via(block, moving)
-        chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
-        for axis in chosen:
+        chosen_axes = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
+        for axis in chosen_axes:
             if math.isnan(home[axis]):
                 raise ProgramError(
                     "VP015", f"{spell_g_code(code)} needs the home position of {AXES[axis]}, which was never set"
                 )
-        self.core.end_tool_axis(block, chosen)
-        go_to_machine(self.core, block, MoveKind.RAPID, self._find_home_targets(block, code, home, chosen))
+        self.core.end_tool_axis(block, chosen_axes)
+        go_to_machine(self.core, block, MoveKind.RAPID, self._find_home_targets(block, code, home, chosen_axes))
 
     def _go_via(self, block: Block, moving: list[int]) -> None:
         """To the via point of G28 and G30; without one nothing moves."""
@@ -170,11 +170,11 @@ class MotionCodes:
             self._move_straight(block, kind, end, axes)
 
     def _move_straight(self, block: Block, kind: MoveKind, end: list[float], axes: list[int]) -> None:
-        retracted = self.is_retracted() and _Z not in axes and any(axis in axes for axis in _ROTARY)
-        before = find_machine_place(self.core) if retracted or self._is_turned_alone(axes) else None
+        is_retracted = self.is_retracted() and _Z not in axes and any(axis in axes for axis in _ROTARY)
+        before = find_machine_place(self.core) if is_retracted or self._is_turned_alone(axes) else None
         self.draw_line(block, kind, end, axes, absolute=self.modes.absolute)
         if before is not None:
-            warn_of_unnamed(self.core, block, before, axes, "where no Z of the tip is programmed, as after G53 and G28" if retracted
+            warn_of_unnamed(self.core, block, before, axes, "where no Z of the tip is programmed, as after G53 and G28" if is_retracted
                             else "while no tool length is in force")  # fmt: skip
 
     def is_retracted(self) -> bool:
