@@ -35,13 +35,13 @@ class Repeats(Struct):
             VP024: loops and calls have repeated more blocks, or moves of such blocks, than is permitted.
         """
         count_before = self._counts.get(text, 0)
-        if moves > MOVES_OF_BLOCK:
-            self.repeated_blocks += moves - MOVES_OF_BLOCK
+        blocks = moves - MOVES_OF_BLOCK if moves > MOVES_OF_BLOCK else 0
         if last > count_before:
             self._counts[text] = last
         if first <= count_before:
-            self.repeated_blocks += max(min(last, count_before) - first + 1, moves)
-        self.add(0)
+            blocks += max(min(last, count_before) - first + 1, moves)
+        if blocks:
+            self.add(blocks)
 
     def add(self, blocks: int) -> None:
         """Count so many blocks that are executed again.

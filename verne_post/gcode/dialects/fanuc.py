@@ -89,6 +89,9 @@ _MACRO: Final = re.compile(
 )
 #: What the words of a block do not say: calls, and whether factors, and the time P, have a decimal point.
 _READ: Final = re.compile(rb"G[ \t]*0*(?:6[ \t]*[56]|5[ \t]*1)(?![0-9.])|P[ \t]*[-+]?[0-9 \t]*\.")
+#: For a first look: what _READ finds cannot stand in a text that has none of these when blanks and zeros are left out.
+_CAPITALS: Final = bytes(range(256)).upper()
+_SIGNS_OF_CALLS: Final = (b"P", b"G65", b"G66", b"G51")
 _TIME: Final = re.compile(r"\([^)]*\)|;.*|(?<![A-Z])(P)[ \t]*[-+]?[0-9 \t]*\.", re.IGNORECASE)
 _FACTOR: Final = re.compile(r"(?<![A-Z])[PIJK][ \t]*[-+]?[ \t]*(?:[0-9 \t]*\.|[#\[])", re.IGNORECASE)
 #: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
@@ -145,7 +148,9 @@ class FanucInterpreter(Rs274):
     def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
         """Calls of macros; and words without a decimal point, where they count increments."""
         conventional = setup.control.get("fanuc", {}).get("decimal_point") == "conventional"
-        calls = [match.start() for match in _READ.finditer(text.upper())]
+        short = text.translate(_CAPITALS, b" \t0")
+        may_call = any(sign in short for sign in _SIGNS_OF_CALLS)
+        calls = [match.start() for match in _READ.finditer(text.upper())] if may_call else []
         other_lines = find_lines(text, calls) if calls else super().leave_to_reader(text, setup)
         return np.union1d(other_lines, find_lines_without_point(text)) if conventional else other_lines
 
@@ -179,8 +184,9 @@ class FanucInterpreter(Rs274):
     def read(self, text: str, line: int) -> Block:
         """Read a line: words, or a statement of a custom macro."""
         nested_comment, text = NESTED_COMMENT.search(text, 0, text.rfind(")") + 1), self.prepare(text)
-        number = end_of_number(text)
-        text = self._text = " " * number + text[number:]
+        if number := end_of_number(text):
+            text = " " * number + text[number:]
+        self._text = text
         if _MACRO.match(text) and (statement := read_statement(text, self.parameters)) is not None:
             return Block(line, macro=statement)
         self.parameters.passed_word = ""
@@ -204,7 +210,7 @@ class FanucInterpreter(Rs274):
                 error.column,
             ) from None
         block.corner, block.arguments = corner, arguments
-        if "." in head and any(match[1] for match in _TIME.finditer(head)):
+        if "." in head and ("P" in head or "p" in head) and any(match[1] for match in _TIME.finditer(head)):
             self._in_seconds = block
         if self.parameters.passed_word:
             self.recorder.note_once(
@@ -268,6 +274,9 @@ class FanucInterpreter(Rs274):
         self.call = None
         self.corners.prepare(block, self.modes)
         if block.comment is None and not block.settings and self._is_plain() and self.execute_plain_motion(block):
+            return
+        if block.settings and not block.codes and not block.words and self._is_plain():
+            super().execute(block)
             return
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
         if not codes.isdisjoint(MIRRORS_OF_HAAS):

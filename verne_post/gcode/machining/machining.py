@@ -37,7 +37,9 @@ _ROTARY: Final = (3, 4, 5)
 _IN_PLANE: Final = 1e-14
 MAX_DWELL_S: Final = 86_400.0
 #: What a feed move may lack.
-Lacking = Literal["feed rate", "constant spindle speed", "spindle", "tool length"]
+#: Members of an enumeration are looked up slowly, and every feed move asks for these.
+_INVERSE, _PER_REVOLUTION = FeedMode.INVERSE, FeedMode.PER_REVOLUTION
+Lacking = Literal["F in the block", "feed rate", "constant spindle speed", "spindle", "tool length"]
 
 
 def check_dwell(at: At, seconds: float) -> float:
@@ -97,20 +99,23 @@ class Machining:
 
     # --- feed --------------------------------------------------------------------------------------
 
-    def find_lacking(self, *, turns_itself: bool = False) -> Lacking | None:
+    def find_lacking(self, *, given: bool = True, turns_itself: bool = False) -> Lacking | None:
         """What a feed move would lack: a feed rate, for feed per revolution a constant speed (not G96) or a turning spindle, or a tool length.
 
-        The language says it in its own words. ``turns_itself``: a cycle that switches the spindle on.
+        The language says it in its own words. ``given``: its block has an F of its own, as inverse-time feed needs it;
+        ``turns_itself``: a cycle that switches the spindle on.
         """
-        state = self.state
+        state, mode, machine = self.state, self.state.feed_mode, self.setup.machine
+        if not given and mode == _INVERSE:
+            return "F in the block"
         if state.feed == 0.0:
             return "feed rate"
-        if state.feed_mode == FeedMode.PER_REVOLUTION and state.surface_speed and self.setup.machine:
-            return "constant spindle speed"
-        turning = (state.spindle_on or turns_itself) and state.spindle_speed > 0
-        if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
-            return "spindle"
-        return "tool length" if self.setup.machine and not state.has_tool_length else None
+        if machine and mode == _PER_REVOLUTION:
+            if state.surface_speed:
+                return "constant spindle speed"
+            if not (state.spindle_on or turns_itself) or not state.spindle_speed > 0:
+                return "spindle"
+        return "tool length" if machine and not state.has_tool_length else None
 
     def find_feed(self, lengths: tuple[object, object]) -> float:
         """Feed of a move as `dump moves` shows it: see :func:`~verne_post.gcode.lengths.find_effective_feed`."""

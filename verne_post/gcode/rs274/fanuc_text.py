@@ -74,15 +74,15 @@ def prepare_line(text: str) -> str:
             lambda match: f"({match[1].translate(_BLANK)}){match[2].translate(_BLANK)}", text[:end]
         )
         text = code + text[end:]
-    for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
-        if (match := pattern.match(text)) is not None:
+    for sign, pattern, letter in ((":", _COLON, "O"), ("/", _DELETE, " ")):
+        if sign in text and (match := pattern.match(text)) is not None:
             text = f"{text[: match.start(1)]}{letter}{text[match.end(1) :]}"
     return text
 
 
 def end_of_number(text: str) -> int:
     """Where the program number of a prepared line ends that has words beside it; 0 where there is none."""
-    match = _NUMBER_AND_WORDS.match(text)
+    match = _NUMBER_AND_WORDS.match(text) if "O" in text or "o" in text else None
     return 0 if match is None else match.end(1)
 
 

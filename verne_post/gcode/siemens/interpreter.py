@@ -73,7 +73,7 @@ class SiemensInterpreter:
             self.auxiliary.run(words, block)
         if not words.groups.keys() <= _OF_MOTION:
             self._run_groups(words, block)
-        self.motion.block_numbers = []  # what follows the motion belongs to it
+        self.motion.forget_numbers()
         has_axes = self._run_motion(words, block)
         if words.find_code("exact stop of the block") is not None:
             self.set_path_control()

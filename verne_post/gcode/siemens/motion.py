@@ -45,6 +45,9 @@ _FEED_WORDS: Final = "F: a control stops with alarm 10860. Where its SD42110 (DE
 _LENGTH_WORDS: Final = "T and M6 with --tool-table, or --tool-length MM"
 
 
+Triple = tuple[float, float, float]
+
+
 class SiemensMotion:
     """Motion of Siemens programs on the machining core.
 
@@ -68,8 +71,8 @@ class SiemensMotion:
         self.heading: list[float] | None = None
         #: Where axes stood in numbers of the program before their offsets changed, of those that no block has named since.
         self.places_before: dict[int, float] = {}
-        #: The same of all axes when the block began.
-        self.block_numbers: list[float] = []
+        #: Where all axes stood when the block began, with what their numbers depend on.
+        self._block_start: tuple[list[float], Triple, Triple] | None = None
         self.core.frames.add_system(Frame(0, tool=state.frame.tool))
 
     @property
@@ -90,7 +93,11 @@ class SiemensMotion:
 
     def note_numbers(self) -> None:
         """Keep where all axes stand, before offsets may change."""
-        self.block_numbers = [self.find_programmed(axis) for axis in range(len(AXES))]
+        self._block_start = (list(self.state.position), self._split.scale, self.modes.frames.rotary)
+
+    def forget_numbers(self) -> None:
+        """Offsets that change from here on belong to the motion of the block."""
+        self._block_start = None
 
     def change_frame(self, frame: Frame) -> None:
         """Put a frame of the core in force; where axes stood is kept, for G91."""
@@ -99,8 +106,11 @@ class SiemensMotion:
 
     def keep_numbers(self) -> None:
         """Keep the numbers of axes from before their offsets changed."""
-        for axis, before in enumerate(self.block_numbers):
-            if abs(self.find_programmed(axis) - before) > ZERO_LENGTH_MM:
+        if self._block_start is None:
+            return
+        here = _number_axes(self.state.position, self._split.scale, self.modes.frames.rotary)
+        for axis, before in enumerate(_number_axes(*self._block_start)):
+            if abs(here[axis] - before) > ZERO_LENGTH_MM:
                 self.places_before.setdefault(axis, before)
 
     def _find_plane(self, base: Frame, position: list[float]) -> Feature | None:
@@ -126,8 +136,10 @@ class SiemensMotion:
 
     def find_programmed(self, axis: int) -> float:
         """Where an axis stands, as the program would say it (mm, degrees)."""
-        value = self.state.position[axis] / self.scale(axis)
-        return value - self.modes.frames.rotary[axis - 3] if 3 <= axis < 6 else value
+        value = self.state.position[axis]
+        if axis < 3:
+            return value / self._split.scale[axis]
+        return value - self.modes.frames.rotary[axis - 3] if axis < 6 else value
 
     def convert_to_core(self, axis: int, value: float) -> float:
         """A programmed place of an axis, in the numbers of the interpreter of all dialects."""
@@ -345,3 +357,9 @@ class SiemensMotion:
         if set(self.setup.rotary) & set(places):
             self.set_chain()
         self.heading = None
+
+
+def _number_axes(position: list[float], scale: Triple, rotary: Triple) -> list[float]:
+    """Where axes (9) stand, as the program would say it (mm, degrees)."""
+    linear = [value / factor for value, factor in zip(position, scale, strict=False)]
+    return [*linear, *(value - shift for value, shift in zip(position[3:], rotary, strict=False)), *position[6:]]
