@@ -221,7 +221,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     ),
     "siemens executed": lambda: make_siemens_table(list_siemens_words(), "do"),
     "siemens without effect": lambda: make_siemens_table(siemens.NO_EFFECT.items(), "why"),
-    "siemens refused": lambda: make_siemens_table(siemens.REFUSED.items(), "why"),
+    "siemens refused": lambda: make_siemens_table(siemens.REFUSED_WORDS.items(), "why"),
 }  # fmt: skip
 
 

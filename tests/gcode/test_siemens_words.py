@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from verne_post.gcode.siemens import flow
-from verne_post.gcode.siemens.vocabulary import CONSTANTS, NO_EFFECT, REFUSED, STATEMENTS
+from verne_post.gcode.siemens.vocabulary import CONSTANTS, NO_EFFECT, REFUSED_WORDS, STATEMENTS
 from verne_post.model.control_keys import SiemensKeys, read_keys
 
 from ..builders import load_maker
@@ -47,8 +47,8 @@ def test_every_statement_that_is_executed_is_in_the_vocabulary():
 
 def test_no_word_is_in_two_tables():
     assert not set(EXECUTED) & set(NO_EFFECT)
-    assert not set(EXECUTED) & set(REFUSED)
-    assert not set(NO_EFFECT) & set(REFUSED)
+    assert not set(EXECUTED) & set(REFUSED_WORDS)
+    assert not set(NO_EFFECT) & set(REFUSED_WORDS)
 
 
 @pytest.mark.parametrize("word", [word for word in EXECUTED if not re.fullmatch("G5[1-9].", word) or word < "G558"])
@@ -72,13 +72,15 @@ def test_words_without_effect_are_shown_and_change_nothing(view, word):
         assert moves.controls == plain.controls
 
 
-@pytest.mark.parametrize("word", sorted(REFUSED))
+@pytest.mark.parametrize("word", sorted(REFUSED_WORDS))
 def test_refused_words_are_refused_by_name(view, word):
     refused = []
     for form in FORMS if not re.fullmatch("[ABC][0-9]", word) else ("{}=1",):  # A4 alone is a place of A
         _moves, errors = view(f"{HEAD}{form.format(word)}\nX1", dialect="siemens")
         assert len(errors) == 1, form
-        refused.append(errors[0].code == "VP002" and word in errors[0].message and REFUSED[word] in errors[0].message)
+        refused.append(
+            errors[0].code == "VP002" and word in errors[0].message and REFUSED_WORDS[word] in errors[0].message
+        )
     assert any(refused), refused
 
 

@@ -116,8 +116,8 @@ def build_rotation_about(direction: Array, degrees: float) -> Array:
 
 def find_nearest_rotation(matrix: Array) -> Array:
     """The rotation (3, 3) beside a matrix that is one but for rounding."""
-    left, _sizes, right = np.linalg.svd(matrix)
-    return np.asarray(left @ right)
+    u, _sizes, v = np.linalg.svd(matrix)
+    return np.asarray(u @ v)
 
 
 # --- a map taken apart ------------------------------------------------------------------------------------------
@@ -184,11 +184,11 @@ def find_table_map(coordinates: Coordinates, frame: Frame, program: Sequence[flo
         A rotation with a shift, in program coordinates without a plane.
     """
     bare = replace(frame, feature=None)
-    upright, turned = np.zeros((4, 9)), np.zeros((1, 9))
+    upright, rotary_point = np.zeros((4, 9)), np.zeros((1, 9))
     upright[1:, :3] = np.eye(3)
-    turned[0, 3:6] = program[3:6]
+    rotary_point[0, 3:6] = program[3:6]
     machine = coordinates.map_to_machine(upright, bare)
-    machine[:, 3:6] = coordinates.map_to_machine(turned, bare)[0, 3:6]
+    machine[:, 3:6] = coordinates.map_to_machine(rotary_point, bare)[0, 3:6]
     place = coordinates.map_to_program(machine, bare)[:, :3]
     if np.abs(place - upright[:, :3]).max() < _STANDS:
         return Affine()

@@ -89,9 +89,9 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
     for index, at in zip(*np.unique(moves.frame, return_index=True), strict=True):
         frame = moves.frames[index]
         given = setup.frames.get(frame.system)
-        placed = (
+        given_systems = (
             frame.system in setup.given_systems | moves.placed_systems or given is None or frame.origin != given.origin
         )
-        if setup.machine and not placed:
+        if setup.machine and not given_systems:
             found.setdefault(frame.system, report_missing_offset(frame.system, int(moves.line[at])))
     return list(found.values())

@@ -18,13 +18,13 @@ from verne_post.model.control_keys import AptKeys
 class ToolUse(Struct):
     """Which tool the points are for: that of TOOL PATH, by name; and a number that TOOLNO has only described."""
 
-    named: str | None = None
-    mounted: str | None = None
-    described: str | None = None
+    named_tool: str | None = None
+    mounted_tool: str | None = None
+    described_tool: str | None = None
 
     def load(self) -> None:
         """A statement has loaded a tool: that of the path."""
-        self.mounted, self.described = self.named, None
+        self.mounted_tool, self.described_tool = self.named_tool, None
 
 
 class AptModes(Struct):
@@ -65,18 +65,18 @@ class AptModes(Struct):
     in_world: bool = False
     knows_unit: bool = False
     #: ROTABL has turned the table, and no point has followed.
-    turned: bool = False
+    table_has_turned: bool = False
     #: The last FEDRAT, which holds again after a cycle with another feed rate.
     feed: tuple[float, int, bool | None] | None = None
     #: The unit that it named: mode, and whether in inches.
     feed_unit: tuple[int, bool | None] | None = None
-    told: set[str] = field(default_factory=set)
+    told_words: set[str] = field(default_factory=set)
 
     def show_once(self, s: Statement, word: str = "") -> None:
         """An event, at the first place alone, for a word without effect; "" for the statement."""
         word = word or s.major
-        if word not in self.told:
-            self.told.add(word)
+        if word not in self.told_words:
+            self.told_words.add(word)
             self.recorder.record_event(s.line, "without effect", word=word)
 
     @property

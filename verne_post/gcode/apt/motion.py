@@ -28,10 +28,10 @@ _NOISE: Final = 1e-12
 def go_to(to: AptModes, s: Statement) -> Iterator[Block]:
     """GOTO: a point, or after CIRCLE the points of an arc."""
     points, axis = _read_points(to, s, read_numbers(s, s.words))
-    held = to.axis
+    axis_before = to.axis
     _take_axis(to, s, axis)
     _check_table(to, s)
-    if to.circle is not None and _differ(to.axis, held, _find_half_step(to.axis) + _find_half_step(held)):
+    if to.circle is not None and _differ(to.axis, axis_before, _find_half_step(to.axis) + _find_half_step(axis_before)):
         raise ProgramError(
             "VP002",
             f"{s.major} after CIRCLE with another tool axis: arcs keep the axis; write points in their place",
@@ -115,22 +115,22 @@ def _take_axis(to: AptModes, s: Statement, axis: list[float]) -> None:
 def _prepare_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     """Before a motion: the tool of the path, and one that has only been described, are in the spindle."""
     tool = to.tool
-    if tool.described is not None:
+    if tool.described_tool is not None:
         raise ProgramError(
-            "VP017", f"TOOLNO/{tool.described} describes a tool that no LOADTL has loaded before this motion"
+            "VP017", f"TOOLNO/{tool.described_tool} describes a tool that no LOADTL has loaded before this motion"
         )
-    if tool.named == tool.mounted:
+    if tool.named_tool == tool.mounted_tool:
         return
-    number = to.keys.tools.get(tool.named or "")
+    number = to.keys.tools.get(tool.named_tool or "")
     if number is not None:
         yield from change_tool(to, s, float(number), float(number))
-    elif tool.mounted is None:
+    elif tool.mounted_tool is None:
         tool.load()  # the one that is in the spindle at the start
     else:
         raise ProgramError(
             "VP012",
-            f"TOOL PATH is for tool {tool.named}, the path before was for {tool.mounted}, and there is no LOAD/TOOL between them; write it, or give the names numbers under [aptcl.tools] of the settings file",
-            about=tool.named,
+            f"TOOL PATH is for tool {tool.named_tool}, the path before was for {tool.mounted_tool}, and there is no LOAD/TOOL between them; write it, or give the names numbers under [aptcl.tools] of the settings file",
+            about=tool.named_tool,
         )
 
 
@@ -143,14 +143,14 @@ def _check_table(to: AptModes, s: Statement) -> None:
     if to.state.modes.vectors:
         return
     stands = to.setup.coordinates.find_tool_axis(to.state.position, to.state.frame)
-    held = None if stands is None else [float(value) for value in stands]
+    table_axis = None if stands is None else [float(value) for value in stands]
     near = VECTOR_LENGTH if any(to.axis[:2]) else _find_half_step(to.axis)
-    if to.turned and (held is None or _differ(held, to.tool_axis, near)):
-        shown = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
-        raise ProgramError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown}): "
+    if to.table_has_turned and (table_axis is None or _differ(table_axis, to.tool_axis, near)):
+        shown_axis = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
+        raise ProgramError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown_axis}): "
             "give the axis in the coordinates of the part")  # fmt: skip
-    same = held is not None and not _differ(held, to.tool_axis, _find_half_step(to.axis))
-    to.turned, to.state.modes.vectors = False, not same
+    same = table_axis is not None and not _differ(table_axis, to.tool_axis, _find_half_step(to.axis))
+    to.table_has_turned, to.state.modes.vectors = False, not same
 
 
 def _approach(to: AptModes, s: Statement, point: list[float]) -> Iterator[Block]:
@@ -182,8 +182,8 @@ def _check_listed(to: AptModes, s: Statement, point: list[float]) -> None:
     if last is None or to.rapid:
         return
     circle, start = last
-    allowed = find_allowed(to.unit * circle.find_distance(start), inch=to.state.modes.inch) / to.unit
-    if circle.has(np.array(point), start, allowed):
+    allowed_distance = find_allowed(to.unit * circle.find_distance(start), inch=to.state.modes.inch) / to.unit
+    if circle.has(np.array(point), start, allowed_distance):
         raise ProgramError(
             "VP008",
             f"{s.major}: the point is on the circle of the arc before, and it is not known whether it continues that arc or ends a straight move; let Creo write one point for each arc (NUMBER_OF_ARC_PTS), or "
@@ -303,7 +303,7 @@ def turn_table(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.cycle is not None or to.circle is not None:
         raise ProgramError("VP017", "ROTABL under CYCLE or after CIRCLE")
     angles = dict(zip((name[0] for name in names), read_numbers(s, s.words[::2]), strict=True))
-    to.state.modes.vectors, to.turned = False, angles["A"] != 0
+    to.state.modes.vectors, to.table_has_turned = False, angles["A"] != 0
     yield make_block(s, g=0.0, **angles)
 
 

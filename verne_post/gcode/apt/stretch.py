@@ -46,11 +46,11 @@ def execute_points(points: Points, row: int, last: int, modes: AptModes, interpr
         interpreter.core.hold_tool_axis(units[-1])
         return units
 
-    done = plain.execute(lines, 0, n, interpreter.core, view, None, aim_tool)
-    if done:
+    stretch = plain.execute(lines, 0, n, interpreter.core, view, None, aim_tool)
+    if stretch:
         interpreter.go_on_after_plain_lines(view)
-        modes.axis = tuple(vectors[done - 1].tolist())
-    return row + done
+        modes.axis = tuple(vectors[stretch - 1].tolist())
+    return row + stretch
 
 
 def _is_plain(modes: AptModes, interpreter: Rs274) -> bool:

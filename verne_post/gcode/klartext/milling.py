@@ -302,10 +302,10 @@ class KlartextMilling:
         """Strokes in the frame, where mirror images hold."""
         signs = [math.copysign(1.0, float(factor)) for factor in self.frames.factors]
         (x, y), along, across = placement.origin, placement.along, placement.across
-        placed = Placement(
+        placement_in_frame = Placement(
             (x, y), (signs[0] * along[0], signs[1] * along[1]), (signs[0] * across[0], signs[1] * across[1])
         )
-        return place_strokes(strokes, placed)
+        return place_strokes(strokes, placement_in_frame)
 
     # --- moves --------------------------------------------------------------------------------------------
 

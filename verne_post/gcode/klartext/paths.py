@@ -86,8 +86,8 @@ class KlartextPaths:
                 continue
             if letter not in self.setup.axes:
                 at = words.columns[letter if letter in words.values else "I" + letter]
-                named = ", ".join(self.setup.axes)
-                raise statement.error("VP011", f"{letter}: the machine has no such axis; it has {named}", at)
+                axis_names = ", ".join(self.setup.axes)
+                raise statement.error("VP011", f"{letter}: the machine has no such axis; it has {axis_names}", at)
             if axis in _ROTARY:
                 wrap = self.frames.wraps.get(axis, 0.0)
                 value = words.read_coordinate(letter, start[axis] - wrap)
@@ -106,10 +106,10 @@ class KlartextPaths:
                 raise statement.error("VP007", f"{letter}{value:g} is beyond any machine")
             axes.append(axis)
         if any(axis < 3 for axis in axes):
-            placed = self.frames.place(here)  # type: ignore[arg-type]
+            placed_point = self.frames.place(here)  # type: ignore[arg-type]
             for axis in axes:
                 if axis < 3:
-                    end[axis] = placed[axis]
+                    end[axis] = placed_point[axis]
         if steps:
             self.core.require_known(
                 self.frames.block, [AXES.index(letter) for letter in steps], "an incremental coordinate"
@@ -137,10 +137,10 @@ class KlartextPaths:
         if not given:
             given, open_axes = {0: here[0], 1: here[1]}, {0, 1}
         elif len(given) == 1:
-            kept = {axis: value for axis, value in self.pole.items() if axis not in given}
-            if len(self.pole) != 2 or len(kept) != 1:
+            kept_places = {axis: value for axis, value in self.pole.items() if axis not in given}
+            if len(self.pole) != 2 or len(kept_places) != 1:
                 raise statement.error("VP005", "CC has one coordinate, and no CC before gives the other")
-            given |= kept
+            given |= kept_places
         self.core.require_known(self.frames.block, sorted(open_axes), "CC")
         self.pole = given
 
@@ -186,8 +186,8 @@ class KlartextPaths:
         angle = angle if given_angle is None else given_angle
         here[u] = self.pole[u] + radius * math.cos(math.radians(angle))
         here[v] = self.pole[v] + radius * math.sin(math.radians(angle))
-        placed = self.frames.place(here)  # type: ignore[arg-type]
-        target.end[u], target.end[v] = placed[u], placed[v]
+        placed_point = self.frames.place(here)  # type: ignore[arg-type]
+        target.end[u], target.end[v] = placed_point[u], placed_point[v]
         target.axes = sorted({*target.axes, u, v})
 
     def _read_sense(self, statement: Statement, words: Words, u: int, v: int) -> int:
@@ -202,9 +202,9 @@ class KlartextPaths:
         self.core.require_known(self.frames.block, [0, 1, 2], "C")
         if not {u, v} & set(target.axes):
             raise statement.error("VP005", "C needs a coordinate of its end")
-        placed = self.frames.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
+        placed_pole = self.frames.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
         letters = PLANES[plane][3:]
-        offsets = {letters[0]: placed[u], letters[1]: placed[v]}
+        offsets = {letters[0]: placed_pole[u], letters[1]: placed_pole[v]}
         tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
         clockwise = self._read_sense(statement, words, u, v) < 0
         target.axes = sorted({*target.axes, u, v})
@@ -239,12 +239,12 @@ class KlartextPaths:
             raise statement.error("VP008", f"CP with an angle of {sweep:g} degrees")
         end = math.radians(begin + sweep)
         here[u], here[v] = self.pole[u] + radius * math.cos(end), self.pole[v] + radius * math.sin(end)
-        placed = self.frames.place(here)  # type: ignore[arg-type]
-        target.end[u], target.end[v] = placed[u], placed[v]
+        placed_point = self.frames.place(here)  # type: ignore[arg-type]
+        target.end[u], target.end[v] = placed_point[u], placed_point[v]
         target.axes = sorted({*target.axes, u, v})
         center = self.frames.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
-        turned = sweep * (-1 if self.frames.factors[u] * self.frames.factors[v] < 0 else 1)
-        return make_arc(target.start, plane, (center[u], center[v]), turned)
+        turn = sweep * (-1 if self.frames.factors[u] * self.frames.factors[v] < 0 else 1)
+        return make_arc(target.start, plane, (center[u], center[v]), turn)
 
     def _move_on_radius_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
         """CR: by its radius, negative for the long way."""

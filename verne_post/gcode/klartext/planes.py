@@ -246,26 +246,28 @@ class KlartextPlanes:
         mine = [one for one in positions if sense is None or (one.tilt > 0) == sense.endswith("+")]
         if not mine:
             raise ProgramError("VP017", f"{sense}: no position has that sign of {AXES[tilt]}; leave it out")
-        chosen = choose_position(mine, rank)
-        if sense is not None and chosen.beyond:
-            self._show_angles(self._take_angles(chosen.program))  # what follows is not refused for want of them
+        chosen_position = choose_position(mine, rank)
+        if sense is not None and chosen_position.beyond:
+            self._show_angles(
+                self._take_angles(chosen_position.program)
+            )  # what follows is not refused for want of them
             other = choose_position([one for one in positions if one not in mine], rank)
             way = "" if other.beyond else f"; {self._name_angles(other)} is legal: leave out {sense}"
             raise ProgramError(
-                "VP102" if AXES[tilt] in chosen.beyond else "VP103",
-                f"{sense} needs {self._name_angles(chosen)}, where {' and '.join(chosen.beyond)} is beyond the travel{way}",
+                "VP102" if AXES[tilt] in chosen_position.beyond else "VP103",
+                f"{sense} needs {self._name_angles(chosen_position)}, where {' and '.join(chosen_position.beyond)} is beyond the travel{way}",
             )
-        return self._take_angles(chosen.program)
+        return self._take_angles(chosen_position.program)
 
     def _name_angles(self, position: TablePosition) -> str:
         return " ".join(f"{AXES[axis]}{position.program[axis]:+.3f}" for axis in self.setup.rotary)
 
-    def _find_upright_angles(self, held: list[float], base: object, table: Array | None) -> tuple[float, float]:
+    def _find_upright_angles(self, position: list[float], base: object, table: Array | None) -> tuple[float, float]:
         """The tool is vertical, C free: at 0, or with TABLE ROT so that X of the plane lies along X of the machine."""
         tilt, turn = self.setup.rotary
         if table is None or turn in self.setup.coordinates.head:
-            return held[tilt], 0.0
-        place = list(held)
+            return position[tilt], 0.0
+        place = list(position)
         angle = math.degrees(math.atan2(table[1, 0], table[0, 0]))
         for word in (-angle, angle):
             place[turn] = word
@@ -275,8 +277,10 @@ class KlartextPlanes:
 
     def _show_angles(self, angles: tuple[float, float]) -> None:
         """Q120 to Q122: the computed positions."""
-        shown = {axis: angle - self.frames.wraps[axis] for axis, angle in zip(self.setup.rotary, angles, strict=True)}
-        self.q.control_values |= {120 + number: shown.get(3 + number, 0.0) for number in range(3)}
+        shown_angles = {
+            axis: angle - self.frames.wraps[axis] for axis, angle in zip(self.setup.rotary, angles, strict=True)
+        }
+        self.q.control_values |= {120 + number: shown_angles.get(3 + number, 0.0) for number in range(3)}
 
     def _move_to_plane(
         self, statement: Statement, words: PlaneWords, move: str, angles: tuple[float, float], tilt: Array | None
@@ -347,7 +351,7 @@ class KlartextPlanes:
             rotary,
             angle,
             by_tip=self.frames.metres,
-            held=(x, y, z),
+            held_axis=(x, y, z),
         )
         self.frames.refresh_frame()
 
@@ -365,9 +369,9 @@ class KlartextPlanes:
         if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
             raise ProgramError("VP017", "cycle 19 while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it first")  # fmt: skip
         normal = self._find_normal(tilt) if tilt is not None else np.array([0.0, 0.0, 1.0])
-        chosen = self._choose_angles(normal, None, None, tip_stays=move is not None)
+        chosen_angles = self._choose_angles(normal, None, None, tip_stays=move is not None)
         if statement is None or move is None:
             self._set_tilt(tilt)
         else:
-            self._move_to_plane(statement, move, "MOVE", chosen, tilt)
-        self._show_angles(chosen)
+            self._move_to_plane(statement, move, "MOVE", chosen_angles, tilt)
+        self._show_angles(chosen_angles)

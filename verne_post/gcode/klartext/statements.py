@@ -63,7 +63,7 @@ class Statement(Struct, frozen=True):
         What follows the keyword, in upper case but for what stands in quotes.
     begin : int
         Column (from 0) at which ``rest`` begins, of the first line.
-    deleted : bool
+    is_deleted : bool
         A slash stands before it.
     """
 
@@ -71,7 +71,7 @@ class Statement(Struct, frozen=True):
     keyword: str
     rest: str
     begin: int = 0
-    deleted: bool = False
+    is_deleted: bool = False
 
     def error(self, code: str, message: str, at: int | None = None) -> ProgramError:
         """An error of this statement, at a place of ``rest``."""
@@ -186,26 +186,26 @@ def read_statement(parts: list[str], line: int) -> Statement:
     text = _capitalise(parts[0])
     number = _NUMBER.match(text)
     assert number is not None
-    deleted = number.group(1) is not None or number.group(3) is not None
+    is_deleted = number.group(1) is not None or number.group(3) is not None
     begin = number.end()
     if begin == len(text) and not any(parts[1:]):
-        return Statement(line, "", "", begin, deleted)
+        return Statement(line, "", "", begin, is_deleted)
     if text.startswith("*", begin):  # a structure line
-        return Statement(line, "", text[begin:], begin, deleted)
+        return Statement(line, "", text[begin:], begin, is_deleted)
     keyword = _KEYWORD.match(text, begin)
     if keyword is None:
         word = re.match(r"[^\s+\-=]*", text[begin:])
-        shown = (word.group() if word else "") or text[begin : begin + 10]
+        shown_word = (word.group() if word else "") or text[begin : begin + 10]
         why = (
-            f"executed ({REFUSED_STATEMENTS[shown]})"
-            if shown in REFUSED_STATEMENTS
+            f"executed ({REFUSED_STATEMENTS[shown_word]})"
+            if shown_word in REFUSED_STATEMENTS
             else "a statement that is executed here"
         )
-        raise ProgramError("VP002", f"{shown[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
+        raise ProgramError("VP002", f"{shown_word[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
     name = " ".join(keyword.group().split())
     tail = " ".join(_capitalise(part) for part in parts[1:])
     at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin
-    return Statement(line, name, text[at:] + (" " + tail if tail else ""), at, deleted)
+    return Statement(line, name, text[at:] + (" " + tail if tail else ""), at, is_deleted)
 
 
 def _translate_lines(text: bytes) -> bytes:

@@ -77,10 +77,10 @@ class Words(Struct):
             if name in self.values:
                 raise statement.error("VP004", f"F AUTO and {name} in one block", self.columns[name])
 
-    def check_used(self, statement: Statement, allowed: str = "") -> None:
-        """Refuse words that nothing has used; ``allowed`` may name side, F (FMAX, F AUTO), DR and M."""
-        used = allowed.split()
-        unused = {
+    def check_used(self, statement: Statement, other_words: str = "") -> None:
+        """Refuse words that nothing has used; ``other_words`` may name side, F (FMAX, F AUTO), DR and M."""
+        used_words = other_words.split()
+        unused_words = {
             "side": self.compensation, "F": "FMAX" if self.rapid else "F AUTO" if self.automatic else None,
             "DR": "DR" if self.rotation is not None else None, "M": f"M{self.functions[0].number}" if self.functions else None,
         }  # fmt: skip
@@ -88,9 +88,9 @@ class Words(Struct):
             raise statement.error(
                 "VP006", f"{statement.keyword or 'the block'} does not use {name}", self.columns[name]
             )
-        for kind, shown in unused.items():
-            if shown is not None and kind not in used:
-                raise statement.error("VP006", f"{statement.keyword or 'the block'} does not use {shown}")
+        for kind, shown_word in unused_words.items():
+            if shown_word is not None and kind not in used_words:
+                raise statement.error("VP006", f"{statement.keyword or 'the block'} does not use {shown_word}")
 
 
 def read_words(statement: Statement, numbers: Numbers) -> Words:

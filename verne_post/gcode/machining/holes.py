@@ -84,11 +84,11 @@ def tap(
         for number, place in enumerate(places):
             out = number % 2 == 1
             speed = thread.speed_out if out else thread.speed_in
-            auxiliary.set_speed(at, speed, switched=True)
+            auxiliary.set_speed(at, speed, is_switched=True)
             auxiliary.switch_spindle(at, on=True, backwards=thread.left_hand != out)
             core.set_feed(thread.pitch * speed)
             go(place)
             if number == len(places) - 2 and thread.dwell:
                 core.dwell(at, thread.dwell)
-    auxiliary.set_speed(at, before, switched=True)
+    auxiliary.set_speed(at, before, is_switched=True)
     auxiliary.switch_spindle(at, on=after[0], backwards=after[1])

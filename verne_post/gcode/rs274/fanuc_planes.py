@@ -115,8 +115,8 @@ class FanucPlanes:
             self.given = (kind, {})
         number = read_whole(block, "Q") if "Q" in block.words else 0
         if number not in _SEVERAL[kind]:
-            expected = ", ".join(f"Q{q}" for q in _SEVERAL[kind])
-            raise block.error("VP007", f"G68.2 P{kind} Q{number}: expected {expected}", "Q")
+            expected_blocks = ", ".join(f"Q{q}" for q in _SEVERAL[kind])
+            raise block.error("VP007", f"G68.2 P{kind} Q{number}: expected {expected_blocks}", "Q")
         parts = self.given[1]
         parts[number] = Block(block.line, words=dict(block.words), columns=dict(block.columns))
         return {q for q in _SEVERAL[kind] if q} <= set(parts)
@@ -144,17 +144,17 @@ class FanucPlanes:
         order = f"{read_whole(block, 'Q') if 'Q' in block.words else 123}"
         if sorted(order) != ["1", "2", "3"]:
             raise block.error("VP007", f"G68.2 P1 Q{order}: an order of the axes 1, 2, 3", "Q")
-        fixed, moving = np.eye(3), np.eye(3)
+        about_fixed, about_moving = np.eye(3), np.eye(3)
         for axis in (int(digit) - 1 for digit in order):
             turn = build_rotation(axis, block.words.get("IJK"[axis], 0.0))
-            fixed, moving = turn @ fixed, moving @ turn
+            about_fixed, about_moving = turn @ about_fixed, about_moving @ turn
         if self.keys.roll_pitch_yaw:
-            return fixed if self.keys.roll_pitch_yaw == "fixed" else moving
-        if np.abs(fixed - moving).max() > _PARALLEL:
+            return about_fixed if self.keys.roll_pitch_yaw == "fixed" else about_moving
+        if np.abs(about_fixed - about_moving).max() > _PARALLEL:
             raise ProgramError(
                 "VP005", 'G68.2 P1 with several angles: give [fanuc] roll_pitch_yaw in the settings file, "fixed" if each turns about the axes of the part, "moving" if about those turned so far; or give Euler angles (P0)',
             )  # fmt: skip
-        return fixed
+        return about_fixed
 
     def _find_plane_of_points(self, parts: dict[int, Block]) -> tuple[Array, Array]:
         """Q1 the first point, Q2 in direction X, Q3 on the side of Y; Q0 shifts from Q1 in the plane, turned by R."""
@@ -233,15 +233,15 @@ class FanucPlanes:
     def check_first_motion(self, block: Block, codes: set[int]) -> None:
         """Refuse (VP017) an ambiguous motion after G68 or G69: it names only some turned axes, or stands in G91."""
         modes = self.modes
-        named = [axis for axis in modes.turned_axes if "XYZ"[axis] in block.words]
+        named_axes = [axis for axis in modes.turned_axes if "XYZ"[axis] in block.words]
         if (
-            not named
+            not named_axes
             or (modes.motion is None and not codes & {0, 10, 20, 30})
             or codes & {*TAKES_AXES, 530, *OF_FRAMES, MIRROR_OFF}
         ):
             return
         absolute = 900 in codes or (modes.absolute and 910 not in codes)
-        if (absolute and len(named) < len(modes.turned_axes)) or (not absolute and modes.after_turn == "G69"):
+        if (absolute and len(named_axes) < len(modes.turned_axes)) or (not absolute and modes.after_turn == "G69"):
             letters = ", ".join("XYZ"[axis] for axis in sorted(modes.turned_axes))
             raise ProgramError(
                 "VP017", f"the first motion after {modes.after_turn} must name {letters} in G90: controls differ in what an unnamed axis keeps"

@@ -17,7 +17,7 @@ class Frames(Struct, frozen=True):
     swivel: Affine = field(default_factory=Affine)
     program: Affine = field(default_factory=Affine)
     rotary: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    mirrored: int = 0
+    mirrored_axis: int = 0
 
     # --- TRANS, ROT, SCALE, MIRROR: each deletes the programmable frame, its additive form goes on from it ------
 
@@ -25,7 +25,7 @@ class Frames(Struct, frozen=True):
         """The chain that a frame word refers to."""
         if word.startswith("A"):
             return self
-        return replace(self, program=Affine(), rotary=(0.0, 0.0, 0.0), mirrored=0)
+        return replace(self, program=Affine(), rotary=(0.0, 0.0, 0.0), mirrored_axis=0)
 
     def move(self, shift: list[float], rotary: list[float]) -> "Frames":
         """TRANS, ATRANS."""
@@ -44,15 +44,15 @@ class Frames(Struct, frozen=True):
         """MIRROR, AMIRROR."""
         signs = [-1.0 if axis in axes else 1.0 for axis in range(3)]
         chain = replace(self, program=self.program.put_inside(make_affine(np.diag(signs))))
-        return replace(chain, mirrored=axes[-1]) if axes else chain
+        return replace(chain, mirrored_axis=axes[-1]) if axes else chain
 
     def put_inside(self, other: "Frames") -> "Frames":
         """The programmable frame of another chain inside of this one."""
         program = self.program.put_inside(other.program)
         a, b, c = (old + new for old, new in zip(self.rotary, other.rotary, strict=True))
         mirrors = np.linalg.det(other.program.linear) < 0
-        mirrored = other.mirrored if mirrors else self.mirrored
-        return replace(self, program=program, rotary=(a, b, c), mirrored=mirrored)
+        mirrored_axis = other.mirrored_axis if mirrors else self.mirrored_axis
+        return replace(self, program=program, rotary=(a, b, c), mirrored_axis=mirrored_axis)
 
     @property
     def total(self) -> Affine:

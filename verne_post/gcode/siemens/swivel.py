@@ -39,7 +39,7 @@ _TOLERANCE: Final = ("_TOL", "_TOLM", "_OTOL")
 #: _TOLM has seven digits. Those before the last two choose functions of the control, or serve older ones.
 _BEYOND_TOLM: Final = 3_000_000
 #: Values of _MODE in its two highest bits.
-_BY_AXIS, _SOLID, _PROJECTED, _DIRECT = range(4)
+_BY_AXIS, _BY_SOLID_ANGLES, _BY_PROJECTION, _BY_TABLE = range(4)
 #: The first two turns of projected angles: about X then Y, or Y then X.
 _XY, _YX = (0, 1), (1, 0)
 #: A projected plane that stands upright has no such angles.
@@ -155,11 +155,11 @@ class Swivel:
             raise given.error("VP007", f"_MODE {mode}: eight bits are 0 to 255", "_MODE")
         angles = [given.number(name) for name in ("_A", "_B", "_C")]
         kind, order = mode >> 6, [(mode >> shift & 3) - 1 for shift in (0, 2, 4)]
-        if kind == _SOLID:
+        if kind == _BY_SOLID_ANGLES:
             if angles[2]:
                 raise given.error("VP006", "solid angles are _A and _B", "_C")
             return build_rotation(2, angles[0]) @ build_rotation(1, angles[1])
-        if kind == _DIRECT:
+        if kind == _BY_TABLE:
             if angles[2]:
                 raise given.error(
                     "VP006", "rotary axes are _A ({}) and _B ({})".format(*self.to.setup.rotary_letters), "_C"
@@ -168,7 +168,7 @@ class Swivel:
         for axis, angle, name in zip(order, angles, ("_A", "_B", "_C"), strict=True):
             if axis < 0 and angle:
                 raise given.error("VP007", f"_MODE {mode} gives no axis for {name}", "_MODE")
-        if kind == _PROJECTED:
+        if kind == _BY_PROJECTION:
             return self._build_projected_plane(given, mode, order, angles)
         turns = [build_rotation(axis, angle) for axis, angle in zip(order, angles, strict=True) if axis >= 0]
         return turns[0] @ turns[1] @ turns[2] if len(turns) == 3 else self._multiply(turns)

@@ -173,7 +173,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND"), "marks of the editor"),
 }  # fmt: skip
 #: Words that are known and not executed.
-REFUSED: Final[Mapping[str, str]] = {
+REFUSED_WORDS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("ASPLINE", "CSPLINE", "BAUTO", "BNAT", "BTAN", "EAUTO", "ENAT", "ETAN"), "splines through points: each control computes them in its own way; BSPLINE is executed"),
     **dict.fromkeys(("POLY", "PO", "POLYPATH", "INVCW", "INVCCW"), "polynomials and involutes"),
     **dict.fromkeys(("DIAMON", "DIAM90", "DIAMCYCOF", "DIAMCHAN", "LIMS", "G96", "G961", "G962", "G97", "G971", "G972", "G973", "SCC"), "lathe words"),
@@ -229,8 +229,8 @@ GROUP_OF: Final[Mapping[str, str]] = {word: group for group, words in GROUPS.ite
 
 def explain_refusal(name: str) -> str | None:
     """Why a word is not executed; None where it is, or is not known."""
-    if name in REFUSED:
-        return REFUSED[name]
+    if name in REFUSED_WORDS:
+        return REFUSED_WORDS[name]
     if _MANY_CYCLES.match(name) and name not in CYCLES:
         return "this cycle; let the CAM system write the moves"
     return None

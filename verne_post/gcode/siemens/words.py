@@ -134,7 +134,7 @@ class WordReader:
             With the column of what does not fit, or is not executed.
         """
         words = Words(line)
-        while not cursor.ended:
+        while not cursor.is_at_end:
             self._read_word(cursor, words)
         return words
 
@@ -336,12 +336,12 @@ def read_arguments(cursor: Cursor) -> tuple[Argument, ...]:
     begin = cursor.at
     cursor.expect("(", "")
     found: list[Argument] = []
-    depth, start, quoted, text = 0, cursor.at, False, cursor.text
+    depth, start, in_quotes, text = 0, cursor.at, False, cursor.text
     for at in range(cursor.at, len(text)):
         character = text[at]
         if character == '"':
-            quoted = not quoted
-        elif quoted:
+            in_quotes = not in_quotes
+        elif in_quotes:
             continue
         elif character in "([":
             depth += 1
@@ -365,6 +365,6 @@ def read_argument_values(arguments: tuple[Argument, ...], variables: Variables) 
             continue
         cursor = argument.make_cursor()
         values.append(read_value(cursor, variables))
-        if not cursor.ended:
+        if not cursor.is_at_end:
             raise cursor.error("VP001", "expected ',' or ')' after a value")
     return values
