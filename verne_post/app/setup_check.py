@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from verne_post.base.arrays import Ints, Mask
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -21,13 +22,14 @@ from verne_post.model.work_systems import find_placer
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
     """Work systems that nobody has placed (VP033), feed motion with a tool of no length (VP034), in no said directions (VP037), sizes (VP505)."""
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
-    bare = -1
+    bare, meant = -1, _Meant(moves, options)
     for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]
         used, first = np.unique(moves.frame[move[move >= 0]], return_index=True)
         for frame, at in zip(used.tolist(), move[move >= 0][first].tolist(), strict=True):
             systems.setdefault(frame, at)
         cutting = np.flatnonzero((path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= 0))
+        cutting = cutting[~meant.find(move[cutting])] if len(cutting) else cutting
         if bare < 0 and len(cutting):
             bare = int(move[cutting[0]])
     unplaced: dict[int, int] = {}  # system -> first move that uses it
@@ -42,6 +44,22 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
     texts = _find_implausible(options)
     return [*(make_finding("VP505", text) for text in texts), *found, *_check_directions(moves, path, machine)]
+
+
+class _Meant:
+    """Moves that are made with a tool to which the tool table gives the length 0."""
+
+    def __init__(self, moves: Moves, options: Options) -> None:
+        tools = options.tools or {}
+        loaded = [
+            (event.before, tools.get(int(str(event.data["number"])))) for event in moves.events if event.kind == "tool"
+        ]
+        self.before = np.array([before for before, _tool in loaded], dtype=np.int64)
+        self.meant = np.array([False, *(tool is not None and tool.ends_at_gauge_line for _before, tool in loaded)])
+
+    def find(self, move: Ints) -> Mask:
+        """Which of the moves (n,)."""
+        return np.asarray(self.meant[np.searchsorted(self.before, move, side="right")])
 
 
 def _find_implausible(options: Options) -> Iterator[str]:
