@@ -33,21 +33,19 @@ def test_what_nobody_has_given(options, length, more, expected):
 
 
 @pytest.mark.parametrize(
-    ("program", "expected"),
+    ("program", "line", "text"),
     [
-        ("T2 M6\nG43 H2\n", []),
-        ("T2 M6\nG43 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nT1 M6\nG49\nG0 Z90\nG1 X6\n", [("VP034", 9)]),
+        ("T2 M6\nG43 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n", 5, "tool 2 has the length 0 in the tool table"),
+        ("T1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG49\nG0 Z90\nG1 X6\n", 8, "the tool has no length"),
     ],
 )
-def test_a_length_of_0_in_the_tool_table_is_meant(program, expected):
+def test_a_length_of_0_in_the_tool_table_is_told_as_such(program, line, text):
     """The warning asked for G43 where the program has it."""
     tools = TOOLS | {2: vp.Tool(2, 2, (0.0,) * 9)}
-    text = f"G21 G90 F600\n{program}" + ("G0 X0 Y0 Z80 A0 C0\n" if "Z80" not in program else "") + "G1 X5\nM2\n"
-    result = vp.check(text, "verne", vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True))
-    assert all(item.severity == "warning" for item in result.findings), result.findings
-    assert [(item.code, item.line) for item in result.findings if item.code == "VP034"] == expected
-    if not expected:
-        assert "no length is in force" not in str(result.summary)
+    result = vp.check(f"G21 G90 F600\n{program}M2\n", "verne", vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}))
+    assert [(item.code, item.line) for item in result.findings] == [("VP034", line)]
+    assert text in result.findings[0].message
+    assert ("no length is in force" in str(result.summary)) == ("G49" in program)
 
 
 def test_a_name_that_begins_like_another_is_a_system_of_its_own():

@@ -4,16 +4,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from verne_post.base.arrays import Ints, Mask
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Moves
+from verne_post.model.moves import AXES, Moves, name_tools
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES, Box
+from verne_post.model.part_setup import SYSTEM_NAMES, Box, describe_tool_number
 from verne_post.model.plausibility import compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.work_systems import find_placer
@@ -22,14 +21,13 @@ from verne_post.model.work_systems import find_placer
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
     """Work systems that nobody has placed (VP033), feed motion with a tool of no length (VP034), in no said directions (VP037), sizes (VP505)."""
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
-    bare, meant = -1, _Meant(moves, options)
+    bare = -1
     for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]
         used, first = np.unique(moves.frame[move[move >= 0]], return_index=True)
         for frame, at in zip(used.tolist(), move[move >= 0][first].tolist(), strict=True):
             systems.setdefault(frame, at)
         cutting = np.flatnonzero((path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= 0))
-        cutting = cutting[~meant.find(move[cutting])] if len(cutting) else cutting
         if bare < 0 and len(cutting):
             bare = int(move[cutting[0]])
     unplaced: dict[int, int] = {}  # system -> first move that uses it
@@ -39,27 +37,20 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             unplaced.setdefault(frame.system, at)
     found = [report_missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
     if bare >= 0 and options.tool_length is None:
-        text = "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL CALL), or give --tool-length"
-        line = int(moves.line[bare])
+        text, line = _describe_bare_tool(moves, bare, options), int(moves.line[bare])
         found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
     texts = _find_implausible(options)
     return [*(make_finding("VP505", text) for text in texts), *found, *_check_directions(moves, path, machine)]
 
 
-class _Meant:
-    """Moves that are made with a tool to which the tool table gives the length 0."""
-
-    def __init__(self, moves: Moves, options: Options) -> None:
-        tools = options.tools or {}
-        loaded = [
-            (event.before, tools.get(int(str(event.data["number"])))) for event in moves.events if event.kind == "tool"
-        ]
-        self.before = np.array([before for before, _tool in loaded], dtype=np.int64)
-        self.meant = np.array([False, *(tool is not None and tool.ends_at_gauge_line for _before, tool in loaded)])
-
-    def find(self, move: Ints) -> Mask:
-        """Which of the moves (n,)."""
-        return np.asarray(self.meant[np.searchsorted(self.before, move, side="right")])
+def _describe_bare_tool(moves: Moves, move: int, options: Options) -> str:
+    """Why a move cuts with a tool of length 0, and what to do if that is not meant."""
+    loaded = [event for event in moves.events if event.kind == "tool" and event.before <= move]
+    number = int(str(loaded[-1].data["number"])) if loaded else 0
+    if number in (options.tools or {}) and (options.tools or {})[number].ends_at_gauge_line:
+        name = describe_tool_number(number, name_tools(loaded))
+        return f"{name} has the length 0 in the tool table: its tip is the gauge line of the spindle; if that is not meant, write its length there"
+    return "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL CALL), or give --tool-length"
 
 
 def _find_implausible(options: Options) -> Iterator[str]:
