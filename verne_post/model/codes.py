@@ -594,8 +594,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP505",
         "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the command line or of the "
-        "set-up is legal, but hardly intended: most often it is in another unit.",
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the command line, of the "
+        "set-up or of the program is legal, but hardly intended: most often it is in another unit.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post machine "
         "validate` prints how long moves take.",
     ),
