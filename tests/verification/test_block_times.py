@@ -12,6 +12,7 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.verification import Verification
 from verne_post.output.summary import format_summary, format_verdict
 
+from ..benchmarks.inverse_time import random_program, time_blocks
 from ..builders import two_machines
 from .test_verifier import codes
 
@@ -109,6 +110,25 @@ def test_a_standstill_makes_no_block_late_where_no_joint_needs_it(between: str, 
             begin = np.searchsorted(rows, number)
             end = min(np.searchsorted(rows, number + 1), len(rows) - 1)
             assert 12 <= end - begin <= 14, (line, end - begin)
+
+
+@pytest.mark.parametrize(
+    ("seed", "line", "before", "most"),
+    [
+        # a ramp from rest and a change of speed at the other end lose less than a row each, and one together
+        (639, 7, 44, 43),
+        (158, 8, 24, 23),
+        # between slow blocks, with no joint above half of a limit; the optimum (--quality) takes 41
+        (654, 8, 73, 60),
+    ],
+)
+def test_late_blocks_of_the_study_of_random_programs(seed: int, line: int, before: int, most: int) -> None:
+    """Cycles of 4 ms that blocks took, ``before``, and take at most."""
+    text, asked = random_program(seed)
+    found = time_blocks(text, verne_post.load_machine(("verne", "serial")[seed % 2]), 0.004, list(asked))
+    assert found is not None
+    cycles = round(found[0][list(asked).index(line)] / 0.004)
+    assert asked[line] / 0.004 - 1 <= cycles <= most < before
 
 
 @pytest.mark.parametrize(

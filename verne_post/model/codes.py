@@ -250,7 +250,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP034",
         "no tool length",
         "warning",
-        "The program cuts with tool length 0: no length is in force (after G49 or D0), and no --tool-length was given.",
+        "The program cuts with tool length 0: no length is in force (after G49 or D0), or the tool table gives 0.",
         "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give --tool-length. If the gauge line is"
         " meant, give --tool-length 0.",
     ),
@@ -595,8 +595,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP505",
         "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the command line or of the "
-        "set-up is legal, but hardly intended: most often it is in another unit.",
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the command line, of the "
+        "set-up or of the program is legal, but hardly intended: most often it is in another unit.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post machine "
         "validate` prints how long moves take.",
     ),
