@@ -66,10 +66,14 @@ def test_tips_and_axes_of_a_program(name: str, run: Runner, tmp_path: Path) -> N
     assert run("verify", axes, "--against", source, *options).code == 0
 
 
-@pytest.mark.parametrize(
-    ("name", "sample"),
-    [(name, sample) for name in NAMES for sample in ("posted.nc", "inverse_time.nc", "two_faces.h", "wing.cls", "fanuc_tilted.nc")],
-)  # fmt: skip
+SAMPLES = {
+    "hexapod": ("posted.nc", "inverse_time.nc", "two_faces.h", "wing.cls", "fanuc_tilted.nc"),
+    "hexam": ("posted.nc", "two_faces.mpf", "wing.cls"),
+    "hexaglide": ("inverse_time.nc", "two_faces.mpf", "wing.cls"),
+}
+
+
+@pytest.mark.parametrize(("name", "sample"), [(name, sample) for name in NAMES for sample in SAMPLES[name]])
 def test_samples_are_converted(name: str, sample: str, run: Runner, tmp_path: Path) -> None:
     axes = tmp_path / "axes.csv"
     answer = run("convert", ROOT / "gcode_samples" / sample, "--machine", name, "-o", axes)

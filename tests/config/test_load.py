@@ -533,7 +533,7 @@ def test_an_unknown_machine_name_is_answered_with_the_known_ones():
     assert item.code == "VP501"
     assert "'vernee'" in item.message
     assert (
-        "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, verne, verne_by_rods"
+        "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexaglide, hexam, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, verne, verne_by_rods"
         in item.message
     )
 

@@ -19,9 +19,9 @@ from verne_post.kinematics.modules.six_legs import SixLegs
 from verne_post.model.findings import InputError
 
 LENGTH = 90.0
-NAMES = ["hexapod"]
+NAMES = ["hexapod", "hexam", "hexaglide"]
 #: Range of poses of the part (mm), and the smallest z of the tool axis, that each reaches.
-REACH = {"hexapod": (150.0, 0.85)}
+REACH = {"hexapod": (150.0, 0.85), "hexam": (150.0, 0.85), "hexaglide": (100.0, 0.93)}
 #: Six sliders on parallel rails, symmetric in every way: all legs close, and the platform is free to move at home.
 SINGULAR = {
     "platform": [[-120, -180, 0], [120, -180, 0], [-200, 0, 0], [200, 0, 0], [-120, 180, 0], [120, 180, 0]],
