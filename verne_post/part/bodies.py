@@ -43,6 +43,8 @@ class Piece(Struct, frozen=True, eq=False):
         The largest r.
     plain : bool
         A cylinder whose lower edge has the radius ``rounding``; its distance is also exact beside the upper rim.
+    inner : bool
+        It lies inside two others, and only says how deep a point between them is.
     """
 
     part: str
@@ -52,6 +54,7 @@ class Piece(Struct, frozen=True, eq=False):
     high: float
     radius: float
     plain: bool = False
+    inner: bool = False
 
     def list_edges(self) -> Array:
         """Edges (k, 7) of the core: start r, h, direction r, h over the squared length, outward normal, that square.
@@ -170,7 +173,7 @@ def _join(below: Piece, above: Piece) -> list[Piece]:
     radius = min(_find_radius(below, below.high), _find_radius(above, above.low))
     low, high = 0.5 * (below.low + above.low), 0.5 * (above.low + above.high)
     core = np.array([(0.0, low), (radius, above.low), (0.0, high)])
-    return [Piece(above.part, core, 0.0, low, high, radius)] if radius > 0 else []
+    return [Piece(above.part, core, 0.0, low, high, radius, inner=True)] if radius > 0 else []
 
 
 def _find_radius(piece: Piece, height: float) -> float:
