@@ -33,11 +33,11 @@ _SHOWN_ROWS = 3
 
 @contextmanager
 def _name_missing(library: str) -> Iterator[None]:
-    """Say how to get a library that is not installed; no extra brings it."""
+    """Say how to get a library that is not installed: the extra of its name brings it."""
     try:
         yield
     except ModuleNotFoundError:
-        text = f"{library} is not installed, and no extra of verne-post brings it: pip install {library}"
+        text = f"{library} is not installed; the extra {library} brings it: pip install 'verne-post[{library}]'"
         raise ModuleNotFoundError(text, name=library) from None
 
 
