@@ -141,10 +141,10 @@ class Outline:
         of_change = next((one.range for one in operations if one.range.start.line < change <= one.range.end.line), None)
         if of_change is None:
             return change
-        moving = [k for k in range(of_change.start.line, of_change.end.line + 1) if self._moves(k)]
+        moving = [k for k in range(of_change.start.line, of_change.end.line + 1) if self._has_place(k)]
         return of_change.start.line if moving and moving[0] >= change else change
 
-    def _moves(self, line: int) -> bool:
+    def _has_place(self, line: int) -> bool:
         """Whether a line names a place to go to, as far as its text tells."""
         return _PLACE.search(remove_remarks(self.lines[line])) is not None
 
