@@ -273,6 +273,18 @@ def test_tools_hold_their_operations_and_a_call_leads_to_its_file(client: Client
     assert found["uri"] == (tmp_path / "lift.ngc").as_uri()
 
 
+def test_a_remark_before_a_tool_change_heads_the_operation_of_the_new_tool(client: Client, tmp_path: Path) -> None:
+    """As Fusion and others write it: the remark, an optional stop, the tool; the report counts times in the same way."""
+    text = "%\nO1001 (PART)\n(T1 D=10.)\nG21 G90 G94\n\n(FACE)\nT1 M6\nG54 G0 A0. C0.\nG43 Z120. H1\n\n(DRILL)\nM1\nT2 M6\nG0 X5.\nM30\n%\n"
+    uri = client.open(make_program(tmp_path, text))
+    first, one, two = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})[-3:]
+    assert (first["name"], one["name"], two["name"]) == ("T1 D=10.", "tool 1", "tool 2")
+    assert [[each["name"] for each in tool["children"]] for tool in (one, two)] == [["FACE"], ["DRILL"]]
+    lines = [(tool["range"]["start"]["line"], tool["selectionRange"]["start"]["line"]) for tool in (one, two)]
+    assert lines == [(5, 6), (10, 12)]
+    assert one["range"]["end"]["line"] == 9
+
+
 def ask_fixes(client: Client, uri: str, line: int) -> dict[str, Any]:
     """Edits for the findings of a line, by their titles."""
     place = {"line": line, "character": 0}

@@ -126,8 +126,9 @@ def command(
         verdict = find_verdict(find_exit_status(error.findings), error.findings)
         _emit_failure(files, output_file, output_format, verdict, str(error), error.findings)
         return refuse(inputs[0], error)
-    except click.UsageError as error:
-        _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, error.message, ())
+    except (click.UsageError, Unreadable) as error:
+        text = error.message if isinstance(error, click.UsageError) else str(error)
+        _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, text, ())
         raise
 
     from verne_post.output.findings import Report
