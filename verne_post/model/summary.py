@@ -96,8 +96,7 @@ class Summary:
     tools : tuple of (int, float)
         Tools in use and their lengths, mm, in order; number 0 where the program names none.
     axis_error_deg : float or None
-        Largest tool axis error along the whole motion that the as-built machine cannot correct; None for a nominal
-        machine.
+        Largest tool axis error of the motion that the as-built machine cannot correct; None for a nominal machine.
     stock : Stock or None
         The stock that the program defines.
     compared : tuple of str
