@@ -314,7 +314,6 @@ def _find_quarters(path: Path, radius: float, *, outward: bool, sense: int) -> t
 
 
 def _begin_direction(path: Path) -> Point:
-    """Direction in which a path begins."""
     start, leg = path.start, path.legs[0]
     du, dv = (leg.end[0] - start[0], leg.end[1] - start[1])
     if leg.center is not None:

@@ -98,7 +98,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
     # --- inverse -----------------------------------------------------------------------------------------------
 
     def _solve(self, centre: Array, arms: Array) -> tuple[Array, Array, Mask, Mask]:
-        """Sliders (..., 3) and tilt (...) of ``P = centre + Rx(alpha) (arm - a)``; rods closed? the machine's own?
+        """Sliders (..., 3) and tilt (...) of ``P = centre + Rx(alpha) (arm - a)``; whether closed, and the machine's.
 
         Where a rod does not reach at tilt 0 the search begins at larger tilts, until it finds the machine's own.
         """
