@@ -1,6 +1,8 @@
-"""The shape of the house, read from the syntax trees: few levels of classes, no private names across files, one writer of the core's state."""
+"""The structure of the package, read from its source: classes, private names, lengths of prose, the core's state."""
 
 import ast
+import io
+import tokenize
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +13,8 @@ import verne_post
 PACKAGE = Path(verne_post.__file__).parent
 #: Levels of classes of the package, and methods of one class itself.
 MAX_LEVELS, MAX_METHODS = 3, 40
+#: Columns of a line of prose, as of code.
+MAX_COLUMNS = 120
 
 
 @cache
@@ -46,6 +50,45 @@ _OF_PYTHON = {"_exit", "_replace", "_asdict"}
 def is_private(name: str) -> bool:
     """One underscore at the beginning, and no name of Python's own."""
     return name.startswith("_") and not name.startswith("__") and name not in _OF_PYTHON
+
+
+def find_long_prose(source: str) -> list[int]:
+    """Numbers of the lines of docstrings, and of comments that stand alone, which are longer than MAX_COLUMNS."""
+    lines = source.split("\n")
+    prose = set()
+    for node in ast.walk(ast.parse(source)):
+        documented = isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        if documented and ast.get_docstring(node) is not None:
+            prose.update(range(node.body[0].lineno, node.body[0].end_lineno + 1))
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT and not lines[token.start[0] - 1][: token.start[1]].strip():
+            prose.add(token.start[0])
+    return [number for number in sorted(prose) if len(lines[number - 1]) > MAX_COLUMNS]
+
+
+def test_docstrings_and_comments_keep_to_the_columns():
+    """The formatter wraps code, and ruff lets messages stay whole (E501); nothing else looks at prose."""
+    found = {
+        path.relative_to(PACKAGE).as_posix(): numbers
+        for path in sorted(PACKAGE.rglob("*.py"))
+        if (numbers := find_long_prose(path.read_text(encoding="utf-8")))
+    }
+    assert found == {}
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ('"""{}"""', [1]),
+        ('def f():\n    """Short.\n\n    {}\n    """', [4]),
+        ("x = 1\n#: {}\ny = 2", [2]),
+        ('x = "{}"', []),
+        ('x = "{}"  # a remark', []),
+        ("class A:\n    # short\n    x = 1", []),
+    ],
+)
+def test_long_prose_is_found(source, found):
+    assert find_long_prose(source.format("w " * MAX_COLUMNS)) == found
 
 
 def test_classes_have_few_levels():

@@ -5,8 +5,7 @@ import signal
 from typing import Final
 
 #: Objects that are made between two searches for cycles of garbage. A conversion makes some 105,000 that stay, nearly
-#: all of them with its modules, and a search among them finds nothing. 20,000 here would cost five searches, 10 to 20
-#: ms.
+#: all of them with its modules, and a search among them finds nothing. 20,000 would cost five searches, 10 to 20 ms.
 GARBAGE_AFTER: Final = 200_000
 
 

@@ -75,7 +75,6 @@ def _measure_margins(
 
 
 def _list_errors(measures: Sequence[tuple[Margin, float]]) -> list[str]:
-    """What of it is an error."""
     return [
         f"{margin.code} {margin.name}" + (f" of {margin.axis}" if margin.axis else "")
         for margin, value in measures

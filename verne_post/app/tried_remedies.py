@@ -68,7 +68,6 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
 def _try_remedies(
     source: Text, program: Program, joints: Any, item: Finding, offset: Remedy | None
 ) -> Iterator[Remedy]:
-    """The remedies of one finding."""
     if item.code in _OPTIONS:
         flag, change = _OPTIONS[item.code]
         left = _find_errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None

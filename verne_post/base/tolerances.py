@@ -30,15 +30,13 @@ TILT_STEP: Final = 5e-6
 #: Near leg I's serial singularity the equation bends more. The size of the next step, the step times the square of its
 #: relative correction by the second derivative, has to be below this too.
 TILT_ERROR: Final = 1e-17
-#: Newton on the platform's rotation stops when the next step (rad) would be below this: a slider then stands to 1e-14
-#: mm.
+#: Newton on the platform's rotation stops when the next step (rad) would be below this: sliders then stand to 1e-14 mm.
 PLATFORM_ERROR: Final = 1e-17
 #: The least bend of the equations of that rotation (half the second derivative over the first, 1/rad). It is assumed
-#: where a step is too small to tell. Measured over the workspace, tools up to 300 mm and deviations of 1 mm: 0.1 to
-#: 1.0.
+#: where a step is too small to tell. It is 0.1 to 1.0 over the workspace, with tools up to 300 mm and deviations of 1
+#: mm.
 PLATFORM_BEND: Final = 10.0
-#: C of a corrected tool axis, and nominal angles of written joints, have settled below this step, rad: 1e-10 mm per
-#: metre.
+#: C of a corrected tool axis, and nominal angles of written joints, settle below this step, rad: 1e-10 mm per metre.
 CORRECTION_STEP: Final = 1e-13
 #: Steps of central differences of the as-built joints: mm, and a thousandth of it in rad. Rounding (1e-12 mm) and the
 #: third derivative both leave about 1e-8.
@@ -128,8 +126,7 @@ DRILL_TILT: Final = 1e-6
 #: straight where it is this near to a line (mm): half the tolerance at corners.
 ROTARY_CHORD_MM: Final = 0.005
 #: Linear axes of the machine that a block does not name may move so far without a warning (mm). A turn of the table
-#: about an axis that the spindle stands over moves them by rounded offsets; a larger motion is one that a person would
-#: stop.
+#: about an axis that the spindle stands over moves them by rounded offsets; a person would stop a larger motion.
 UNNAMED_MOTION_MM: Final = 0.1
 #: A table that stands closer to A 0 and C 0 than this (deg) is not turned: half the last of four decimals.
 UPRIGHT_DEG: Final = 5e-5

@@ -40,7 +40,8 @@ def command(what: str, **given: Any) -> int:
 
     INPUT:LINE works the end of the line's motion through from words to joints, prints the findings of the line and what
     would make it legal, both table solutions with their margins, and every solution of the machine with the reasons why
-    it is refused. CODE (VP102) prints meaning, an example, why it matters, remedy, response, parameters and related codes.
+    it is refused. CODE (VP102) prints meaning, an example, why it matters, remedy, response, parameters and related
+    codes.
     """
     from verne_post.model.codes import CODES
 

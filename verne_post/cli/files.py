@@ -57,8 +57,7 @@ class RunFiles:
     written as something else, raises :class:`FileError`, and so does reading a file that is named for writing. Devices
     and pipes may serve several times.
 
-    "-" is standard input where a file is read, and standard output where one is written; each serves one purpose in a
-    run.
+    "-" is standard input where a file is read, standard output where one is written; each serves one purpose in a run.
 
     ``what`` says in messages what a file is for: an option such as "--meta", a key of a file such as "part.nc.toml:
     tool_table", or words such as "the rows of a.nc".

@@ -419,7 +419,6 @@ def identify_(
 
 
 def _read_length_names(text: str | None, option: str, between: str, known: dict[str, float]) -> tuple[str, ...]:
-    """Names of lengths in an option."""
     names = tuple(part.strip() for part in text.split(between)) if text else ()
     for name in names:
         if name not in known:

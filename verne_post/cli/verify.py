@@ -65,8 +65,9 @@ def command(
 ) -> int:
     """Verify a setpoint file as written, believing nothing but the file.
 
-    Give the options (--from, --wcs, --tool-table, ...) with which it was made. With --override the feed rate is checked against that share of the
-    programmed one; with --keep-out or --stock the program is checked against these bodies too.
+    Give the options (--from, --wcs, --tool-table, ...) with which it was made. With --override the feed rate is checked
+    against that share of the programmed one; with --keep-out or --stock the program is checked against these bodies
+    too.
     """
     from verne_post.model.findings import InputError
 

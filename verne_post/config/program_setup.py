@@ -146,8 +146,7 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
     Parameters
     ----------
     named : bool
-        The command line names it. A set-up that is only found beside a program lies in that folder, with the files it
-        names.
+        The command line names it. A set-up only found beside a program lies in its folder, with all files it names.
 
     Raises
     ------

@@ -38,8 +38,7 @@ class Execution(Struct):
     def report(self, error: ProgramError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
         """Report an error; False where execution cannot go on after it.
 
-        ``shown_line`` stands for lines of another ``file``. Errors of the same words have one cause, and are one
-        finding.
+        ``shown_line`` stands for lines of another ``file``. Errors of the same words are one finding.
         """
         line = error.line or line
         shown_number = shown_line or line
@@ -98,8 +97,7 @@ class LineTrace(Struct):
     """Lines that the program itself executes, in order, without those of calls.
 
     A span is (first line, line after the last, whether a restart may begin there). It may not while cutter compensation
-    or a canned cycle is active, or while control points of a spline are read: the next block then depends on earlier
-    ones.
+    or a canned cycle is active, or while control points of a spline are read: such blocks depend on earlier ones.
     """
 
     spans: list[tuple[int, int, bool]] = field(default_factory=list)

@@ -27,8 +27,7 @@ class FirstPlaces(Struct):
     Attributes
     ----------
     unnamed_axes : tuple of int
-        Axes that the program never names: they stand at 0 in the work system of the first move to a place of the
-        program.
+        Axes that the program never names: they stand at 0 in the work system of the first move to a program's place.
     start : Array
         The place from which the program is executed, machine coordinates (9).
     waits : bool

@@ -58,8 +58,7 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     axes : str
         Letters of the axes that may be named.
     rotary : tuple of 2 int
-        The rotary axes of the machine among ``AXES``: one tilts the tool, one turns about its pole; A, C on a tilting
-        table.
+        The rotary axes among ``AXES``: one tilts the tool, one turns about its pole; A and C on a tilting table.
     machine : bool
         True for `convert` and `check`: positions must be known, tool lengths given.
     home, home2 : tuple or None

@@ -47,8 +47,7 @@ class BSpline(Struct, frozen=True):
         mm and degrees; the first is where the tool is.
     weights : sequence of float
     knots : sequence of float
-        n + degree + 1, never falling; at both ends at least ``degree`` equal ones, beside the very first and the very
-        last.
+        n + degree + 1, never falling; at both ends at least ``degree`` equal ones, besides the outermost.
     lines : sequence of int
         Source line of each control point.
     axes : ndarray, shape (n, 3), or None

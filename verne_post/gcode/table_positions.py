@@ -1,7 +1,6 @@
 """Positions of the table that hold a tool axis within its travel: PLANE and CYCLE800 choose among them.
 
-(A, C) and (-A, C + 180) hold the same axis, and so does every whole turn of C. A control takes one that the table
-reaches.
+(A, C) and (-A, C + 180) hold the same axis, and so does every whole turn of C. A control takes one in reach.
 """
 
 from collections.abc import Callable

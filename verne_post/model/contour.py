@@ -27,8 +27,7 @@ class Corners(Struct, frozen=True):
     Attributes
     ----------
     s : ndarray, shape (n + 1,)
-        Places of the corners of n segments, by metric length along the whole path, mm; both ends of the path are
-        included.
+        Places of the corners of n segments, both ends of the path included, by metric length along the path, mm.
     reach : ndarray, shape (n + 1,)
         Half width of the corner blend, mm; 0 where a corner is not blended.
     bend : ndarray, shape (n + 1, 5)
@@ -39,15 +38,13 @@ class Corners(Struct, frozen=True):
         Segment i of the contour begins at corner ``i + shift``. A contour may begin in the middle of a path, and with
         segments that no corner blend reaches.
     curved : ndarray of int, shape (m,)
-        Corners beside arcs, splines and great circles, in order. Their blends reach over no other corner, and none over
-        them.
+        Corners beside arcs, splines and great circles, in order. Their blends overlap with no others.
     jump : ndarray, shape (m, 2, 5)
         Jumps of the second and third derivative by s at those.
     curve : ndarray of int, shape (m,)
         Row of ``controls`` where a curve replaces the path within the reach, -1 elsewhere.
     controls : ndarray, shape (k, 8, 5)
-        Control points of these curves, of degree 7, from one end of the reach to the other: tip (mm) and nominal angles
-        (rad).
+        Control points of these curves of degree 7 over the reach: tip (mm) and nominal angles (rad).
     """
 
     s: Array
@@ -88,8 +85,7 @@ class Contour(Struct, frozen=True):
     path : ToolPath
         The programmed segments.
     shape : ToolPath
-        The segments that are followed: as programmed, or within their tolerance, with vertices moved and chords for
-        arcs.
+        The segments that are followed: as programmed, or in their tolerance with moved vertices and chords for arcs.
     segment : ndarray of int32, shape (n,)
         The segment that an element belongs to: its source line, feed and tool length.
     low, high : ndarray, shape (n,)

@@ -119,8 +119,8 @@ class FanucKeys(Struct, frozen=True):
         G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns before have left
         ("moving"). Empty: several angles are refused where that differs.
     bore_shift : str
-        Where the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y", "-Y". Empty: Q is
-        refused.
+        Direction in which the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y", "-Y".
+        Empty: Q is refused.
     dwell : str
         What P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it.
     units : str

@@ -58,8 +58,7 @@ class PathMode(IntEnum):
 class PathControl(Struct, frozen=True):
     """How exactly corners are taken.
 
-    ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm, ``axis_deg`` is the tolerance of the tool axis; None means not
-    given.
+    ``tolerance`` (P) and ``merge`` (Q) of G64 are in mm, ``axis_deg`` is that of the tool axis; None: not given.
     """
 
     mode: PathMode = PathMode.BLEND
@@ -211,8 +210,7 @@ class TablePlace(Struct, frozen=True):
     machine : tuple of float
         A and C at which the table was taken to stand, machine coordinates, degrees.
     by_words : bool
-        A and C words hold: another branch needs ``allow_rewind``. Otherwise a tool axis gives way to a place of the
-        table.
+        A and C words hold: another branch needs ``allow_rewind``. Else a tool axis gives way to a place of the table.
     """
 
     before: int
@@ -244,8 +242,7 @@ class Arcs(Struct, frozen=True):
 class ArcFeed(Struct, frozen=True):
     """Where F holds on arcs under cutter compensation: the feed rate of the tool's centre over F, between two bounds.
 
-    On the contour this is the length of the centre's arc over that of the programmed one: below 1 inside, above
-    outside.
+    On the contour it is the length of the centre's arc over that of the programmed one: below 1 inside, above outside.
 
     Attributes
     ----------
@@ -309,17 +306,14 @@ class Moves(Struct, frozen=True):
     control : ndarray of int32, shape (n,)
         Index into ``controls``.
     arc : ndarray of int32, shape (n,)
-        Index into ``arcs``, -1 for other moves than arcs and SWING; of SWING only the centre counts, which stands
-        still.
+        Index into ``arcs``, -1 for other moves than arcs and SWING; of SWING only the standing centre counts.
     spline : ndarray of int32, shape (n,)
-        Index into ``splines``, -1 for other moves. Neighbouring pieces of one B-spline are moves that follow each
-        other.
+        Index into ``splines``, -1 for other moves. Neighbouring pieces of one B-spline are consecutive moves.
     tool_axis : ndarray, shape (n, 3)
         Tool axis that holds at the end, unit, program directions, from tip to spindle; NaN where A and C words hold.
         A and C of ``end`` are then one of the pairs that give this axis.
     seconds : ndarray, shape (n,)
-        Duration of the move where its feed rate is a time: inverse time, and F of all machine axes together. NaN for
-        others.
+        Duration of the move if its feed rate is a time: inverse time, and F of all machine axes together. Else NaN.
     fixes_c : int or None
         First source line that names C, or sends X or Y to machine coordinates, where C decides what place of the part
         that is; None where the program leaves C open.

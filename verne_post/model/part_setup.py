@@ -44,8 +44,7 @@ class Tool:
     diameter : float
         mm.
     unmeasured : str
-        Source that names the tool without a length: file and line of a table, or line of the program. Empty: length
-        known.
+        Source that names the tool without a length: file and line of a table, or line of the program; else empty.
     """
 
     number: int

@@ -113,11 +113,10 @@ class ParallelModule(Protocol):
         """(..., 3) -> position (..., 3), mm, alpha (...), rad, and ok (...), in the working mode."""
 
     def solve_coupled(self, pivot: Array, gauge: Array) -> tuple[Array, Array, Mask]:
-        """Solve for a platform point ``pivot + F Rx(alpha) gauge``, which turns with the platform's tilt; F = diag(1,
-        -1, -1).
+        """Solve for a platform point ``pivot + F Rx(alpha) gauge``, which turns with the platform's tilt.
 
-        Pivot (3,) in the base frame, gauge (..., 3) in the upright frame at alpha = 0, mm; returns the same as
-        :meth:`inverse`.
+        F is diag(1, -1, -1). Pivot (3,) in the base frame, gauge (..., 3) in the upright frame at alpha = 0, mm;
+        returns the same as :meth:`inverse`.
         """
 
     def explain_unreachable(self, pivot: Array, gauge: Array) -> list[str]:

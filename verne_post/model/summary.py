@@ -98,8 +98,7 @@ class Summary:
     has_bare_rapids : bool
         Some rapids have no tool length, although their tool has one in other moves.
     axis_error_deg : float or None
-        Largest tool axis error along the whole motion that the as-built machine cannot correct; None for a nominal
-        machine.
+        Largest tool axis error of the motion that the as-built machine cannot correct; None for a nominal machine.
     stock : Stock or None
         The stock that the program defines.
     compared : tuple of str

@@ -46,8 +46,7 @@ class Verification:
     axis_error_deg : float
         Largest angle between the true tool axis of the as-built machine and that of its nominal angles.
     slow : dict
-        Seconds below the programmed feed rate, by the limit that was nearest: "jerk of rho2", ..., or
-        ``NO_LIMIT_NEAR``.
+        Seconds below the programmed feed rate, by the nearest limit: "jerk of rho2", ..., or ``NO_LIMIT_NEAR``.
     timed_blocks, late_blocks : int
         Blocks whose feed rate is a time (inverse time, degrees per minute), and those that take longer by more than 1 %
         and two control cycles.

@@ -79,7 +79,6 @@ def _find_columns(
     header: list[str],
     width: int,
 ) -> list[int]:
-    """Find the column of each joint."""
     joints = [column.joint for column in columns]
     for joint in columns_by_joint:
         if joint not in joints:

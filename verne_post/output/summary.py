@@ -163,7 +163,6 @@ def _restart(summary: Summary) -> Facts:
 
 
 def _name_speed_unit(event: Event) -> str:
-    """The unit of a spindle speed."""
     return f" {event.data['unit']}" if "unit" in event.data else "/min"
 
 

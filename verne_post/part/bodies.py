@@ -153,8 +153,7 @@ def build_pieces(shape: ToolShape, length: float, *, joined: bool = True) -> tup
     length : float
         Tip to gauge line, mm.
     joined : bool
-        For distances, bodies of different parts reach into each other; a cut, and what touches, needs each part as it
-        is.
+        For distances, bodies of different parts reach into each other; cuts and touches need each part as it is.
     """
     pieces: list[Piece] = []
     at = 0.0

@@ -298,8 +298,7 @@ def _measure_along(tip: Array, axis: Array, body: tuple[Piece, ...], point: Arra
 def _follows(part: tuple[Array, Array], past: list[tuple[Array, Array]], reach: float, lifts: bool) -> bool:
     """Whether a straight stretch lies on straight ways of the same tool, or with ``lifts`` along its axis above them.
 
-    The distance from what lies above a straight way is convex along the stretch, so all places between two near ones
-    are near.
+    The distance from what lies above a straight way is convex along the stretch: all places between near ones are near.
     """
     (start, end), (axis, last_axis) = part
     tips, axes = (np.array([one[k] for one in past]) for k in range(2))

@@ -1,8 +1,7 @@
 """Which lines of one version of a program are those of another.
 
 Lines that occur once in both are anchors, as many as stand in the same order in both. From each anchor equal lines are
-followed in both directions ("patience diff", Bram Cohen). The time is that of sorting, however different the versions
-are.
+followed in both directions ("patience diff", Bram Cohen). It takes the time of sorting, whatever the differences.
 """
 
 import re

@@ -54,8 +54,7 @@ class GoverningLimits:
         self._seconds, self._lost_from = np.zeros((n_frames, k)), np.zeros(n_frames)
         self._rapid, self._lost, self._won, self._at_stops = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)
         self._reached = np.zeros(FEED_BANDS + 1)
-        # of the rows so far: the section of the last one, the loss since the last row at the feed, whether a stop is
-        # there
+        # of the rows so far: section of the last one, loss since the last row at the feed, whether a stop is there
         self._section, self._open, self._at_stop, self._stood = -1, np.zeros(k), False, False
 
     def add(

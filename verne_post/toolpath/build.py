@@ -73,8 +73,7 @@ def build_path(
     Raises
     ------
     InputError
-        VP007 where a great circle is not defined, or does not lead to the programmed angles; VP031 where a spline stops
-        at a point.
+        VP007: a great circle is not defined, or misses the programmed angles; VP031: a spline stops at a point.
     """
     first = _ToolPose(
         _place(coordinates, moves.start[None], moves.start_frame), np.array([moves.start_frame.tool_length])

@@ -118,8 +118,8 @@ def _may_blend(path: ToolPath, tip_tolerance: Array, cycle: float) -> Mask:
     """Corners (n - 1,), with tip tolerances in mm, between programmed segments that meet, with one tool.
 
     Loops cut many feed moves by one source line. Rows name only their line, so their places must distinguish such
-    moves, and a row stands on each. Rapids within one line (G28 with a via point, canned cycles) are positioning, from
-    stop to stop.
+    moves, and a row stands on each. Rapids in one line (G28 with a via point, canned cycles) only position, from stop
+    to stop.
     """
     programmed = (path.move >= 0) & (path.kind != SegmentKind.JOINT)
     contact = np.abs(path.start[1:] - path.end[:-1]).max(axis=1) == 0.0

@@ -73,8 +73,7 @@ def _solve_polynomials() -> Array:
 _VALUE: Final = np.ascontiguousarray(_solve_polynomials().reshape(-1, 8).T)
 _SLOPE: Final = _VALUE[1:] * np.arange(1, 8)[:, None]
 
-#: First and third derivative at 0 of the odd functions of shape 0 and of the others; value and second derivative of the
-#: even one.
+#: First and third derivative at 0 of the odd functions of shape 0 and of others; value and second one of the even.
 _ODD: Final = ((0.0940326, 1.088771), (0.0415232, 1.980166))
 _EVEN: Final = (-6.24067e-5, 0.0267439)
 

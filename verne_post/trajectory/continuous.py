@@ -72,8 +72,7 @@ def plan_continuous(
     cycle : float
         Control cycle, s.
     effort : Effort
-        How finely to plan. If the rows of the profile cannot be repaired, the section is planned with
-        ``tuning.QUALITY``.
+        How finely to plan. If its rows cannot be repaired, a section is planned with ``tuning.QUALITY``.
     solver : callable
         Of the second-order problem.
     playback : FeedOverride

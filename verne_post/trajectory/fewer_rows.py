@@ -47,7 +47,7 @@ def _starts(s: Array, crowded: bool, rounds: int) -> Iterator[tuple[Array, int]]
 
 
 def _take_out(n: int, width: int) -> Array:
-    """Places (m, n - 1) of n - 1 rows among n, if one is taken out over ``width`` rows, from each third on."""
+    """Places (m, n - 1) of n - 1 rows among n, if one is taken out over ``width`` rows, from each third."""
     first = np.arange(-0.5 * width, n - 0.5 * width, width // 3)
     number = np.arange(n - 1.0)
     x = np.clip((number - first[:, None]) / width, 0.0, 1.0)

@@ -111,8 +111,7 @@ class ContourSection:
         contour = joints.contour
         self.breaks = sum_running(contour.length[first:last])
         timed = contour.path.timed[contour.segment[first:last]]
-        #: Seconds up to each of the breaks that elements with a time as feed rate ask for: a step may pass some of them
-        #: whole.
+        #: Seconds up to each break that elements ask for whose feed rate is a time: a step may pass some of them whole.
         self.asked = None
         if timed.any():
             pace = contour.find_pace(slice(first, last))

@@ -88,7 +88,6 @@ def _solve(
 
 
 def _make_whole_window(piece: Piece, settings: PassSettings) -> Window:
-    """A piece as one window."""
     known = np.append(piece.cruise[-TIED:], np.full(piece.end - piece.begin + TIED, _find_held(piece)))
     known = known[: piece.end - piece.begin + TIED]
     return _build_window(known, _find_held(piece), settings.knot_units, piece.begin, piece.after)

@@ -18,8 +18,7 @@ from msgspec import Struct
 #: reach ``ACCEPTED_RATIOS``.
 PLANNED_SHARES: Final = (0.9998, 0.9998, 0.999)
 #: Tightest acceleration and jerk rows: those of every joint. A profile that is far from its limits, or far beyond some,
-#: says little about which will bind. Where rows were left out, such profiles did not recover and took up to 4.5 times
-#: as long.
+#: says little about which will bind. Where rows were left out, such profiles never recovered: up to 4.5 times as long.
 ALL_ROWS: Final = (0, 0)
 
 
@@ -141,8 +140,7 @@ CRAWLING_X: Final = 0.01
 #: unit and its square. X needs at least some 20 units to change by its own size.
 VIRTUAL_ACCELERATION: Final = 0.3
 VIRTUAL_JERK: Final = 0.2
-#: X where a pass starts, and over how many units it slows down at the end of a window. Both decide only the iterations
-#: needed.
+#: X where a pass starts, and units over which it slows down at the end of a window. Both only change the iterations.
 START_X: Final = 0.98
 START_RAMP: Final = 100
 #: The last pass is repeated while more than one row in so many is far beyond a limit, since repair takes time at each.
@@ -251,8 +249,7 @@ FAR_RATIO: Final = 1.15
 #: this times the rows, times the motion of a cycle over the motion that the jerk makes in one.
 GENTLE_LENGTH: Final = 600.0
 #: Sections of at most so many rows are tried with one row less, again and again. Among 300 random programs those with
-#: 20 to 100 rows take 3 % less time, and planning them 50 % more CPU. Of 100 rows one is 1 %, which shifts hardly ever
-#: find.
+#: 20 to 100 rows take 3 % less time, and planning them 50 % more CPU. Of 100 rows one is 1 %, which shifts rarely find.
 FEW_ROWS: Final = 100
 #: From so many elements to a row on, a row is taken out at each place in turn. 12 programs of moves about as long as
 #: the tolerance, at cycles of 2 to 10 ms, take 34 % less time, and seven times the CPU of planning, up to 3 s for a

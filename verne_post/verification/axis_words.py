@@ -39,8 +39,7 @@ def name_angles(
     with np.errstate(divide="ignore", invalid="ignore"):
         for side in (1.0, -1.0):
             tilt, c = side * angles[:, 0], angles[:, 1] + (0.0 if side > 0 else np.pi)
-            # A and the tip tell where on the segment the row is, each by its way; without both, the middle is a fair
-            # guess
+            # A and the tip tell where on the segment the row is, each by its way; without both, the middle is taken
             by_tilt = np.where(np.abs(turn[:, 0]) > noise, (RADIAN_MM * turn[:, 0]) ** 2, 0.0)
             both = np.where(by_tilt > 0, by_tilt * np.clip((tilt - start[:, 0]) / turn[:, 0], 0.0, 1.0), 0.0)
             both += way**2 * np.clip(along, 0.0, 1.0)

@@ -34,8 +34,7 @@ class BlockTimeCheck:
     """Shows that no timed block, and no run of them, takes less than its time; measures those that take longer.
 
     A block is what one source line asks for, from its first row to the first row of the next line. That row may stand
-    up to a cycle after its beginning. So a block may seem a cycle shorter; consecutive blocks together no more than
-    that.
+    up to a cycle after its beginning. So a block, or several in a row together, may seem a cycle shorter.
 
     Attributes
     ----------

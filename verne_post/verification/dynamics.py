@@ -44,8 +44,7 @@ class DynamicsCheck:
         -------
         ndarray of int, shape (n,)
             The limit that is nearest to each row: number of its derivative times n_joints, plus number of the joint.
-            The next number after all of them where none is near: there the control cycle is longer than the limits ask
-            for.
+            The next number after all of them where none is near: the control cycle is longer than limits ask for.
         """
         if not len(self._tail):
             self._tail = np.repeat(block.values[:1], _REST_ROWS, axis=0)

@@ -86,8 +86,7 @@ def _measure_axis_lengths(path: ToolPath, length: Array) -> Array:
 def _find_turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array) -> Array:
     """A whole turn as a share of segments (n,) that are arcs hardly larger than their tolerance; 0 for the others.
 
-    The share is at least 1 for arcs that neither rise nor turn the axes by more than the tolerance: their turns look
-    alike.
+    It is at least 1 for arcs that neither rise nor turn the axes by more than the tolerance: their turns look alike.
     """
     turns = np.zeros(len(path))
     on_arc = np.flatnonzero(path.arc >= 0)

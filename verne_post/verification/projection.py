@@ -29,8 +29,7 @@ RADIAN_MM: Final = 50.0
 NEARBY_POINTS: Final = 17
 NEARBY_ROUNDS: Final = 7
 #: A rotary angle this far off (rad) is one of another turn. The other branch of the table, half a turn away, needs no
-#: such bound: it counts by the motion of the tool axis over half a turn, except at the pole, where both branches are
-#: one.
+#: such bound: it counts by the tool axis' motion over half a turn, except at the pole, where both branches are one.
 OTHER_TURN: Final = 1.5 * np.pi
 #: Refinements of the projection on an arc whose rotary axes turn too: quadratic from a close start.
 ARC_STEPS: Final = 2

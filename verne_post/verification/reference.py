@@ -33,8 +33,7 @@ class RoundingNoise(Struct, frozen=True, eq=False):
     Attributes
     ----------
     differences : tuple of 3 ndarrays, shape (n_joints,)
-        First, second and third differences over the cycle, in file units; 0 where the acceptance ratio covers the
-        noise.
+        First, second and third differences over the cycle, file units; 0 where the acceptance ratio covers the noise.
     joints : ndarray, shape (n_joints,)
         One unit of the last decimal, mm and rad.
     tip : float

@@ -364,8 +364,7 @@ class RowMatcher:
         return origin
 
     def _place(self, item: Ints, u: Array, pose: Array) -> Array:
-        """Share (n,) of its segment at which each pose (n, 5) is: ``u``, but on straight segments by shares of the
-        tolerances.
+        """Share (n,) of its segment at which each pose (n, 5) is: ``u``, but by tolerances on straight segments.
 
         A corner of short moves may use all of an axis tolerance that is many times as long, in mm, as that of the tip.
         Then the nearest place by shares is not the nearest one by length.

@@ -21,8 +21,8 @@ from verne_post.model.verdict import ExitStatus
 def command(**given: Any) -> int:
     """Serve an editor: findings while one types, poses and times of lines, edits that settle a finding.
 
-    Speaks the Language Server Protocol over standard input and output; an editor starts it (docs/editors.md). Each program
-    is read as by `check` in its folder, with set-up and settings; options hold for all of them.
+    Speaks the Language Server Protocol over standard input and output; an editor starts it (docs/editors.md). Each
+    program is read as by `check` in its folder, with set-up and settings; options hold for all of them.
     """
     require_package("pygls", "lsp", "lsp")
     for one in FILES:

@@ -66,8 +66,7 @@ class Compensation(Struct):
         The entry move ends beside the start of the first segment of the contour, however long it is; else beside its
         own end.
     at_once : bool
-        Such a compensation begins with its first block, even without motion in the plane; else with the first motion
-        there.
+        Such a compensation begins with its first block, even without motion in the plane; else with its first motion.
     """
 
     code: int

@@ -438,9 +438,8 @@ class Machining:
     def settle_table(self, at: At) -> None:
         """A tool axis gives way to the place of the table that it has.
 
-        Of all places that hold the axis, only the whole program decides which one that is: the place that has been
-        found for it (``setup.table_places``), and the nearest until one has been found. A rapid to it has no length in
-        the end: it begins where the table stands.
+        Several places hold the axis, and only the whole program decides for one: that in ``setup.table_places``, and
+        the nearest until it has been found. A rapid to it has no length in the end: it begins where the table stands.
         """
         state, coordinates, recorder = self.state, self.setup.coordinates, self.recorder
         machine = coordinates.map_to_machine(np.array(state.position), state.frame)
@@ -459,8 +458,7 @@ class Machining:
     def note_table_place(self, machine: Array, *, by_words: bool) -> tuple[float, float]:
         """Note that what follows depends on the branch of the table; returns its A and C, machine coordinates.
 
-        These are from the whole program (``setup.table_places``), or from ``machine`` (9,) until that has been executed
-        once.
+        They are from the whole program (``setup.table_places``); in its first execution those of ``machine`` (9,).
         """
         places, recorder, (tilt, turn) = self.setup.table_places, self.recorder, self.setup.rotary
         number = len(recorder.table_places)

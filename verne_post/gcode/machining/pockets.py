@@ -18,8 +18,8 @@ from verne_post.gcode.machining.strokes import Pace, Stroke
 
 #: Strokes that the cycles of one block may have: more is a wrong infeed.
 MAX_STROKES: Final = 30_000
-#: Largest distance of paths in a pocket, in radii of the tool. In a corner of a right angle a place is up to s / (1 + 1
-#: / sqrt(2)) / sqrt(2) from two sharp paths that are s apart; this is less than the radius up to 1.707.
+#: Largest distance of paths in a pocket, in radii of the tool. In a right-angled corner a place is up to s / (1 +
+#: sqrt(0.5)) from two sharp paths that are s apart; this is less than the radius up to 1.707.
 _CORNER_STEP: Final = 1.7
 #: Widest way to and fro while the tool plunges, in diameters of the tool.
 _SWING_DIAMETERS: Final = 2.0
@@ -314,7 +314,6 @@ def _find_quarters(path: Path, radius: float, *, outward: bool, sense: int) -> t
 
 
 def _begin_direction(path: Path) -> Point:
-    """Direction in which a path begins."""
     start, leg = path.start, path.legs[0]
     du, dv = (leg.end[0] - start[0], leg.end[1] - start[1])
     if leg.center is not None:

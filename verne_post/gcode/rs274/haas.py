@@ -136,8 +136,7 @@ class HaasCodes:
     def _drill_pattern(self, block: Block, code: int) -> None:
         """Holes of the cycle in force about X Y or from there on.
 
-        G70, G71: on a circle of radius I from the angle J, evenly round or by K degrees. G72: a row at the angle J, I
-        apart.
+        G70, G71: on a circle of radius I from angle J, evenly round or by K degrees. G72: a row at angle J, I apart.
         """
         name, words, motion = spell_g_code(code), block.words, self.modes.motion
         self._check(block, code)

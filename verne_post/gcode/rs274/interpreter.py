@@ -341,7 +341,6 @@ class Rs274(Language):
         self.core.frames.select_system(self._find_system_number(block, code))
 
     def _find_system_number(self, block: Block, code: int) -> int:
-        """Number of the work system of a code."""
         return _SYSTEMS[code]
 
     def _set_path_control(self, block: Block, code: int) -> None:

@@ -60,8 +60,7 @@ class SiemensPlaces:
     def _count_from(self, word: Word, axis: int) -> float:
         """What an incremental value of an axis is added to.
 
-        After a change of offsets it is the place of the axis, or its number before the change: a choice of machine
-        data.
+        After a change of offsets it is the axis' place, or its number before the change: a choice of machine data.
         """
         before = self.motion.places_before.pop(axis, None)
         if before is None or self.keys.offsets_in_g91 == "kept":

@@ -213,7 +213,7 @@ class Swivel:
         return find_nearest_rotation((place[1:] - place[0]).T)
 
     def _turn_table(self, block: At, direction: int) -> None:
-        """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays where it is on the part.
+        """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays on the part.
 
         To the level plane A and C go to 0, the only place with the same meaning on all controls. Of the pairs of A and
         C that do this and lie within the travel, ``direction`` takes the one with the smaller (-1) or the larger (1) A.

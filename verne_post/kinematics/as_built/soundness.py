@@ -9,8 +9,7 @@ from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.deviations import IS_ANGLE, PARAMETERS, Deviations
 
 #: Only places are tried whose drops are at least this share of the shortest rod, and twice what the machine file asks
-#: for. Nearer to a serial singularity a deviation of some tenths may cost a solution, which is then a finding of the
-#: pose.
+#: for. Nearer to a serial singularity a deviation of some tenths may cost a solution: a finding of the pose.
 WORKING_SHARE: Final = 0.25
 #: Slider positions are tried at so many places of each travel, and A and C at these angles (rad).
 PLACES: Final = 5

@@ -152,8 +152,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
         """Tip (..., 3), nominal angles (..., 2) with A in [0, pi], tool axis (..., 3) and ok (...) of q (..., 5).
 
-        C is less than half a turn from the wrist's; it is the wrist's where the tool stands upright, because C means
-        nothing there.
+        C is less than half a turn from the wrist's; it is the wrist's where the tool stands upright, and C is free.
         """
         q = np.asarray(q, dtype=float)
         position, ok = self.leg.find_position(q[..., :3])

@@ -20,8 +20,7 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
     """Maps between program, part and machine coordinates; implements ``TableCoordinates``.
 
     Machine coordinates are the values of the joints, degrees in the sense of the machine file. Work offsets count from
-    the gauge point with all joints at 0, in directions of the part frame. "Table" is the polar frame of the rotary
-    pair.
+    the gauge point with all joints at 0, in directions of the part frame. "Table" is the pair's polar frame.
 
     Attributes
     ----------

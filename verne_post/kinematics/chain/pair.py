@@ -33,8 +33,8 @@ class PolarPair(Struct, frozen=True, eq=False):
     directions : ndarray, shape (3, 3)
         Rows: x, y, z of the polar frame, in the part frame at home.
     tilt_sign, turn_sign : float
-        Signs of joint values per motion of the tool about u2 and u1: ``q = sign * phi``. At right angles A is ``A0 +
-        q``, C is q.
+        Signs of joint values against the tool's motion about u2, u1: ``q = sign * phi``. At right angles A = A0 + q, C
+        = q.
     home_tilt : float
         A0: nominal A of the tool axis with both joints at 0, rad.
     nutation : Nutation or None
@@ -77,8 +77,7 @@ def build_pair(turn: Array, tilt: Array, axis: Array, preferred: float) -> Polar
     axis : ndarray, shape (3,)
         w0, from tip to spindle; a unit vector.
     preferred : float
-        Sign of phi2 on the side of the pole that programs with tool vectors take first, where both are alike: nominal A
-        > 0.
+        Sign of phi2 on the side of the pole that tool vectors take first, where both are alike: nominal A > 0.
 
     Raises
     ------

@@ -2,8 +2,7 @@
 
 Against boxes, tool, holder and shank are cylinders with flat ends; spindle, platform and rods are capsules. Every
 distance is signed and certain (``separation``). It cannot change faster than the points that carry the bodies move over
-the table, so whole motions are checked as in ``check_clearance``. Against meshes, whole motions are checked by
-``mesh_contacts``.
+the table, so whole motions are checked as in ``check_clearance``. Against meshes, ``mesh_contacts`` checks them.
 """
 
 from collections.abc import Mapping, Sequence

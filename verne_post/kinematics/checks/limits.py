@@ -50,8 +50,7 @@ class JointBounds(Struct, frozen=True, eq=False):
     ----------
     first, second, third : ndarray, shape (n, n_joints)
     axis_error_deg : float
-        Over all elements: how far the tool axis may be off because an as-built machine cannot correct it; 0 where it
-        can.
+        Over all elements: the largest tool axis error that an as-built machine cannot correct.
     """
 
     first: Array

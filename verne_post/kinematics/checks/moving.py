@@ -47,8 +47,7 @@ class Moving:
     shapes : sequence of ToolShape
         Of the program's tools; an empty one is a thin line from tip to gauge line.
     lengths : ndarray, shape (len(shapes),)
-        Gauge line to tip of the tools themselves, mm, whatever length the program has in force; NaN where only the
-        program knows it.
+        Gauge line to tip of the tools themselves, mm, not that in force; NaN where only the program knows it.
     tool : ndarray of int, shape (n_segments,)
         Index into ``shapes``.
     machine : Machine

@@ -5,8 +5,7 @@ m = n x e. The platform's point P alone determines how it is turned: in the fram
 
     P - o = d (sin b, -sin a cos b, cos a cos b),        R = R(e, a) R(m, b),
 
-because the slide keeps the third direction of the platform along the leg. Struts from b_k on the base to a_k on the
-platform are
+because the slide keeps the platform's third direction along the leg. The struts from b_k (base) to a_k (platform) are
 
     l_k = |P + R a_k - b_k|.
 

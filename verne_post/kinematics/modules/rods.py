@@ -11,8 +11,7 @@ The forward solution is Newton from home, or along the way of the sliders from h
 assemblies of the same sliders can have the same sides and the same sign of the Jacobian; the way from home and a bound
 on alpha exclude them.
 
-Base frame (z down); mm, rad. The platform may tilt about x alone; a mechanism that turns otherwise is refused when it
-is loaded.
+Base frame (z down); mm, rad. The platform may tilt about x alone; loading refuses a mechanism that turns otherwise.
 """
 
 import math
@@ -54,8 +53,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
     Raises
     ------
     ValueError
-        At home the rods are open or the Jacobian is singular; away from home they do not close, or close in another
-        pose.
+        At home the rods are open or the Jacobian is singular; away from home they stay open or close in another pose.
     """
 
     def __post_init__(self) -> None:
@@ -100,10 +98,9 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
     # --- inverse -----------------------------------------------------------------------------------------------
 
     def _solve(self, centre: Array, arms: Array) -> tuple[Array, Array, Mask, Mask]:
-        """Sliders (..., 3) and tilt (...) of ``P = centre + Rx(alpha) (arm - a)``; rods closed? the machine's own?
+        """Sliders (..., 3) and tilt (...) of ``P = centre + Rx(alpha) (arm - a)``; whether closed, and the machine's.
 
-        Where a rod does not reach at tilt 0 the search begins at larger tilts; the first that is the machine's is
-        taken.
+        Where a rod does not reach at tilt 0 the search begins at larger tilts, until it finds the machine's own.
         """
         shape = np.broadcast_shapes(centre.shape[:-1], arms.shape[:-2])
         with np.errstate(all="ignore"):

@@ -55,8 +55,7 @@ def place_vectors(offset: Array, radius: Array, base: Array, position: Array, al
 def sketch(geometry: VerneGeometry, position: Array, alpha: Array, rho: Array) -> Array:
     """Rods (n, 4, 2, 3) from slider to platform for a picture, base frame, mm.
 
-    The kinematics know how far slider and platform joints are apart along x, not where: the picture assumes
-    ``SKETCH_X``.
+    The kinematics know the distance of slider and platform joints along x, not their places: ``SKETCH_X`` is assumed.
     """
     offset, radius, _base, _rod = geometry.group_lengths_by_equation()
     tilt = np.asarray(alpha)[..., None]
