@@ -242,6 +242,6 @@ def _is_ready(interpreter: Klartext) -> bool:
         and not interpreter.modes.inch
         and not interpreter.contour.per_turn
         and not interpreter.modes.as_spatial
-        and bool((interpreter.frames.factors == 1.0).all())
+        and interpreter.frames.factors == (1.0, 1.0, 1.0)
         and (interpreter.modes.tcp or interpreter.maps.tilt is None)
     )

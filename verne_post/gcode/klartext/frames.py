@@ -5,6 +5,8 @@ still, that is a rigid map of the workpiece, so it is one more map of the frame.
 a curve of the workpiece, which is one move of its own kind.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from msgspec.structs import replace
 
@@ -43,7 +45,8 @@ class KlartextFrames:
         self.maps = Transformations()
         self.modes = state.modes = Modes()
         self.wraps = dict.fromkeys(setup.rotary, 0.0)
-        self.factors = np.ones(3)
+        #: Scales of X, Y, Z in force, below 0 where they are mirrored.
+        self.factors = (1.0, 1.0, 1.0)
         self.metres = False  # M116
         self.block = At(0)
         self.waiting = Waiting()
@@ -79,17 +82,17 @@ class KlartextFrames:
 
     def find_height(self, height: float) -> float:
         """A height of the program as Z of the frame, mm."""
-        return height * float(self.factors[2]) * self.convert_length(1.0)
+        return height * self.factors[2] * self.convert_length(1.0)
 
-    def place(self, point: Array) -> list[float]:
-        """Input coordinates (3,) as X, Y, Z of the frame, mm."""
-        x, y, z = np.asarray(point) * self.factors * self.convert_length(1.0)
-        return [float(x), float(y), float(z)]
+    def place(self, point: Sequence[float]) -> list[float]:
+        """Input coordinates (3) as X, Y, Z of the frame, mm."""
+        unit = self.convert_length(1.0)
+        return [value * factor * unit for value, factor in zip(point, self.factors, strict=True)]
 
     @property
     def flips(self) -> bool:
         """True where a mirror image changes the direction of arcs in the plane."""
-        return bool(self.factors[0] * self.factors[1] < 0)
+        return self.factors[0] * self.factors[1] < 0
 
     # --- frames -----------------------------------------------------------------------------------------
 
@@ -100,7 +103,7 @@ class KlartextFrames:
             whole = self.map_with_table(self.state.position).put_inside(whole)
         parts = split(whole)
         self.core.frames.set_frame(replace(self.state.frame, feature=parts.rigid.feature))
-        self.factors = np.array(parts.scale)
+        self.factors = parts.scale
 
     def map_with_table(self, program: list[float]) -> Affine:
         """The map to the workpiece of coordinates that do not turn with the table, at rotary words of a point (9)."""

@@ -223,7 +223,7 @@ class KlartextPatterns:
         self.waiting.refuse("a cycle call")
         self.frames.refuse_beside("a cycle call")
         x, y, z = place
-        placed_point = self.frames.place([x, y, 0.0])  # type: ignore[arg-type]
+        placed_point = self.frames.place([x, y, 0.0])
         clear = max(self.frames.find_height(self.cycle.q[Q.SURFACE] + z + self.cycle.q[Q.CLEARANCE]), least)
         self.core.frames.stand_at({0: placed_point[0], 1: placed_point[1], 2: clear})
         height = max(self.state.position[2], clear)

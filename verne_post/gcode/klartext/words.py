@@ -79,15 +79,17 @@ class Words(Struct):
 
     def check_used(self, statement: Statement, other_words: str = "") -> None:
         """Refuse words that nothing has used; ``other_words`` may name side, F (FMAX, F AUTO), DR and M."""
-        used_words = other_words.split()
-        unused_words = {
-            "side": self.compensation, "F": "FMAX" if self.rapid else "F AUTO" if self.automatic else None,
-            "DR": "DR" if self.rotation is not None else None, "M": f"M{self.functions[0].number}" if self.functions else None,
-        }  # fmt: skip
         for name in self.values:
             raise statement.error(
                 "VP006", f"{statement.keyword or 'the block'} does not use {name}", self.columns[name]
             )
+        if not (self.compensation or self.rapid or self.automatic or self.rotation or self.functions):
+            return
+        unused_words = {
+            "side": self.compensation, "F": "FMAX" if self.rapid else "F AUTO" if self.automatic else None,
+            "DR": "DR" if self.rotation is not None else None, "M": f"M{self.functions[0].number}" if self.functions else None,
+        }  # fmt: skip
+        used_words = other_words.split()
         for kind, shown_word in unused_words.items():
             if shown_word is not None and kind not in used_words:
                 raise statement.error("VP006", f"{statement.keyword or 'the block'} does not use {shown_word}")
