@@ -103,20 +103,22 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
 
     def _find_turn(self, axis: Array) -> Array:
         """R (..., 3, 3) for tool axes (..., 3) of the base frame."""
-        cross = np.cross(self._upright, axis)
-        x, y, z = np.moveaxis(cross, -1, 0)
-        still = np.zeros_like(x)
-        rows = ((still, -z, y), (z, still, -x), (-y, x, still))
-        matrix = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-        share = 1.0 / (1.0 + axis @ self._upright)
-        return np.asarray((np.eye(3) + matrix + share[..., None, None] * matrix @ matrix) @ self._spare)
+        (a, b, c), (u, v, w) = self._upright, (axis[..., 0], axis[..., 1], axis[..., 2])
+        x, y, z, cosine = b * w - c * v, c * u - a * w, a * v - b * u, a * u + b * v + c * w
+        share = 1.0 / (1.0 + cosine)
+        turn = np.empty((*axis.shape[:-1], 3, 3))  # k k' / (1 + w0.w) + w0.w and the cross product with k
+        turn[..., 0, 0], turn[..., 1, 1], turn[..., 2, 2] = (share * one * one + cosine for one in (x, y, z))
+        for row, column, one, other, third in ((1, 0, x, y, z), (0, 2, z, x, y), (2, 1, y, z, x)):
+            turn[..., row, column] = share * one * other + third
+            turn[..., column, row] = share * one * other - third
+        return np.asarray((turn.reshape(-1, 3) @ self._spare).reshape(turn.shape)) if self.spare_turn else turn
 
     def _find_platform_pose(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array]:
         """P (..., 3) and R (..., 3, 3) of tips (..., 3) and nominal angles (..., 2)."""
         axis = find_axis_of_angles(angles[..., 0], angles[..., 1])
         gauge = self._place(tip + np.asarray(tool_length, dtype=float)[..., None] * axis)
         turn = self._find_turn(axis @ self.to_polar)
-        return gauge - turn @ self._arm, turn
+        return gauge - (turn.reshape(-1, 3) @ self._arm).reshape(turn.shape[:-1]), turn
 
     @np.errstate(all="ignore")
     def _solve(self, tip: Array, angles: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:

@@ -139,16 +139,25 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         """Of the legs at home, mm."""
         return float(np.linalg.norm(self.find_vectors(np.array(self.home, dtype=float), np.eye(3)), axis=-1).min())
 
+    def _turn_arms(self, turn: Array) -> Array:
+        """R a_k (..., 6, 3)."""
+        flat = turn.reshape(-1, 3) @ self._ends.T  # one product of many rows
+        return np.swapaxes(flat.reshape(*turn.shape[:-1], 6), -1, -2)
+
     def _find_away(self, position: Array, turn: Array) -> Array:
-        return np.asarray(position[..., None, :] + self._ends @ np.swapaxes(turn, -1, -2) - self._feet)
+        return position[..., None, :] + self._turn_arms(turn) - self._feet
 
     def find_values(self, position: Array, turn: Array) -> tuple[Array, Array]:
         """Actuators (..., 6) at P (..., 3) turned by R (..., 3, 3), and squared drops of rods along their rails, or lengths of struts."""
-        away = self._find_away(position, turn)
-        square = (away**2).sum(axis=-1)
+        return self._place_actuators(self._find_away(position, turn))
+
+    def _place_actuators(self, away: Array) -> tuple[Array, Array]:
+        """:meth:`find_values` of away (..., 6, 3)."""
+        square = sum_squares(away)
         if self.rods is None:
             return np.sqrt(square), square
-        along = (away * self._rails).sum(axis=-1)
+        x, y, z = self._rails.T
+        along = away[..., 0] * x + away[..., 1] * y + away[..., 2] * z
         drops2 = np.array(self.rods) ** 2 - square + along**2
         return along - self._sides * np.sqrt(np.maximum(drops2, 0.0)), drops2
 
@@ -169,18 +178,31 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         rows = np.concatenate([unit, np.cross(arms, unit)], axis=-1)
         return rows if self.rods is None else rows / (unit * self._rails).sum(axis=-1, keepdims=True)
 
-    def _find_units(self, position: Array, turn: Array, values: Array | None = None) -> tuple[Array, Array]:
+    def _find_units(self, position: Array, turn: Array) -> tuple[Array, Array]:
         """Unit vectors along the legs, and arms R a_k, each (..., 6, 3)."""
-        vectors = self.find_vectors(position, turn, values)
-        unit = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-        return unit, np.broadcast_to(self._ends @ np.swapaxes(turn, -1, -2), unit.shape)
+        arms = self._turn_arms(turn)
+        away = position[..., None, :] + arms - self._feet
+        return self._shorten(away, self._place_actuators(away)[0]), np.broadcast_to(arms, away.shape)
+
+    def _shorten(self, away: Array, values: Array) -> Array:
+        """Unit vectors along legs whose actuators stand at values (..., 6)."""
+        vectors = away if self.rods is None else away - values[..., None] * self._rails
+        return np.asarray(vectors / np.sqrt(sum_squares(vectors))[..., None])
 
     # --- which poses are the machine's -------------------------------------------------------------------------------
 
     def _scale_jacobian(self, position: Array, turn: Array) -> Array:
         """Derivatives (..., 6, 6) of the legs' lengths by the platform's motion, turns about the middle of its joints times its radius."""
-        unit, arms = self._find_units(position, turn)
-        return np.concatenate([unit, np.cross(arms - arms.mean(axis=-2, keepdims=True), unit) / self.arm], axis=-1)
+        return self._scale_rows(*self._find_units(position, turn))
+
+    def _scale_rows(self, unit: Array, arms: Array) -> Array:
+        """:meth:`_scale_jacobian` of unit vectors along the legs and arms, (..., 6, 3)."""
+        rows = np.empty((*unit.shape[:-1], 6))
+        rows[..., :3] = unit
+        (a, b, c), (x, y, z) = (np.moveaxis(one, -1, 0) for one in (arms - arms.mean(axis=-2, keepdims=True), unit))
+        rows[..., 3], rows[..., 4], rows[..., 5] = b * z - c * y, c * x - a * z, a * y - b * x
+        rows[..., 3:] /= self.arm
+        return rows
 
     def _measure(self, position: Array, turn: Array) -> Array:
         """1 over the norm of the scaled Jacobian's inverse, with its sign: smooth through 0, at most its smallest singular value."""
@@ -213,21 +235,21 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
 
     def is_within(self, position: Array, turn: Array) -> Mask:
         """Whether every leg reaches, and the platform is turned less from home than its bound."""
-        drops2 = self.find_values(position, turn)[1]
-        cosine = 0.5 * (np.trace(turn, axis1=-2, axis2=-1) - 1.0)
+        return self._is_within(turn, self.find_values(position, turn)[1])
+
+    def _is_within(self, turn: Array, drops2: Array) -> Mask:
+        cosine = 0.5 * (turn[..., 0, 0] + turn[..., 1, 1] + turn[..., 2, 2] - 1.0)
         return np.asarray((drops2 > 0).all(axis=-1) & (cosine > math.cos(RAD_PER_DEG * self.largest_turn_deg)))
 
+    @np.errstate(all="ignore")
     def inverse(self, position: Array, turn: Array) -> tuple[Array, Mask]:
         """Actuators (..., 6) at P (..., 3) turned by R (..., 3, 3), NaN where not ok, and ok (...): the assembly of home."""
-        values, _drops2 = self.find_values(position, turn)
-        with np.errstate(invalid="ignore"):
-            ok = self.is_within(position, turn)
-        ok = np.array(ok & np.isfinite(values).all(axis=-1))
-        if ok.ndim:
-            ok[ok] = np.linalg.det(self._scale_jacobian(position[ok], turn[ok])) * self._home_sign > 0
-        elif ok:
-            ok = np.asarray(np.linalg.det(self._scale_jacobian(position, turn)) * self._home_sign > 0)
-        return np.where(ok[..., None], values, np.nan), ok
+        arms = self._turn_arms(turn)
+        away = position[..., None, :] + arms - self._feet
+        values, drops2 = self._place_actuators(away)
+        sign = np.linalg.det(self._scale_rows(self._shorten(away, values), np.broadcast_to(arms, away.shape)))
+        ok = self._is_within(turn, drops2) & np.isfinite(values).all(axis=-1) & (sign * self._home_sign > 0)
+        return np.where(ok[..., None], values, np.nan), np.asarray(ok)
 
     def measure_cones(self, position: Array, turn: Array) -> tuple[Array, Array]:
         """How far legs are turned from home in their joints, rad: on the base or slider, and on the platform, each (..., 6)."""
@@ -282,7 +304,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
             vectors = self.find_vectors(position[going], turn[going], values[going])
             lengths = np.linalg.norm(vectors, axis=-1)
             unit = vectors / lengths[..., None]
-            arms = self._ends @ np.swapaxes(turn[going], -1, -2)
+            arms = self._turn_arms(turn[going])
             rows = np.concatenate([unit, np.cross(arms, unit) / self.arm], axis=-1)
             misfit = lengths - (values[going] if self.rods is None else np.array(self.rods))
             determinant = np.linalg.det(rows)
@@ -311,6 +333,12 @@ def turn_by(vector: Array) -> Array:
     first = np.where(small, 1.0, np.sin(safe) / safe)
     second = np.where(small, 0.5, 2.0 * (np.sin(0.5 * safe) / safe) ** 2)
     return np.asarray(np.eye(3) + first * cross + second * cross @ cross)
+
+
+def sum_squares(vector: Array) -> Array:
+    """Squared lengths (...) of vectors (..., 3)."""
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    return np.asarray(x * x + y * y + z * z)
 
 
 def _measure_angles(one: Array, other: Array) -> Array:
