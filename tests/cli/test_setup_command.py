@@ -110,6 +110,44 @@ def test_the_first_own_program_runs_once_its_setup_is_filled_in(
     assert vp.convert(program, "verne").ok  # the Python API reads the same file
 
 
+def test_rigid_tapping_is_a_choice_of_the_set_up(run: Run, tmp_path: Path) -> None:
+    """It is asked for with all the rest; what is written refuses it, until a person chooses."""
+    program, written = tmp_path / "tap.nc", tmp_path / "tap.nc.toml"
+    head = "%\nO1\nG21 G90 G94 G17\nT1 M6\nS500 M3\nG54 G0 X0. Y0. A0. C0.\nG43 Z50. H1\n"
+    program.write_text(f"{head}G84 Z20. R30. F500.\nG80\nM30\n%\n")
+    told = run("setup", program)
+    assert "the length of tool 1, the place of G54, the choice of tapping" in told.err
+    assert "VP048" not in told.err
+    assert tomllib.loads(written.read_text())["tapping"] == "refuse"
+    fill(written)
+    refused = run("check", program)
+    assert (refused.code, refused.out.count("error: ")) == (2, 1)
+    assert "tapping = 'feed' in the set-up" in refused.out
+    written.write_text(written.read_text().replace('"refuse"', '"feed"'))
+    assert run("check", program).code == 0
+
+
+@pytest.mark.parametrize(
+    ("source", "line"),
+    [
+        (
+            SIEMENS.replace("; PART", '; T="MILL 10" D=10. CR=0. - flat'),
+            '"MILL 10" = { length = "measure" }  # D=10. CR=0. - flat',
+        ),
+        (
+            KLARTEXT.replace("MM\n", "MM\n1 ;  #7 BALL D=6\n", 1).replace('"MILL_10"', "7"),
+            '7 = { length = "measure" }  # BALL D=6',
+        ),
+    ],
+)
+def test_remarks_of_other_posts_stand_there_too(source: str, line: str, run: Run, tmp_path: Path) -> None:
+    program = tmp_path / ("part.mpf" if "TRAORI" in source else "part.h")
+    program.write_text(source)
+    told = run("setup", program, "-o", "-")
+    assert line in told.out.splitlines()
+    assert told.err.startswith("the set-up: to be filled in")
+
+
 def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path) -> None:
     (tmp_path / "part.nc").write_text(FANUC)
     told = run("setup", tmp_path / "part.nc", "-o", "-")

@@ -333,8 +333,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how far the spindle has "
         "turned.",
-        "If the control that executes the setpoints couples the spindle to the axis, give --tapping feed. Otherwise tap with a "
-        "floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a separate program.",
+        "If the control that executes the setpoints couples the spindle to the axis, give --tapping feed, or tapping = 'feed' in the "
+        "set-up. Otherwise tap with a floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a separate program.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (

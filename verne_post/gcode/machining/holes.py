@@ -37,12 +37,16 @@ class Thread(Struct, frozen=True):
     dwell: float = 0.0
 
 
+#: Key of a set-up that settles rigid tapping.
+TAPPING_KEY: Final = ("tapping",)
+
+
 def check_tapping(core: Machining, column: int | None = None) -> None:
     """Refuse (VP048) rigid tapping that nobody has allowed, in the same words everywhere: one finding a program."""
     if core.setup.tapping != "feed" and not core.state.taps_rigidly:
         raise ProgramError(
             "VP048", "rigid tapping: setpoints do not turn the spindle; for a control that couples it, --tapping feed makes the moves in and "
-            "out at pitch times speed", column,
+            "out at pitch times speed", column, settled_by=TAPPING_KEY,
         )  # fmt: skip
 
 
