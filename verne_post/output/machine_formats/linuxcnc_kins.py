@@ -49,7 +49,7 @@ def write_component(machine: Machine) -> dict[str, str]:
         "joints": "\n\n".join(_describe_joints(machine, ideal)),
         "velocity": repr(float(machine.limits.velocity[:3].min())),
         "acceleration": repr(float(machine.limits.acceleration[:3].min())),
-        "jerk": _ask_for_jerk(machine),
+        "jerk": _write_jerk_limit(machine),
         "tip": repr(machine.accuracy.tip),
         "period": round(1e9 * machine.cycle),
         "loops": "\n".join(f"net motor{k} joint.{k}.motor-pos-cmd => joint.{k}.motor-pos-fb" for k in range(5)),
@@ -136,7 +136,7 @@ def _describe_axes(machine: Machine) -> Iterator[str]:
         yield "\n".join(lines)
 
 
-def _ask_for_jerk(machine: Machine) -> str:
+def _write_jerk_limit(machine: Machine) -> str:
     """Lines of [TRAJ] with which LinuxCNC 2.10 keeps jerk: of every axis, or it takes none for an axis without."""
     jerk = machine.limits.jerk
     if not np.isfinite(jerk).all():
