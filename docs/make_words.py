@@ -1,32 +1,38 @@
 """Write the tables of words of the languages into their pages: python docs/make_words.py [--check].
 
-The words and the reasons are those by which the program executes and refuses (:mod:`verne_post.gcode.codes`,
-``rs274.fanuc_codes``, ``klartext.vocabulary``, ``siemens.vocabulary``). A table stands between two comments,
-``<!-- words: NAME -->`` and ``<!-- end of words -->``; what is between them is not written by hand.
+The words, what they do, and the reasons are those by which the program executes and refuses
+(:mod:`verne_post.gcode.codes`, ``rs274.fanuc_codes``, ``klartext.vocabulary``, ``siemens.vocabulary``). A table stands
+between two comments, ``<!-- words: NAME -->`` and ``<!-- end of words -->``; what is between them is not written by
+hand. "see Tapping" in a table becomes a link, where the page, or else gcode.md, has a heading of that name.
 """
 
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from verne_post.gcode.codes import RS274, CodeTable, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
-from verne_post.gcode.rs274.fanuc_codes import make_table
+from verne_post.gcode.rs274 import fanuc_codes as fanuc
+from verne_post.gcode.rs274.macro_text import KINDS, STATEMENTS
 from verne_post.gcode.siemens import vocabulary as siemens
 
 DOCS = Path(__file__).parent
 #: So many numbers in a row are written as first and last.
 LEAST_SPAN = 3
+#: So many names in a row are spelled out.
+LEAST_RUN = 7
 _OPTION = re.compile(r"--[a-z][a-z-]*")
+_HEADING = re.compile(r"^##+ (.+)$", re.MULTILINE)
 _TABLE = re.compile(r"(?<=<!-- words: )([a-z0-9 ]+)( -->\n).*?(?=<!-- end of words -->)", re.DOTALL)
 
 
-def group_by_reason(words: Mapping[Any, str]) -> dict[str, list[Any]]:
-    """Reason -> words that have it, in their order."""
+def group_by_reason(words: Iterable[tuple[Any, str]]) -> dict[str, list[Any]]:
+    """Reason, or what words do -> words that have it, in their order."""
     groups: dict[str, list[Any]] = {}
-    for word, why in words.items():
+    for word, why in words:
         groups.setdefault(why, []).append(word)
     return groups
 
@@ -39,7 +45,7 @@ def spell_numbers(numbers: Iterable[int], spell: Callable[[int], str], step: int
             spans[-1].append(number)
         else:
             spans.append([number])
-    texts = []
+    texts: list[str] = []
     for span in spans:
         texts += [f"{spell(span[0])} to {spell(span[-1])}"] if len(span) >= LEAST_SPAN else map(spell, span)
     return ", ".join(texts)
@@ -52,13 +58,111 @@ def make_rows(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     return "\n" + "\n".join(lines) + "\n\n"
 
 
+def list_codes(
+    does: Mapping[str, Mapping[int, str]], words: Mapping[int, str], spell: Callable[[int], str]
+) -> Iterator[tuple[str, ...]]:
+    """Rows of codes that are executed: group, codes, words beside axes, what they do."""
+    for group, codes in does.items():
+        for why, alike in group_by_reason(codes.items()).items():
+            letters = [
+                (spell_numbers(some, spell, 10), " ".join(word))
+                for word, some in group_by_reason((code, words.get(code, "")) for code in alike).items()
+                if word
+            ]
+            everywhere = len(letters) == 1 and all(code in words for code in alike)
+            shown = letters[0][1] if everywhere else "; ".join(f"{names}: {word}" for names, word in letters)
+            yield group, " ".join(map(spell, alike)), shown, why
+
+
+def make_executed_table(table: CodeTable) -> str:
+    """Codes that RS274/NGC executes, by modal group."""
+    rows = [
+        *list_codes(table.g_groups, table.words_of_g, spell_g_code),
+        *list_codes(table.m_groups, table.words_of_m, "M{}".format),
+    ]
+    return make_rows(("group", "codes", "words", "do"), rows)
+
+
+def _shorten(words: list[str]) -> str:
+    """Words of a row; those that differ only in their numbers by first and last."""
+    name = words[0].rstrip("0123456789")
+    if name not in ("cycle ", "FN ") or len(words) < LEAST_SPAN:
+        return ", ".join(words) if " " in "".join(words) else " ".join(words)
+    numbers = spell_numbers((int(word.removeprefix(name)) for word in words), str)
+    return f"{'cycles ' if name == 'cycle ' else name}{numbers}"
+
+
+def read_examples(name: str) -> dict[str, list[str]]:
+    """Words of one table -> programs that show them at work; " / " stands between the lines of one."""
+    found: dict[str, list[str]] = tomllib.loads((DOCS / "word_examples.toml").read_text("utf-8"))[name]
+    return found
+
+
+def make_examples_table(words: Iterable[tuple[str, str]], name: str) -> str:
+    """Words of one meaning in a row, with the examples of all of them.
+
+    Raises
+    ------
+    ValueError
+        Words without an example, or an example of a word that is not executed.
+    """
+    examples = read_examples(name)
+    rows, unused = [], set(examples)
+    for does, alike in group_by_reason(words).items():
+        shown = [example for word in alike for example in examples.get(word, ())]
+        if not shown:
+            raise ValueError(f"{' '.join(alike)}: word_examples.toml has no example")
+        unused -= set(alike)
+        rows.append((_shorten(alike), "; ".join(f"`{one.replace('|', chr(92) + '|')}`" for one in shown), does))
+    if unused:
+        raise ValueError(f"{' '.join(unused)}: word_examples.toml has examples of what is not executed")
+    return make_rows(("words", "example", "what it does"), rows)
+
+
+def list_fanuc_words(*, effect: bool = True) -> list[tuple[str, str]]:
+    """Words that Fanuc executes and RS274/NGC does not, or otherwise; and what they do. Or those that do nothing here."""
+    table = fanuc.make_table()
+    found = [*fanuc.WORDS.items(), *((keyword, STATEMENTS[kind]) for keyword, kind in KINDS.items())] if effect else []
+    for groups, of_rs274, spell in (
+        (table.g_groups, RS274.g_groups, spell_g_code),
+        (table.m_groups, RS274.m_groups, "M{}".format),
+    ):
+        known = {pair for codes in of_rs274.values() for pair in codes.items()}
+        own = [pair for codes in groups.values() for pair in codes.items() if pair not in known]
+        found += [(spell(code), does) for code, does in own if (code in fanuc.WITHOUT_EFFECT) is not effect]
+    if effect:
+        twins = f"Haas: {' and '.join(map(spell_g_code, fanuc.MIRRORS_OF_HAAS.values()))}"
+        found += [(spell_g_code(code), twins) for code in fanuc.MIRRORS_OF_HAAS]
+    return found
+
+
+#: Statements that are shown under Text, in rows of their own kinds, without effect, or among refused ones.
+_OTHER_STATEMENTS = {"BEGIN PGM", "END PGM", "CYCL DEF", "PLANE", "FN", "SEL TABLE", "CALL SELECTED PGM"}
+
+
+def list_klartext_words() -> list[tuple[str, str]]:
+    """Words that Klartext executes, and what they do."""
+    found = [(word, does) for word, does in klartext.STATEMENTS.items() if word not in _OTHER_STATEMENTS]
+    found += klartext.WORDS.items()
+    for name, kinds in (
+        ("PLANE ", klartext.PLANES),
+        ("M", klartext.FUNCTIONS),
+        ("cycle ", klartext.CYCLES),
+        ("FN ", klartext.FN),
+    ):
+        found += [(f"{name}{kind}", does) for kind, does in kinds.items()]
+    return found
+
+
 def make_codes_table(table: CodeTable) -> str:
     """Codes that a dialect of RS274 knows and refuses."""
     rows = [
         (spell_numbers(codes, spell_g_code, 10 if all(code % 10 == 0 for code in codes) else 1), why)
-        for why, codes in group_by_reason(table.refused_g).items()
+        for why, codes in group_by_reason(table.refused_g.items()).items()
     ]
-    rows += [(spell_numbers(codes, "M{}".format), why) for why, codes in group_by_reason(table.refused_m).items()]
+    rows += [
+        (spell_numbers(codes, "M{}".format), why) for why, codes in group_by_reason(table.refused_m.items()).items()
+    ]
     return make_rows(("codes", "why"), rows)
 
 
@@ -66,7 +170,7 @@ def make_klartext_table(*groups: tuple[Mapping[int, str] | Mapping[str, str], st
     """Words of Klartext: words -> reasons, and what stands before a number."""
     rows = []
     for words, name in groups:
-        for why, numbers in group_by_reason(words).items():
+        for why, numbers in group_by_reason(words.items()).items():
             if name == "cycle":
                 shown = f"cycle{'s' if len(numbers) > 1 else ''} {spell_numbers(numbers, str)}"
             else:
@@ -75,29 +179,71 @@ def make_klartext_table(*groups: tuple[Mapping[int, str] | Mapping[str, str], st
     return make_rows(("words", "why"), rows)
 
 
-def make_siemens_table(words: Mapping[str, str]) -> str:
-    """Words of Siemens, those with one reason in one row."""
-    rows = [(" ".join(f"`{name}`" for name in names), why) for why, names in group_by_reason(words).items()]
-    return make_rows(("words", "why"), rows)
+def spell_names(names: Iterable[str]) -> str:
+    """Names as code; a long run of numbers behind one letter, such as G505 to G599, by first and last."""
+    spans: list[list[str]] = []
+    for name in names:
+        last = spans[-1][-1] if spans else ""
+        if last[1:].isdigit() and name == f"{last[0]}{int(last[1:]) + 1}":
+            spans[-1].append(name)
+        else:
+            spans.append([name])
+    return " ".join(
+        f"`{span[0]}` to `{span[-1]}`" if len(span) > LEAST_RUN else " ".join(f"`{name}`" for name in span)
+        for span in spans
+    )
+
+
+def make_siemens_table(words: Iterable[tuple[str, str]], column: str) -> str:
+    """Words of Siemens, those that do one thing, or have one reason, in one row."""
+    return make_rows(("words", column), [(spell_names(names), why) for why, names in group_by_reason(words).items()])
+
+
+def list_siemens_words() -> list[tuple[str, str]]:
+    """Words that Siemens executes, and what they do."""
+    functions = {f"M{number}": does for words in siemens.M_FUNCTIONS.values() for number, does in words.items()}
+    kinds = (functions, siemens.VALUE_MODES, siemens.ADDRESSES, siemens.STATEMENTS, siemens.CYCLES)
+    return [pair for words in (*siemens.GROUPS.values(), *kinds) for pair in words.items()]
 
 
 TABLES: Mapping[str, Callable[[], str]] = {
+    "rs274 executed": lambda: make_executed_table(RS274),
     "rs274 refused": lambda: make_codes_table(RS274),
-    "fanuc refused": lambda: make_codes_table(make_table()),
+    "fanuc executed": lambda: make_examples_table(list_fanuc_words(), "fanuc"),
+    "fanuc without effect": lambda: make_examples_table(list_fanuc_words(effect=False), "fanuc without effect"),
+    "fanuc refused": lambda: make_codes_table(fanuc.make_table()),
+    "klartext executed": lambda: make_examples_table(list_klartext_words(), "klartext"),
     "klartext without effect": lambda: make_klartext_table(
         (klartext.FUNCTIONS_WITHOUT_EFFECT, "M"), (klartext.CYCLES_WITHOUT_EFFECT, "cycle")
     ),
     "klartext refused": lambda: make_klartext_table(
         (klartext.REFUSED_STATEMENTS, ""), (klartext.REFUSED_FUNCTIONS, "M"), (klartext.REFUSED_CYCLES, "cycle"), (klartext.REFUSED_FN, "FN "),
     ),
-    "siemens without effect": lambda: make_siemens_table(siemens.NO_EFFECT),
-    "siemens refused": lambda: make_siemens_table(siemens.REFUSED),
+    "siemens executed": lambda: make_siemens_table(list_siemens_words(), "do"),
+    "siemens without effect": lambda: make_siemens_table(siemens.NO_EFFECT.items(), "why"),
+    "siemens refused": lambda: make_siemens_table(siemens.REFUSED_WORDS.items(), "why"),
 }  # fmt: skip
+
+
+def list_links(text: str, page: str = "") -> dict[str, str]:
+    """Headings of a page -> links to them."""
+    return {
+        title: f"[{title if title[1] == ' ' else title[0].lower() + title[1:]}]({page}#{re.sub(r'[^a-z0-9 -]', '', title.lower()).replace(' ', '-')})"
+        for title in _HEADING.findall(text)
+    }
 
 
 def refresh_page(text: str) -> str:
     """A page with its tables as the program has them."""
-    return _TABLE.sub(lambda match: match[1] + match[2] + TABLES[match[1]](), text)
+    links = list_links((DOCS / "gcode.md").read_text("utf-8"), "gcode.md") | list_links(text)
+
+    def make_table(match: re.Match[str]) -> str:
+        table = TABLES[match[1]]()
+        for title in sorted(links, key=len, reverse=True):
+            table = table.replace(f"see {title}", f"see {links[title]}")
+        return match[1] + match[2] + table
+
+    return _TABLE.sub(make_table, text)
 
 
 def main() -> int:

@@ -237,8 +237,33 @@ def test_results_print_as_tables() -> None:
     for text in (repr(refused), refused._repr_html_()):
         assert "legal if the part is moved by 0, 0, -22.9 mm" in text
     assert '<td style="text-align: right">8</td>' in refused._repr_html_()
+    explained = vp.explain(ROOT / "gcode_samples" / "violates_slider_travel.nc", "verne", 8)
+    assert repr(explained) == str(explained) == explained.text
     # what a program says makes no markup
     assert "<b>" not in vp.check("G1 <b>\n", "verne")._repr_html_()
+
+
+def test_a_machine_prints_its_limits_in_the_units_and_senses_of_its_rows(tmp_path: Path) -> None:
+    path = tmp_path / "<b>.toml"
+    text = (ROOT / "machine_configs" / "verne.toml").read_text("utf-8")
+    text = text.replace('a_positive = "workpiece"', 'a_positive = "tool"').replace("a_deg = [-95.0", "a_deg = [-30.0")
+    path.write_text(text.replace('name = "VERNE"', 'name = "<b>"'), "utf-8")
+    machine = vp.load_machine(path)
+    lines = repr(machine).splitlines()
+    assert lines[0].startswith("<b>, kind verne; assumed, not measured: spindle, table")
+    assert lines[2].split() == ["rho1", "mm", "50", "1250", "833", "5000", "100000"]
+    assert lines[5].split() == ["a", "deg", "-30", "95", "90", "500", "10000"]
+    assert lines[6].split()[2:4] == ["-inf", "inf"]
+    assert '<td style="text-align: right">1250</td>' in machine._repr_html_()
+    assert "<b>" not in machine._repr_html_()
+
+
+def test_rows_are_written_to_a_file(tmp_path: Path) -> None:
+    rows = vp.convert(POCKET, "verne", OPTIONS).setpoints
+    assert rows is not None
+    rows.to_csv(tmp_path / "axes.csv")
+    assert (tmp_path / "axes.csv").read_bytes().decode() == rows.to_csv()
+    assert vp.verify(tmp_path / "axes.csv", POCKET, "verne", OPTIONS).ok
 
 
 @pytest.mark.parametrize("library", ["pandas", "polars"])
@@ -255,7 +280,7 @@ def test_data_frames(library: str) -> None:
 def test_a_library_of_data_frames_that_is_not_installed_is_named(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, library, None)  # as where it is not installed
     rows = vp.convert(POCKET, "verne", OPTIONS).setpoints
-    with pytest.raises(ModuleNotFoundError, match=f"pip install {library}"):
+    with pytest.raises(ModuleNotFoundError, match=rf"pip install 'verne-post\[{library}\]'"):
         getattr(rows, f"to_{library}")()
 
 

@@ -1,4 +1,4 @@
-"""Functions are verbs: one whose name begins with no verb fails."""
+"""Functions are verbs: one whose name begins with no verb fails. In the front end a participle has its noun: kept_cycle."""
 
 import ast
 from pathlib import Path
@@ -18,7 +18,7 @@ copy correct count cover cross cut decode decorate define depart depends derive 
 disturb divide draft draw drill drop dump dwell echo emit enclose encode end enter escape estimate evaluate exchange
 execute exists expand expect explain extend factorise fair fetch fill find finish fit fits fix flatten flip flips flush
 follow follows forget fork format freeze gather get give go goes group guard halve happens has hold holds identify
-ignore improve index initialise insert interpolate interpret intersect invoke is iterate join judge jump keep keeps
+ignore improve index initialise insert interpolate interpret intersect invert invoke is iterate join judge jump keep keeps
 know knows label lay lead leave lies lift limit linearise list load locate lock look lose lower make map mark match may
 measure meet meets merge mill minimise mirror move multiply name names narrow need needs nest normalise normalize note
 number open order orient pack pad paint parse pass peek perturb picture place plan polish predict prepare preset print
@@ -47,6 +47,92 @@ FIXED = {
     "to_pandas",
     "to_polars",
     "error",
+}
+
+
+#: Participles that do not end in -ed.
+IRREGULAR = frozenset(
+    [
+        "begun",
+        "bent",
+        "born",
+        "bought",
+        "bound",
+        "broken",
+        "brought",
+        "built",
+        "caught",
+        "chosen",
+        "cut",
+        "dealt",
+        "done",
+        "drawn",
+        "driven",
+        "fallen",
+        "felt",
+        "flown",
+        "forgotten",
+        "found",
+        "frozen",
+        "given",
+        "gone",
+        "grown",
+        "held",
+        "hidden",
+        "hung",
+        "kept",
+        "known",
+        "left",
+        "lent",
+        "lit",
+        "lost",
+        "made",
+        "meant",
+        "met",
+        "put",
+        "risen",
+        "said",
+        "seen",
+        "sent",
+        "shaken",
+        "shot",
+        "shown",
+        "shut",
+        "slept",
+        "sought",
+        "spent",
+        "split",
+        "spoken",
+        "spread",
+        "stuck",
+        "struck",
+        "sung",
+        "swept",
+        "sworn",
+        "taken",
+        "taught",
+        "thought",
+        "thrown",
+        "told",
+        "torn",
+        "understood",
+        "worn",
+        "wound",
+        "woven",
+        "written",
+    ]
+)
+#: Words that look like participles and are none, or stand for more than one.
+ALLOWED_ALONE = {
+    "feed": "a noun",
+    "infeed": "a noun",
+    "speed": "a noun",
+    "cut": "a noun: the piece that is cut off",
+    "split": "a noun: a map taken apart",
+    "bound": "a noun: a limit",
+    "left": "an operand, beside right",
+    "found": "what a function has found so far, and returns",
+    "given": "what the words of a block give",
 }
 
 
@@ -91,3 +177,55 @@ def test_every_function_begins_with_a_verb():
 )
 def test_names_are_judged_by_their_first_word(source, found):
     assert names_without_verb(source) == found
+
+
+def is_lone_participle(name: str) -> bool:
+    """Whether a name says in which state something is, and not what."""
+    word = name.strip("_").lower()
+    return word not in ALLOWED_ALONE and "_" not in word and (word in IRREGULAR or word.endswith("ed"))
+
+
+def lone_participles(source: str) -> list[str]:
+    """Variables, parameters, fields and properties of a source text that are a participle without a noun."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        name = ""
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            name = node.id
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            name = node.attr
+        elif isinstance(node, ast.arg):
+            name = node.arg
+        elif isinstance(node, ast.FunctionDef) and any("property" in decorator_name(d) for d in node.decorator_list):
+            name = node.name
+        if name and is_lone_participle(name):
+            found.append(name)
+    return found
+
+
+def test_participles_of_the_front_end_have_a_noun():
+    found = [
+        f"{path.relative_to(PACKAGE).as_posix()}: {name}"
+        for path in sorted((PACKAGE / "gcode").rglob("*.py"))
+        for name in lone_participles(path.read_text(encoding="utf-8"))
+    ]
+    assert not found, (
+        "kept_cycle, is_known, has_ended: say what is kept, known or ended (or give a reason in ALLOWED_ALONE)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ("held = 1", ["held"]),
+        ("held_axis = 1", []),
+        ("def place(moved): ...", ["moved"]),
+        ("class A:\n    shared: int", ["shared"]),
+        ("self._kept = {}", ["_kept"]),
+        ("class A:\n    @property\n    def ended(self): ...", ["ended"]),
+        ("use(held=1)", []),
+        ("feed = 1", []),
+    ],
+)
+def test_names_that_are_a_participle_alone(source, found):
+    assert lone_participles(source) == found

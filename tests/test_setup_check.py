@@ -32,6 +32,45 @@ def test_what_nobody_has_given(options, length, more, expected):
     assert warnings(length, more, **options) == expected
 
 
+@pytest.mark.parametrize(
+    ("program", "line", "text"),
+    [
+        ("T2 M6\nG43 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n", 5, "tool 2 has the length 0 in the tool table"),
+        ("T1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG49\nG0 Z90\nG1 X6\n", 8, "the tool has no length"),
+    ],
+)
+def test_a_length_of_0_in_the_tool_table_is_told_as_such(program, line, text):
+    """The warning asked for G43 where the program has it."""
+    tools = TOOLS | {2: vp.Tool(2, 2, (0.0,) * 9)}
+    result = vp.check(f"G21 G90 F600\n{program}M2\n", "verne", vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}))
+    assert [(item.code, item.line) for item in result.findings] == [("VP034", line)]
+    assert text in result.findings[0].message
+    assert ("no length is in force" in str(result.summary)) == ("G49" in program)
+
+
+CUTS = "G1 X10 F500\nY10\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "program", "said"),
+    [
+        ("rs274", f"G21 G90 G64 P10\nG0 X0 Y0 Z80 A0 C0\n{CUTS}", "off by 10 mm"),
+        ("rs274", f"G21 G90 G64 P1\nG0 X0 Y0 Z80 A0 C0\n{CUTS}", ""),
+        ("rs274", "G21 G90 G64 P10\nG0 X0 Y0 Z80 A0 C0\nX9\nG64 P0.1\nG1 X10 F500\nY10\nM2\n", ""),
+        ("siemens", f"G71 G90 G641 ADIS=10\nG0 X0 Y0 Z80 A0 C0\n{CUTS}", "off by 2.5 mm"),
+        ("siemens", f"G71 G90 G645 CTOL=2\nG0 X0 Y0 Z80 A0 C0\n{CUTS}", "off by 2 mm"),
+        ("siemens", f"G71 G90 G642 OTOL=30\nG0 X0 Y0 Z80 A0 C0\n{CUTS}", "off by 30 deg"),
+        ("heidenhain", "BEGIN PGM G MM\nCYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T10\nL X+0 Y+0 Z+80 A+0 C+0 R0 FMAX\n"
+         "L X+10 F500\nL Y+10\nEND PGM G MM\n", "off by 10 mm"),
+    ],
+)  # fmt: skip
+def test_a_tolerance_of_the_program_that_cannot_be_meant(dialect, program, said):
+    """G64 P10 passed without a word, though --tolerance 10 has a warning."""
+    options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)
+    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP505"]
+    assert [said in item.message for item in found] == ([True] if said else [])
+
+
 def test_a_name_that_begins_like_another_is_a_system_of_its_own():
     result = vp.check(BODY.format(length="", more="G59.1 X0\nG59 X2\n"), "verne", vp.Options(tool_length=80.0))
     texts = " ".join(item.message for item in result.findings if item.code == "VP033")

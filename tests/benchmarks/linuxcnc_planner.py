@@ -1,13 +1,15 @@
 """The same programs by LinuxCNC's planner and by ours: time, joint limits, path; and what makes LinuxCNC slow on five-axis paths.
 
 Run: python tests/benchmarks/linuxcnc_planner.py [--only NAME] [--write]     with --write the tables go into docs/performance.md
-Needs what linuxcnc_run.py says. LinuxCNC runs in simulation, in real time, with the exported kinematics under tool-centre-point
+Needs what linuxcnc_run.py says. From 2.10 on both planners run, without jerk limits (0) and with them (1), into a table of
+their own. LinuxCNC runs in simulation, in real time, with the exported kinematics under tool-centre-point
 control; the joints are sampled each servo period of 1 ms as commanded. Both stand at the first pose before, and time ends when
 the last joint stands. Velocity, acceleration, jerk are differences of rows over the limits of the machine file.
 Samples have six decimals: that alone shows up to 0.4 of the jerk limit of A. The path is measured against ours without rounded corners.
 """
 
 import argparse
+import re
 import tempfile
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -160,8 +162,20 @@ def run_linuxcnc(machine: Machine, part: Part, first: Array, ini: dict[str, str]
     return cut_program(run.joints, first)
 
 
+def has_s_curve() -> bool:
+    """Whether LinuxCNC is 2.10 or newer."""
+    return tuple(map(int, re.findall(r"\d+", version())[:2])) >= (2, 10)
+
+
+def list_planners() -> dict[str, dict[str, str] | None]:
+    """Planners of LinuxCNC, and the lines of machine.ini that each has in place of others."""
+    if not has_s_curve():
+        return {"LinuxCNC": None}
+    return {"0: no jerk limit": {"PLANNER_TYPE = 1\n": "PLANNER_TYPE = 0\n"}, "1: S-curve": None}
+
+
 def compare(only: str | None) -> str:
-    """Both planners side by side."""
+    """Ours beside LinuxCNC's planner; of 2.10 its two planners."""
     rows = []
     for kind, part in parts():
         if only is not None and only not in f"{kind} {part.name}":
@@ -169,35 +183,62 @@ def compare(only: str | None) -> str:
         machine = verne_post.load_machine(kind)
         ours = convert_rows(machine, part)
         path = find_tools(machine, part, convert_rows(machine, part, smoothing="off"))
-        theirs = run_linuxcnc(machine, part, ours[0])
-        for title, joints in (("ours", ours), ("LinuxCNC", theirs)):
+        found = {} if has_s_curve() else {"ours": ours}
+        for title, ini in list_planners().items():
+            found[title] = run_linuxcnc(machine, part, ours[0], ini)
+        for title, joints in found.items():
             rows.append([f"{kind}: {part.name}", title, *measure(machine, part, joints, path).cells()])
             print(rows[-1], flush=True)
     head = ["program", "planner", "s", "velocity", "acceleration", "jerk", "off the path: mm, deg"]
     return table(head, rows).rstrip()
 
 
+def sum_moves(source: bytes, feed: float, accelerations: Array) -> float:
+    """Time of the G1 moves, s, each by itself: the axis that needs longest goes from rest to rest with half its acceleration,
+    and the next move begins where it brakes; but none is faster than the ``feed``, mm/s.
+    """
+    place, ends = dict.fromkeys("XYZAC", 0.0), []
+    for line in source.decode().splitlines():
+        if line.startswith(("G0 ", "G1 ")):
+            place.update({letter: float(number) for letter, number in re.findall(r"([XYZAC])(-?[\d.]+)", line)})
+            ends.append([*place.values(), line.startswith("G1 ")])
+    rows = np.array(ends)
+    way = np.abs(np.diff(rows[:, :5], axis=0))[rows[1:, 5] == 1]
+    seconds = np.sqrt(2 * way / accelerations).max(axis=1)
+    return float(np.maximum(seconds, np.linalg.norm(way[:, :3], axis=1) / feed).sum())
+
+
 def find_cause() -> str:
-    """Time of the blade by LinuxCNC as one thing after the other is changed."""
+    """Time of the blade by LinuxCNC as one thing after the other is changed, beside that of moves planned one by one."""
     machine, options = verne_post.load_machine("serial"), Options(tool_length=80.0)
     source = blade(2000, step=0.25)
     straight = b"\n".join(line.split(b" A")[0] if line.startswith(b"G1") else line for line in source.split(b"\n"))
-    accelerations = {f"MAX_ACCELERATION = {old}\n": f"MAX_ACCELERATION = {4 * old}\n" for old in (4000, 500, 1000)}
+    scale = np.abs([column.factor for column in machine.columns])
+    plain = machine.limits.acceleration * scale
+
+    def times_four(*axes: int) -> tuple[Array, dict[str, str]]:
+        changed = np.where(np.isin(range(5), axes), 4.0, 1.0) * plain
+        lines = {f"MAX_ACCELERATION = {old:.12g}\n": f"MAX_ACCELERATION = {4 * old:.12g}\n" for old in plain[[*axes]]}
+        return changed, lines
+
     cases = (
-        ("as it is", source, None),
-        ("without A and C words", straight, None),
-        ("every acceleration times 4", source, accelerations),
-        ("twice the feed rate", source.replace(b"F3000", b"F6000"), None),
-        ("half as many moves of 0.5 mm", blade(1000, step=0.5), None),
-        ("G64 P1 in place of G64 P0.01", source.replace(b"P0.01", b"P1"), None),
+        ("as it is", source, 50.0, plain, None),
+        ("every acceleration times 4", source, 50.0, *times_four(0, 1, 2, 3, 4)),
+        ("that of C alone times 4", source, 50.0, *times_four(4)),
+        ("that of X, Y, Z alone times 4", source, 50.0, *times_four(0, 1, 2)),
+        ("half as many moves of 0.5 mm", blade(1000, step=0.5), 50.0, plain, None),
+        ("twice the feed rate", source.replace(b"F3000", b"F6000"), 100.0, plain, None),
+        ("G64 P1 in place of G64 P0.01", source.replace(b"P0.01", b"P1"), 50.0, plain, None),
+        ("without A and C words", straight, 50.0, plain, None),
     )
     rows = []
-    for title, text, ini in cases:
+    for title, text, feed, accelerations, ini in cases:
         part = Part("blade", text, options)
         first = convert_rows(machine, part)[0]
-        rows.append([title, f"{(len(run_linuxcnc(machine, part, first, ini)) - 1) * machine.cycle:.2f}"])
+        took = (len(run_linuxcnc(machine, part, first, ini)) - 1) * machine.cycle
+        rows.append([title, f"{took:.2f}", f"{sum_moves(text, feed, accelerations):.2f}"])
         print(rows[-1], flush=True)
-    return table(["blade, 2000 moves of 0.25 mm, F3000, on `serial`", "s by LinuxCNC"], rows).rstrip()
+    return table(["blade, 2000 moves of 0.25 mm, F3000, on `serial`", "s by LinuxCNC", "s move by move"], rows).rstrip()
 
 
 def play_back() -> str:
@@ -221,13 +262,17 @@ def main() -> None:
     given = parser.parse_args()
     if why_not() is not None:
         raise SystemExit(f"LinuxCNC: {why_not()}")
-    streamed = play_back()
-    print(streamed, flush=True)
-    text = compare(given.only)
-    cause = find_cause() if given.only is None else ""
-    text = f"LinuxCNC {version()}, verne-post {verne_post.__version__}, {datetime.now(UTC):%Y-%m-%d}.\n\n{text}\n\n{cause}\n\nStreamed: {streamed}."
+    said = f"LinuxCNC {version()}, verne-post {verne_post.__version__}, {datetime.now(UTC):%Y-%m-%d}.\n\n"
+    if has_s_curve():
+        text, section = said + compare(given.only), "linuxcnc 2.10 planners"
+    else:
+        streamed = play_back()
+        print(streamed, flush=True)
+        text, section = said + compare(given.only), "linuxcnc planner"
+        cause = find_cause() if given.only is None else ""
+        text = f"{text}\n\n{cause}\n\nStreamed: {streamed}."
     if given.write:
-        write_section("linuxcnc planner", text)
+        write_section(section, text)
     print(text)
 
 

@@ -1,7 +1,8 @@
 """Runs programs and streams in LinuxCNC itself, simulated, without a screen, from an exported machine.
 
 Needs Debian's linuxcnc-uspace and linuxcnc-uspace-dev (2.9), `unshare` and `script`; nothing of the system is changed: the
-component is seen beside LinuxCNC's own in a mount of this process alone.
+component is seen beside LinuxCNC's own in a mount of this process alone. A LinuxCNC that runs in place is taken instead
+where its scripts/rip-environment has been read.
 """
 
 import json
@@ -20,7 +21,10 @@ from verne_post.model.machine import Machine
 from verne_post.output.machine_formats.linuxcnc_kins import name_component, write_component
 
 Array = NDArray[np.float64]
-MODULES: Final = Path("/usr/lib/linuxcnc/modules")
+#: Where a LinuxCNC that runs in place is: what its rip-environment says.
+IN_PLACE: Final = os.environ.get("EMC2_HOME")
+MODULES: Final = Path(IN_PLACE, "rtlib") if IN_PLACE else Path("/usr/lib/linuxcnc/modules")
+HEADERS: Final = Path(IN_PLACE, "include") if IN_PLACE else Path("/usr/include/linuxcnc")
 LOCK: Final = Path("/tmp/linuxcnc.lock")
 DRIVE: Final = Path(__file__).with_name("linuxcnc_drive.py")
 #: Joints as commanded each servo period, and the line: what sampler keeps.
@@ -54,7 +58,7 @@ def why_not() -> str | None:
     for program in ("linuxcnc", "halcompile", "halrun", "unshare", "script"):
         if shutil.which(program) is None:
             return f"{program} is not installed"
-    if not Path("/usr/include/linuxcnc/kinematics.h").is_file():
+    if not (HEADERS / "kinematics.h").is_file():
         return "linuxcnc-uspace-dev is not installed"
     if LOCK.exists():
         return f"{LOCK}: LinuxCNC runs already"
@@ -65,9 +69,9 @@ def why_not() -> str | None:
 
 @cache
 def version() -> str:
-    """Version of the installed package."""
-    found = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "linuxcnc-uspace"], capture_output=True, text=True)
-    return found.stdout.split("+")[0] or "unknown"
+    """Version of the LinuxCNC that runs, without the commit that Debian appends."""
+    found = subprocess.run(["linuxcnc_var", "LINUXCNCVERSION"], capture_output=True, text=True, check=True)
+    return found.stdout.strip().split("+")[0]
 
 
 def build(machine: Machine, folder: Path) -> str:

@@ -7,7 +7,8 @@ move, tip and words linear. A program is legal where all of them keep their trav
 the corners may be rounded off; what lies between is not judged. Legal programs must be accepted. What is accepted must not be
 illegal, its rows must keep the travel and follow the programmed tip and tool axis, and after G53 Z0 z must stand at 0. A part of
 the programs may rewind: these may be refused, but what is written is judged alike. On the wrist the judge has the cones of the
-struts' joints, their Jacobian by differences, and the way to the pole of the wrist beside the travels.
+struts' joints, their Jacobian by differences, and the way to the pole of the wrist beside the travels; on six legs the cones, the
+Jacobian, the drops of rods along their rails, and the distances of the legs.
 """
 
 import argparse
@@ -31,6 +32,7 @@ PLACES: Final = {
     "nutating_head": (0.0, 0.0, -200.0),
     "tricept": (250.0, 80.0, 0.0),
     "george_v": (0.0, 0.0, 0.0),
+    "hexapod": (0.0, 0.0, 20.0),
 }
 LENGTH: Final = 100.0
 #: Bounds of [accuracy], and what a joint may move by them: a pivot is at most half a metre away.
@@ -44,7 +46,9 @@ Table = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class Kind:
-    """A machine file and its judge."""
+    """A machine file and its judge; the first ``lengths`` of what it measures are mm, the others degrees."""
+
+    lengths = 3
 
     def __init__(self, name: str) -> None:
         self.name, self.text = name, (ROOT / f"machine_configs/{name}.toml").read_text(encoding="utf-8")
@@ -257,9 +261,147 @@ class SliderKind(Kind):
         ])  # fmt: skip
 
 
+class HexapodKind(Kind):
+    """Six legs: the platform by scipy's rotations, the shortest turn from home, each rod by its triangle, and Newton by differences."""
+
+    lengths = 13  # actuators, drops of rods, the least distance of two legs
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        data = tomllib.loads(self.text)
+        self.carrier, self.chain = data["carrier"], data["chain"]
+        self.names = [*self.carrier["actuators"], "a", "c"]
+        self.joints |= {"a": {}, "c": {}}
+        key, by, foot = ("struts", "length", "base") if "struts" in self.carrier else ("rods", "by", "slider")
+        legs = [next(one for one in self.carrier[key] if one[by] == joint) for joint in self.carrier["actuators"]]
+        self.ends, self.feet = (np.array([one[place] for one in legs]) for place in ("platform", foot))
+        rails = np.array([one.get("rail", [0.0, 0.0, 0.0]) for one in legs])
+        self.rails = rails / np.maximum(np.linalg.norm(rails, axis=1, keepdims=True), 1e-300)
+        self.rods = np.array([one.get("rod", 0.0) for one in legs])
+        self.home = np.array(self.carrier["home"])
+        self.arm = np.array(self.chain["gauge"]) - self.home
+        ahead = ((self.home + self.ends - self.feet) * self.rails).sum(axis=1) - self.carrier.get(
+            "home_actuators_mm", np.zeros(6)
+        )
+        self.sides = np.where(ahead >= 0, 1.0, -1.0)
+        self.still = self.home, Rotation.identity()
+
+    def find_away(self, place: Table, turn: Rotation) -> Table:
+        return np.stack(
+            [turn.apply(end) + place - foot for end, foot in zip(self.ends, self.feet, strict=True)], axis=1
+        )
+
+    def find_actuators(self, away: Table) -> tuple[Table, Table]:
+        """Actuators (n, 6), and drops of rods along their rails, or lengths of struts."""
+        if not self.rods.any():
+            lengths = np.linalg.norm(away, axis=2)
+            return lengths, lengths
+        along = (away * self.rails).sum(axis=2)
+        across = away - along[..., None] * self.rails
+        with np.errstate(invalid="ignore"):
+            drop = np.sqrt(self.rods**2 - (across**2).sum(axis=2))
+        return along - self.sides * drop, drop
+
+    def find_platform(self, tip: Table, words: Table) -> tuple[Table, Rotation, Table]:
+        """P, the platform's turn and the tool axis in the part frame."""
+        a, c = np.radians(words).T
+        axis = np.stack([np.sin(a) * np.sin(c), -np.sin(a) * np.cos(c), np.cos(a)], axis=1)
+        up = np.array([1.0, -1.0, -1.0])
+        cross = np.cross([0.0, 0.0, -1.0], axis * up)
+        size = np.linalg.norm(cross, axis=1, keepdims=True)
+        angle = np.arctan2(size, axis[:, 2:])
+        turn = Rotation.from_rotvec(np.where(size > 1e-12, cross / np.maximum(size, 1e-300) * angle, 0.0))
+        gauge = (tip + self.place + LENGTH * axis) * up + self.chain["part_zero"]
+        return gauge - turn.apply(self.arm), turn, axis
+
+    def find_joints(self, tip: Table, words: Table) -> Table:
+        place, turn, _axis = self.find_platform(tip, words)
+        self.pose = place, turn
+        return np.column_stack([np.nan_to_num(self.find_actuators(self.find_away(place, turn))[0], nan=1e6), words])
+
+    def find_pose(self, actuators: Table) -> tuple[Table, Rotation]:
+        """P and turn of actuators (n, 6): Newton by differences from home, led there in 8 steps."""
+        n = len(actuators)
+        place, turn = np.tile(self.home, (n, 1)), Rotation.from_rotvec(np.zeros((n, 3)))
+        first = self.find_actuators(self.find_away(self.home[None], Rotation.from_rotvec(np.zeros((1, 3)))))[0]
+        for share in np.arange(1, 9) / 8:
+            wanted = first + share * (actuators - first)
+            for _ in range(3 if share < 1 else 8):
+                off = self.miss(place, turn, wanted)
+                if np.abs(off).max() < 1e-10:
+                    break
+                rates = [
+                    self.miss(place + one[:3], Rotation.from_rotvec(one[3:]) * turn, wanted) - off
+                    for one in 1e-6 * np.eye(6)
+                ]
+                step = np.linalg.solve(np.stack(rates, axis=2) / 1e-6, off[..., None])[..., 0]
+                place, turn = place - step[:, :3], Rotation.from_rotvec(-step[:, 3:]) * turn
+        assert np.abs(self.miss(place, turn, actuators)).max() < 1e-6
+        return place, turn
+
+    def miss(self, place: Table, turn: Rotation, actuators: Table) -> Table:
+        """How far the legs (n, 6) are from their lengths."""
+        legs = np.linalg.norm(self.find_away(place, turn) - actuators[..., None] * self.rails, axis=2)
+        return np.asarray(legs - (self.rods if self.rods.any() else actuators))
+
+    def place_tool(self, joints: Table) -> tuple[Table, Table]:
+        self.pose = self.find_pose(joints[:, :6])
+        place, turn = self.pose
+        up = np.array([1.0, -1.0, -1.0])
+        axis = turn.apply([0.0, 0.0, -1.0])
+        tip = place + turn.apply(self.arm) - LENGTH * axis - self.chain["part_zero"]
+        return tip * up - self.place, axis * up
+
+    def find_excess(self, joints: Table) -> Table:
+        if np.abs(joints[:, :6]).max() > 1e5:  # a rod is too short
+            return np.full(16, 1e6)
+        if len(joints) != len(self.pose[0]) or np.abs(self.miss(*self.pose, joints[:, :6])).max() > 1e-6:
+            self.pose = self.find_pose(joints[:, :6])
+        place, turn = self.pose
+        away = self.find_away(place, turn)
+        drops = self.find_actuators(away)[1]
+        legs = away - joints[:, :6, None] * self.rails
+        units = legs / np.linalg.norm(legs, axis=2, keepdims=True)
+        start = Rotation.from_rotvec(np.zeros((1, 3)))
+        first = self.find_away(self.home[None], start)
+        first = first - self.find_actuators(first)[0][..., None] * self.rails
+        first = first / np.linalg.norm(first, axis=2, keepdims=True)
+        inside = np.stack([turn.inv().apply(units[:, k]) for k in range(6)], axis=1)
+        cones = [np.degrees(np.arccos(np.clip((one * first).sum(axis=2), -1, 1))).max() for one in (units, inside)]
+        arms = np.stack([turn.apply(end) for end in self.ends - self.ends.mean(axis=0)], axis=1)
+        size = np.linalg.norm(self.ends - self.ends.mean(axis=0), axis=1).mean()
+        jacobian = np.concatenate([units, np.cross(arms, units) / size], axis=2)
+        measure = 1.0 / np.linalg.norm(np.linalg.inv(jacobian), axis=(1, 2))
+        foot = self.feet + joints[:, :6, None] * self.rails
+        least = min(find_least(foot[:, i], legs[:, i], foot[:, j], legs[:, j]) for i in range(6) for j in range(i))
+        return np.concatenate([
+            Kind.find_excess(self, joints)[:6], self.carrier.get("smallest_drop_mm", 0.0) - drops.min(axis=0),
+            [self.carrier["rod_diameter_mm"] - least, cones[0] - self.carrier["base_cone_deg"], cones[1] - self.carrier["platform_cone_deg"],
+             100.0 * (self.carrier["smallest_singular_value"] - measure.min())],
+        ])  # fmt: skip
+
+    def find_risk(self, joints: Table) -> Table:
+        """Between two places the distance of two legs may be less by as much as a leg moves."""
+        excess = self.find_excess(joints)
+        if np.abs(joints[:, :6]).max() <= 1e5:
+            excess[12] += np.linalg.norm(np.diff(self.find_away(*self.pose), axis=0), axis=2).max()
+        return excess
+
+
+def find_least(foot: Table, leg: Table, other_foot: Table, other: Table) -> float:
+    """The least distance of two legs over all rows, by 41 places along one of them, each against the other."""
+    least = np.inf
+    square = (other**2).sum(axis=1)
+    for share in np.linspace(0, 1, 41):
+        point = foot + share * leg - other_foot
+        at = np.clip((point * other).sum(axis=1) / square, 0.0, 1.0)
+        least = min(least, float(np.linalg.norm(point - at[:, None] * other, axis=1).min()))
+    return least
+
+
 def write_program(kind: Kind, random: np.random.Generator) -> tuple[str, list[Table], bool]:
     """A program, the pose (5: tip, words) at the end of each line from the second on, and whether it ends with G53 Z0."""
-    low, high = kind.travel(kind.tilt) if not isinstance(kind, WristKind) else (-50.0, 50.0)
+    low, high = kind.travel(kind.tilt) if not isinstance(kind, WristKind | HexapodKind) else (-50.0, 50.0)
     first, last = kind.travel(kind.turn)
     size = random.choice([40.0, 150.0, 350.0])
     tilts = random.uniform(max(low - 4, -100), min(high + 4, 100))
@@ -284,7 +426,7 @@ def write_program(kind: Kind, random: np.random.Generator) -> tuple[str, list[Ta
             words += f"{kind.tilt}{pose[3]:.3f} {kind.turn}{pose[4]:.3f} "
         lines.append(f"{random.choice(['G0', 'G1', 'G1'])} {words}".strip())
         poses.append(pose)
-    ends = bool(random.random() < 0.5) and not isinstance(kind, WristKind | SliderKind)
+    ends = bool(random.random() < 0.5) and not isinstance(kind, WristKind | SliderKind | HexapodKind)
     return "\n".join([*lines, *(["G53 G0 Z0"] if ends else []), "M2", ""]), poses, ends
 
 
@@ -328,7 +470,7 @@ def try_program(kind: Kind, seed: int) -> tuple[str, str]:
         joints = np.concatenate([joints, joints[-1:] * [1, 1, 0, 1, 1]])
     excess = kind.find_excess(joints)
     legal = (kind.find_risk(joints) <= 0.0).all()
-    illegal = (excess[:3] > JOINT_MM).any() or (excess[3:] > AXIS_DEG).any()
+    illegal = (excess[: kind.lengths] > JOINT_MM).any() or (excess[kind.lengths :] > AXIS_DEG).any()
     if any(one.code == "VP210" for one in result.findings):
         return "refused", ""  # below the table face, which the judge does not know
     if any("stands along the axis of C" in one.message for one in result.findings):
@@ -343,7 +485,9 @@ def try_program(kind: Kind, seed: int) -> tuple[str, str]:
 
 
 #: Machines with a carrier, and what judges them.
-CARRIERS: Final = {"tricept": WristKind, "george_v": SliderKind}
+CARRIERS: Final = {
+    "tricept": WristKind, "george_v": SliderKind, "hexapod": HexapodKind, "hexam": HexapodKind, "hexaglide": HexapodKind,
+}  # fmt: skip
 
 
 def main() -> None:

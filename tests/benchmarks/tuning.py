@@ -277,6 +277,12 @@ def variations() -> Iterator[Variation]:
         "NORMAL",
     )
     yield Variation(
+        "NORMAL.hopeless",
+        shown(normal.hopeless),
+        {shown(ratio): replace(normal, hopeless=ratio) for ratio in (1.1, np.inf)},
+        "NORMAL",
+    )
+    yield Variation(
         "NORMAL.repeats", shown(normal.repeats), {shown(n): replace(normal, repeats=n) for n in (1, 6)}, "NORMAL"
     )
     yield Variation("PLANNED_SHARES", shown(tuning.PLANNED_SHARES),

@@ -1,14 +1,18 @@
 """What toppra and ruckig alone would do of this job: time, limits, stops, import cost and memory.
 
 Run: python tests/benchmarks/why_not_alone.py [--write]     with --write the tables go into docs/contouring.md
+The last table is that of serial.toml without jerk limits, for the sections with blended corners: toppra's own profile on the
+grid that both solvers are given, on a fine one, and our rows.
 toppra: its time-optimal profile along the contour that ours follows, corners blended, sampled each control cycle; no jerk limit.
 ruckig: a jerk-limited profile for each segment, from standstill to standstill, along the programmed path (--smoothing off).
 Ratios are differences of rows over the limits of the machine, the worst joint.
+The last table is that of serial.toml without jerk limits: every sample, its sections with blended corners alone.
 """
 
 import argparse
 import os
 import platform
+import re
 import statistics
 import subprocess
 import sys
@@ -16,16 +20,19 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from importlib.metadata import version
 from typing import Final
+from unittest.mock import patch
 
+import contouring
 import numpy as np
 from contouring import Array, Part, blade, planned, sample, second_order, seconds, sections, table, zigzag
 from page import write_section
 
 import verne_post
 from verne_post import Options, convert
+from verne_post.config.load import build_machine
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import WorkOffset
-from verne_post.trajectory import reachability, toppra_backend
+from verne_post.trajectory import reachability, toppra_backend, tuning
 from verne_post.trajectory.section_path import Grid, build_grid_along
 
 IMPORTS: Final = {
@@ -35,6 +42,8 @@ IMPORTS: Final = {
     "ours, as far as a conversion needs it": "import verne_post.app.convert, verne_post.trajectory.continuous, verne_post.app.plan",
 }
 RUNS: Final = 9
+#: Spans of a fine grid are no longer, mm, and all their points are kept.
+FINE_SPAN: Final = 0.1
 
 
 def parts() -> Iterator[tuple[str, Part]]:
@@ -104,6 +113,35 @@ def compare() -> str:
     return f"{text}\nThe least time without jerk limits by toppra and by ours differs by {max(gaps):.0e} of it at most."
 
 
+def compare_without_jerk() -> str:
+    """Ours and toppra's own profile where nothing but velocity and acceleration is limited."""
+    raw = (contouring.ROOT / "machine_configs/serial.toml").read_text(encoding="utf-8")
+    machine = build_machine(re.sub(r"(?m)^\w+_jerk = .*$", "", raw).encode(), "serial without jerk")
+    rows = []
+    for part in contouring.parts():
+        if not part.name.endswith(".nc"):
+            continue
+        plan = planned(part.source, part, machine, "spline")
+        continuous = np.flatnonzero(plan.profiles.continuous_first >= 0)
+        every = [sections(plan)[k] for k in continuous]
+        coarse = [build_grid_along(section) for section in every]
+        with patch.multiple(tuning, LONGEST_SPAN=FINE_SPAN, MANY_SPANS=sys.maxsize):
+            fine = [build_grid_along(section) for section in every]
+        found = [
+            sum(reachability.find_duration(grid.s, toppra_backend.solve(grid, machine.limits)) for grid in grids)
+            for grids in (coarse, fine)
+        ]
+        ours = plan.profiles.cycles[continuous].sum() * plan.timeline.cycle
+        points = [sum(len(grid.s) for grid in grids) for grids in (coarse, fine)]
+        cells = [f"{plan.profiles.second_order_bound_s:.4f}"]
+        for seconds_, count in zip(found, points, strict=True):
+            cells.append(f"{seconds_:.4f} ({count:,})")
+        rows.append([part.name, *cells, f"{ours:.3f}", *(f"{100 * (ours / one - 1):+.2f} %" for one in found)])
+        print(rows[-1], flush=True)
+    head = ["sample", "bound", "toppra (points)", "on a fine grid", "rows", "rows over toppra", "... the fine grid"]
+    return table(head, rows).rstrip()
+
+
 def weigh_imports() -> str:
     """CPU seconds and peak memory of a process that imports one thing."""
     rows = []
@@ -130,9 +168,11 @@ def main() -> None:
     given = parser.parse_args()
     versions = ", ".join(f"{name} {version(name)}" for name in ("toppra", "ruckig", "numpy"))
     text = f"{versions}, Python {platform.python_version()}, {datetime.now(UTC):%Y-%m-%d}.\n\n{compare()}\n\n{weigh_imports()}"
+    without = compare_without_jerk()
     if given.write:
         write_section("toppra and ruckig alone", text, "contouring.md")
-    print(text)
+        write_section("without jerk limits", without, "contouring.md")
+    print(text, without, sep="\n\n")
 
 
 if __name__ == "__main__":

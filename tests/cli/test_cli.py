@@ -996,12 +996,15 @@ def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any
 
 
 def test_lengths_of_one_tool_stand_together(tmp_path: Path, run: Callable[..., Any]) -> None:
-    """Until G43 a tool has the length of the one before it, after G49 none: the summary names each tool once."""
+    """Until G43 a tool has the length of the one before it. That rapids after G49 have none is said once, and cuts without one as 0."""
     table, path = tmp_path / "t.tbl", tmp_path / "p.nc"
     table.write_text("T1 Z80\nT2 Z95\n")
     head = "G21 G90 G94\nT1 M6\nG43 H1 G0 X0 Y0 Z60 A0 C0\nG1 Z50 F500\nG0 Z80\n"
     path.write_text(f"{head}T2 M6\nG0 X9\nG43 H2 Z90\nG49 Z200\nM2\n")
     options = ("--tool-table", table, "--wcs", "G54=0,0,60", "--split-at-stops")
+    said = " ".join(run("convert", path, *options, "-o", tmp_path / "o.csv").err.split())
+    assert "tool 1 80 mm, tool 2 80 then 95 mm; some rapids have none" in said
+    path.write_text(f"{head}T2 M6\nG0 X9\nG43 H2 Z90\nG49 G0 Z200\nG1 Z190\nM2\n")
     said = " ".join(run("convert", path, *options, "-o", tmp_path / "o.csv").err.split())
     assert "tool 1 80 mm, tool 2 80 then 95 then 0 mm (0 mm: no length is in force, or none was given)" in said
 

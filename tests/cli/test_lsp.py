@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
@@ -161,7 +162,7 @@ def test_findings_stand_at_their_words_and_their_codes_have_pages(client: Client
     assert (tilt["code"], tilt["severity"], tilt["source"], told["version"]) == ("VP102", 1, "verne-post", 1)
     assert text_at(TILTED, tilt["range"]) == "A101"
     assert "tried: line 4 alone: the line ended at A" in tilt["message"]
-    page = Path(tilt["codeDescription"]["href"].removeprefix("file://"))
+    page = Path(unquote(urlsplit(tilt["codeDescription"]["href"]).path))
     assert page.read_text("utf-8").startswith("# VP102: tilt range")
     client.change(uri, 2, LEGAL)
     assert client.diagnostics(uri) == {"uri": uri, "version": 2, "diagnostics": []}
@@ -270,6 +271,18 @@ def test_tools_hold_their_operations_and_a_call_leads_to_its_file(client: Client
     ]  # fmt: skip
     found = client.ask("textDocument/definition", textDocument={"uri": uri}, position={"line": 11, "character": 4})
     assert found["uri"] == (tmp_path / "lift.ngc").as_uri()
+
+
+def test_a_remark_before_a_tool_change_heads_the_operation_of_the_new_tool(client: Client, tmp_path: Path) -> None:
+    """As Fusion and others write it: the remark, an optional stop, the tool; the report counts times in the same way."""
+    text = "%\nO1001 (PART)\n(T1 D=10.)\nG21 G90 G94\n\n(FACE)\nT1 M6\nG54 G0 A0. C0.\nG43 Z120. H1\n\n(DRILL)\nM1\nT2 M6\nG0 X5.\nM30\n%\n"
+    uri = client.open(make_program(tmp_path, text))
+    first, one, two = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})[-3:]
+    assert (first["name"], one["name"], two["name"]) == ("T1 D=10.", "tool 1", "tool 2")
+    assert [[each["name"] for each in tool["children"]] for tool in (one, two)] == [["FACE"], ["DRILL"]]
+    lines = [(tool["range"]["start"]["line"], tool["selectionRange"]["start"]["line"]) for tool in (one, two)]
+    assert lines == [(5, 6), (10, 12)]
+    assert one["range"]["end"]["line"] == 9
 
 
 def ask_fixes(client: Client, uri: str, line: int) -> dict[str, Any]:

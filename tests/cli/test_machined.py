@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import re
 import runpy
 from pathlib import Path
 
@@ -234,6 +235,33 @@ def test_the_blade_as_written(blade):
     assert deviation.max() < np.sqrt(16 + 1) - 4 + 0.01
 
 
+def test_the_blade_is_as_far_from_the_tool_as_its_programmed_points_say(blade):
+    """Places on the strip, against the ball's centre straight from point to point: within the tolerance of the corners, 0.01."""
+    folder, given, setpoints = blade
+    found = vp.machined(setpoints, SAMPLE, "verne", given, nominal=folder / "blade_part.stl", grid=2.0)
+    motions = found.judged[0].motions
+    text = SAMPLE.read_text(encoding="utf-8")
+    tip, axis = MAKER["read_poses"](text)
+    share = np.linspace(0, 1, 5)[:, None, None]
+    tips, axes = (one[:-1] + share * np.diff(one, axis=0) for one in (tip, axis))
+    centre = tips + 4 * axes / np.linalg.norm(axes, axis=2)[..., None]
+    start, way = centre[:-1].reshape(-1, 3), np.diff(centre, axis=0).reshape(-1, 3)
+    # the points are on one line of the program each, the first on the line of the first G1
+    line = np.arange(len(tip)) + next(k for k, one in enumerate(text.splitlines(), 1) if one.startswith("G1"))
+    line[1:] += 1  # F alone
+    strip = MAKER["make_strip"](tip, axis)[: len(tip) - 1, :2]  # its right edge, a facet for each move
+    touched = 0.5 * (strip[:, 0] + MAKER["make_strip"](tip, axis)[: len(tip) - 1, 2])  # its middle
+    for place in (strip[:, 0], touched):
+        along = np.clip(((place[:, None] - start) * way).sum(2) / (way * way).sum(1), 0, 1)
+        away = np.linalg.norm(place[:, None] - start - along[..., None] * way, axis=2)
+        nearest = sweep.find_nearest(motions, place, 2.0, ("cutter",))
+        off = nearest.distance - (away.min(axis=1) - 4)
+        assert np.abs(off).max() <= 0.01
+        assert np.median(np.abs(off)) < 0.002
+        own = line[1 + away.argmin(axis=1) % (len(tip) - 1)]
+        assert np.abs(motions[0].line[nearest.row] - own).max() <= 1
+
+
 @pytest.mark.skipif(sweep.load_accelerator() is None, reason="numba is not installed")
 def test_the_blade_without_numba(blade, monkeypatch):
     folder, given, setpoints = blade
@@ -282,7 +310,8 @@ def test_fixtures_are_meshes_that_tools_keep_out_of(floor, run):
     fixture = (*JUDGE[:-2], "--fixture", "vise.stl@G54")
     answer = run(*fixture)
     assert (answer.code, answer.out) == (0, "")
-    assert "vise.stl, 12 facets: never nearer than 0 mm; nearest place seen 0.5" in answer.err
+    # a corner of the path may leave it by 0.001 mm
+    assert re.search(r"vise.stl, 12 facets: never nearer than 0 mm; nearest place seen 0\.(499|500) mm", answer.err)
     answer = run(*fixture, "--distance", "1", "--output-format", "json")
     assert (answer.code, codes(answer)) == (1, {"VP215"})
     Path("vise.stl").write_bytes(

@@ -57,7 +57,7 @@ def test_a_table_without_z_has_its_lengths_from_elsewhere(job: Path, run: Callab
     Path("z.tbl").write_text("T3 P3 Z0\n")
     answer = run("check", "p.nc", "--wcs", "G54=0,0,140", "--tool-table", "z.tbl")
     assert answer.code == 0
-    assert "VP034 warning: the tool has no length" in answer.out
+    assert "VP034 warning: tool 3 has the length 0 in the tool table" in answer.out
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 """`verne-post setup`, and the keys of a set-up that it writes: tools, work offsets, meanings of codes."""
 
 import json
+import re
+import shlex
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -108,6 +110,44 @@ def test_the_first_own_program_runs_once_its_setup_is_filled_in(
     assert vp.convert(program, "verne").ok  # the Python API reads the same file
 
 
+def test_rigid_tapping_is_a_choice_of_the_set_up(run: Run, tmp_path: Path) -> None:
+    """It is asked for with all the rest; what is written refuses it, until a person chooses."""
+    program, written = tmp_path / "tap.nc", tmp_path / "tap.nc.toml"
+    head = "%\nO1\nG21 G90 G94 G17\nT1 M6\nS500 M3\nG54 G0 X0. Y0. A0. C0.\nG43 Z50. H1\n"
+    program.write_text(f"{head}G84 Z20. R30. F500.\nG80\nM30\n%\n")
+    told = run("setup", program)
+    assert "the length of tool 1, the place of G54, the choice of tapping" in told.err
+    assert "VP048" not in told.err
+    assert tomllib.loads(written.read_text())["tapping"] == "refuse"
+    fill(written)
+    refused = run("check", program)
+    assert (refused.code, refused.out.count("error: ")) == (2, 1)
+    assert "tapping = 'feed' in the set-up" in refused.out
+    written.write_text(written.read_text().replace('"refuse"', '"feed"'))
+    assert run("check", program).code == 0
+
+
+@pytest.mark.parametrize(
+    ("source", "line"),
+    [
+        (
+            SIEMENS.replace("; PART", '; T="MILL 10" D=10. CR=0. - flat'),
+            '"MILL 10" = { length = "measure" }  # D=10. CR=0. - flat',
+        ),
+        (
+            KLARTEXT.replace("MM\n", "MM\n1 ;  #7 BALL D=6\n", 1).replace('"MILL_10"', "7"),
+            '7 = { length = "measure" }  # BALL D=6',
+        ),
+    ],
+)
+def test_remarks_of_other_posts_stand_there_too(source: str, line: str, run: Run, tmp_path: Path) -> None:
+    program = tmp_path / ("part.mpf" if "TRAORI" in source else "part.h")
+    program.write_text(source)
+    told = run("setup", program, "-o", "-")
+    assert line in told.out.splitlines()
+    assert told.err.startswith("the set-up: to be filled in")
+
+
 def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path) -> None:
     (tmp_path / "part.nc").write_text(FANUC)
     told = run("setup", tmp_path / "part.nc", "-o", "-")
@@ -128,9 +168,11 @@ def test_what_is_known_is_written_and_not_asked_for(run: Run, tmp_path: Path) ->
 
 
 def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Path) -> None:
+    """Nothing is said of the diameter that stands in for it: the inside arc has a radius of 2 mm."""
     program = tmp_path / "part.nc"
-    program.write_text("G21 G90 G17 G64\nT3 M6\nG54 G0 X0 Y0 A0 C0\nG43 Z50 H3\nG41 D3 G1 X10 F500\nY20\nG40 X30\nM2\n")
-    run("setup", program)
+    head = "G21 G90 G17 G64\nT3 M6\nG54 G0 X0 Y0 A0 C0\nG43 Z50 H3\n"
+    program.write_text(f"{head}G41 D3 G1 X10 F500\nY20\nG3 X8 Y22 I-2\nG1 X0\nG40 Y30\nM2\n")
+    assert "VP026" not in run("setup", program).err
     found = tomllib.loads(Path(f"{program}.toml").read_text())
     assert found["tools"] == {"3": {"length": "measure", "diameter": "measure"}}
 
@@ -152,6 +194,24 @@ def test_errors_that_no_setup_settles_are_told(run: Run, tmp_path: Path) -> None
     assert told.code == 0
     assert "VP011 error" in told.err
     assert "VP012" not in told.err
+
+
+def test_the_command_that_a_refusal_names_can_be_pasted(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the name of the program, quoted where a shell needs it, and the keys that are missing."""
+    monkeypatch.chdir(tmp_path)
+    program = tmp_path / "part 1 ü.nc"
+    program.write_text(FANUC.replace("G54", "G56"))
+    refused = run("check", program.name).out
+    named = re.findall(r"which verne-post (setup .*?) writes", refused)
+    assert set(named) == {"setup 'part 1 ü.nc'"}
+    assert "Fill in its meaning in part 1 ü.nc.toml" in refused
+    assert "Fill in wcs.G55 in part 1 ü.nc.toml" in refused
+    assert "give --wcs G55=0,0,0" in refused
+    assert run(*shlex.split(named[0])).code == 0
+    assert (tmp_path / "part 1 ü.nc.toml").exists()
+    assert "INPUT.toml" in run("check", "-", stdin=program.read_bytes()).out  # standard input has no name
 
 
 def test_json_says_which_keys_settle_a_finding(run: Run, tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ RODS = ["quickstep", "urane_sx", "verne_by_rods"]
 #: Machines of one chain; their joints say what they are.
 CHAINS = ["ab_table", "ac_trunnion", "b_head_c_table", "bc_trunnion", "ca_fork_head", "nutating_head", "nutating_table"]
 #: Machines whose carrier carries a wrist.
-CARRIERS = ["george_v", "tricept"]
+CARRIERS = ["george_v", "hexaglide", "hexam", "hexapod", "tricept"]
 
 
 def text(name):

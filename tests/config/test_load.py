@@ -445,7 +445,7 @@ def test_a_name_is_a_text(file, bad):
     names_key_and_value(mistakes(file(changed("name", bad))), "name", repr(bad))
 
 
-@pytest.mark.parametrize("bad", ["hexapod", "VERNE", ""])
+@pytest.mark.parametrize("bad", ["heptapod", "VERNE", ""])
 def test_an_unknown_kind_is_answered_with_the_known_ones(file, bad):
     names_key_and_value(mistakes(file(changed("kind", bad))), "kind", repr(bad), "verne")
 
@@ -533,7 +533,7 @@ def test_an_unknown_machine_name_is_answered_with_the_known_ones():
     assert item.code == "VP501"
     assert "'vernee'" in item.message
     assert (
-        "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, verne, verne_by_rods"
+        "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexaglide, hexam, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, verne, verne_by_rods"
         in item.message
     )
 

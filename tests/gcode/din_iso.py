@@ -34,13 +34,13 @@ class Interpreter:
 
     def __init__(self, setup, state, recorder):
         self.core = Machining(setup, state, recorder)
-        self.motion, self.absolute, self.pole, self.ended = 0, True, {}, False
+        self.motion, self.absolute, self.pole, self.has_ended = 0, True, {}, False
 
     def execute(self, text, line):
         """One block."""
         header = _HEADER.match(text)
         if header is not None or not text.strip():
-            self.ended = header is not None and line > 1
+            self.has_ended = header is not None and line > 1
             return
         at, words = self.read(text, line)
         for letter, number in words:
@@ -88,7 +88,7 @@ class Interpreter:
 
     def take_s(self, at, number):
         """Spindle speed."""
-        self.core.auxiliary.set_speed(at, number, switched=False)
+        self.core.auxiliary.set_speed(at, number, is_switched=False)
 
     def take_t(self, at, number):
         """The tool comes at once, with its length."""
@@ -103,7 +103,7 @@ class Interpreter:
             self.core.auxiliary.switch_spindle(at, on=code != 5, backwards=code == 4)
         elif code in (2, 30):
             self.core.auxiliary.end(at, f"M{code}")
-            self.ended = True
+            self.has_ended = True
 
     def move(self, at, places):
         """A line, or an arc about the pole of I and J."""
@@ -128,7 +128,7 @@ class Run:
     def __init__(self, text, interpreter):
         self.interpreter, self.calls = interpreter, CallStack(text, 1, None)
 
-    ended = property(lambda self: self.interpreter.ended)
+    has_ended = property(lambda self: self.interpreter.has_ended)
     may_restart = staticmethod(lambda: True)
 
     def find_chunk(self):

@@ -15,7 +15,7 @@ import pytest
 from tests.gcode.conftest import make_tool
 from tests.gcode.test_apt_writers import EXECUTED, WITH_CONDITIONS
 from verne_post.gcode import build_plain_setup
-from verne_post.gcode.apt.words import REFUSED, REMARKS, WITHOUT_EFFECT
+from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
 
@@ -81,7 +81,7 @@ TEXTS += [
     "CYCLE/TAP,5,60,MMPM,25.4,1\nGOTO/4,0,0\nCYCLE/OFF",
     "CYCLE/TAP,DEEP,FEDTO,-5,RAPTO,1,STEP,2,TPI,20,RATIO,2,ORIENT,9,DWELL,1,RTRCTO,3\nGOTO/4,0,0,0,.6,.8\nCYCLE/OFF",
 ]  # fmt: skip
-TEXTS += [f"{word}/1,2" for word in (*REMARKS, *WITHOUT_EFFECT, *REFUSED)]
+TEXTS += [f"{word}/1,2" for word in (*REMARKS, *WITHOUT_EFFECT, *REFUSED_WORDS)]
 SETUPS = [
     build_plain_setup(tools={1: make_tool(1, 10.0), 2: make_tool(2, 25.0)}, dialect="aptcl", control=control, tapping="feed", max_repeats=300)
     for control in ({}, {"aptcl": {"pitches": {"2": 1.0}, "cutcom": "centre", "insert": "message", "msys": "one clamping", "times": "begun", "tools": {"B": 1}}})

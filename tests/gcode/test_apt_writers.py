@@ -10,7 +10,7 @@ from tests.gcode.conftest import make_tool
 from verne_post import convert
 from verne_post.app.assemble import read_draft
 from verne_post.gcode.apt.translator import STATEMENTS
-from verne_post.gcode.apt.words import REFUSED, REMARKS, WITHOUT_EFFECT
+from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.model.control_keys import AptKeys, read_keys
 from verne_post.model.findings import InputError
@@ -124,7 +124,7 @@ def test_every_statement_stands_in_a_table_and_in_the_documentation():
     assert set(STATEMENTS) == set(EXECUTED) | set(WITH_CONDITIONS)
     page = (Path(__file__).parents[2] / "docs" / "apt.md").read_text(encoding="utf-8")
     rows = "\n".join(line for line in page.split("\n") if line.startswith("|"))
-    for word in (*STATEMENTS, *REMARKS, *WITHOUT_EFFECT, *REFUSED):
+    for word in (*STATEMENTS, *REMARKS, *WITHOUT_EFFECT, *REFUSED_WORDS):
         assert re.search(rf"(?<![A-Z_]){re.escape(word)}(?![A-Z_])", rows), word
 
 
@@ -157,11 +157,11 @@ def test_statements_without_effect(view, name):
     assert told == ([3] if name in WITHOUT_EFFECT else [])
 
 
-@pytest.mark.parametrize("name", REFUSED)
+@pytest.mark.parametrize("name", REFUSED_WORDS)
 def test_statements_that_are_refused_by_name(view, name):
     found = view(f"{HEAD}{name}/1\nFINI", dialect="aptcl")[1]
     assert [(item.code, item.line) for item in found] == [("VP002", 3)]
-    assert found[0].message == f"{name}: {REFUSED[name]}"
+    assert found[0].message == f"{name}: {REFUSED_WORDS[name]}"
 
 
 @pytest.mark.parametrize(("text", "code"), [

@@ -139,15 +139,22 @@ def test_g43_without_h_has_the_last_one_since_the_tool_change(view):
 
 
 def test_what_holds_before_any_code_of_motion(view):
-    """Parameter 3402: refused with the key that says it, then rapid traverse or feed; G80 is no beginning."""
+    """Parameter 3402: refused with the key that says it, then rapid traverse or feed; G80 is no beginning.
+
+    Cycles are a modal group of their own: after G80 the code from before the cycle holds, as programs of CAM systems use it.
+    """
     text = "%\nO1\nG21 G90 G80 F90\nX2 Y3{}\nM30\n%"
     found = view(text.format(""), dialect="fanuc")[1]
     assert [(item.code, item.line, "[fanuc] motion" in item.message) for item in found] == [("VP005", 4, True)]
     for motion, kind in (("G0", MoveKind.RAPID), ("G1", MoveKind.FEED)):
         moves, findings = view(text.format(""), dialect="fanuc", control={"fanuc": {"motion": motion}})
         assert (findings, moves.kind.tolist()) == ((), [kind])
-    found = view(text.format("\nG0 X9\nG80\nX5").replace("X2", "G0 X2"), dialect="fanuc")[1]
-    assert [(item.code, item.line, "[fanuc] motion" in item.message) for item in found] == [("VP005", 7, False)]
+    for code, kind in (("G0", MoveKind.RAPID), ("G1", MoveKind.FEED)):
+        for between in ("", "G98 G81 X7 Z-1 R2\n", "G81 X7 Z-1 R2\nG99 G82 X8 Z-2 P9\nX9\n"):
+            moves, findings = view(f"O1\nG21 G90 F90\n{code} X9 Y1 Z5\n{between}G80\nZ50.\nM30", dialect="fanuc")
+            assert (findings, moves.kind[-1], moves.end[-1, 2]) == ((), kind, 50.0)
+    found = view("O1\nG21 G90 F90\nG0 X9 Y1 Z5\nG81 X7 Z-1 R2\nG80\nZ50.\nM2", dialect="rs274")[1]
+    assert [(item.code, item.line) for item in found] == [("VP005", 6)]  # no code of motion holds there after G80
 
 
 # --- fanuc ---------------------------------------------------------------------------------------------

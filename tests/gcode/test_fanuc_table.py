@@ -36,7 +36,10 @@ def read_rows(title):
     for line in section.splitlines():
         cells = re.split(r"(?<!\\)\|", line)
         if len(cells) == 5 and "---" not in line and "`" in cells[2]:
-            found.append(pytest.param(cells[2].strip().strip("`").split(" / "), id=cells[1].strip()))
+            examples = re.findall("`([^`]+)`", cells[2])
+            found += [
+                pytest.param(example.split(" / "), id=f"{cells[1].strip()} {example}"[:40]) for example in examples
+            ]
     return found
 
 

@@ -1,5 +1,6 @@
 """docs/heidenhain.md: every example of its tables is executed, without effect, or refused, as the table says."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -7,14 +8,15 @@ import numpy as np
 import pytest
 
 from verne_post.app.assemble import build_interpreter_setup
+from verne_post.gcode.klartext import vocabulary
 from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
+from verne_post.gcode.klartext.program import PATHS, STATEMENTS
 from verne_post.gcode.klartext.settings import SETTINGS
 from verne_post.gcode.klartext.vocabulary import (
     AT_BEGIN,
     AT_END,
     CYCLES_WITHOUT_EFFECT,
     FUNCTIONS_WITHOUT_EFFECT,
-    OWN,
     REFUSED_CYCLES,
     REFUSED_FN,
     REFUSED_FUNCTIONS,
@@ -51,8 +53,10 @@ def rows(title):
     for line in section.splitlines():
         cells = re.split(r"(?<!\\)\|", line)
         if len(cells) == 5 and "---" not in line and "`" in cells[2]:
-            words, example, _why = (cell.strip().replace("\\|", "|") for cell in cells[1:4])
-            found.append(pytest.param(example.strip("`").split(" / "), id=words))
+            examples = re.findall("`([^`]+)`", cells[2].replace("\\|", "|"))
+            found += [
+                pytest.param(example.split(" / "), id=f"{cells[1].strip()} {example}"[:50]) for example in examples
+            ]
     return found
 
 
@@ -61,7 +65,7 @@ def outcome(machine):
     """Everything that a program does, as comparable values, and its findings."""
     options = Options(
         tools={1: make_tool(1, 80.0, 8.0), 2: make_tool(2, 60.0, 6.0)}, subroutines={"other": b"L X+44 FMAX\nEND PGM OTHER MM"},
-        control={"heidenhain": {"tools": {"MILL": 2}}}, dialect="heidenhain", wcs={"G54": (0.0, 0.0, 40.0), "G55": (5.0, 0.0, 40.0)},
+        control={"heidenhain": {"tools": {"MILL": 2}, "datums": {"1": [1.0, 2.0, 3.0]}}}, dialect="heidenhain", wcs={"G54": (0.0, 0.0, 40.0), "G55": (5.0, 0.0, 40.0)},
     )  # fmt: skip
 
     def run(statements):
@@ -141,16 +145,47 @@ def test_refused_words(outcome, statement, why):
     assert why in findings[0].message
 
 
-def test_the_first_table_names_every_function_and_cycle():
-    """No number of an M function or cycle that is executed is missing in the page."""
-    section = PAGE.read_text(encoding="utf-8").split("## Executed\n")[1].split("\n## ")[0]
-    cells = [line.split("|")[1] for line in section.splitlines() if line.startswith("| ")]
+def test_what_is_executed_is_in_the_vocabulary():
+    """Each word has its code, and each code its word."""
+    assert {*STATEMENTS, *PATHS} == set(vocabulary.STATEMENTS)
+    assert {*AT_BEGIN, *AT_END} <= set(vocabulary.FUNCTIONS)
+    assert {*MACHINING, *PATTERNS, *SETTINGS} == set(vocabulary.CYCLES)
 
-    def numbers(pattern, begin):
-        found = set()
-        for first, last in (pair for cell in cells if cell.startswith(begin) for pair in re.findall(pattern, cell)):
-            found |= set(range(int(first), int(last or first) + 1))
-        return found
 
-    assert numbers(r"M(\d+)(?: to M(\d+))?", "") == {*AT_BEGIN, *AT_END, *OWN}
-    assert numbers(r"(?<![\w.=])(\d+)(?: to (\d+))?(?!\.?\d)", " cycle") == {*MACHINING, *PATTERNS, *SETTINGS}
+#: In patterns, but no words of the language: letters that are looked for one by one, F AUTO without its blank, and
+#: the points of REFPNT, of which all but one are refused.
+NO_WORDS = {"LCMQFS", "FAUTO", "TIP"}
+
+
+def list_words_of_patterns():
+    """Words of two letters and more in the regular expressions by which Klartext is read."""
+    found = {}
+    for path in Path(vocabulary.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == "re.compile":
+                constants = [part.value for part in ast.walk(node.args[0]) if isinstance(part, ast.Constant)]
+                texts = [text.decode() if isinstance(text, bytes) else text for text in constants]
+                pattern = " ".join(text for text in texts if isinstance(text, str))
+                words = re.findall(r"(?<![A-Z])[A-Z]{2,}(?![A-Z])", re.sub(r"\[[^\]]*\]", " ", pattern))
+                found |= dict.fromkeys(words, path.name)
+    return found
+
+
+def test_words_that_are_read_are_in_the_page():
+    named = set(re.findall("[A-Z]{2,}", PAGE.read_text(encoding="utf-8")))
+    found = list_words_of_patterns()
+    assert len(found) > 60
+    assert {word: file for word, file in found.items() if word not in named | NO_WORDS} == {}
+
+
+def test_no_word_is_in_two_tables():
+    for executed, *others in (
+        (vocabulary.FUNCTIONS, FUNCTIONS_WITHOUT_EFFECT, REFUSED_FUNCTIONS),
+        (vocabulary.CYCLES, CYCLES_WITHOUT_EFFECT, REFUSED_CYCLES),
+        (vocabulary.FN, REFUSED_FN),
+        (vocabulary.STATEMENTS, REFUSED_STATEMENTS),
+    ):
+        seen = set(executed)
+        for words in others:
+            assert not seen & set(words)
+            seen |= set(words)

@@ -135,7 +135,7 @@ def test_stops_for_a_person_are_one_finding(machine):
 def test_a_finding_names_few_tools_one_by_one(machine):
     program = f"{HEAD}T1 M6\nG43 H1\nG1 X1 F100\nT2 M6\nG43 H2\nG1 X2\nM30"
     (item,) = check(program.encode(), machine, Options(dialect="rs274", wcs={"G54": (0, 0, 0)})).findings
-    assert item.message.startswith("tool 1 and tool 2: there is no tool table")
+    assert item.message.startswith("tool 1 and tool 2: the length is in no set-up and in no tool table")
 
 
 def test_findings_say_where_else_and_what_settles_them(machine):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from verne_post.app.assemble import view_moves_plainly
-from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUPS, NO_EFFECT, REFUSED, STATEMENTS
+from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUPS, NO_EFFECT, REFUSED_WORDS, STATEMENTS
 from verne_post.model.moves import ZERO9, MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
@@ -84,7 +84,14 @@ RET
 Y=IC(1)
 M17
 """
-WORDS = [*ADDRESSES, *CYCLES, *STATEMENTS, *NO_EFFECT, *REFUSED, *(word for words in GROUPS.values() for word in words)]
+WORDS = [
+    *ADDRESSES,
+    *CYCLES,
+    *STATEMENTS,
+    *NO_EFFECT,
+    *REFUSED_WORDS,
+    *(word for words in GROUPS.values() for word in words),
+]
 PIECES = [
     "(", ")", "[", "]", "=", "==", "<<", "\"", "'", ";", ":", "%", "/", ",", ".", "-", "+", "EX", "N", "0", "1e9", "99999999999999999999", "X=", "=X", "$P_EP[X]",
     "R1", "R[R1]", "AC(1)", "IC(", "DC(5)", "LOOP1", "P=3", "P-1", "TRUE", "SIN(90)", "1/0", "\u00e9", "\x00", "\t", "X1 X2", "G1 X", "LIST[9]", "TEXT", "REP(1)",

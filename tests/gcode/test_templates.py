@@ -114,7 +114,7 @@ def test_the_rest_is_for_the_exact_reader(line):
 
 
 def test_so_many_templates_are_kept(monkeypatch):
-    monkeypatch.setattr(templates, "_KEPT", 20)
+    monkeypatch.setattr(templates, "_MOST_KEPT", 20)
     for n in range(1, 60):
         assert read_by_template("X[1" + "+1" * n + "]", Values()).words["X"] == n + 1
     assert len(templates._templates) <= 20

@@ -210,7 +210,12 @@ def replace_in(file: str, old: str, new: str) -> None:
 #: File, what is replaced in it, by what -> lines and body that are told.
 MUTATIONS = {
     "deep Z": ("vise.nc", "\nZ-6\n", "\nZ-10\n", "18 cutter"),
-    "wrong offset": ("vise.nc.toml", "0.0, 0.0, 70.0", "0.0, 6.0, 70.0", "20 cutter, 20 shank"),
+    "wrong offset": (
+        "vise.nc.toml",
+        "0.0, 0.0, 70.0",
+        "0.0, 6.0, 70.0",
+        "20 cutter",
+    ),  # the shank begins at the height of the stop
     "long rapid": ("vise.nc", "G0 Z5\nX-50 Y-23", "G0 Z5\nX60 Y46\nX-50 Y-23", "17 cutter"),
     "short holder": ("shapes.toml", "length = 20.0 }\nshank", "length = 6.0 }\nshank", "20 holder"),
 }

@@ -180,20 +180,3 @@ def test_refused_on_loading(old: str, new: str, why: str) -> None:
     with pytest.raises(InputError) as refused:
         build_machine(text.encode(), "mine.toml")
     assert why in " ".join(item.message for item in refused.value.findings)
-
-
-def test_a_hexaglide_is_refused() -> None:
-    """Six sliders on parallel rails with equal rods, which is singular everywhere, too: no residual of the rods shows it."""
-    rods = ", ".join(
-        f"{{platform = [{x}, {y}, 0], slider = [0, {1.9 * y}, 0], rail = [1, 0, 0], rod = 700, by = 'q{k}'}}"
-        for k, (x, y) in enumerate([(-120, -180), (120, -180), (-200, 0), (200, 0), (-120, 180), (120, 180)], start=1)
-    )
-    actuators = [f"q{k}" for k in range(1, 7)]
-    text = (
-        TEXT[: TEXT.index("actuators =")]
-        + f"actuators = {actuators}\nhome = [0, 0, 500]\nhome_actuators_mm = [0, 0, 0]\nrods = [{rods}]\n"
-    )
-    text += TEXT[TEXT.index("smallest_singular_value") :]
-    with pytest.raises(InputError) as refused:
-        build_machine(text.encode(), "mine.toml")
-    assert "6 actuators: expected 3" in " ".join(item.message for item in refused.value.findings)

@@ -189,6 +189,7 @@ def test_every_format_says_why_a_check_could_not_begin(words, tmp_path, run, mon
         (("--settings", "bad.toml"), "unusable configuration"),
         (("--tolerance", "-1"), "usage error"),
         (("--wcs", "G60=1,2,3"), "usage error"),
+        (("--tool-table", "is_not_there.tbl"), "usage error"),
         ((), "unusable program"),
     ],
 )

@@ -2,6 +2,7 @@
 
 import configparser
 import ctypes
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -231,7 +232,22 @@ def test_simulation_has_the_limits_of_the_machine_file(machine: Machine):
             assert (key in joint) == np.isfinite(end)
         assert joint.getfloat("max_velocity") == pytest.approx(scale * machine.limits.velocity[k], rel=1e-11)
         assert joint.getfloat("max_acceleration") == pytest.approx(scale * machine.limits.acceleration[k], rel=1e-11)
+        assert joint.getfloat("max_jerk") == pytest.approx(scale * machine.limits.jerk[k], rel=1e-11)
         assert joint["home"] == joint["home_offset"]
+    assert settings["TRAJ"]["planner_type"] == "1"
+    assert settings["TRAJ"].getfloat("max_linear_jerk") == machine.limits.jerk[:3].min()
+
+
+def test_a_joint_without_a_jerk_limit_has_none_in_the_simulation():
+    text = (ROOT / "machine_configs/serial.toml").read_text(encoding="utf-8")
+    machine = build_machine(re.sub(r"(?m)^c_jerk = .*$", "", text).encode(), "mine.toml")
+    settings = configparser.ConfigParser(strict=False)
+    settings.read_string(write_component(machine)["machine.ini"])
+    moving = [name for name in settings.sections() if name.startswith(("AXIS_", "JOINT_"))]
+    assert len(moving) == 10
+    assert [name for name in moving if "max_jerk" not in settings[name]] == ["AXIS_C", "JOINT_4"]
+    assert settings["TRAJ"]["planner_type"] == "0"
+    assert "max_linear_jerk" not in settings["TRAJ"]
 
 
 def test_home_of_the_simulation_is_g28():

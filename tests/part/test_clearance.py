@@ -43,6 +43,20 @@ def test_a_holder_passes_a_wall(step, accelerate):
 
 
 @pytest.mark.parametrize("accelerate", PATHS)
+@pytest.mark.parametrize("deep", [0.05, 0.3, 3.0])
+def test_a_holder_in_a_wall_is_as_deep_as_it_is(deep, accelerate):
+    """The corner of a wedge, 30 degrees to each side, is the deepest place, and nothing is deeper than the bound."""
+    shape = np.array([[-2.0, 20 - deep, 18], [2, 20 - deep, 24], [-9, 40, 20], [9, 40, 26]])
+    wedge = build_mesh("vise.stl", shape[[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]])
+    (one,) = find_contacts(wedge, (pass_by(0.0, 20.0),), 0.0, accelerate=accelerate).found
+    assert one.part == "holder"
+    # the edge goes up from 2 mm below the lower end of the holder to 4 mm above: its side is the way out
+    exact = -deep
+    assert one.bound <= exact
+    assert one.deepest.distance == pytest.approx(exact, abs=max(0.011, 0.011 * deep))
+
+
+@pytest.mark.parametrize("accelerate", PATHS)
 def test_a_thin_post_between_two_rows_is_hit(accelerate):
     """Rows 20 mm apart, a post of 1 mm between two of them."""
     mesh, motion = block((9.5, -0.5, -10), (10.5, 0.5, 10)), pass_by(0.0, 20.0)
@@ -61,7 +75,7 @@ def test_touching_is_no_contact(accelerate):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_no_contact_is_missed_against_dense_poses(seed):
-    """Random blocks and tools: where the answer is clear, poses 64 times as dense are clear at a grid of places on the block."""
+    """Random blocks and tools: where a body is clear, poses 64 times as dense are clear at a grid of places on the block."""
     pick = np.random.default_rng(seed)
     turn = np.linalg.qr(pick.normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
@@ -77,13 +91,19 @@ def test_no_contact_is_missed_against_dense_poses(seed):
     dense = [np.concatenate([one[k] + share * (one[k + 1] - one[k]) for k in range(n - 1)]) for one in (tip, axis)]
     dense[1] /= np.linalg.norm(dense[1], axis=1)[:, None]
     weights = np.array([(a, b, 6 - a - b) for a in range(7) for b in range(7 - a)]) / 6
-    least = np.inf
+    least = dict.fromkeys(("cutter", "holder"), np.inf)
     for place in np.concatenate([weights @ corner for corner in mesh.list_corners()]):
         off = place - dense[0]
         h = (off * dense[1]).sum(1)
         r = np.sqrt(np.maximum((off * off).sum(1) - h * h, 0))
-        least = min(least, *(float(piece.evaluate(r, h)[0].min()) for piece in motion.pieces))
-    if not found.found:
-        assert least > 0.5 - TOUCH_MM - 1e-9
-    if least < 0.5 - TOUCH_MM:
-        assert found.found
+        for piece in motion.pieces:
+            least[piece.part] = min(least[piece.part], float(piece.evaluate(r, h)[0].min()))
+    told = {one.part: one for one in found.found}
+    for part, distance in least.items():
+        if distance < 0.5 - TOUCH_MM:
+            assert part in told
+        if part in told:
+            # no place is nearer than the bound; what was found is no farther from it than what is passed over, and the bow
+            passed = max(0.011, -0.011 * told[part].bound) + 2 * motion.bow
+            assert told[part].bound <= distance
+            assert told[part].deepest.distance <= told[part].bound + passed

@@ -99,7 +99,8 @@ def test_a_drill_deep_in_the_part_has_its_depth_along_the_normal(accelerate):
     )
     found = compare(rectangle((-4, -4), (4, 4)), (motion,), Wanted(grid=0.2, search=12.0), accelerate=accelerate)
     assert (found.state == GOUGE).all()
-    assert found.nearest.distance.min() == pytest.approx(-1.0, abs=0.15)  # the nearest middle of a cell
+    on_its_axis = find_nearest((motion,), np.array([[0.03, 0.02, 0.0]]), 1.0, accelerate=accelerate)
+    assert on_its_axis.distance == pytest.approx(-1.0, abs=1e-12)
     assert found.gouges.depth.max() == pytest.approx(10.0, abs=1e-4)
     assert np.nanmin(found.deviation) == pytest.approx(-10.0, abs=1e-4)
 

@@ -232,7 +232,7 @@ def test_other_machines_have_a_page_too(tmp_path: Path, run: Callable[..., Any],
     assert data["rods"].shape[1] == len(data["scene"]["guides"]) == (3 if machine == "linear_delta" else 0)
 
 
-@pytest.mark.parametrize("machine", ["verne", *CHAINS, "tricept", "george_v", "urane_sx"])
+@pytest.mark.parametrize("machine", ["verne", *CHAINS, "tricept", "george_v", "hexapod", "hexam", "urane_sx"])
 def test_the_drawn_tool_ends_on_the_drawn_path(machine: str) -> None:
     """The tip, carried by the drawn table or bed, is the nose less the tool; the bed lies level, under the part, as its x says."""
     loaded = verne_post.load_machine(machine)
@@ -257,6 +257,8 @@ def test_the_drawn_tool_ends_on_the_drawn_path(machine: str) -> None:
         "ca_fork_head": 0,
         "nutating_head": 0,
         "tricept": 0,
+        "hexapod": 0,
+        "hexam": 0,
         "george_v": 0,
         "b_head_c_table": 1,
     }.get(machine, 2)

@@ -12,6 +12,7 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.verification import Verification
 from verne_post.output.summary import format_summary, format_verdict
 
+from ..benchmarks.inverse_time import random_program, time_blocks
 from ..builders import two_machines
 from .test_verifier import codes
 
@@ -83,6 +84,51 @@ def test_a_place_that_holds_the_motion_back_slows_only_its_own_rows() -> None:
     ]
     taken, _result = block_times(HEAD + "G93\nG1 " + "\n".join(blocks) + "\nM2\n", "verne")
     assert 60 / 110.64 - CYCLE <= taken[6] <= SHARE * 60 / 110.64 + CYCLES * CYCLE
+
+
+#: Blocks of 12.3 cycles of 4 ms; two and two are blended, with a standstill between.
+BRIEF = 12.3 * 0.004
+STANDSTILLS = {
+    "turn back": "{0}X30.01 C0.01{1}\n{0}Y0.01{1}\n{0}Y0{1}\n{0}X30.0 C0{1}\n",
+    "exact stop": "{0}X30.01 C0.01{1}\n{0}Y0.01{1}\nG61.1 {0}X30.0{1}\nG64 {0}Y0 C0{1}\n{0}X30.01{1}\n",
+    "dwell": "{0}X30.01 C0.01{1}\n{0}Y0.01{1}\nG4 P0.1\n{0}X30.0 C0{1}\n{0}Y0{1}\n",
+    "short dwell": "{0}X30.01 C0.01{1}\n{0}Y0.01{1}\nG4 P0.004\n{0}X30.0 C0{1}\n{0}Y0{1}\n",
+}
+
+
+@pytest.mark.parametrize("name", ["verne", "serial"])
+@pytest.mark.parametrize("between", STANDSTILLS)
+def test_a_standstill_makes_no_block_late_where_no_joint_needs_it(between: str, name: str) -> None:
+    """With two cycles of rest the block after the standstill took 15 cycles."""
+    text = HEAD + "G93\n" + STANDSTILLS[between].format("G1 ", f" F{60 / BRIEF:.6f}") + "M2\n"
+    result = verne_post.convert(text, MACHINES[name], replace(OPTIONS, cycle=0.004))
+    assert result.ok, [item.message for item in result.findings]
+    assert result.setpoints is not None
+    rows = np.asarray(result.setpoints.line)
+    for number, line in enumerate(text.splitlines(), start=1):
+        if "G1 " in line:
+            begin = np.searchsorted(rows, number)
+            end = min(np.searchsorted(rows, number + 1), len(rows) - 1)
+            assert 12 <= end - begin <= 14, (line, end - begin)
+
+
+@pytest.mark.parametrize(
+    ("seed", "line", "before", "most"),
+    [
+        # a ramp from rest and a change of speed at the other end lose less than a row each, and one together
+        (639, 7, 44, 43),
+        (158, 8, 24, 23),
+        # between slow blocks, with no joint above half of a limit; the optimum (--quality) takes 41
+        (654, 8, 73, 60),
+    ],
+)
+def test_late_blocks_of_the_study_of_random_programs(seed: int, line: int, before: int, most: int) -> None:
+    """Cycles of 4 ms that blocks took, ``before``, and take at most."""
+    text, asked = random_program(seed)
+    found = time_blocks(text, verne_post.load_machine(("verne", "serial")[seed % 2]), 0.004, list(asked))
+    assert found is not None
+    cycles = round(found[0][list(asked).index(line)] / 0.004)
+    assert asked[line] / 0.004 - 1 <= cycles <= most < before
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,8 @@ def describe_moves(machine: Machine) -> Iterator[str]:
     """One line a joint: how long single moves from rest to rest take, and its greatest speed."""
     limits = machine.limits.bound_jerk(machine.cycle)
     for k, column in enumerate(machine.columns):
+        if not column.driven:
+            continue
         factor = abs(column.factor)
         velocity, acceleration, jerk = (
             float(part[k]) * factor for part in (limits.velocity, limits.acceleration, limits.jerk)

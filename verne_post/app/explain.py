@@ -17,7 +17,7 @@ from verne_post.toolpath.contour import make_exact_contour
 from verne_post.trajectory.override import build_feed_override
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Explanation:
     """One line of a program worked through.
 
@@ -35,7 +35,7 @@ class Explanation:
     findings: tuple[Finding, ...]
     text: str
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         return self.text
 
 

@@ -46,6 +46,9 @@ def explain_line(line: Line) -> Iterator[str]:
     yield ""
     yield from _describe_findings(line, line.findings)
     yield ""
+    if not machine.columns[-1].driven:  # the legs follow from the tool axis alone, however words name it
+        yield from explain_table_solution(machine, "as programmed", tip, angles, tool, joints.lift)
+        return
     other = np.array([-angles[0], angles[1] + np.pi])
     for name, pair in ((_name_own_solution(line, angles), angles), ("other table solution", other)):
         yield from explain_table_solution(machine, name, tip, pair, tool, joints.lift)

@@ -1,14 +1,17 @@
 """What a check or a conversion came to."""
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
+from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
@@ -30,11 +33,11 @@ _SHOWN_ROWS = 3
 
 @contextmanager
 def _name_missing(library: str) -> Iterator[None]:
-    """Say how to get a library that is not installed; no extra brings it."""
+    """Say how to get a library that is not installed: the extra of its name brings it."""
     try:
         yield
     except ModuleNotFoundError:
-        text = f"{library} is not installed, and no extra of verne-post brings it: pip install {library}"
+        text = f"{library} is not installed; the extra {library} brings it: pip install 'verne-post[{library}]'"
         raise ModuleNotFoundError(text, name=library) from None
 
 
@@ -65,11 +68,25 @@ class Setpoints:
     def __len__(self) -> int:
         return len(self.t)
 
-    def to_csv(self) -> str:
-        """The text of the setpoint file, as ``verne-post convert`` writes it."""
+    @overload
+    def to_csv(self) -> str: ...
+    @overload
+    def to_csv(self, path: str | os.PathLike[str]) -> None: ...
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """The text of the setpoint file, as ``verne-post convert`` writes it.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            A file to write, in place of the text.
+        """
         fmt = self.format
         rows = format_rows(list(self.to_dict().values()), [fmt.time_decimals, *fmt.decimals, 0], ",")
-        return ",".join(self.columns) + "\n" + rows
+        text = ",".join(self.columns) + "\n" + rows
+        if path is None:
+            return text
+        Path(path).write_text(text, encoding="utf-8", newline="\n")
+        return None
 
     def to_dict(self) -> dict[str, NDArray[Any]]:
         """Column by column, by name."""
@@ -99,10 +116,10 @@ class Setpoints:
         return [list(self.columns), *rows]
 
     def __repr__(self) -> str:
-        return f"{_format_table(self._make_text_rows())}\n{len(self)} rows"
+        return f"{format_table(self._make_text_rows())}\n{len(self)} rows"
 
     def _repr_html_(self) -> str:
-        return f"{_format_html_table(self._make_text_rows())}<p>{len(self)} rows</p>"
+        return f"{format_html_table(self._make_text_rows())}<p>{len(self)} rows</p>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -152,14 +169,14 @@ class Result:
         return rows
 
     def __repr__(self) -> str:
-        parts = [_format_table(self._make_text_rows())]
+        parts = [format_table(self._make_text_rows())]
         if self.findings:
-            parts.append(_format_table(make_findings_table(self.findings)))
+            parts.append(format_table(make_findings_table(self.findings)))
         return "\n".join(parts)
 
     def _repr_html_(self) -> str:
-        return _format_html_table([["result", "value"], *self._make_text_rows()]) + (
-            _format_html_table(make_findings_table(self.findings)) if self.findings else ""
+        return format_html_table([["result", "value"], *self._make_text_rows()]) + (
+            format_html_table(make_findings_table(self.findings)) if self.findings else ""
         )
 
 
@@ -178,26 +195,3 @@ def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
             for one in findings
         ),
     ]  # fmt: skip
-
-
-def _format_table(rows: Sequence[Sequence[str]]) -> str:
-    """Rows as aligned text."""
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
-    )
-
-
-def _format_html_table(rows: Sequence[Sequence[str]]) -> str:
-    """Rows as an HTML table for notebooks, the first one the header; numbers stand to the right."""
-    import html
-
-    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in rows[0])
-    body = "".join(
-        "<tr>" + "".join(f'<td style="text-align: {_align(cell)}">{html.escape(cell)}</td>' for cell in row) + "</tr>" for row in rows[1:]
-    )  # fmt: skip
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def _align(cell: str) -> str:
-    return "right" if cell.replace(".", "").removeprefix("-").isdecimal() else "left"

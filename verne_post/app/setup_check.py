@@ -10,10 +10,10 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Moves
+from verne_post.model.moves import AXES, Moves, PathMode, name_tools
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES, Box
-from verne_post.model.plausibility import compare_largest
+from verne_post.model.part_setup import SYSTEM_NAMES, Box, describe_tool_number
+from verne_post.model.plausibility import PLAUSIBLE, compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.work_systems import find_placer
 
@@ -40,11 +40,42 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             unplaced.setdefault(frame.system, at)
     found = [report_missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
     if bare >= 0 and options.tool_length is None:
-        text = "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL CALL), or give --tool-length"
-        line = int(moves.line[bare])
+        text, line = _describe_bare_tool(moves, bare, options), int(moves.line[bare])
         found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
     texts = _find_implausible(options)
+    found += _check_tolerances(moves, path)
     return [*(make_finding("VP505", text) for text in texts), *found, *_check_directions(moves, path, machine)]
+
+
+def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP505: cuts whose corners may be off by more than any machine tool has as a tolerance, because the program says so."""
+    for number, control in enumerate(moves.controls):
+        for value, name in ((control.tolerance, "tip"), (control.axis_deg, "axis")):
+            plausible = PLAUSIBLE[f"{name} tolerance"]
+            if value is None or value <= plausible.high or control.mode != PathMode.BLEND:
+                continue
+            for begin, end in iterate_blocks(len(path)):
+                move = path.move[begin:end]
+                cut = move[(path.feed_time[begin:end] > 0) & (move >= 0)]
+                cut = cut[moves.control[cut] == number]
+                if len(cut):
+                    line = int(moves.line[cut[0]])
+                    text = (
+                        f"corners may be off by {value:g} {plausible.unit} here, because the program says so: no "
+                        f"{plausible.whose} has a tolerance of the {name} above {plausible.high:g} {plausible.unit}"
+                    )
+                    yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
+                    break
+
+
+def _describe_bare_tool(moves: Moves, move: int, options: Options) -> str:
+    """Why a move cuts with a tool of length 0, and what to do if that is not meant."""
+    loaded = [event for event in moves.events if event.kind == "tool" and event.before <= move]
+    number = int(str(loaded[-1].data["number"])) if loaded else 0
+    if number in (options.tools or {}) and (options.tools or {})[number].ends_at_gauge_line:
+        name = describe_tool_number(number, name_tools(loaded))
+        return f"{name} has the length 0 in the tool table: its tip is the gauge line of the spindle; if that is not meant, write its length there"
+    return "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL CALL), or give --tool-length"
 
 
 def _find_implausible(options: Options) -> Iterator[str]:

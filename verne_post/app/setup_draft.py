@@ -9,6 +9,7 @@ from msgspec import Struct
 from verne_post.app.assemble import SPLIT_KEY, assemble
 from verne_post.base.long_text import Text
 from verne_post.config.control_tables import merge_keys
+from verne_post.gcode.machining.holes import TAPPING_KEY
 from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
@@ -18,8 +19,10 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, SYSTEM_N
 
 #: A finding may hide another one until it is settled: a program is read again as often as that.
 MOST_READINGS: Final = 8
-#: Length and diameter of a tool that is not known while others are looked for, mm.
+#: Length of a tool that is not known while others are looked for, mm.
 STAND_IN_MM: Final = 100.0
+#: Its diameter, mm: small enough for every contour, so that no error is that of the stand-in.
+STAND_IN_DIAMETER_MM: Final = 1.0
 #: What of a tool a set-up may say, and nobody has said.
 UNKNOWN: Final = (None, 0.0)
 
@@ -39,6 +42,8 @@ class SetupDraft(Struct, frozen=True):
         Of the one tool, mm, in place of ``tools``.
     split : bool
         The setpoints are cut where the machine waits for a person.
+    taps : bool
+        It has rigid tapping, and nobody has said that the control couples the spindle.
     others : tuple of Finding
         Errors of the program that no set-up settles.
     """
@@ -48,6 +53,7 @@ class SetupDraft(Struct, frozen=True):
     codes: Mapping[str, str | None]
     tool_length: float | None
     split: bool
+    taps: bool
     others: tuple[Finding, ...]
 
     @property
@@ -58,6 +64,7 @@ class SetupDraft(Struct, frozen=True):
             "diameter": [name for name, (_, diameter) in self.tools.items() if diameter is None],
             "place": [name for name, place in self.wcs.items() if place is None],
             "meaning": [code for code, meaning in self.codes.items() if meaning is None],
+            "choice": ["tapping"] if self.taps else [],
         }
 
 
@@ -82,14 +89,22 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
             break
         keys |= dict.fromkeys(new)
     split = options.split_at_stops or SPLIT_KEY in keys
-    for kind, name, *what in (key for key in keys if key != SPLIT_KEY):
+    for kind, name, *what in (key for key in keys if key not in (SPLIT_KEY, TAPPING_KEY)):
         if kind == "tools":
             length, diameter = tools.get(name, UNKNOWN)
             tools[name] = (length, None) if what == ["diameter"] else (None, diameter)
         else:
             (wcs if kind == "wcs" else codes)[name] = None
     others = tuple(item for item in found if item.severity == "error" and not item.settled_by)
-    return SetupDraft({} if options.tool_length is not None else tools, wcs, codes, options.tool_length, split, others)
+    return SetupDraft(
+        {} if options.tool_length is not None else tools,
+        wcs,
+        codes,
+        options.tool_length,
+        split,
+        TAPPING_KEY in keys,
+        others,
+    )
 
 
 def _read_sizes(tool: Tool) -> tuple[float | None, float | None]:
@@ -117,7 +132,7 @@ def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
         number = int(name) if name.isdecimal() else known.get(name, 0)
         number = number or names.setdefault(name, FIRST_NAMED_TOOL + len(known) + len(names))
         tool = tools.get(number, Tool(number, number, ZERO9, unmeasured="nobody"))
-        sizes: dict[str, Any] = {"diameter": STAND_IN_MM}
+        sizes: dict[str, Any] = {"diameter": STAND_IN_DIAMETER_MM}
         if what == "length":
             sizes = {"offset": (0.0, 0.0, STAND_IN_MM, *ZERO9[3:]), "unmeasured": ""}
         tools[number] = dataclasses.replace(tool, **sizes)
@@ -125,7 +140,8 @@ def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
     remap = {key[1]: "ignore" for key in keys if key[0] == "remap"}
     control = merge_keys(options.control, {dialect: {"tools": names} for dialect in NAMING_TOOLS} if names else {})
     split = options.split_at_stops or SPLIT_KEY in keys
+    tapping = "feed" if TAPPING_KEY in keys else options.tapping
     return options.changed(
         tools=tools or None, wcs={**options.wcs, **wcs}, remap={**options.remap, **remap}, control=control,
-        split_at_stops=split,
+        split_at_stops=split, tapping=tapping,
     )  # fmt: skip

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from msgspec import structs
 
-from verne_post.app.assemble import choose_shaper
+from verne_post.app.assemble import Program, choose_shaper
 from verne_post.app.plan import Plan
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
@@ -82,6 +82,29 @@ def _count_stops_within(contour: Contour) -> StopsWithin:
     return StopsWithin(sum(counts.values()), worst, most)
 
 
+def list_tool_lengths(program: Program) -> tuple[tuple[tuple[int, float], ...], bool]:
+    """Number and length (mm) of each tool in the order of their use, and whether some rapids have no length.
+
+    Programs go to a tool change without a length, and come from it before the next G43: that is said once, and is no length
+    of the tool. A length 0 is, where the tool feeds with it or has no other.
+    """
+    path, moves = program.path, program.moves
+    feeds: dict[tuple[int, float], bool] = {}
+    for begin, end in iterate_blocks(len(path)):
+        number = find_tool_of_moves(path.move_reached[begin:end], path.first_move, moves)
+        length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
+        feeding = path.feed_time[begin:end] > 0
+        rows = np.column_stack([number, length, feeding])
+        for one, mm, has_feed in rows[np.append(True, np.any(rows[1:] != rows[:-1], axis=1))].tolist():
+            key = int(one), mm
+            feeds[key] = feeds.get(key, False) or bool(has_feed)
+    measured = {number for number, length in feeds if length != 0}
+    bare = {
+        (number, length) for (number, length), fed in feeds.items() if length == 0 and not fed and number in measured
+    }
+    return tuple(key for key in feeds if key not in bare), bool(bare)
+
+
 def summarise(
     source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None, part: Machined | None = None
 ) -> Summary:
@@ -94,18 +117,13 @@ def summarise(
     shaped = _summarise_shaper(plan)
     feeds = reached = 0
     used: set[int] = set()
-    tools: dict[tuple[int, float], None] = {}
-    move_of_segment, first_move = path.move_reached, path.first_move
     for begin, end in iterate_blocks(len(path)):
         feeding = path.feed_time[begin:end] > 0
         feeds += int(feeding.sum())
         reached += int((feeding & plan.profiles.reached_segments[begin:end]).sum())
         move = path.move[begin:end]
         used.update(np.unique(moves.frame[move[move >= 0]]).tolist())
-        number = find_tool_of_moves(move_of_segment[begin:end], first_move, moves)
-        length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
-        first = np.flatnonzero((number != np.append(-1, number[:-1])) | (length != np.append(np.nan, length[:-1])))
-        tools |= dict.fromkeys(zip(number[first].tolist(), length[first].tolist(), strict=True))
+    tools, has_bare_rapids = list_tool_lengths(program)
     q_start = program.build_joint_path().find_joints(np.array([0]), np.array([0.0]))
     places, numbers = round_setpoints(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
@@ -139,7 +157,8 @@ def summarise(
         before=before,
         parts=parts,
         switched=program.restored,
-        tools=tuple(tools),
+        tools=tools,
+        has_bare_rapids=has_bare_rapids,
         stock=moves.stock,
         compared=() if part is None else (*part.notes, *describe_judged(part)),
         shaped=shaped,

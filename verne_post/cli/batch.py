@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from verne_post.model.machine import Machine
 
 
-@click.command("batch", cls=GroupedCommand)
+@click.command("batch", cls=GroupedCommand, short_help="Convert many programs, each with its own set-up.")
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="DIR|FILE...")
 @click.option(
     "-o",

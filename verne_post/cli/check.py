@@ -66,7 +66,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
     return command
 
 
-@click.command("check", cls=GroupedCommand)
+@click.command("check", cls=GroupedCommand, short_help="Check programs against every limit, without rows.")
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT|DIR...")
 @click.option(
     "--output-format",
@@ -126,8 +126,9 @@ def command(
         verdict = find_verdict(find_exit_status(error.findings), error.findings)
         _emit_failure(files, output_file, output_format, verdict, str(error), error.findings)
         return refuse(inputs[0], error)
-    except click.UsageError as error:
-        _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, error.message, ())
+    except (click.UsageError, Unreadable) as error:
+        text = error.message if isinstance(error, click.UsageError) else str(error)
+        _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, text, ())
         raise
 
     from verne_post.output.findings import Report

@@ -32,7 +32,7 @@ class ExplainCommand(GroupedCommand):
         return super().parse_args(ctx, args)
 
 
-@click.command("explain", cls=ExplainCommand)
+@click.command("explain", cls=ExplainCommand, short_help="Work one line through, or say what a code means.")
 @click.argument("what", type=INPUT, metavar="INPUT:LINE|CODE")
 @add_program_options("solver", "quality", "jobs")
 def command(what: str, **given: Any) -> int:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from verne_post.base.long_text import Text
 
 
-@click.command("fit", cls=GroupedCommand)
+@click.command("fit", cls=GroupedCommand, short_help="Find a work offset that makes the program legal.")
 @click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option(
     "--free",

@@ -20,7 +20,7 @@ from verne_post.model.verdict import find_exit_status
 _ASKED = Wanted()
 
 
-@click.command("machined", cls=GroupedCommand)
+@click.command("machined", cls=GroupedCommand, short_help="Compare the rows with the nominal part.")
 @click.argument("setpoints", type=INPUT, metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
 @click.option("--nominal", metavar="PART.STL@G54", help="The part as it should be, in a work system or @table.")

@@ -127,6 +127,7 @@ def cli() -> None:
 
     \b
     verne-post input.nc > axes.csv       the main job: G-code in, verified setpoints out
+    verne-post setup input.nc            write input.nc.toml: tools and offsets, to be filled in
     verne-post check input.nc            check a program against every limit
     verne-post explain input.nc:12       one line worked through
     verne-post report input.nc -o r.html one page to look at

@@ -14,7 +14,7 @@ from verne_post.cli.progress import show_progress
 from verne_post.model.verdict import find_exit_status, find_gravest
 
 
-@click.command("report", cls=GroupedCommand)
+@click.command("report", cls=GroupedCommand, short_help="Write one page: machine, path, limits, findings.")
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT [INPUT]")
 @click.option("-o", "--output", type=FILE, metavar="OUT.html", help="The page.")
 @click.option("--static", type=FILE, metavar="OUT.png|OUT.svg", help="A picture of the path and the axes, for CI.")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from verne_post.model.options import Options
 
 
-@click.command("setup", cls=GroupedCommand)
+@click.command("setup", cls=GroupedCommand, short_help="Write the file of tools and offsets to fill in.")
 @click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option(
     "-o", "--output", type=FILE, metavar="OUT.toml",
@@ -53,7 +53,8 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     files.write(output, "-o", [text])
     print_findings(name, others, source)
     if not quiet:
-        say(f"{show_name(str(output))}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
+        place = "the set-up" if is_dash(output) else show_name(str(output))
+        say(f"{place}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
     return ExitStatus.CLEAN
 
 
@@ -68,5 +69,5 @@ def make_setup(
     draft = draft_setup(source, machine, options)
     lines = (take_line(source, number) for number in range(1, HEAD_LINES + 1))
     head = [line.decode("utf-8", errors="replace") for line in lines if line is not None]
-    text = write_setup(name, draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, head)
+    text = write_setup(name, draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, draft.taps, head)
     return text, list_missing(draft.missing), draft.others

@@ -1,4 +1,4 @@
-"""[carrier] of machine files of schema 2: a parallel module with the wrist of a chain. Keys: docs/machine-file.md."""
+"""[carrier] of machine files of schema 2: a parallel module in a chain, or six legs. Keys: docs/machine-file.md."""
 
 from typing import Annotated, ClassVar, Final, Literal
 
@@ -6,14 +6,19 @@ import numpy as np
 from msgspec import Meta
 
 from verne_post.base.arrays import Array
-from verne_post.config.schema import Cone, Point, Positive
+from verne_post.base.units import RAD_PER_DEG
+from verne_post.config.schema import Cone, Number, Point, Positive
 from verne_post.config.sentences import Checks, Table
 from verne_post.kinematics.chain.carried import CarriedMachine
+from verne_post.kinematics.chain.hexapod import HexapodMachine
 from verne_post.kinematics.chain.machine import ChainMachine
 from verne_post.kinematics.chain.sliding import SlidingMachine
+from verne_post.kinematics.checks.bodies import Clearance
 from verne_post.kinematics.modules.central_leg import CentralLeg
 from verne_post.kinematics.modules.rod_geometry import Rod
 from verne_post.kinematics.modules.rods import RodsModule
+from verne_post.kinematics.modules.six_legs import SixLegs
+from verne_post.model.machine import Bodies
 
 #: The wrist's centre may be off the leg, and the gauge line off it, by this, mm: files give places with nine digits.
 IN_LINE: Final = 1e-6
@@ -44,53 +49,66 @@ class CarrierRodFile(Table, frozen=True, kw_only=True):
     by: str
 
 
-def _check_struts(value: list[StrutFile] | None) -> None:
-    if value is not None and len(value) != 3:
-        raise ValueError(f"{len(value)} struts; a central leg leaves the platform three motions, so expected 3")
-
-
 def _check_rods(value: list[CarrierRodFile] | None) -> None:
     if value is not None and len(value) != 6:
         raise ValueError(f"{len(value)} rods; a platform has six motions, so expected 6")
 
 
 class CarrierFile(Table, frozen=True, kw_only=True):
-    """[carrier]: three struts of variable length and a central leg, or six rods of fixed length on three sliders."""
+    """[carrier]: three struts and a central leg; six rods on three sliders; or six struts, or six rods on sliders of their own."""
 
-    checks: ClassVar[Checks] = {"struts": _check_struts, "rods": _check_rods}
+    checks: ClassVar[Checks] = {"rods": _check_rods}
 
     kind: Literal["rods"]
     actuators: list[str]
     home: Point
-    home_actuators_mm: Point | None = None
+    home_actuators_mm: list[Number] | None = None
     rods: list[CarrierRodFile] | None = None
     struts: list[StrutFile] | None = None
     central: CentralFile | None = None
+    rod_diameter_mm: Positive | None = None
+    spare_turn_deg: Annotated[float, Meta(ge=-180, le=180)] | None = None
     largest_turn_deg: Annotated[float, Meta(gt=0, lt=90)] = 60.0
     smallest_singular_value: Positive
     smallest_drop_mm: Positive | None = None
     base_cone_deg: Cone | None = None
     platform_cone_deg: Cone | None = None
 
+    @property
+    def is_hexapod(self) -> bool:
+        """Six actuators hold the platform alone."""
+        return len(self.actuators) == 6
+
     def check_together(self) -> None:
-        of_rods, of_struts = ("rods", "home_actuators_mm", "smallest_drop_mm"), ("struts", "central")
-        wanted, other = (of_struts, of_rods) if self.rods is None else (of_rods, of_struts)
-        missing = [key for key in wanted if getattr(self, key) is None]
-        spare = [key for key in other if getattr(self, key) is not None]
+        if len(self.actuators) not in {3, 6}:
+            raise ValueError(
+                f"{len(self.actuators)} actuators: expected 3 that carry a rotary pair, or 6 that hold the platform alone"
+            )
+        of_rods = {"rods", "home_actuators_mm", "smallest_drop_mm"}
+        wanted = {"struts"} if self.rods is None else of_rods
+        other = of_rods - wanted if self.rods is None else {"struts"}
+        if self.is_hexapod:
+            wanted, other = wanted | {"rod_diameter_mm"}, other | {"central"}
+        else:
+            wanted = wanted | {"central"} if self.rods is None else wanted
+            other = (other | {"central", "rod_diameter_mm", "spare_turn_deg"}) - wanted
+        missing = sorted(key for key in wanted if getattr(self, key) is None)
+        spare = sorted(key for key in other if getattr(self, key) is not None)
         if missing or spare:
             raise ValueError(
-                f"expected {', '.join(of_struts)} (struts of variable length), or {', '.join(of_rods)} (rods of fixed length on "
-                f"sliders); {'missing: ' + ', '.join(missing) if missing else 'too many: ' + ', '.join(spare)}"
+                f"{len(self.actuators)} actuators with {'struts' if self.rods is None else 'rods'} need {', '.join(sorted(wanted))}, and do "
+                f"not take {', '.join(sorted(other))}; {'missing: ' + ', '.join(missing) if missing else 'too many: ' + ', '.join(spare)}"
             )
         moved = [strut.length for strut in self.struts or ()] or [rod.by for rod in self.rods or ()]
-        if (self.struts is not None and len(set(moved)) != len(moved)) or set(moved) != set(self.actuators):
+        each = self.struts is not None or self.is_hexapod
+        if (each and len(set(moved)) != len(moved)) or set(moved) != set(self.actuators):
             raise ValueError(
                 f"{'the struts are' if self.struts else 'the rods are moved by'} {', '.join(moved)}, and actuators "
                 f"{', '.join(self.actuators)}; expected each once"
             )
-        if len(self.actuators) != 3:
+        if self.home_actuators_mm is not None and len(self.home_actuators_mm) != len(self.actuators):
             raise ValueError(
-                f"{len(self.actuators)} actuators: expected 3; six that hold a platform alone (a hexapod) are not executed"
+                f"home_actuators_mm has {len(self.home_actuators_mm)} values for {len(self.actuators)} actuators; expected one each"
             )
         if self.central is not None and not any(self.central.first_axis):
             raise ValueError("central.first_axis = [0, 0, 0]: expected a direction")
@@ -102,22 +120,21 @@ class CarrierFile(Table, frozen=True, kw_only=True):
 def describe_refused_carrier(carrier: object, schema: object) -> str | None:
     """Why a [carrier] is refused as a whole, in a sentence; None where its keys are looked at one by one."""
     keys = carrier if isinstance(carrier, dict) else {}
-    if schema == 2 and ("rods" in keys or "central" in keys):
+    if schema == 2 and ("rods" in keys or "struts" in keys):
         return None
-    what = "carrier: what it describes"
-    if "struts" in keys:
-        what = "carrier.struts: struts of variable length without a central leg (a hexapod)"
     return (
-        f"{what} is not executed; a carrier in a chain (schema 2) has three struts of variable length and a central leg, or six rods "
-        "of fixed length on three sliders; over the tilting rotary table (schema 1) there are the kinds 'verne', 'serial', "
-        "'linear_delta' and 'rods'"
+        "carrier: what it describes is not executed; a carrier in a chain (schema 2) has three struts of variable length and a central "
+        "leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; over the tilting rotary table "
+        "(schema 1) there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'"
     )
 
 
 def build_carrier_machine(
     file: CarrierFile, chain: ChainMachine, to_polar: Array, part_zero: Array, names: tuple[str, str]
-) -> CarriedMachine | SlidingMachine:
-    """The machine of a rotary pair and its carrier; see :func:`build_carried_machine`."""
+) -> CarriedMachine | SlidingMachine | HexapodMachine:
+    """The machine of a rotary pair and its carrier, or of six legs; see :func:`build_carried_machine`."""
+    if file.is_hexapod:
+        return _build_hexapod(file, chain, to_polar, part_zero)
     if file.rods is None:
         return build_carried_machine(file, chain, to_polar, part_zero, names)
     rods = [Rod(rod.platform, rod.slider, rod.rail, rod.rod, rod.by) for rod in file.rods]
@@ -130,6 +147,43 @@ def build_carrier_machine(
         )
     cones = [cone for cone in (file.base_cone_deg, file.platform_cone_deg) if cone is not None]
     return SlidingMachine(chain, module, to_polar, part_zero, min(cones) if cones else None)
+
+
+def _build_hexapod(file: CarrierFile, chain: ChainMachine, to_polar: Array, part_zero: Array) -> HexapodMachine:
+    """The machine of six legs, in the order of the actuators."""
+    names = tuple(file.actuators)
+    if file.rods is None:
+        struts = {strut.length: strut for strut in file.struts or ()}
+        joints = [(struts[name].platform, struts[name].base) for name in names]
+        rails = rods = None
+    else:
+        ordered = [{rod.by: rod for rod in file.rods}[name] for name in names]
+        joints = [(rod.platform, rod.slider) for rod in ordered]
+        rails, rods = [rod.rail for rod in ordered], [rod.rod for rod in ordered]
+    legs = SixLegs(
+        file.home, [end for end, _foot in joints], [foot for _end, foot in joints], file.largest_turn_deg, rails, rods,
+        file.home_actuators_mm,
+    )  # fmt: skip
+    return HexapodMachine(
+        chain,
+        legs,
+        to_polar,
+        part_zero,
+        RAD_PER_DEG * (file.spare_turn_deg or 0.0),
+        names,
+        file.base_cone_deg,
+        file.platform_cone_deg,
+    )
+
+
+def build_leg_clearance(file: CarrierFile, machine: HexapodMachine) -> Clearance:
+    """Distances of the legs from each other: capsules of the diameter of the file."""
+    assert file.rod_diameter_mm is not None
+    bodies = Bodies(
+        minimum=0.0, rod_radius=np.full(6, 0.5 * file.rod_diameter_mm), spindle_radius=None, spindle_top=0.0, tool_radius=None,
+        platform=None, platform_radius=0.0, slider_cone=None, platform_cone=None, cone_centre=None,
+    )  # fmt: skip
+    return Clearance(bodies, machine, machine.nose_offset, machine.spindle, 0.0)
 
 
 def build_carried_machine(

@@ -12,7 +12,7 @@ from msgspec.structs import asdict
 from verne_post.base.arrays import Array
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
-from verne_post.config.carrier import CarrierFile, build_carrier_machine
+from verne_post.config.carrier import CarrierFile, build_carrier_machine, build_leg_clearance
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
 from verne_post.config.schema import (
     AccuracyFile,
@@ -28,8 +28,10 @@ from verne_post.config.schema import (
 )
 from verne_post.config.sentences import Checks, Table, WrongTableError, check_table
 from verne_post.kinematics.chain.coordinates import ChainCoordinates
+from verne_post.kinematics.chain.hexapod import HexapodMachine
 from verne_post.kinematics.chain.machine import ChainMachine, Rotary
 from verne_post.kinematics.chain.pair import PARALLEL, RIGHT_ANGLE, build_pair
+from verne_post.kinematics.chain.sliding import SlidingMachine
 from verne_post.kinematics.tables.words import RotaryWords
 from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.machine import Accuracy, Column, Limits, Machine
@@ -55,6 +57,7 @@ class ChainFile(Table, frozen=True, kw_only=True):
     axis: Point
     part_zero: Point
     up: Point = field(default_factory=lambda: [0.0, 0.0, 1.0])
+    words: Literal["AC", "BC"] | None = None
 
     def check_together(self) -> None:
         for key in ("axis", "up"):
@@ -138,6 +141,13 @@ class ChainMachineFile(Table, frozen=True, kw_only=True):
         )
         for text in find:
             raise ValueError(text)
+        six = self.carrier is not None and self.carrier.is_hexapod
+        if six != (self.chain.words is not None):
+            raise ValueError(
+                "chain.words is missing: six legs have no rotary joints that name the words; expected 'AC' or 'BC'"
+                if six
+                else "chain.words: the rotary joints of this machine name the words; leave the key out"
+            )
 
 
 def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str]:
@@ -161,9 +171,12 @@ def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str
 
 
 def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterator[str]:
-    """What is wrong with the joints of a rotary pair and its carrier."""
+    """What is wrong with the joints of a carrier and its rotary pair, or of six legs, which have none."""
     turns = [name for name, joint in file.joints.items() if joint.turns is not None]
-    if len(turns) != 2 or not set(turns) <= set(_ROTARY):
+    if carrier.is_hexapod and turns:
+        yield (f"the joints turn: {', '.join(turns)}; six actuators hold the platform in every direction, so expected none; a rotary table "
+               "under them is not executed yet")  # fmt: skip
+    elif not carrier.is_hexapod and (len(turns) != 2 or not set(turns) <= set(_ROTARY)):
         yield f"the joints turn: {', '.join(turns) or 'none'}; expected two of a, b, c"
     if set(carrier.actuators) != set(file.joints) - set(turns):
         yield (f"carrier.actuators are {', '.join(carrier.actuators)}, and the joints that do not turn are "
@@ -174,6 +187,12 @@ def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterat
             yield f"joints.{name}.slides: the value of {value}; leave the direction out"
         if file.joints[name].positive is not None:
             yield f"joints.{name}.positive: a strut that grows, and a slider along its rails, is positive; leave the key out"
+    if carrier.is_hexapod:
+        if file.chain.tool != ["carrier"] or file.chain.part:
+            yield f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected tool = ['carrier'] and part = []"
+        if file.table is not None:
+            yield "table: the part under six legs stands still, so it has no face that turns; leave [table] out"
+        return
     if carrier.rods is not None:
         if file.chain.tool[:1] != ["carrier"] or sorted([*file.chain.tool[1:], *file.chain.part]) != sorted(turns):
             yield (f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in tool, then the rotary "
@@ -186,6 +205,44 @@ def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterat
                "and part = []; a central leg over a rotary table is not executed yet")  # fmt: skip
 
 
+#: What the two angles of a machine without rotary joints may do, per s, s2, s3: nothing drives them, so more than any program asks
+#: for but where the tool passes upright.
+_ANGLE_VELOCITY: Final = 1e4
+_ANGLE_ACCELERATION: Final = 1e7
+_ANGLE_JERK: Final = 1e10
+
+
+def _add_words(file: ChainMachineFile) -> tuple[list[str], dict[str, JointFile]]:
+    """``chain.tool`` and the joints, with words that are no joints as those of a head through the gauge point: C, and A or B on it."""
+    chain = file.chain
+    if chain.words is None:
+        return chain.tool, file.joints
+    up, axis = _normalise(chain.up), _normalise(chain.axis)
+    if np.abs(up - axis).max() > PARALLEL:
+        raise ValueError("chain.axis is not along chain.up: with six legs the tool stands along z of the part at home")
+    x, y, _z = _find_part_directions(up)
+    tilt = chain.words[0].lower()
+    about = {"c": up, tilt: x if tilt == "a" else y}
+    words = {
+        name: JointFile(
+            turns=one.tolist(),
+            through=chain.gauge,
+            velocity=_ANGLE_VELOCITY,
+            acceleration=_ANGLE_ACCELERATION,
+            jerk=_ANGLE_JERK,
+        )
+        for name, one in about.items()
+    }
+    return ["carrier", "c", tilt], {**file.joints, **words}
+
+
+def _find_part_directions(up: Array) -> Array:
+    """Rows: x, y, z of the part frame in directions of the base."""
+    x = next(unit for unit in np.eye(3) if np.linalg.norm(np.cross(unit, up)) > _ALONG)
+    x = _normalise(x - (x @ up) * up)
+    return np.stack([x, np.cross(up, x), up])
+
+
 # --- geometry -------------------------------------------------------------------------------------------------
 
 
@@ -193,19 +250,18 @@ class _Geometry:
     """The chain in its polar frame, or a ValueError with a sentence."""
 
     def __init__(self, file: ChainMachineFile) -> None:
-        chain, joints = file.chain, file.joints
-        up = _normalise(chain.up)
-        x = next(unit for unit in np.eye(3) if np.linalg.norm(np.cross(unit, up)) > _ALONG)
-        x = _normalise(x - (x @ up) * up)
-        to_part = np.stack([x, np.cross(up, x), up])
-        in_order = (*reversed(chain.part), *chain.tool)
+        chain = file.chain
+        tool, joints = _add_words(file)
+        to_part = _find_part_directions(_normalise(chain.up))
+        in_order = (*reversed(chain.part), *tool)
         rotary = [name for name in in_order if name in joints and joints[name].turns is not None]
         self.turn, self.tilt = rotary
         directions = {
             name: to_part @ _normalise(one) for name, joint in joints.items() if (one := joint.turns or joint.slides)
         }
         axis = to_part @ _normalise(chain.axis)
-        on_tool = {name: name in chain.tool for name in joints}
+        on_tool = {name: name in tool for name in joints}
+        self.joints = joints
         #: 1 where the positive sense is that of the tool's motion against the part, -1 where it is the part's.
         self.senses = {
             name: 1.0 if (joint.positive or ("tool" if on_tool[name] else "part")) == "tool" else -1.0
@@ -243,7 +299,7 @@ class _Geometry:
         self.signs = (self.pair.tilt_sign * self.senses[self.tilt], self.pair.turn_sign * self.senses[self.turn])
         axes = AXES.index(self.tilt.upper()), AXES.index(self.turn.upper())
         words = RotaryWords(axes, *self.signs, self.pair.home_tilt, self.pair.nutation)
-        by_axis = file.carrier is not None and file.carrier.rods is None
+        by_axis = not isinstance(self.machine, ChainMachine | SlidingMachine)
         self.coordinates = ChainCoordinates(wrist, words, polar.T @ gauge, by_axis)
 
 
@@ -299,11 +355,13 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
     signs = dict(zip((geometry.tilt, geometry.turn), geometry.signs, strict=True))
     columns = (
         *(Column(name, "mm", 1.0, "VP101") for name in geometry.linear),
-        Column(geometry.tilt, "deg", DEG_PER_RAD * signs[geometry.tilt], "VP102"),
-        Column(geometry.turn, "deg", DEG_PER_RAD * signs[geometry.turn], "VP103"),
+        Column(geometry.tilt, "deg", DEG_PER_RAD * signs[geometry.tilt], "VP102", driven=geometry.tilt in file.joints),
+        Column(geometry.turn, "deg", DEG_PER_RAD * signs[geometry.turn], "VP103", driven=geometry.turn in file.joints),
     )
-    limits = _convert_limits(file, columns)
-    accuracy = file.accuracy or AccuracyFile()
+    limits = _convert_limits(file, geometry.joints, columns)
+    accuracy, clearance = file.accuracy or AccuracyFile(), None
+    if file.carrier is not None and isinstance(geometry.machine, HexapodMachine):
+        clearance = build_leg_clearance(file.carrier, geometry.machine)
     return Machine(
         name=escape_unprinted(file.name),
         kind="chain" if file.carrier is None else "carrier",
@@ -316,7 +374,8 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
         accuracy=Accuracy(accuracy.tip_mm, RAD_PER_DEG * accuracy.axis_deg),
         home=convert_home(file.home) if file.home else None,
         table_radius=file.table.radius if file.table else 0.0,
-        clearance=None,
+        clearance=clearance,
+        bodies=clearance.bodies if clearance else None,
         cycle=file.control.cycle_s,
         provenance={
             key: escape_unprinted(value) for key, value in asdict(file.provenance).items() if value is not None
@@ -327,8 +386,8 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
     )
 
 
-def _convert_limits(file: ChainMachineFile, columns: tuple[Column, ...]) -> Limits:
-    joints = [file.joints[column.joint] for column in columns]
+def _convert_limits(file: ChainMachineFile, named: dict[str, JointFile], columns: tuple[Column, ...]) -> Limits:
+    joints = [named[column.joint] for column in columns]
     travel = np.array(
         [
             sorted(value / column.factor for value in joint.travel_mm or joint.travel_deg or (-math.inf, math.inf))

@@ -26,7 +26,7 @@ def convert_drives(
     """
     if files is None:
         return ()
-    joints = [column.joint for column in columns]
+    joints = [column.joint for column in columns if column.driven]
     wrong = [
         f"{file_name}: drives.{name} is no joint of this machine; they are {', '.join(joints)}"
         for name in files
@@ -39,6 +39,9 @@ def convert_drives(
         raise InputError(*(make_finding("VP501", text) for text in wrong))
     drives = []
     for column, low, high in zip(columns, limits.lower, limits.upper, strict=True):
+        if not column.driven:
+            drives.append(Drive(column.unit))
+            continue
         file = files[column.joint]
         ends = sorted((float(low) * column.factor, float(high) * column.factor))
         error = (

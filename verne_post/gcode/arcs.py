@@ -67,18 +67,18 @@ def build_arc_from_center(
     if r1 < ARC_R_TOO_SMALL_MM or r2 < ARC_R_TOO_SMALL_MM:
         raise ProgramError("VP008", "the radius of the arc is zero")
     gap = abs(r1 - r2)
-    allowed = allow_mismatch(max(r1, r2), tolerance)
-    if gap > allowed:
+    allowed_difference = allow_mismatch(max(r1, r2), tolerance)
+    if gap > allowed_difference:
         raise ProgramError(
             "VP008",
             f"the end is not on the circle: radius {r1:.4f} mm at the start, {r2:.4f} mm at the end, "
-            f"difference {gap:.4f} mm; allowed {allowed:.4f} mm",
+            f"difference {gap:.4f} mm; allowed {allowed_difference:.4f} mm",
         )
-    turned = math.atan2(end[second] - c2, end[first] - c1) - math.atan2(start[second] - c2, start[first] - c1)
-    swept = (-turned if clockwise else turned) % (2 * math.pi)
-    if swept * r1 < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on
-        swept = 2 * math.pi
-    return _make_arc(start, plane, (c1, c2), swept, clockwise, extra_turns)
+    angle = math.atan2(end[second] - c2, end[first] - c1) - math.atan2(start[second] - c2, start[first] - c1)
+    sweep = (-angle if clockwise else angle) % (2 * math.pi)
+    if sweep * r1 < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on
+        sweep = 2 * math.pi
+    return _make_arc(start, plane, (c1, c2), sweep, clockwise, extra_turns)
 
 
 def allow_mismatch(radius: float, tolerance: float) -> float:
@@ -111,16 +111,16 @@ def build_arc_from_radius(
     side = 1.0 if clockwise == (radius < 0) else -1.0
     c1 = 0.5 * (start[first] + end[first]) - side * height * d2 / (2 * half)
     c2 = 0.5 * (start[second] + end[second]) + side * height * d1 / (2 * half)
-    swept = 2 * math.atan2(half, height)
-    return _make_arc(start, plane, (c1, c2), swept if radius > 0 else 2 * math.pi - swept, clockwise, extra_turns)
+    sweep = 2 * math.atan2(half, height)
+    return _make_arc(start, plane, (c1, c2), sweep if radius > 0 else 2 * math.pi - sweep, clockwise, extra_turns)
 
 
 def _make_arc(
-    start: list[float], plane: int, centre: tuple[float, float], swept: float, clockwise: bool, extra: int
+    start: list[float], plane: int, centre: tuple[float, float], angle: float, clockwise: bool, extra: int
 ) -> Arc:
     first, second, normal, *_ = PLANES[plane]
     sign = -1 if clockwise else 1
     center = [0.0, 0.0, 0.0]
     center[first], center[second], center[normal] = *centre, start[normal]
-    sweep = sign * math.degrees(swept + 2 * math.pi * extra)
+    sweep = sign * math.degrees(angle + 2 * math.pi * extra)
     return Arc(plane, (center[0], center[1], center[2]), sign * (1 + extra), sweep)

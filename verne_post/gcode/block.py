@@ -94,8 +94,8 @@ class OWord(Struct, frozen=True):
         reader = self.reader
         if self._has_more():
             value = "; a value stands before them" if reader.characters[reader.at] == "[" else ""
-            shown = f"o{self.label or ''} {self.keyword or ''}".rstrip()
-            raise reader.error("VP001", f"only comments may follow {shown}{value}", reader.at)
+            shown_words = f"o{self.label or ''} {self.keyword or ''}".rstrip()
+            raise reader.error("VP001", f"only comments may follow {shown_words}{value}", reader.at)
 
 
 class Block(At):
@@ -124,8 +124,8 @@ def build_block_of_words(letters: str, values: list[float], line: int) -> Block 
     """The block of a line of plain words; None where only the exact reader can read it."""
     block = Block(line)
     codes, words, columns = block.codes, block.words, block.columns
-    numbered = letters.startswith("N") and values[0] >= 0
-    for at, (letter, value) in enumerate(zip(letters[numbered:], values[numbered:], strict=True), 1):
+    has_number = letters.startswith("N") and values[0] >= 0
+    for at, (letter, value) in enumerate(zip(letters[has_number:], values[has_number:], strict=True), 1):
         if letter in "GM":
             codes.append((letter, value, -at))
         elif letter in words or letter in "NO":
@@ -162,7 +162,7 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
     block = Block(line)
     characters, places, block.comment = strip_comments(text)
     reader = ValueReader(characters, places, values)
-    first, slash, numbered = True, False, False
+    first, slash, has_number = True, False, False
     while reader.at < len(characters):
         at = reader.at
         character = characters[at]
@@ -178,15 +178,15 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
             number = reader.read_word("N")
             if number < 0:
                 raise reader.error("VP007", f"N{number:g}: a block number is not negative", at)
-            numbered, first = True, False
+            has_number, first = True, False
             continue
-        if character == "O" and (first or numbered):
+        if character == "O" and (first or has_number):
             block.o = _read_o_word(reader)
             return block
         elif character in WORD_LETTERS or character in POLAR:
             number = reader.read_word(character)
             if math.isnan(number):  # a vacant variable of Fanuc
-                first = numbered = False
+                first = has_number = False
                 continue
             if character in "GM":
                 block.codes.append((character, number, reader.find_column(at)))
@@ -199,7 +199,7 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
             block.settings.append(read_setting(reader))
         else:
             raise reader.error("VP001", _describe_strange(character, first), at)
-        first = numbered = False
+        first = has_number = False
     return block
 
 
@@ -295,7 +295,7 @@ def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
             return _raise_case(text), range(len(text) + 1), None
         places = [at for at, character in enumerate(text) if character not in _BLANKS]
         return _raise_case("".join([text[at] for at in places])), [*places, len(text)], None
-    kept: list[str] = []
+    kept_parts: list[str] = []
     places, comment, at = [], None, 0
     while at < len(text):
         character = text[at]
@@ -303,15 +303,15 @@ def strip_comments(text: str) -> tuple[str, "Sequence[int]", str | None]:
             last, end = _read_comment(text, at)
             if character == "(":
                 comment = last
-            kept.append("(")
+            kept_parts.append("(")
             places.append(at)
             at = end
             continue
         if character not in _BLANKS:
-            kept.append(character)
+            kept_parts.append(character)
             places.append(at)
         at += 1
-    return _raise_case("".join(kept)), [*places, len(text)], comment
+    return _raise_case("".join(kept_parts)), [*places, len(text)], comment
 
 
 def _raise_case(text: str) -> str:

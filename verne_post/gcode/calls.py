@@ -46,7 +46,7 @@ class CallStack(Generic[_Text, _Frame]):
     @property
     def in_main(self) -> bool:
         """True where the program itself is executed, outside of calls."""
-        return self.text is self.main and not self.in_call
+        return self.text is self.main and not self._callers
 
     def show(self, line: int) -> int:
         """The line of the program that stands for a line of the text that is executed."""

@@ -1,6 +1,6 @@
-"""Modal groups of G and M codes, and the words that each code uses. G numbers are times ten.
+"""Modal groups of G and M codes, what each code does, and the words that it uses. G numbers are times ten.
 
-Another dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
+A code that is in no group cannot be executed. docs/make_words.py makes the tables of docs/gcode.md of this. Another dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
 """
 
 from collections.abc import Iterable, Mapping
@@ -26,15 +26,15 @@ class CodeTable(Struct, frozen=True, dict=True):
     Attributes
     ----------
     g_groups, m_groups : mapping
-        Modal group -> codes.
+        Modal group -> its codes -> what each does.
     refused_g, refused_m : mapping
         Codes that are known and not executed -> what they are.
     words_of_g, words_of_m : mapping
         Letters beside axes, F, S, T that a code uses.
     """
 
-    g_groups: Mapping[str, tuple[int, ...]]
-    m_groups: Mapping[str, tuple[int, ...]]
+    g_groups: Mapping[str, Mapping[int, str]]
+    m_groups: Mapping[str, Mapping[int, str]]
     refused_g: Mapping[int, str]
     refused_m: Mapping[int, str]
     words_of_g: Mapping[int, str]
@@ -92,35 +92,77 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
     return code
 
 
-#: RS274/NGC as LinuxCNC has it on a mill (names of groups as in its documentation), and tool vectors (G43.4, G43.5).
+#: G codes of RS274/NGC: group (named as in LinuxCNC's documentation) -> code -> what it does.
+_G: Final[Mapping[str, Mapping[int, str]]] = {
+    "motion": {
+        0: "rapid traverse",
+        10: "straight move at the feed rate",
+        **dict.fromkeys((20, 30), "arcs, clockwise and counter-clockwise: see Arcs"),
+        **dict.fromkeys((50, 51, 52, 53), "cubic and quadratic spline, NURBS begin and end: see Splines"),
+        **dict.fromkeys((code for code in CYCLES if code != 760), "holes: see Canned cycles"),
+    },
+    "cancel": {800: "ends the motion code; takes no axis words"},
+    "plane": dict.fromkeys((170, 180, 190), "plane of arcs: XY, ZX, YZ"),
+    "distance": dict.fromkeys(
+        (900, 910),
+        "absolute, incremental; holds from its own block on, but not for I J K, G10, G92 and G53",
+    ),
+    "arc distance": dict.fromkeys((901, 911), "I J K absolute, or from the start (at the start of the program)"),
+    "feed mode": dict.fromkeys((930, 940, 950), "see Feed modes"),
+    "units": dict.fromkeys(
+        (200, 210),
+        "inch, mm, of lengths and F; acts before the motion of its own block; angles and deg/min are never scaled",
+    ),
+    "cutter compensation": dict.fromkeys((400, 410, 411, 420, 421), "off, left, right: see Cutter compensation"),
+    "lathe diameter": {70: "diameters: X is then refused", 80: "radii; no effect"},
+    "spindle mode": {
+        960: "S is m/min or ft/min on the surface, D the most turns a minute: events, and a warning (VP045), since "
+        "setpoints have no spindle speed. Feed moves under G95 are refused then (VP017)",
+        970: "S is 1/min",
+    },
+    "tool length": dict.fromkeys((430, 431, 432, 434, 435, 490), "see Tool length and tool-centre-point control"),
+    "retract": {980: "cycles retract to the initial level", 990: "cycles retract to R (at the start of the program)"},
+    "work offset": dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "work systems 1 to 9"),
+    "path control": dict.fromkeys((610, 611, 640), "exact path, exact stop, corner blends: see Path control"),
+    "machine coordinates": {530: "with G0 or G1, in G90, for its block (VP017 otherwise)"},
+    "non-modal": {
+        40: "dwell: P seconds; P0 is a stop of one control cycle; comes before the motion of its block",
+        100: "L1, L10, L11, L0: tool table: see Tool length and tool-centre-point control. L2: origin of work system "
+        "P (1 to 9, or 0 for the active one); R turns X and Y. L20: the present position gets the given values",
+        **dict.fromkeys(
+            (280, 300),
+            "to the home position, by way of the given place; without [home] of the machine file refused (VP015)",
+        ),
+        **dict.fromkeys((281, 301), "set the home position to the present position"),
+        **dict.fromkeys((520, 920), "set the shift, at least one axis word; other axes keep theirs"),
+        **dict.fromkeys((921, 922, 923), "clear, suspend, restore the shift"),
+    },
+}
+#: M codes, in the same way.
+_M: Final[Mapping[str, Mapping[int, str]]] = {
+    "stopping": {
+        **dict.fromkeys((0, 60), "stop for a person"),
+        1: "stop, only with --optional-stop",
+        **dict.fromkeys((2, 30), "end of the program"),
+    },
+    "tool change": {6: "loads the tool of T and stops the spindle", 61: "Q: sets the number of the tool only"},
+    "spindle": {
+        **dict.fromkeys((3, 4, 5), "clockwise, counter-clockwise, off; S in 1/min, not negative"),
+        19: "R orients the spindle",
+        **dict.fromkeys((70, 71, 72, 73), "saved modes: see O words and subprograms"),
+    },
+    "coolant": dict.fromkeys((7, 8, 9), "mist, flood, off"),
+    "override": dict.fromkeys((48, 49, 50, 51, 52, 53), "shown as events; P0 switches off"),
+    "signals": dict.fromkeys(
+        (62, 63, 64, 65, 66, 67, 68),
+        "shown as events. P digital, E analog output, Q value. M66: P, E input, L mode, Q time",
+    ),
+    "subprograms": dict.fromkeys((98, 99), "call and return: see O words and subprograms"),
+}
+#: RS274/NGC as LinuxCNC has it on a mill, and tool vectors (G43.4, G43.5).
 RS274: Final = CodeTable(
-    g_groups={
-        "non-modal": (40, 100, 280, 281, 300, 301, 520, 920, 921, 922, 923),
-        "machine coordinates": (530,),
-        "motion": (0, 10, 20, 30, 50, 51, 52, 53, *(code for code in CYCLES if code != 760)),
-        "cancel": (800,),
-        "plane": (170, 180, 190),
-        "distance": (900, 910),
-        "arc distance": (901, 911),
-        "feed mode": (930, 940, 950),
-        "units": (200, 210),
-        "lathe diameter": (70, 80),
-        "spindle mode": (960, 970),
-        "cutter compensation": (400, 410, 411, 420, 421),
-        "tool length": (430, 431, 432, 434, 435, 490),
-        "retract": (980, 990),
-        "work offset": (540, 550, 560, 570, 580, 590, 591, 592, 593),
-        "path control": (610, 611, 640),
-    },
-    m_groups={
-        "signals": (62, 63, 64, 65, 66, 67, 68),
-        "stopping": (0, 1, 2, 30, 60),
-        "tool change": (6, 61),
-        "spindle": (3, 4, 5, 19, 70, 71, 72, 73),
-        "coolant": (7, 8, 9),
-        "override": (48, 49, 50, 51, 52, 53),
-        "subprograms": (98, 99),
-    },
+    g_groups=_G,
+    m_groups=_M,
     refused_g={
         62: "splines of Fanuc controls; see --dialect fanuc",
         **dict.fromkeys((330, 331), "spindle-synchronised motion and rigid tapping"),

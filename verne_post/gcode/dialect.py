@@ -51,13 +51,13 @@ def build_dialect_of_blocks(
 
 def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     """True when the letter stands anywhere outside comments: it may give the axis a position."""
-    sought = letter.encode()
+    pattern = letter.encode()
     if letter in setup.rotary_letters:  # tool axes name them
-        sought += rb"|G0*43\.50*(?![0-9])|G0*53\.10*(?![0-9])"
+        pattern += rb"|G0*43\.50*(?![0-9])|G0*53\.10*(?![0-9])"
     elif letter in "XY":
-        sought += rb"|[@^]"
+        pattern += rb"|[@^]"
     texts = (text for whole in (source, *setup.subroutines.values()) for text in read_whole_lines(whole))
     return any(
-        re.search(sought, re.sub(rb"\([^)\n]*(?:\)|$)|;[^\n]*", b"", text, flags=re.MULTILINE).upper())
+        re.search(pattern, re.sub(rb"\([^)\n]*(?:\)|$)|;[^\n]*", b"", text, flags=re.MULTILINE).upper())
         for text in texts
     )

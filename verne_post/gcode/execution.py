@@ -17,7 +17,7 @@ from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import AXES
 
 #: So many things that errors of one cause are about are named.
-_NAMED: Final = 8
+_MOST_NAMES: Final = 8
 #: Errors after which a program does not go on: the next line is not known.
 FATAL: Final = ("VP023", "VP024", "VP027")
 #: Most findings, and errors that they count: a file with more is no G-code, or has one mistake in every line.
@@ -30,10 +30,10 @@ class Execution(Struct):
     state: State
     recorder: Recorder
     errors: list[Finding] = field(default_factory=list)
-    _reported: set[tuple[int, str, str]] = field(default_factory=set)
+    _reported_errors: set[tuple[int, str, str]] = field(default_factory=set)
     #: Where the finding of each cause stands among the errors, and what it is about.
     _causes: dict[tuple[str, str], tuple[int, list[str]]] = field(default_factory=dict)
-    _counted: int = 0
+    _error_count: int = 0
 
     def report(self, error: ProgramError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
         """Report an error; False where execution cannot go on after it.
@@ -41,16 +41,16 @@ class Execution(Struct):
         ``shown_line`` stands for lines of another ``file``. Errors of the same words are one finding.
         """
         line = error.line or line
-        shown = shown_line or line
+        shown_number = shown_line or line
         message = error.message if file is None else f"{file}, line {line}: {error.message}"
-        key = (shown, error.code, message)
-        if key in self._reported:  # the error is in a loop, whose end may depend on what was not executed
+        key = (shown_number, error.code, message)
+        if key in self._reported_errors:  # the error is in a loop, whose end may depend on what was not executed
             return False
-        self._reported.add(key)
+        self._reported_errors.add(key)
         column = error.column if file is None else None
-        self.report_at_line(error.code, message, shown, column, error.about, error.settled_by)
-        self._counted += 1
-        return error.code not in FATAL and len(self.errors) < MAX_ERRORS and self._counted < MAX_COUNTED
+        self.report_at_line(error.code, message, shown_number, column, error.about, error.settled_by)
+        self._error_count += 1
+        return error.code not in FATAL and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED
 
     def report_all(self, errors: Iterable[ProgramError], line: int, **where: Any) -> bool:
         """Report the errors of one block; False where execution cannot go on after them."""
@@ -75,18 +75,22 @@ class Execution(Struct):
             self.errors.append(make_finding(code, message, settled_by=(settled_by,) if settled_by else (), **where))
             return
         item = self.errors[at]
-        settled = item.settled_by if settled_by in item.settled_by or not settled_by else (*item.settled_by, settled_by)
+        all_settled_by = (
+            item.settled_by if settled_by in item.settled_by or not settled_by else (*item.settled_by, settled_by)
+        )
         self.errors[at] = replace(
             item, last_line=max(item.last_line or line, line), count=item.count + 1,
             message=words.replace("\0", _join_names(things)).replace(ONE_TOOL if len(things) > 1 else "\0", ""),
-            settled_by=settled,
+            settled_by=all_settled_by,
         )  # fmt: skip
 
 
 def _join_names(things: list[str]) -> str:
     """Tool 1, tool 2 and tool 3."""
-    shown = things if len(things) <= _NAMED else [*things[: _NAMED - 1], f"{len(things) - _NAMED + 1} more"]
-    return " and ".join((*([", ".join(shown[:-1])] if shown[:-1] else []), *shown[-1:]))
+    shown_names = (
+        things if len(things) <= _MOST_NAMES else [*things[: _MOST_NAMES - 1], f"{len(things) - _MOST_NAMES + 1} more"]
+    )
+    return " and ".join((*([", ".join(shown_names[:-1])] if shown_names[:-1] else []), *shown_names[-1:]))
 
 
 class LineTrace(Struct):
@@ -138,8 +142,8 @@ class StopConditions(Struct, frozen=True):
 
     def is_met(self, state: State, setup: Setup, line: int, then: int, *, in_main: bool) -> bool:
         """Whether a line that has been executed was the last one; ``then`` is the one that would follow."""
-        passed = self.after_line is not None and in_main and line <= self.after_line < then
-        return passed or (self.all_known and knows_all(state, setup))
+        is_passed = self.after_line is not None and in_main and line <= self.after_line < then
+        return is_passed or (self.all_known and knows_all(state, setup))
 
 
 class Run(Protocol):
@@ -150,7 +154,7 @@ class Run(Protocol):
         """Where it goes on."""
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """True after its end."""
 
     def may_restart(self) -> bool:
@@ -169,8 +173,8 @@ class Run(Protocol):
 def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditions) -> Execution:
     """Execute a program from its next line on, until it ends or a stop condition is met; its errors are collected."""
     calls, state = run.calls, execution.state
-    watched = stop.all_known or stop.after_line is not None
-    while not run.ended:
+    is_watched = stop.all_known or stop.after_line is not None
+    while not run.has_ended:
         text, line, shown_line = calls.text, calls.line, calls.shown_line  # a return may leave them
         errors: list[ProgramError] = []
         try:
@@ -192,7 +196,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error
         ):
             break
-        if watched and stop.is_met(state, setup, line, calls.line, in_main=text is calls.main):
+        if is_watched and stop.is_met(state, setup, line, calls.line, in_main=text is calls.main):
             break
     return execution
 

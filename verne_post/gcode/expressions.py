@@ -131,8 +131,8 @@ class ValueReader:
             if name is not None:
                 self.at += len(name)
                 return self._require_finite(self._read_function(SHORT_NAMES.get(name, name), begin), begin)
-        shown = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
-        raise self.error("VP001", f"{owner} needs a number, found {shown}", begin)
+        shown_text = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
+        raise self.error("VP001", f"{owner} needs a number, found {shown_text}", begin)
 
     def read_assigned(self, owner: str) -> float:
         """The value after ``=``."""
@@ -282,8 +282,8 @@ class ValueReader:
 
     def _call(self, name: str, argument: float, begin: int) -> float:
         """A function of one argument; ROUND of custom macros rounds to the step of its word."""
-        allowed, what = DOMAIN.get(name, (None, ""))
-        if allowed is not None and not allowed(argument):
+        is_allowed, what = DOMAIN.get(name, (None, ""))
+        if is_allowed is not None and not is_allowed(argument):
             raise self.error("VP007", f"{name}[{argument:g}]: {what}", begin)
         if name == "ROUND" and self._is_macro:
             if self._steps is None:

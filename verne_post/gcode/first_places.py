@@ -55,14 +55,14 @@ class FirstPlaces(Struct):
         return axis in self.waiting or axis in self.unnamed_axes
 
     def note(
-        self, known: list[bool], begin: list[float], end: list[float], axes: list[int],
+        self, known_axes: list[bool], begin: list[float], end: list[float], axes: list[int],
         to_machine: Callable[[Array], Array], *, machine: bool,
     ) -> None:  # fmt: skip
         """Note a motion that names axes.
 
         Parameters
         ----------
-        known : list of bool
+        known_axes : list of bool
             Which axes (9) are settled; changed.
         begin, end : list of float
             Program positions (9), mm and degrees, in one frame.
@@ -72,10 +72,10 @@ class FirstPlaces(Struct):
         machine : bool
             The place is one of the machine.
         """
-        turns = any(known[axis] and end[axis] != begin[axis] for axis in _ROTARY)
+        turns = any(known_axes[axis] and end[axis] != begin[axis] for axis in _ROTARY)
         if self.waiting & set(axes) or (self.waiting and turns):
-            self._settle(known)
-        fresh = [axis for axis in axes if not known[axis] and axis not in self.waiting]
+            self._settle(known_axes)
+        fresh = [axis for axis in axes if not known_axes[axis] and axis not in self.waiting]
         for axis in fresh:
             self.misses[axis] = end[axis] - begin[axis]
         linear = set(fresh) & set(_LINEAR)
@@ -87,23 +87,23 @@ class FirstPlaces(Struct):
             if self.is_open and (self.waits or self.at_machine & set(axes)):
                 self.waiting |= linear
             self.at_machine -= set(axes)
-            self._place_unnamed(known, begin)
+            self._place_unnamed(known_axes, begin)
         for axis in fresh:
-            known[axis] = axis not in self.waiting
-        if self.waiting and not self.at_machine and all(known[axis] or axis in self.waiting for axis in _LINEAR):
+            known_axes[axis] = axis not in self.waiting
+        if self.waiting and not self.at_machine and all(known_axes[axis] or axis in self.waiting for axis in _LINEAR):
             self._take_machine(self.waiting, to_machine(np.array(end)))
-            self._settle(known)
+            self._settle(known_axes)
 
     def _take_machine(self, axes: set[int], place: Array) -> None:
         for axis in axes:
             self.misses[axis] = float(place[axis] - self.start[axis])
 
-    def _place_unnamed(self, known: list[bool], begin: list[float]) -> None:
+    def _place_unnamed(self, known_axes: list[bool], begin: list[float]) -> None:
         for axis in self.unnamed_axes:
-            if not known[axis]:
-                self.misses[axis], known[axis] = -begin[axis], True
+            if not known_axes[axis]:
+                self.misses[axis], known_axes[axis] = -begin[axis], True
 
-    def _settle(self, known: list[bool]) -> None:
+    def _settle(self, known_axes: list[bool]) -> None:
         for axis in self.waiting:
-            known[axis] = True
+            known_axes[axis] = True
         self.waiting, self.is_open = set(), False

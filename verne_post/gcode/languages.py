@@ -11,7 +11,7 @@ from verne_post.base.printable import make_printable_in_place
 from verne_post.model.findings import Finding, make_finding
 
 #: Bytes from the beginning of a text that are searched.
-_SEARCHED: Final = 1 << 16
+_SEARCHED_BYTES: Final = 1 << 16
 
 
 #: Codes of errors in lines that are not understood.
@@ -63,7 +63,7 @@ _LANGUAGES: Final = (
 
 
 def find_other_language(
-    source: Text, errors: Sequence[Finding], dialect: str, known: Collection[str], *, recognised: bool = False
+    source: Text, errors: Sequence[Finding], dialect: str, known_words: Collection[str], *, is_recognised: bool = False
 ) -> Finding | None:
     """The finding that says which language a text looks like that could not be read; None where nothing shows it.
 
@@ -74,17 +74,17 @@ def find_other_language(
         What is wrong with it as a program of its dialect.
     dialect : str
         Name of that dialect.
-    known : collection of str
+    known_words : collection of str
         Names of all dialects.
-    recognised : bool
+    is_recognised : bool
         The text begins as one of that dialect; only its very beginning can say otherwise.
     """
-    head = source[:_SEARCHED]
+    head = source[:_SEARCHED_BYTES]
     own = next((language for language in _LANGUAGES if language.dialect == dialect), None)
     if own is not None and re.match(own.sign, head, re.MULTILINE | re.IGNORECASE):
         return None  # it begins as texts of its dialect do
     for language in _LANGUAGES:
-        if language.dialect == dialect or (recognised and not language.sign.startswith(rb"\A")):
+        if language.dialect == dialect or (is_recognised and not language.sign.startswith(rb"\A")):
             continue
         for match in re.finditer(language.sign, head, re.MULTILINE | re.IGNORECASE):
             line = head.count(b"\n", 0, match.start()) + 1
@@ -92,31 +92,33 @@ def find_other_language(
                 break
         else:
             continue
-        shown = match.group().decode("utf-8", errors="replace").strip()
-        text = f"this looks like {language.name} ({_quote(shown)})"
-        if language.dialect in known:
+        shown_words = match.group().decode("utf-8", errors="replace").strip()
+        text = f"this looks like {language.name} ({_quote(shown_words)})"
+        if language.dialect in known_words:
             right = f"; read it with --dialect {language.dialect}"
         else:
-            right = f", which is not read; dialects are {', '.join(sorted(known))}"
+            right = f", which is not read; dialects are {', '.join(sorted(known_words))}"
         return make_finding("VP032", text + right, line=line, last_line=line, worst_line=line)
-    if recognised or (own is not None and re.search(own.sign, head, re.MULTILINE | re.IGNORECASE)):
+    if is_recognised or (own is not None and re.search(own.sign, head, re.MULTILINE | re.IGNORECASE)):
         return None
-    return _report_no_language(head, errors, known)
+    return _report_no_language(head, errors, known_words)
 
 
-def _report_no_language(head: bytes, errors: Sequence[Finding], known: Collection[str]) -> Finding | None:
+def _report_no_language(head: bytes, errors: Sequence[Finding], known_words: Collection[str]) -> Finding | None:
     """The finding of a text that has hardly a word of any program, and cannot be read for that; None for others."""
     unreadable = [item for item in errors if item.code in _UNREADABLE and item.line]
     lines = [(number, line) for number, line in enumerate(head.split(b"\n"), 1) if line.strip()]
-    worded = sum(_WORD.search(_COMMENT.sub(b"", line)) is not None for _number, line in lines)
+    lines_with_words = sum(_WORD.search(_COMMENT.sub(b"", line)) is not None for _number, line in lines)
     wrong = sum(
         any((item.line or 0) <= number <= (item.last_line or 0) for item in unreadable) for number, _line in lines
     )
-    if not unreadable or worded > _FEW * len(lines) or 2 * wrong <= len(lines):
+    if not unreadable or lines_with_words > _FEW * len(lines) or 2 * wrong <= len(lines):
         return None
     first = min(item.line or 0 for item in unreadable)
-    shown = _quote(next(line for number, line in lines if number == first).decode("utf-8", errors="replace").strip())
-    text = f"this does not look like a program: hardly a line has words such as G1 X2 ({shown}); dialects are {', '.join(sorted(known))}"
+    shown_line = _quote(
+        next(line for number, line in lines if number == first).decode("utf-8", errors="replace").strip()
+    )
+    text = f"this does not look like a program: hardly a line has words such as G1 X2 ({shown_line}); dialects are {', '.join(sorted(known_words))}"
     return make_finding("VP032", text, line=first, last_line=first, worst_line=first)
 
 

@@ -28,9 +28,9 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
     """VP012: the length of a tool is needed, or the tool itself, and it is in no table."""
     name = describe_tool_number(number, state.tool_names)
     if setup.tools is None:
-        why = f"there is no tool table; give --tool-table FILE{ONE_TOOL}"
+        why = f"the length is in no set-up and in no tool table; give --tool-table FILE{ONE_TOOL}"
     else:
-        why = f"the tool table has no such tool; give the table a line for it{ONE_TOOL}"
+        why = f"the set-up, or the tool table, has no such tool; add it there{ONE_TOOL}"
     return at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names))
 
 
@@ -89,9 +89,9 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
     for index, at in zip(*np.unique(moves.frame, return_index=True), strict=True):
         frame = moves.frames[index]
         given = setup.frames.get(frame.system)
-        placed = (
+        given_systems = (
             frame.system in setup.given_systems | moves.placed_systems or given is None or frame.origin != given.origin
         )
-        if setup.machine and not placed:
+        if setup.machine and not given_systems:
             found.setdefault(frame.system, report_missing_offset(frame.system, int(moves.line[at])))
     return list(found.values())

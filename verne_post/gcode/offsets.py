@@ -83,7 +83,7 @@ def _rotate(vector: Array, angle_deg: float) -> Array:
     if not angle_deg:
         return vector
     c, s = math.cos(RAD_PER_DEG * angle_deg), math.sin(RAD_PER_DEG * angle_deg)
-    turned = np.array(vector)
-    turned[..., 0] = c * vector[..., 0] - s * vector[..., 1]
-    turned[..., 1] = s * vector[..., 0] + c * vector[..., 1]
-    return turned
+    vectors = np.array(vector)
+    vectors[..., 0] = c * vector[..., 0] - s * vector[..., 1]
+    vectors[..., 1] = s * vector[..., 0] + c * vector[..., 1]
+    return vectors

@@ -86,16 +86,16 @@ class Parameters:
         if not isinstance(key, str):
             return 1 <= key <= MAX_PARAMETER
         store, name = self.state.store, key
-        return name in (store.named_values if name.startswith("_") else store.local[-1]) or name in PREDEFINED
+        return name in (store.named_values if name.startswith("_") else store.local[-1]) or name in PREDEFINED_NAMES
 
     def _read_named(self, name: str) -> float:
         store = self.state.store
         place = store.named_values if name.startswith("_") else store.local[-1]
         if name in place:
             return place[name]
-        shown = PREDEFINED.get(name)
-        if shown is not None:
-            return float(shown(self))
+        read_state = PREDEFINED_NAMES.get(name)
+        if read_state is not None:
+            return float(read_state(self))
         if name.startswith(("_ini[", "_hal[")):
             raise ProgramError("VP025", f"#<{name}>: values of a running machine are not known when a program is read")
         raise ProgramError("VP025", f"#<{name}> has no value; set it first with #<{name}>=...")
@@ -167,7 +167,7 @@ class Parameters:
         """
         state, store = self.state, self.state.store
         if isinstance(key, str):
-            if key in PREDEFINED and key not in SETTABLE:
+            if key in PREDEFINED_NAMES and key not in SETTABLE:
                 raise ProgramError("VP025", f"{show_key(key)} shows a state and cannot be set")
             (store.named_values if key.startswith("_") else store.local[-1])[key] = value
             return
@@ -201,32 +201,32 @@ class Parameters:
         """What a parameter file keeps: home positions, G92, the active system, all work systems, and earlier values."""
         state = self.state
         found = {index: self.read_value(index) for index in self.setup.parameters}
-        kept = {index: value for index, value in found.items() if not math.isnan(value)}  # nor a vacant variable
+        kept_values = {index: value for index, value in found.items() if not math.isnan(value)}  # nor a vacant variable
         for first, point in ((_HOME, state.home), (_HOME2, state.home2), (_G92, state.g92_stored)):
             for axis, value in enumerate(point or ()):
                 if np.isfinite(value):
-                    kept[first + axis] = self._read_in_file(axis, value)
-        kept[5210] = float(state.g92_on)
-        kept[ACTIVE_SYSTEM] = 1.0  # the end of a program selects G54
+                    kept_values[first + axis] = self._read_in_file(axis, value)
+        kept_values[5210] = float(state.g92_on)
+        kept_values[ACTIVE_SYSTEM] = 1.0  # the end of a program selects G54
         for system in range(9):
             for entry in range(10):
-                kept[_ORIGINS + 20 * system + entry] = self.read_value(_ORIGINS + 20 * system + entry)
-        return dict(sorted(kept.items()))
+                kept_values[_ORIGINS + 20 * system + entry] = self.read_value(_ORIGINS + 20 * system + entry)
+        return dict(sorted(kept_values.items()))
 
 
 def _read_system_code(frame: Frame) -> float:
     return 540.0 + 10 * (frame.system - 1) if frame.system < 7 else 590.0 + frame.system - 6
 
 
-_Shown = Callable[[Parameters], float]
+_Reader = Callable[[Parameters], float]
 
 
-def _name_positions() -> dict[str, _Shown]:
-    shown: dict[str, _Shown] = {}
+def _name_positions() -> dict[str, _Reader]:
+    readers: dict[str, _Reader] = {}
     for axis, letter in enumerate(AXES.lower()):
-        shown[f"_{letter}"] = lambda p, axis=axis: p.find_position(axis)  # type: ignore[misc]
-        shown[f"_abs_{letter}"] = lambda p, axis=axis: p.find_machine_position(axis)  # type: ignore[misc]
-    return shown
+        readers[f"_{letter}"] = lambda p, axis=axis: p.find_position(axis)  # type: ignore[misc]
+        readers[f"_abs_{letter}"] = lambda p, axis=axis: p.find_machine_position(axis)  # type: ignore[misc]
+    return readers
 
 
 def _read_motion_mode(p: Parameters) -> float:
@@ -234,7 +234,7 @@ def _read_motion_mode(p: Parameters) -> float:
 
 
 #: Names that show the state. Codes are ten times the G number.
-PREDEFINED: Final[dict[str, _Shown]] = {
+PREDEFINED_NAMES: Final[dict[str, _Reader]] = {
     **_name_positions(),
     "_line": lambda p: p.line,
     "_motion_mode": _read_motion_mode,

@@ -122,7 +122,7 @@ class PlainLines:
         First line -> line after the last, and what the first line names, as :data:`_BITS`.
         """
         g = self.filled_words[:, _G]
-        other = ~self.moves | self._beyond | self._curved
+        other = ~self.moves | self._beyond | self._is_curve
         other[1:] |= self._first_g[1:] & ~(g[1:] == g[:-1])
         begin = np.flatnonzero(self.plain & np.append(True, ~self.plain[:-1]))
         end = np.append(np.flatnonzero(~self.plain), len(self.plain))
@@ -130,24 +130,26 @@ class PlainLines:
         odd = np.append(np.flatnonzero(other), len(other))
         odd = odd[np.searchsorted(odd, begin + 1)]
         here, there = self.row[begin] == begin[:, None], self.row[end - 1] >= begin[:, None]
-        good = ~other[begin] | (self._first_g[begin] & self.moves[begin] & ~self._beyond[begin] & ~self._curved[begin])
+        good = ~other[begin] | (
+            self._first_g[begin] & self.moves[begin] & ~self._beyond[begin] & ~self._is_curve[begin]
+        )
         good &= (odd >= end) & (here[:, :_F] == there[:, :_F]).all(axis=1)
         good &= (self.row[end - 1, _F] <= begin) & (here[:, _G] | ~there[:, _G])
-        named = here[good, : _G + 1] @ _BITS
-        return dict(zip(begin[good].tolist(), zip(end[good].tolist(), named.tolist(), strict=True), strict=True))
+        named_bits = here[good, : _G + 1] @ _BITS
+        return dict(zip(begin[good].tolist(), zip(end[good].tolist(), named_bits.tolist(), strict=True), strict=True))
 
     @cached_property
     def _beyond(self) -> Mask:
         return self.beyond_mm | self.beyond_inch
 
     @cached_property
-    def _curved(self) -> Mask:
+    def _is_curve(self) -> Mask:
         """Lines that have words of an arc, or its code."""
         return self.has_offsets | (self._first_g & (self.filled_words[:, _G] >= 2)) if self.arcs else self.has_offsets
 
     @cached_property
     def _curves(self) -> list[int]:
-        return [*np.flatnonzero(self._curved).tolist(), len(self.plain)]
+        return [*np.flatnonzero(self._is_curve).tolist(), len(self.plain)]
 
     def find_next_curved(self, first: int) -> int:
         """The first line from ``first`` on that has words of an arc, or its code."""
@@ -180,8 +182,13 @@ class PlainLines:
 @cache
 def _find_named_words(bits: int) -> tuple[Mask, tuple[int, ...], bool, bool]:
     """Axes that a line names, as a mask and as numbers, and whether it has F and G; from :data:`_BITS`."""
-    named = np.array([bits >> column & 1 for column in range(_G + 1)], dtype=bool)
-    return named[:_F], tuple(np.flatnonzero(named[:_F]).tolist()), bool(named[_F]), bool(named[_G])
+    named_columns = np.array([bits >> column & 1 for column in range(_G + 1)], dtype=bool)
+    return (
+        named_columns[:_F],
+        tuple(np.flatnonzero(named_columns[:_F]).tolist()),
+        bool(named_columns[_F]),
+        bool(named_columns[_G]),
+    )
 
 
 class PlainView(Struct):
@@ -252,9 +259,9 @@ def execute(
     """
     head = first + _HEAD
     if last - first > _LONG_STRETCH:
-        done = _execute(lines, first, head, core, view, shown_line, point)
-        if done < head:
-            return done
+        stretch = _execute(lines, first, head, core, view, shown_line, point)
+        if stretch < head:
+            return stretch
         first = head
     return _execute(lines, first, last, core, view, shown_line, point)
 
@@ -279,15 +286,15 @@ def _execute(
         last = _cut_before_named(lines, first, last, state)
         if last == first:
             return first
-    scaled = view.inch and state.feed_mode != FeedMode.INVERSE
+    is_scaled = view.inch and state.feed_mode != FeedMode.INVERSE
     given = lines.row[first:last] >= first
-    filled = lines.filled_words[first:last]
-    motion = np.where(given[:, _G], filled[:, _G], (view.motion or 0) / 10)
-    angular = np.where(given[:, _F], filled[:, _F], state.feed_angular)
-    feed = np.where(given[:, _F], filled[:, _F] * MM_PER_INCH if scaled else filled[:, _F], state.feed)
+    filled_words = lines.filled_words[first:last]
+    motion = np.where(given[:, _G], filled_words[:, _G], (view.motion or 0) / 10)
+    angular = np.where(given[:, _F], filled_words[:, _F], state.feed_angular)
+    feed = np.where(given[:, _F], filled_words[:, _F] * MM_PER_INCH if is_scaled else filled_words[:, _F], state.feed)
     moves = lines.moves[first:last]
     feeds = moves & (motion >= 1)
-    words = filled[:, :9]
+    words = filled_words[:, :9]
     if view.inch:
         words = words.copy()
         words[:, _LINEAR] *= MM_PER_INCH
@@ -303,35 +310,35 @@ def _execute(
         last = first + n
         given, motion, moves, feed, angular, end = (column[:n] for column in (given, motion, moves, feed, angular, end))
     tool_axes = None if point is None else point(first, end)
-    shown = feed
+    shown_feed = feed
     # without inches, and after an F in this unit, the feed of a turn is that of a move of the tip
-    if state.feed_mode == FeedMode.INVERSE or scaled or state.feed != state.feed_angular:
+    if state.feed_mode == FeedMode.INVERSE or is_scaled or state.feed != state.feed_angular:
         delta = np.diff(end, axis=0, prepend=[state.position])
-        shown = find_effective_feed(state.feed_mode, feed, angular, *measure_lengths(delta))
+        shown_feed = find_effective_feed(state.feed_mode, feed, angular, *measure_lengths(delta))
     rapid = motion == 0
     number = np.arange(lines.first_line + first, lines.first_line + last) if shown_line is None else None
     kind = np.where(rapid, MoveKind.RAPID, MoveKind.FEED)
-    shown = np.where(rapid, np.nan, shown)
-    timed = state.feed_mode == FeedMode.INVERSE
-    seconds = np.where(rapid, np.nan, SECONDS_PER_MINUTE / np.where(rapid, 1.0, feed))[moves] if timed else np.nan
+    shown_feed = np.where(rapid, np.nan, shown_feed)
+    is_timed = state.feed_mode == FeedMode.INVERSE
+    seconds = np.where(rapid, np.nan, SECONDS_PER_MINUTE / np.where(rapid, 1.0, feed))[moves] if is_timed else np.nan
     straight, curves = len(kind) > 0, None
     if arcs is not None:
-        curved = motion >= 2
-        kind[curved], shown[curved] = MoveKind.ARC, feed[curved]
-        straight = bool((moves & ~curved).any())
+        is_arc = motion >= 2
+        kind[is_arc], shown_feed[is_arc] = MoveKind.ARC, feed[is_arc]
+        straight = bool((moves & ~is_arc).any())
         curves = arcs[0].select_before(len(motion), state.plane)
     if not moves.all():
         number = number[moves] if number is not None else None
-        kind, shown, moved = kind[moves], shown[moves], end[moves]
+        kind, shown_feed, moved_ends = kind[moves], shown_feed[moves], end[moves]
     else:
-        moved = end
+        moved_ends = end
     if number is None:
         number = np.full(len(kind), shown_line)
-    recorder.add_many(state, number, kind, moved, shown, curves, tool_axes, seconds)
+    recorder.add_many(state, number, kind, moved_ends, shown_feed, curves, tool_axes, seconds)
     turn = core.setup.rotary[1]
     if recorder.fixes_c is None and given[-1, turn]:
-        named = int(lines.first_line + first + np.argmax(given[:, turn]))
-        recorder.fix_c(named if shown_line is None else shown_line)
+        first_named = int(lines.first_line + first + np.argmax(given[:, turn]))
+        recorder.fix_c(first_named if shown_line is None else shown_line)
     state.arc_may_follow = state.arc_may_follow or straight
     view.motion = 10 * int(motion[-1])
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
@@ -348,15 +355,15 @@ def _find_arcs(
     if not lines.arcs or (lines.find_next_curved(first) >= last and view.motion in (0, 10)):
         return None
     assert lines.offsets is not None
-    curved = moves & (motion >= 2)
+    is_arc = moves & (motion >= 2)
     offsets = lines.offsets[first:last]
     arcs = plain_arcs.find_arcs(
-        offsets[curved], motion[curved] == 2, np.flatnonzero(curved), end, state, inch=view.inch
+        offsets[is_arc], motion[is_arc] == 2, np.flatnonzero(is_arc), end, state, inch=view.inch
     )
-    bad = ~curved & lines.has_offsets[first:last]
+    bad = ~is_arc & lines.has_offsets[first:last]
     bad[arcs.row] = arcs.refused_rows
     if not state.arc_may_follow:
-        bad |= curved & (np.cumsum(moves & ~curved) == 0)
+        bad |= is_arc & (np.cumsum(moves & ~is_arc) == 0)
     return arcs, bad
 
 
@@ -384,9 +391,9 @@ def _execute_alike(
     for axis in axes:
         ends_at[axis] = final[axis]
         state.has_position = state.named_axes[axis] = True
-    kind, shown = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
+    kind, shown_feed = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
     line = lines.first_line + first if shown_line is None else shown_line
-    core.recorder.add_run(state, line, kind, end, shown, counted=shown_line is None)
+    core.recorder.add_run(state, line, kind, end, shown_feed, is_counted=shown_line is None)
     if core.setup.rotary[1] in axes:
         core.recorder.fix_c(line)
     state.arc_may_follow = True
@@ -419,6 +426,6 @@ def _cut_before_named(lines: PlainLines, first: int, last: int, state: State) ->
     """End of the lines before the first that names a new axis, which the general interpreter executes."""
     if state.first_places is not None and not all(state.is_known(axis) == state.known_axes[axis] for axis in range(9)):
         return first  # axes that are never named wait for the first move
-    unknown = [axis for axis, known in enumerate(state.known_axes) if not known]
-    fresh = (lines.row[first:last, unknown] >= first).any(axis=1)
+    unknown_axes = [axis for axis, is_known in enumerate(state.known_axes) if not is_known]
+    fresh = (lines.row[first:last, unknown_axes] >= first).any(axis=1)
     return first + int(np.argmax(fresh)) if fresh.any() else last

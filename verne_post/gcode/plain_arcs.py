@@ -77,23 +77,23 @@ def find_arcs(words: Array, clockwise: Mask, row: Ints, end: Array, state: State
     start, stop = np.where((row > 0)[:, None], end[row - 1], state.position), end[row]
     given = ~np.isnan(words)
     by_radius, by_center = given[:, _R], given[:, :_R].any(axis=1)
-    refused = (by_radius == by_center) | given[:, normal]
-    center, swept = np.empty((len(row), 3)), np.empty(len(row))
+    is_refused = (by_radius == by_center) | given[:, normal]
+    center, angles = np.empty((len(row), 3)), np.empty(len(row))
     center[:, normal] = start[:, normal]
     plane, columns = np.array([first, second]), np.array([first, second, _R])
     for which, solve in ((by_center, _solve_centers), (by_radius & ~by_center, _solve_radii)):
         at = np.flatnonzero(which)
         if len(at):
-            center[np.ix_(at, plane)], swept[at], wrong = solve(
+            center[np.ix_(at, plane)], angles[at], wrong = solve(
                 start[np.ix_(at, plane)],
                 stop[np.ix_(at, plane)],
                 words[np.ix_(at, columns)],
                 clockwise[at],
                 inch,
             )
-            refused[at] |= wrong
-    sweep = np.where(clockwise, -1, 1) * np.degrees(swept)
-    return PlainArcs(row, center, sweep, refused)
+            is_refused[at] |= wrong
+    sweep = np.where(clockwise, -1, 1) * np.degrees(angles)
+    return PlainArcs(row, center, sweep, is_refused)
 
 
 def _map(function: Callable[[float, float], float], first: Array, second: Array) -> Array:
@@ -107,11 +107,11 @@ def _solve_centers(start: Array, end: Array, words: Array, clockwise: Mask, inch
     center = start + np.where(np.isnan(words[:, :2]), 0.0, words[:, :2])
     (s1, s2), (e1, e2) = (start - center).T, (end - center).T
     r1, r2 = _map(math.hypot, s1, s2), _map(math.hypot, e1, e2)
-    allowed = np.minimum(np.maximum(tolerance, ARC_RADIUS_SHARE * np.maximum(r1, r2)), 100 * tolerance)
-    refused = (r1 < ARC_R_TOO_SMALL_MM) | (r2 < ARC_R_TOO_SMALL_MM) | (np.abs(r1 - r2) > allowed)
-    turned = _map(math.atan2, e2, e1) - _map(math.atan2, s2, s1)
-    swept = np.where(clockwise, -turned, turned) % (2 * math.pi)
-    return center, np.where(swept * r1 < ARC_CHORD_MM, 2 * math.pi, swept), refused
+    allowed_difference = np.minimum(np.maximum(tolerance, ARC_RADIUS_SHARE * np.maximum(r1, r2)), 100 * tolerance)
+    is_refused = (r1 < ARC_R_TOO_SMALL_MM) | (r2 < ARC_R_TOO_SMALL_MM) | (np.abs(r1 - r2) > allowed_difference)
+    angle = _map(math.atan2, e2, e1) - _map(math.atan2, s2, s1)
+    sweep = np.where(clockwise, -angle, angle) % (2 * math.pi)
+    return center, np.where(sweep * r1 < ARC_CHORD_MM, 2 * math.pi, sweep), is_refused
 
 
 def _solve_radii(start: Array, end: Array, words: Array, clockwise: Mask, _inch: bool) -> tuple[Array, Array, Mask]:
@@ -119,7 +119,7 @@ def _solve_radii(start: Array, end: Array, words: Array, clockwise: Mask, _inch:
     d1, d2 = (end - start).T
     radius, half = words[:, 2], 0.5 * _map(math.hypot, d1, d2)
     size = np.abs(radius)
-    refused = (2 * half < ARC_CHORD_MM) | (half - size > ARC_R_TOO_SMALL_MM) | (radius == 0.0)
+    is_refused = (2 * half < ARC_CHORD_MM) | (half - size > ARC_R_TOO_SMALL_MM) | (radius == 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         short = half <= (1.0 - ARC_HALF_CIRCLE_SHARE) * size
         height = np.where(short, np.sqrt(radius * radius - half * half), 0.0)
@@ -128,5 +128,5 @@ def _solve_radii(start: Array, end: Array, words: Array, clockwise: Mask, _inch:
         center = np.column_stack(
             [middle[:, 0] - side * height * d2 / (2 * half), middle[:, 1] + side * height * d1 / (2 * half)]
         )
-    swept = 2 * _map(math.atan2, half, height)
-    return center, np.where(radius > 0, swept, 2 * math.pi - swept), refused
+    sweep = 2 * _map(math.atan2, half, height)
+    return center, np.where(radius > 0, sweep, 2 * math.pi - sweep), is_refused

@@ -26,8 +26,8 @@ def end_of_vectors(core: Machining, view: plain.PlainView, lines: plain.PlainLin
     words = offsets[first:last]
     # what has no length is not one either
     other = ~(np.abs(measure_length(words[:, :_R]) - 1.0) <= VECTOR_LENGTH) | ~np.isnan(words[:, _R])
-    named = lines.row[first:last, _G] >= first
-    other |= np.where(named, lines.filled_words[first:last, _G], (view.motion or 0) / 10) > 1
+    has_code = lines.row[first:last, _G] >= first
+    other |= np.where(has_code, lines.filled_words[first:last, _G], (view.motion or 0) / 10) > 1
     return first + int(np.argmax(other)) if other.any() else last
 
 

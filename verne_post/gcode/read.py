@@ -41,19 +41,19 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
             state.position, unsaid = find_start(source, setup, dialect)
         except InputError as error:  # report what else is wrong, after the opening lines
             state.known_axes = [True] * 9
-            done = dialect.execute(source, setup, state, StopConditions())
-            seen = {(item.line, item.code) for item in done.errors}
-            every = [*done.errors, *(item for item in error.findings if (item.line, item.code) not in seen)]
-            raise _make_refusal(source, every, dialect, done, setup) from None
+            execution = dialect.execute(source, setup, state, StopConditions())
+            seen_errors = {(item.line, item.code) for item in execution.errors}
+            every = [*execution.errors, *(item for item in error.findings if (item.line, item.code) not in seen_errors)]
+            raise _make_refusal(source, every, dialect, execution, setup) from None
         state.known_axes = [True] * 9
     start, start_frame = list(state.position), state.frame
-    done = dialect.execute(source, setup, state, StopConditions())
+    execution = dialect.execute(source, setup, state, StopConditions())
     if unsaid is not None:
-        done.recorder.warn("VP036", *unsaid, None)
-    if done.errors:
-        every = [*done.errors, *done.recorder.warnings.values()]
-        raise _make_refusal(source, every, dialect, done, setup)
-    return done.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())
+        execution.recorder.warn("VP036", *unsaid, None)
+    if execution.errors:
+        every = [*execution.errors, *execution.recorder.warnings.values()]
+        raise _make_refusal(source, every, dialect, execution, setup)
+    return execution.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())
 
 
 def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
@@ -61,13 +61,13 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     dialect = choose_dialect(setup.dialect, source, setup.source_name)
     state = dialect.initial_state(setup)
     start, frame = list(state.position), state.frame
-    done = dialect.execute(source, setup, state, StopConditions(first_error=True))
-    errors = done.errors
+    execution = dialect.execute(source, setup, state, StopConditions(first_error=True))
+    errors = execution.errors
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = _find_language(source, every, dialect)
         errors = errors if other is None else [other]
-    return done.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
+    return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
 
 
 def _find_cause(source: Text, errors: list[Finding], dialect: Dialect) -> list[Finding]:
@@ -76,18 +76,20 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect) -> list[F
     return sorted(errors, key=lambda item: item.line or 0) if other is None else [other]
 
 
-def _make_refusal(source: Text, errors: list[Finding], dialect: Dialect, done: Execution, setup: Setup) -> InputError:
+def _make_refusal(
+    source: Text, errors: list[Finding], dialect: Dialect, execution: Execution, setup: Setup
+) -> InputError:
     """The errors of a program; where a tool is missing, with the work offsets that nobody gave either."""
     found = _find_cause(source, errors, dialect)
-    if done.recorder.count and any(item.code in ("VP012", "VP018") for item in found):
-        moves = done.recorder.freeze(list(done.state.position), done.state.frame, {})
+    if execution.recorder.count and any(item.code in ("VP012", "VP018") for item in found):
+        moves = execution.recorder.freeze(list(execution.state.position), execution.state.frame, {})
         found += report_missing_offsets(moves, setup)
     return InputError(*found)
 
 
 def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Finding | None:
     name = next(name for name, other in DIALECTS.items() if other is dialect)
-    return find_other_language(source, errors, name, DIALECTS, recognised=dialect.recognise(source))
+    return find_other_language(source, errors, name, DIALECTS, is_recognised=dialect.recognise(source))
 
 
 def find_state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:

@@ -100,25 +100,25 @@ class _Run(NamedTuple):
 
     place: int
     line: int
-    counted: bool
+    is_counted: bool
     end: RunEnds
-    shared: tuple[Any, ...]
+    shared_columns: tuple[Any, ...]
 
 
 def _fill_runs(part: dict[str, NDArray[Any]], runs: list[_Run], first: int) -> None:
     """Write runs into the columns of a table from the move ``first`` on; gaps between them are not kept."""
     others = [name for name in part if name not in ("line", "end")]
-    for shared, group in groupby(runs, key=lambda run: run.shared):
+    for shared_columns, group in groupby(runs, key=lambda run: run.shared_columns):
         alike = list(group)
         rows = slice(alike[0].place - first, alike[-1].place + len(alike[-1].end.words) - first)
-        for name, value in zip(others, shared, strict=True):
+        for name, value in zip(others, shared_columns, strict=True):
             part[name][rows] = value
-        for place, line, counted, (words, named, rest), _shared in alike:
+        for place, line, is_counted, (words, named_words, rest), _shared_columns in alike:
             rows = slice(place - first, place - first + len(words))
-            part["line"][rows] = np.arange(line, line + len(words)) if counted else line
+            part["line"][rows] = np.arange(line, line + len(words)) if is_counted else line
             end = part["end"][rows]
             end[:] = rest
-            np.copyto(end, words, where=named)
+            np.copyto(end, words, where=named_words)
 
 
 class Recorder(Struct):
@@ -156,9 +156,9 @@ class Recorder(Struct):
     #: The frame and the path control that were recorded last, and their rows.
     _last: tuple[Frame | None, int, PathControl | None, int] = (None, -1, None, -1)
 
-    def say_tcp(self, said: bool) -> None:
+    def say_tcp(self, is_said: bool) -> None:
         """From the next move on, codes say in which directions X Y Z count, or no longer do."""
-        if said != len(self.tcp_changes) % 2:
+        if is_said != len(self.tcp_changes) % 2:
             self.tcp_changes.append(self.count)
 
     def index_frame(self, frame: Frame) -> int:
@@ -178,8 +178,10 @@ class Recorder(Struct):
             arc_row = self.settled_arcs + len(self.arcs)
             self.arcs.append(arc)
         if seconds is None:
-            timed = modes.feed_mode == FeedMode.INVERSE and kind not in (MoveKind.RAPID, MoveKind.DWELL) and modes.feed
-            seconds = SECONDS_PER_MINUTE / modes.feed if timed else np.nan
+            is_timed = (
+                modes.feed_mode == FeedMode.INVERSE and kind not in (MoveKind.RAPID, MoveKind.DWELL) and modes.feed
+            )
+            seconds = SECONDS_PER_MINUTE / modes.feed if is_timed else np.nan
         axis = modes.tool_axis or _NO_TOOL_AXIS
         self._keep(Row(line, kind, end, feed, *self._record_modes(modes), arc_row, spline, axis, seconds))
 
@@ -250,7 +252,7 @@ class Recorder(Struct):
             return
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
-        shared = (
+        shared_columns = (
             *self._record_modes(modes),
             self._keep_arcs(kind, arcs),
             -1,
@@ -258,7 +260,7 @@ class Recorder(Struct):
             seconds,
         )
         place = slice(self.count, self.count + n)
-        self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared))
+        self.blocks.append((place, line.astype(np.int32), kind.astype(np.int8), end, feed, shared_columns))
         self.count += n
         if self.count - self.settled_rows >= BLOCK_ROWS:  # nothing waits for its end to be amended before such moves
             self._settle()
@@ -268,19 +270,19 @@ class Recorder(Struct):
         if arcs is None or not len(arcs.sweep):
             return -1
         self._flush(len(self.rows))  # arcs are in the order of the moves
-        n, curved = len(arcs.sweep), kind == MoveKind.ARC
+        n, is_arc = len(arcs.sweep), kind == MoveKind.ARC
         turns = np.where(arcs.sweep < 0, -1, 1).astype(np.int32)
         self.arc_table.extend(plane=np.full(n, arcs.plane, np.int8), center=arcs.center, turns=turns, sweep=arcs.sweep)
-        row = np.where(curved, self.settled_arcs + np.cumsum(curved) - 1, -1)
+        row = np.where(is_arc, self.settled_arcs + np.cumsum(is_arc) - 1, -1)
         self.settled_arcs += n
         return row
 
-    def add_run(self, modes: Modes, line: int, kind: MoveKind, end: RunEnds, feed: float, *, counted: bool) -> None:
-        """Record straight moves that differ only in their ends, of lines from ``line`` on (``counted``) or of one."""
+    def add_run(self, modes: Modes, line: int, kind: MoveKind, end: RunEnds, feed: float, *, is_counted: bool) -> None:
+        """Record straight moves that differ only in their ends, of lines from ``line`` on (``is_counted``) or of one."""
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
-        shared = (kind, feed, *self._record_modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS, np.nan)
-        self.runs.append(_Run(self.count, line, counted, end, shared))
+        shared_columns = (kind, feed, *self._record_modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS, np.nan)
+        self.runs.append(_Run(self.count, line, is_counted, end, shared_columns))
         self.count += len(end.words)
         if self.count - self.settled_rows >= BLOCK_ROWS:
             self._settle()
@@ -317,9 +319,9 @@ class Recorder(Struct):
         rows, places = self.rows[:count], self.places[:count]
         if not rows:
             return
-        line, kind, end, feed, *shared = zip(*rows, strict=True)
+        line, kind, end, feed, *shared_columns = zip(*rows, strict=True)
         columns: list[NDArray[Any]] = [
-            np.array(column, dtype=dtype) for column, dtype in zip(shared, _SHARED_TYPES, strict=True)
+            np.array(column, dtype=dtype) for column, dtype in zip(shared_columns, _SHARED_TYPES, strict=True)
         ]
         self.blocks.append(
             (np.array(places), np.array(line, dtype=np.int32), np.array(kind, dtype=np.int8),
@@ -336,22 +338,22 @@ class Recorder(Struct):
             sweep=np.array([arc.sweep for arc in arcs], dtype=float),
         )
 
-    def _settle(self, kept: int = 0) -> None:
+    def _settle(self, kept_count: int = 0) -> None:
         """Add everything recorded so far to the table, but for so many of the last rows that are kept one by one."""
-        self._flush(len(self.rows) - kept)
+        self._flush(len(self.rows) - kept_count)
         first, end = self.settled_rows, self.places[0] if self.places else self.count
         part = {name: np.empty((end - first, *width), dtype) for name, (dtype, *width) in MOVE_COLUMNS.items()}
-        settled = [run for run in self.runs if run.place < end]
-        _fill_runs(part, settled, first)
-        del self.runs[: len(settled)]
+        settled_runs = [run for run in self.runs if run.place < end]
+        _fill_runs(part, settled_runs, first)
+        del self.runs[: len(settled_runs)]
         later = []
         for block in self.blocks:  # over what runs have left between them
-            place, *columns, shared = block
+            place, *columns, shared_columns = block
             if (place.start if isinstance(place, slice) else place[0]) >= end:
                 later.append(block)
                 continue
             at = slice(place.start - first, place.stop - first) if isinstance(place, slice) else place - first
-            for name, values in zip(part, (*columns, *shared), strict=True):
+            for name, values in zip(part, (*columns, *shared_columns), strict=True):
                 part[name][at] = values
         self.table.extend(**part)
         self.blocks, self.settled_rows = later, end

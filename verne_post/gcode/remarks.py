@@ -19,10 +19,10 @@ _REMARKS: Final = {
 
 def list_heads(lines: Sequence[str], dialect: str) -> list[tuple[int, str]]:
     """List the remarks that head an operation, the first of several in a row: its line, from 0, and its text."""
-    sought = re.compile(_REMARKS[dialect], re.IGNORECASE)
+    pattern = re.compile(_REMARKS[dialect], re.IGNORECASE)
     heads, before = [], -2
     for number, line in enumerate(lines):
-        match = sought.match(line)
+        match = pattern.match(line)
         text = next((group for group in match.groups() if group is not None), "").strip() if match else ""
         # a line of dashes heads nothing
         if not re.search(r"[^\W\d_]", text):

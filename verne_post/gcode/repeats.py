@@ -24,7 +24,7 @@ class Repeats(Struct):
 
     most: int
     repeated_blocks: int = 0
-    _reached: dict[Hashable, int] = field(default_factory=dict)
+    _counts: dict[Hashable, int] = field(default_factory=dict)
 
     def count(self, text: Hashable, first: int, last: int, moves: int) -> None:
         """Count lines ``first`` to ``last`` of a text, just executed, if that was not for the first time.
@@ -34,14 +34,14 @@ class Repeats(Struct):
         ProgramError
             VP024: loops and calls have repeated more blocks, or moves of such blocks, than is permitted.
         """
-        seen = self._reached.get(text, 0)
-        if moves > MOVES_OF_BLOCK:
-            self.repeated_blocks += moves - MOVES_OF_BLOCK
-        if last > seen:
-            self._reached[text] = last
-        if first <= seen:
-            self.repeated_blocks += max(min(last, seen) - first + 1, moves)
-        self.add(0)
+        count_before = self._counts.get(text, 0)
+        blocks = moves - MOVES_OF_BLOCK if moves > MOVES_OF_BLOCK else 0
+        if last > count_before:
+            self._counts[text] = last
+        if first <= count_before:
+            blocks += max(min(last, count_before) - first + 1, moves)
+        if blocks:
+            self.add(blocks)
 
     def add(self, blocks: int) -> None:
         """Count so many blocks that are executed again.

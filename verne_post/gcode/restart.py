@@ -53,8 +53,8 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
         )
     state, recorder = replay(source, setup, moves, StopConditions(before_line=line))
     ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]
-    switched = [*_restore_functions(state, line), *_find_last_outputs(recorder.events)]
-    return Restart(recorder.count, len(recorder.events), tuple(one for one in switched if not _is_replaced(one, ahead)))
+    events = [*_restore_functions(state, line), *_find_last_outputs(recorder.events)]
+    return Restart(recorder.count, len(recorder.events), tuple(one for one in events if not _is_replaced(one, ahead)))
 
 
 def _explain_refusal(spans: np.ndarray, line: int) -> str | None:
@@ -87,12 +87,14 @@ def _find_last_outputs(events: list[Event]) -> list[Event]:
     return [replace(event, before=0) for event in last.values()]
 
 
-def _is_replaced(switched: Event, ahead: list[Event]) -> bool:
+def _is_replaced(switched_event: Event, ahead: list[Event]) -> bool:
     """True where blocks from the restart to its first motion set something else; a tool change stops the spindle."""
-    kinds = {"spindle": ("spindle", "tool"), "tool": ("tool", "tool number")}.get(switched.kind, (switched.kind,))
-    if switched.kind == "signal":
-        return any(event.kind == "signal" and event.data["output"] == switched.data["output"] for event in ahead)
-    return switched.kind != "remapped" and any(event.kind in kinds for event in ahead)
+    kinds = {"spindle": ("spindle", "tool"), "tool": ("tool", "tool number")}.get(
+        switched_event.kind, (switched_event.kind,)
+    )
+    if switched_event.kind == "signal":
+        return any(event.kind == "signal" and event.data["output"] == switched_event.data["output"] for event in ahead)
+    return switched_event.kind != "remapped" and any(event.kind in kinds for event in ahead)
 
 
 def _restore_functions(state: State, line: int) -> tuple[Event, ...]:

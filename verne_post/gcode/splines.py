@@ -30,7 +30,7 @@ MAX_DEGREE: Final = 15
 #: No control has memory for more control points in one curve; 40,000 take 200 MB here.
 MAX_POINTS: Final = 100_000
 #: So many pieces are measured before anything is refused: where a curve stops, that takes a hundred times as long.
-_TRIED: Final = 1 << 8
+_MOST_TRIES: Final = 1 << 8
 #: An end of a piece that is at rest is cut off where what is cut off is straight: it is halved so often at most.
 _MOST_HALVINGS: Final = 20
 _ROTARY: Final = [3, 4, 5]
@@ -152,8 +152,8 @@ def cut_spline(spline: BSpline) -> CutSpline:
     last = last[knots[last] < knots[last + 1]]  # of the control points that a piece depends on
     owner = last[:, None] + np.arange(-degree, 1)
     knot = last[:, None] + np.arange(1 - degree, degree + 1)
-    kept = np.array([not _stands(spline, all_points[rows]) for rows in owner], dtype=bool)
-    last, owner, knot = last[kept], owner[kept], knot[kept]
+    is_kept = np.array([not _stands(spline, all_points[rows]) for rows in owner], dtype=bool)
+    last, owner, knot = last[is_kept], owner[is_kept], knot[is_kept]
     if not len(last):
         raise ProgramError("VP031", "all control points of the spline coincide", None, spline.lines[0])
     points, weights, knots = all_points[owner], all_weights[owner], knots[knot]
@@ -162,7 +162,7 @@ def cut_spline(spline: BSpline) -> CutSpline:
     n = len(last)
     straight, length, ends = np.empty(n, dtype=bool), np.empty(n), np.empty((n, points.shape[2]))
     axes = None if spline.axes is None else np.empty((n, 3))
-    for some in split_slices(n, _TRIED):  # up to the first that is refused
+    for some in split_slices(n, _MOST_TRIES):  # up to the first that is refused
         here = points[some], weights[some], knots[some]
         straight[some], length[some] = _measure(*here, [spline.lines[k] for k in last[some].tolist()])
         ends[some] = evaluate_piece_ends(*here)

@@ -70,12 +70,12 @@ class _Opening:
         give its slopes, and these the start.
         """
         position = np.zeros(len(AXES))
-        _misses, done = self._replay(position, tolerant=True)
-        late = [axis for axis in range(len(AXES)) if not done.state.is_known(axis)]
+        _misses, execution = self._replay(position, tolerant=True)
+        late = [axis for axis in range(len(AXES)) if not execution.state.is_known(axis)]
         if late:  # their letters stand in blocks like G10 alone
             self.unnamed_axes += tuple(late)
-            _misses, done = self._replay(position, tolerant=True)
-        self.discovered_run = done
+            _misses, execution = self._replay(position, tolerant=True)
+        self.discovered_run = execution
         for waits in (False, True):
             found = self._solve(position, waits=waits)
             if found is not None:
@@ -96,9 +96,9 @@ class _Opening:
                 return position
         slopes = np.zeros((3, 3))
         for axis in range(3):
-            moved = position.copy()
-            moved[axis] += 1.0
-            slopes[:, axis] = (self._replay(moved, waits=waits)[0] - misses)[:3]
+            moved_position = position.copy()
+            moved_position[axis] += 1.0
+            slopes[:, axis] = (self._replay(moved_position, waits=waits)[0] - misses)[:3]
         position[:3] -= np.linalg.lstsq(slopes, misses[:3], rcond=1.0 / _MAX_CONDITION)[0]
         misses = self._replay(position, waits=waits)[0]
         return position if np.abs(misses).max() < START_POSE_MM else None
@@ -109,38 +109,38 @@ class _Opening:
         Their angles are those at which the table is taken to start: they change when that does.
         """
         machine = self.setup.coordinates.map_to_machine(position, self.frame)
-        turned = [
+        turned_rows = [
             axis
             for axis in self.setup.rotary
             if AXES[axis] in self.setup.axes and axis not in self.unnamed_axes
             and abs(machine[axis]) > ZERO_ANGLE * DEG_PER_RAD
         ]  # fmt: skip
-        if not turned:
+        if not turned_rows:
             return None
         other = position.copy()
-        other[turned] += _TURN_DEG
+        other[turned_rows] += _TURN_DEG
         here, there = (self._list_moves(start) for start in (position, other))
         if len(here) != len(there):  # an error in one of them, which is reported by itself
             return None
         cuts = np.isin(here.kind, (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE))
-        unsaid = np.abs(here.end[:, turned] - there.end[:, turned]) > 0.5 * _TURN_DEG
+        unsaid = np.abs(here.end[:, turned_rows] - there.end[:, turned_rows]) > 0.5 * _TURN_DEG
         at = np.flatnonzero(cuts & unsaid.any(axis=1))
         if not len(at):
             return None
-        first, named = int(here.line[at[0]]), int(here.line[-1])
-        axes = [axis for axis, is_open in zip(turned, unsaid[at[0]], strict=True) if is_open]
+        first, named_line = int(here.line[at[0]]), int(here.line[-1])
+        axes = [axis for axis, is_open in zip(turned_rows, unsaid[at[0]], strict=True) if is_open]
         letters = " and ".join(AXES[axis] for axis in axes)
         stands = " ".join(f"{AXES[axis]}{position[axis]:.6g}" for axis in axes)
         text = (
-            f"the program cuts before it names {letters}: the table is taken to start at {stands}, where line {named} "
+            f"the program cuts before it names {letters}: the table is taken to start at {stands}, where line {named_line} "
             f"puts it; name {letters} before"
         )
         return text, first
 
     def _list_moves(self, position: Array) -> Moves:
         """Moves of the opening lines of a program that starts at a position."""
-        _misses, done = self._replay(position, tolerant=True)
-        return done.recorder.freeze(position.tolist(), self.frame, {})
+        _misses, execution = self._replay(position, tolerant=True)
+        return execution.recorder.freeze(position.tolist(), self.frame, {})
 
     def _replay(self, position: Array, *, tolerant: bool = False, waits: bool = False) -> tuple[Array, Execution]:
         """What is missing at each axis (9) when the opening lines start at a program position, mm and degrees."""
@@ -150,18 +150,24 @@ class _Opening:
         machine = self.setup.coordinates.map_to_machine(position, self.frame)
         state.first_places = FirstPlaces(self.unnamed_axes, machine, waits)
         start = list(state.position)
-        done = self.dialect.execute(self.source, self.setup, state, StopConditions(all_known=True))
+        execution = self.dialect.execute(self.source, self.setup, state, StopConditions(all_known=True))
         # a tool of no length hides nothing: with what it leaves open, A and C are settled all the same
-        if done.errors and not (tolerant and all(item.code == "VP012" for item in done.errors)):
-            raise InputError(*(self._explain_tilt(item, start) for item in done.errors))
-        return np.array(state.first_places.misses), done
+        if execution.errors and not (tolerant and all(item.code == "VP012" for item in execution.errors)):
+            raise InputError(*(self._explain_tilt(item, start) for item in execution.errors))
+        return np.array(state.first_places.misses), execution
 
     def _explain_tilt(self, item: Finding, start: list[float]) -> Finding:
         """Extend an error (VP017) from the tilt of the start by its source: the last of the opening lines."""
-        opened, tilt = self.discovered_run, self.setup.rotary[0]
-        if item.code != "VP017" or not start[tilt] or not item.line or opened is None or not opened.recorder.count:
+        opening_run, tilt = self.discovered_run, self.setup.rotary[0]
+        if (
+            item.code != "VP017"
+            or not start[tilt]
+            or not item.line
+            or opening_run is None
+            or not opening_run.recorder.count
+        ):
             return item
-        opening = int(opened.recorder.freeze(start, opened.state.frame, {}).line[-1])
+        opening = int(opening_run.recorder.freeze(start, opening_run.state.frame, {}).line[-1])
         if item.line >= opening:
             return item
         letter = AXES[tilt]

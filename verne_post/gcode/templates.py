@@ -34,7 +34,7 @@ _LETTERS: Final = frozenset("ABCDEFGHIJKLMPQRSTUVWXYZ")
 #: What Fanuc's controls compute otherwise.
 _MACRO_NAMES: Final = ("ASIN", "ATAN", "FIX", "FUP", "ROUND")
 #: So many templates are kept.
-_KEPT: Final = 2_000
+_MOST_KEPT: Final = 2_000
 #: Digits of a number, products and quotients of a line: values from 1 / MAX_NUMBER to MAX_NUMBER never overflow.
 _MAX_DIGITS, _MAX_PRODUCTS = 30, 4
 #: Characters of a template, and brackets and # in it; with more a line is not one of many.
@@ -69,7 +69,7 @@ def read_by_template(text: str, values: Values) -> Words | None:
     numbers = parts[1::2]
     key = (*parts[::2], values.custom_macro)
     if key not in _templates:
-        if len(_templates) >= _KEPT:
+        if len(_templates) >= _MOST_KEPT:
             _templates.clear()
         _templates[key] = _find_template(text, len(numbers), values.custom_macro)
     template = _templates[key]
@@ -214,11 +214,11 @@ class _Compiler:
                 raise _NoTemplateError
             other = self._bracket()
             return lambda n, values: _check_ordinary(math.degrees(math.atan2(argument(n, values), other(n, values))))
-        function, allowed = FUNCTIONS[name], DOMAIN.get(name, (lambda _value: True, ""))[0]
+        function, is_allowed = FUNCTIONS[name], DOMAIN.get(name, (lambda _value: True, ""))[0]
 
         def apply(n: list[float], values: Values) -> float:
             value = argument(n, values)
-            if not allowed(value):
+            if not is_allowed(value):
                 raise ValueError
             return _check_ordinary(float(function(value)))
 

@@ -132,7 +132,7 @@ class ChunkedText(ABC):
     def __init__(self, source: Text, setup: Setup, name: str | None = None) -> None:
         self.source, self.setup, self.name = source, setup, name
         self._starts = [(1, 0)]  # first line and offset of every chunk met so far
-        self._kept: OrderedDict[int, Chunk] = OrderedDict()
+        self._kept_chunks: OrderedDict[int, Chunk] = OrderedDict()
         self._last: Chunk | None = None
 
     @cached_property
@@ -153,9 +153,9 @@ class ChunkedText(ABC):
         return self._last
 
     def _find_chunk(self, line: int) -> Chunk | None:
-        for kept in reversed(self._kept.values()):
-            if kept.first_line <= line < kept.end_line:
-                return kept
+        for chunk_before in reversed(self._kept_chunks.values()):
+            if chunk_before.first_line <= line < chunk_before.end_line:
+                return chunk_before
         while True:
             first, start = self._starts[-1]
             if line < first or start >= len(self.source):
@@ -168,9 +168,9 @@ class ChunkedText(ABC):
         first, start = self._starts[at]
         text = self.source[start : self._starts[at + 1][1]]
         chunk = self.make_chunk(first, text)
-        self._kept[first] = chunk
-        if len(self._kept) > _KEPT_CHUNKS:
-            self._kept.popitem(last=False)
+        self._kept_chunks[first] = chunk
+        if len(self._kept_chunks) > _KEPT_CHUNKS:
+            self._kept_chunks.popitem(last=False)
         return chunk
 
 
@@ -212,7 +212,7 @@ class ProgramText(ChunkedText):
         ProgramError
             VP023, with its line: labels that do not fit together.
         """
-        structure, opened = Structure(), _Opened()
+        structure, open_words = Structure(), _Opened()
         line, at = 1, 0
         lines = re.compile(_O_LINE % self.language.o_letters, re.MULTILINE | re.IGNORECASE)
         for match in lines.finditer(self.source):
@@ -225,11 +225,11 @@ class ProgramText(ChunkedText):
             try:
                 block = read_block(self.language.label_of(decode_line(match.group())), line)
                 if block.o is not None:
-                    opened.take(structure, block)
+                    open_words.take(structure, block)
             except ProgramError as error:
                 column = error.column or 1
                 raise ProgramError(error.code, error.message, column, line=line) from None
-        opened.check_all_closed()
+        open_words.check_all_closed()
         return structure
 
 
@@ -237,11 +237,11 @@ def take_code(line: str) -> str:
     """A line without its comment; a semicolon inside a text begins none."""
     if ";" not in line:
         return line
-    quoted = False
+    in_quotes = False
     for at, character in enumerate(line):
         if character == '"':
-            quoted = not quoted
-        elif character == ";" and not quoted:
+            in_quotes = not in_quotes
+        elif character == ";" and not in_quotes:
             return line[:at]
     return line
 
@@ -262,10 +262,10 @@ def _find_percent_lines(source: Text, language: type[Language], start: int) -> t
     first, after = None, start
     if opening is not None:
         first, after = source.count(b"\n", 0, source.find(b"%", start)) + 1, opening.end()
-    sought = re.compile(rb"^[ \t]*%" + language.percent + rb"$", re.MULTILINE)
+    pattern = re.compile(rb"^[ \t]*%" + language.percent + rb"$", re.MULTILINE)
     line = source.count(b"\n", 0, after) + 1
     for text in read_whole_lines(source, after):
-        closing = sought.search(text)
+        closing = pattern.search(text)
         if closing is not None:
             return first, line + text.count(b"\n", 0, closing.start())
         line += text.count(b"\n")

@@ -64,5 +64,5 @@ def _read_line(raw: str, number: int, where: str) -> Tool | None:
         if letter == "D" and not 0 <= value <= MAX_TOOL:
             raise block.error("VP019", f"D{value:g}: expected a diameter from 0 to {MAX_TOOL:g}", letter)
     offset: Vector9 = tuple(block.words.get(axis, 0.0) for axis in AXES)  # type: ignore[assignment]
-    unmeasured = "" if "Z" in block.words else where
-    return Tool(int(block.words["T"]), int(block.words.get("P", 0)), offset, block.words.get("D", 0.0), unmeasured)
+    without_length = "" if "Z" in block.words else where
+    return Tool(int(block.words["T"]), int(block.words.get("P", 0)), offset, block.words.get("D", 0.0), without_length)

@@ -149,9 +149,9 @@ def split_words(first_line: int, text: bytes) -> WordTable:
     per_line = np.diff(np.searchsorted(word, newline), prepend=0)
     row = np.repeat(np.arange(n_lines), per_line)
     begin = starts[word] + 1
-    pointed = kind[word + 1] == _POINT
+    has_point = kind[word + 1] == _POINT
     end = starts[word + 1]
-    value, good = _read_numbers(characters, begin, end, np.where(pointed, starts[word + 1 + pointed] - end - 1, 0))
+    value, good = _read_numbers(characters, begin, end, np.where(has_point, starts[word + 1 + has_point] - end - 1, 0))
     plain[row[~good]] = False
     letter = np.frombuffer(characters, dtype=np.uint8)[begin - 1] & np.uint8(0xDF)
     return WordTable(first_line, text, n_lines, letter, value, row, plain)
@@ -159,13 +159,13 @@ def split_words(first_line: int, text: bytes) -> WordTable:
 
 def _mark_comments(text: bytes, begins: list[int]) -> bytes:
     """Put a mark in place of each comment without a message; ``begins`` are all places of ``(`` and ``;``."""
-    kept, end = [], 0
+    kept_comments, end = [], 0
     for begin in begins:
         if begin >= end and (match := _SILENT.match(text, begin)) is not None:
-            kept.append(text[end:begin])
+            kept_comments.append(text[end:begin])
             end = match.end()
-    kept.append(text[end:])
-    return _MARK.join(kept)
+    kept_comments.append(text[end:])
+    return _MARK.join(kept_comments)
 
 
 def _read_numbers(characters: bytes, begin: Ints, end: Ints, decimals: Ints) -> tuple[Array, Mask]:

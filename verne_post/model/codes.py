@@ -101,7 +101,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "verne-post setup INPUT writes INPUT.toml with every tool of the program; fill in the lengths. Or give --tool-length or --tool-table; the program may say it too (G10 L1, $TC_DP3, TOOL DEF).",
+        "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give --tool-length or --tool-table; the program may say "
+        "it too (G10 L1, $TC_DP3, TOOL DEF).",
     ),
     (
         "VP013",
@@ -242,14 +243,14 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "The program uses a work system that neither --wcs nor the program has placed: its origin is the rotary centre on the "
         "table face.",
-        "Give --wcs, or wcs.G54 in the set-up beside the program (verne-post setup INPUT writes one): mm from the rotary centre"
+        "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
     ),
     (
         "VP034",
         "no tool length",
         "warning",
-        "The program cuts with tool length 0: no length is in force (after G49 or D0), and no --tool-length was given.",
+        "The program cuts with tool length 0: no length is in force (after G49 or D0), or the tool table gives 0.",
         "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give --tool-length. If the gauge line is"
         " meant, give --tool-length 0.",
     ),
@@ -332,8 +333,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how far the spindle has "
         "turned.",
-        "If the control that executes the setpoints couples the spindle to the axis, give --tapping feed. Otherwise tap with a "
-        "floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a separate program.",
+        "If the control that executes the setpoints couples the spindle to the axis, give --tapping feed, or tapping = 'feed' in the "
+        "set-up. Otherwise tap with a floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a separate program.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
@@ -594,8 +595,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP505",
         "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the command line or of the "
-        "set-up is legal, but hardly intended: most often it is in another unit.",
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the command line, of the "
+        "set-up or of the program is legal, but hardly intended: most often it is in another unit.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post machine "
         "validate` prints how long moves take.",
     ),
@@ -655,10 +656,14 @@ def describe_response(code: Code) -> str:
     if code.severity == "note":
         return "For information only; exit status and setpoints are not changed."
     warned = "it is printed and does not stop the conversion; check --fail-level warning then ends with 1."
-    if number < 100 and code.severity == "warning":
-        return warned.capitalize()
+    if code.code == "VP509":
+        return "It is printed, and the machine file is written all the same."
+    if code.severity == "warning" and code.code not in _EITHER:
+        return warned[0].upper() + warned[1:]
     if number < 100:
         return "Nothing is written, exit status 2. Reading goes on to the next mistakes, 50 at most."
+    if code.code == "VP220":
+        return "There is no verdict: exit status 3, and 1 where something else is gouged; convert writes nothing."
     if number < 400:
         text = "convert writes nothing; check and convert end with status 1 (check --exit-zero: 0)."
         if code.code in _EITHER:
@@ -666,6 +671,8 @@ def describe_response(code: Code) -> str:
         return text
     if code.code == "VP420":
         return "There is no verdict: nothing is written, exit status 3."
+    if code.code == "VP414":
+        return "verify ends with status 1."
     if number < 500:
         return (
             "verify ends with status 1. convert checks its rows in the same way before anything is written; "

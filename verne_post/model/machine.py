@@ -1,11 +1,13 @@
 """The machine as all packages see it: frozen values, lengths in mm, angles in rad, times in s."""
 
+import html
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.numbers import format_fixed
+from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding
@@ -19,13 +21,15 @@ class Column:
     """How an actuated joint is written: ``file value = inside value * factor``.
 
     The factor carries the unit (degrees) and the sense of the machine file (sign); ``code`` is the
-    finding code of this joint's travel.
+    finding code of this joint's travel. Where a machine has no joint of that name, and the number only says where the tool
+    points, it is not ``driven``.
     """
 
     joint: str
     unit: str
     factor: float
     code: str
+    driven: bool = True
 
     @property
     def header(self) -> str:
@@ -112,7 +116,7 @@ class Bodies:
     cone_centre: Array | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Machine:
     """One machine: kinematics, limits, control, and where every number comes from.
 
@@ -143,6 +147,25 @@ class Machine:
     tolerances: Array = field(default_factory=lambda: np.empty(0))
     warnings: tuple[Finding, ...] = ()
     vibration: Vibration | None = None
+
+    def _make_text_rows(self) -> list[list[str]]:
+        """Its joints with their limits, in the units and senses of setpoint files."""
+        rows = [["joint", "unit", "from", "to", "velocity, /s", "acceleration, /s2", "jerk, /s3"]]
+        limits = self.limits
+        for k, column in enumerate(self.columns):
+            ends = sorted((limits.lower[k] * column.factor, limits.upper[k] * column.factor))
+            rates = np.array([limits.velocity[k], limits.acceleration[k], limits.jerk[k]]) * abs(column.factor)
+            rows.append([column.joint, column.unit, *(f"{value:g}" for value in (*ends, *rates))])
+        return rows
+
+    def _describe(self) -> str:
+        return f"{self.name}, kind {self.kind}; assumed, not measured: {', '.join(self.assumed) or 'nothing'}"
+
+    def __repr__(self) -> str:
+        return f"{self._describe()}\n{format_table(self._make_text_rows())}"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(self._describe())}</p>{format_html_table(self._make_text_rows())}"
 
     @property
     def assumed(self) -> tuple[str, ...]:

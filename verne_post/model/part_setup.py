@@ -53,6 +53,11 @@ class Tool:
     diameter: float = 0.0
     unmeasured: str = ""
 
+    @property
+    def ends_at_gauge_line(self) -> bool:
+        """The tool table gives the length 0, which is meant."""
+        return not self.unmeasured and self.offset[2] == 0.0
+
 
 def describe_tool_number(number: int, names: Mapping[int, str]) -> str:
     """A tool as a person knows it: by its number, and by the name that the program gives it."""

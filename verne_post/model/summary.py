@@ -95,6 +95,8 @@ class Summary:
         Auxiliary functions that the blocks before a restart have switched on.
     tools : tuple of (int, float)
         Tools in use and their lengths, mm, in order; number 0 where the program names none.
+    has_bare_rapids : bool
+        Some rapids have no tool length, although their tool has one in other moves.
     axis_error_deg : float or None
         Largest tool axis error of the motion that the as-built machine cannot correct; None for a nominal machine.
     stock : Stock or None
@@ -135,6 +137,7 @@ class Summary:
     parts: tuple[Part, ...] = ()
     switched: tuple[Event, ...] = ()
     tools: tuple[tuple[int, float], ...] = ()
+    has_bare_rapids: bool = False
     axis_error_deg: float | None = None
     stock: Stock | None = None
     compared: tuple[str, ...] = ()

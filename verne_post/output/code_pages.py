@@ -7,6 +7,7 @@ Title, severity, meaning and remedy are those of :data:`verne_post.model.codes.C
 import re
 import textwrap
 import tomllib
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -21,18 +22,35 @@ _EXPECTED: Final = re.compile(r"\(expect: VP\d+[^,)]*(?:, options: (?P<options>[
 _WIDTH: Final = 90
 
 
+#: Names of the program of an example, and of the changed copy of verne.toml.
+PROGRAM: Final = "example.nc"
+CHANGED: Final = "changed.toml"
+
+
 class Example(Struct, frozen=True):
-    """A program that has a code: its text, options of `check`, and (old, new) texts of the machine file."""
+    """Files and commands that show a code.
 
-    program: str
-    options: str
-    change: tuple[tuple[str, str], ...] = ()
+    Attributes
+    ----------
+    files : mapping
+        Name -> text.
+    change : tuple of (str, str)
+        Texts of verne.toml, and what stands in their place in the copy ``CHANGED``.
+    commands : tuple of str
+        Commands of a shell, one after the other in the folder of the files; the last one reports the code.
+    """
 
-    @property
-    def command(self) -> str:
-        """What shows the code."""
-        machine = " --machine changed.toml" if self.change else ""
-        return " ".join(f"verne-post check example.nc{machine} {self.options}".split())
+    files: Mapping[str, str]
+    change: tuple[tuple[str, str], ...]
+    commands: tuple[str, ...]
+
+
+def _make_check(program: str, options: str, change: tuple[tuple[str, str], ...], files: Mapping[str, str]) -> Example:
+    """A program that `check` refuses; at the zero of the table where its options say nothing else."""
+    place = "" if "--wcs" in options else _AT_ZERO
+    machine = f"--machine {CHANGED}" if change else ""
+    command = " ".join(f"verne-post check {PROGRAM} {machine} {options} {place}".split())
+    return Example({PROGRAM: program, **files}, change, (command,))
 
 
 @cache
@@ -41,18 +59,21 @@ def _read_pages() -> dict[str, dict[str, Any]]:
 
 
 def find_example(code: str) -> Example | None:
-    """The example of a code; None where a few lines of a program cannot show it."""
+    """The example of a code; None where no input is known that causes it."""
     page = _read_pages()[code]
+    change, files = tuple((old, new) for old, new in page.get("change", ())), page.get("files", {})
+    if "steps" in page:
+        program = {PROGRAM: page["program"]} if "program" in page else {}
+        return Example({**program, **files}, change, tuple(page["steps"]))
     if "program" in page:
-        options = page["options"] if "--wcs" in page["options"] else f"{page['options']} {_AT_ZERO}".strip()
-        return Example(page["program"], options, tuple((old, new) for old, new in page.get("change", ())))
+        return _make_check(page["program"], page["options"], change, files)
     package = Path(__file__).resolve().parents[1]
     for folder in (package / "rejected", package.parent / "tests" / "rejected"):
         for file in sorted(folder.glob(f"{code.lower()}_*.nc")):
             text = file.read_text(encoding="utf-8")
             expected = _EXPECTED.match(text)
             assert expected is not None
-            return Example(text.partition("\n")[2], " ".join(filter(None, (expected["options"], _AT_ZERO))))
+            return _make_check(text.partition("\n")[2], expected["options"] or "", (), {})
     return None
 
 
@@ -64,11 +85,12 @@ def _list_parts(code: str) -> list[tuple[str, str, bool]]:
     if example is None:
         parts.append(("Example", page.get("shown", "The package was installed without its examples."), False))
     else:
-        parts.append(("Example", example.program.rstrip(), True))
+        files = [(name if name != PROGRAM else "", text) for name, text in example.files.items()]
         if example.change:
             news = "\n".join(new for _old, new in example.change)
-            parts.append(("In a copy of verne.toml (verne-post machine show)", news, True))
-        parts.append(("Shown by", example.command, True))
+            files.append((f"{CHANGED}, a copy of verne.toml (verne-post machine show), where these lines differ", news))
+        parts += [(f"Example: {name}".removesuffix(": "), text.rstrip(), True) for name, text in files]
+        parts.append(("Shown by", "\n".join(example.commands), True))
     parts += [("Why it matters", page["why"], False), ("Remedy", known.remedy, False)]
     parts.append(("Response", describe_response(known), False))
     if "parameters" in page:

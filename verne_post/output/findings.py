@@ -1,5 +1,6 @@
 """What all formats of findings share: the report of a program, the line of text, the JSON record."""
 
+import shlex
 from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
@@ -8,6 +9,7 @@ from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import OF_THE_PART, count_findings, is_about_pose, is_about_text
+from verne_post.output.setup_text import quote_key
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -94,13 +96,37 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     lines = [quoted] if line.strip() else []
     if item.column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
-    code = CODES[item.code]
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
-        lines.append(f"  {blank} = {code.title}: {code.remedy}")
+        lines.append(f"  {blank} = {CODES[item.code].title}: {_name_program(_choose_remedy(item), program)}")
     else:
         lines += [f"  {blank} = tried: {make_printable(text)}" for text in item.remedies]
         lines.append(f"  {blank} = `verne-post explain {make_printable(program)}:{at}` says how much is needed")
     return lines
+
+
+#: What helps where a code of the builder has no meaning yet.
+_GIVE_MEANING: Final = (
+    "Fill in its meaning in INPUT.toml, which verne-post setup INPUT writes, or post the program without it."
+)
+
+
+def _choose_remedy(item: Finding) -> str:
+    """The remedy of the code; where one key of a set-up is missing, with that key."""
+    remedy = CODES[item.code].remedy
+    match item.settled_by:
+        case (("remap", _code),):
+            return _GIVE_MEANING
+        case (("wcs", system),):
+            return remedy.replace("wcs.G54", f"wcs.{quote_key(system)}").replace("--wcs G54", f"--wcs {system}")
+    return remedy
+
+
+def _name_program(remedy: str, program: str) -> str:
+    """Put the program where a remedy has INPUT, so that the command can be pasted; standard input has no name to put there."""
+    if program == "<stdin>":
+        return remedy
+    remedy = remedy.replace("setup INPUT", f"setup {shlex.quote(program)}")
+    return make_printable(remedy.replace("INPUT", program))
 
 
 _KEYS: Final = (

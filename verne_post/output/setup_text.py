@@ -10,12 +10,16 @@ from verne_post.model.part_setup import WorkOffset
 #: Lines of a program in which remarks about its tools are looked for.
 HEAD_LINES: Final = 400
 _BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
-_REMARK: Final = re.compile(r"^\s*(?:N\d+\s*)?[(;]\s*T(?:OOL)?\s*0*(\d+)\b[\s:=|,-]*(.*?)\)?\s*$", re.IGNORECASE)
+#: A remark about a tool: ``(T5 D=6. - BALL)``, ``; T="BALL_6" D=6.``, ``;  #5 BALL_6 D=6`` of Klartext.
+_REMARK: Final = re.compile(
+    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*=?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\")[\s:=|,-]*(?P<text>.*?)\)?\s*$",
+    re.IGNORECASE,
+)
 
 
 def write_setup(
     program: str, tools: Mapping[str, tuple[float | None, float | None]], wcs: Mapping[str, WorkOffset | None],
-    codes: Mapping[str, str | None], tool_length: float | None, split: bool, head: Iterable[str],
+    codes: Mapping[str, str | None], tool_length: float | None, split: bool, taps: bool, head: Iterable[str],
 ) -> str:  # fmt: skip
     """The file as TOML text; arguments as in :class:`~verne_post.app.setup_draft.SetupDraft`.
 
@@ -31,6 +35,8 @@ def write_setup(
         lines.append(f"tool_length = {tool_length:g}")
     if split:
         lines.append("split_at_stops = true  # one file of setpoints from stop to stop; convert needs -o NAME.csv")
+    if taps:
+        lines.append('tapping = "refuse"  # "feed" where the control that executes the setpoints couples the spindle')
     if tools:
         remarks = _find_remarks(head)
         lines += ["", "[tools]  # length: from the gauge line of the spindle to the tip"]
@@ -85,7 +91,7 @@ def quote_key(name: str) -> str:
 
 
 def _find_remarks(head: Iterable[str]) -> dict[str, str]:
-    """Number of a tool -> the first remark of the program that begins with it."""
+    """Number or name of a tool -> the first remark of the program that begins with it."""
     found: dict[str, str] = {}
     for number, text in _read_remarks(head):
         if text:
@@ -96,4 +102,4 @@ def _find_remarks(head: Iterable[str]) -> dict[str, str]:
 def _read_remarks(head: Iterable[str]) -> Iterator[tuple[str, str]]:
     for line in head:
         if match := _REMARK.match(line):
-            yield match[1], match[2].strip()
+            yield match["number"] or match["name"], match["text"].strip()

@@ -310,14 +310,17 @@ def _describe_setup(summary: Summary) -> Facts:
 def _describe_tools(summary: Summary) -> str:
     """Lengths of each tool in the order of their use, and where they are from when nobody may have given one."""
     names = name_tools(summary.events)
-    lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43, and none after G49 or D0
+    lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43
     for number, length in summary.tools:
         lengths.setdefault(f"{describe_tool_number(number, names)} " if number else "", []).append(f"{length:g}")
     tools = ", ".join(f"{tool}{' then '.join(used)} mm" for tool, used in lengths.items())
     source = " (one length for the program)" if summary.options.tool_length is not None else ""
-    if any(length == 0 for _number, length in summary.tools) and summary.options.tool_length != 0:
+    meant = {number for number, tool in (summary.options.tools or {}).items() if tool.ends_at_gauge_line}
+    if summary.options.tool_length != 0 and any(not length and number not in meant for number, length in summary.tools):
         zero = "" if len(summary.tools) == 1 else "0 mm: "
         source = f" ({zero}no length is in force, or none was given)"
+    if summary.has_bare_rapids:
+        source += "; some rapids have none"
     return f"{tools}{source}"
 
 

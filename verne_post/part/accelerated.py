@@ -4,17 +4,14 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numba import njit
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.part.bodies import Piece
-from verne_post.part.motion import BOW_SHARE, FAN, SEARCHED_MM, Level, Motion
-
-#: Stretches that are bent by more than this, mm, are divided at once.
-_SMALL_BEND: Final = 0.2
+from verne_post.part.motion import BOW_SHARE, FAN, SEARCHED_MM, SMALL_BEND_MM, Level, Motion
 
 
 def _compile(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -122,7 +119,7 @@ def _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best, enoug
 
 
 @_compile
-def _look_at_leaf(body, edges, bow, x, y, z, tip, axis, linked, first, last, best, at):
+def _look_at_leaf(body, edges, bow, slack, x, y, z, tip, axis, linked, first, last, best, at):
     """The rows from ``first`` to ``last`` and the spans between them: least distance and its row."""
     dx, dy, dz, r, h, f0, by_r, by_h = _look_from(body, edges, x, y, z, tip, axis, first)
     if f0 < best:
@@ -136,7 +133,7 @@ def _look_at_leaf(body, edges, bow, x, y, z, tip, axis, linked, first, last, bes
             tx, ty, tz = axis[i + 1, 0] - axis[i, 0], axis[i + 1, 1] - axis[i, 1], axis[i + 1, 2] - axis[i, 2]
             away = math.sqrt(mx * mx + my * my + mz * mz)
             away += math.sqrt((tx * tx + ty * ty + tz * tz) * (dx * dx + dy * dy + dz * dz))
-            if 0.5 * (f0 + f1 - away) < best:
+            if 0.5 * (f0 + f1 - away) < best - slack:
                 g0 = _find_slope(
                     dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz
                 )
@@ -179,8 +176,9 @@ def _bound_stretch(body, edges, x, y, z, tip, axis, i, j, tip_bend, chord_bend):
 
 @_compile
 def _scan(
-    body, edges, bow, point, tip, axis, linked, offset, middle, reach, chord, last, tip_bend, chord_bend, distance, row
-):
+    body, edges, bow, slack, point, tip, axis, linked,
+    offset, middle, reach, chord, last, tip_bend, chord_bend, distance, row,
+):  # fmt: skip
     """Points in turn; each begins with the leaf in which the one before ended."""
     levels, n, fan = len(offset) - 1, len(tip), 8
     stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
@@ -192,7 +190,7 @@ def _scan(
         if before >= 0:
             first = before // fan * fan
             found, where = _look_at_leaf(
-                body, edges, bow, x, y, z, tip, axis, linked, first, min(first + fan, n - 1), best, at
+                body, edges, bow, slack, x, y, z, tip, axis, linked, first, min(first + fan, n - 1), best, at
             )
             if found < best:
                 best, at, mine = found, where, True
@@ -207,19 +205,19 @@ def _scan(
             dx, dy, dz, _r, _h, phi, _a, _b = _look_from(body, edges, x, y, z, tip, axis, i)
             if phi < best:
                 best, at, mine = phi, i, True
-            if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) >= best:
+            if phi - reach[node] - chord[node] * math.sqrt(dx * dx + dy * dy + dz * dz) >= best - slack:
                 continue
             level = levels - 1
             while node < offset[level]:
                 level -= 1
-            if tip_bend[node] < _SMALL_BEND:
+            if tip_bend[node] < SMALL_BEND_MM:
                 lower = _bound_stretch(body, edges, x, y, z, tip, axis, (node - offset[level]) * fan ** (level + 1), last[node], tip_bend[node], chord_bend[node])  # fmt: skip
-                if lower - bow >= best:
+                if lower - bow >= best - slack:
                     continue
             child = (node - offset[level]) * fan
             if level == 0:
                 found, where = _look_at_leaf(
-                    body, edges, bow, x, y, z, tip, axis, linked, child, min(child + fan, n - 1), best, at
+                    body, edges, bow, slack, x, y, z, tip, axis, linked, child, min(child + fan, n - 1), best, at
                 )
                 if found < best:
                     best, at, mine = found, where, True
@@ -468,7 +466,7 @@ def _touch(
             while node < offset[level]:
                 level -= 1
             i, j = (node - offset[level]) * fan ** (level + 1), last[node]
-            if tip_bend[node] < _SMALL_BEND:
+            if tip_bend[node] < SMALL_BEND_MM:
                 lower = _bound_stretch(body, edges, x, y, z, tip, axis, i, j, tip_bend[node], chord_bend[node])
                 if lower - bow - d > limit:
                     continue
@@ -531,11 +529,11 @@ def _pack(motion: Motion) -> tuple[Any, ...]:
     return (motion.tip, motion.axis, motion.linked, offset, *columns)
 
 
-def scan(motion: Motion, piece: Piece, point: Array, distance: Array, row: Ints) -> None:
+def scan(motion: Motion, piece: Piece, point: Array, distance: Array, row: Ints, slack: float) -> None:
     """Improve the least distances (n,) of points (n, 3) from one piece, and the rows (n,) where they are."""
     assert FAN == 8  # the kernel counts on it
     body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)
-    _scan(body, piece.list_edges(), motion.bow, point, *_pack(motion), distance, row)
+    _scan(body, piece.list_edges(), motion.bow, slack, point, *_pack(motion), distance, row)
 
 
 def touch(

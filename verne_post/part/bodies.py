@@ -43,6 +43,8 @@ class Piece(Struct, frozen=True, eq=False):
         The largest r.
     plain : bool
         A cylinder whose lower edge has the radius ``rounding``; its distance is also exact beside the upper rim.
+    inner : bool
+        It lies inside two others, and only says how deep a point between them is.
     """
 
     part: str
@@ -52,6 +54,7 @@ class Piece(Struct, frozen=True, eq=False):
     high: float
     radius: float
     plain: bool = False
+    inner: bool = False
 
     def list_edges(self) -> Array:
         """Edges (k, 7) of the core: start r, h, direction r, h over the squared length, outward normal, that square.
@@ -72,25 +75,21 @@ class Piece(Struct, frozen=True, eq=False):
 
 def _evaluate_plain(piece: Piece, r: Array, h: Array) -> tuple[Array, Array, Array]:
     """The distance from a cylinder with a rounded lower edge."""
-    beside, below, above = r - piece.radius, piece.low - h, h - piece.high
+    beside, below, above = (np.asarray(one) for one in (r - piece.radius, piece.low - h, h - piece.high))
     a, b = beside + piece.rounding, below + piece.rounding
-    corner = (a > 0) & (b > 0)
-    reach = np.hypot(a, b)
-    safe = np.where(reach > 0, reach, 1.0)
-    side = beside >= below
-    phi = np.where(corner, reach - piece.rounding, np.where(side, beside, below))
-    by_r = np.where(corner, a / safe, np.where(side, 1.0, 0.0))
-    by_h = np.where(corner, -b / safe, np.where(side, 0.0, -1.0))
-    rim = (beside > 0) & (above > 0) & (b <= 0)
-    reach = np.hypot(beside, above)
-    safe = np.where(reach > 0, reach, 1.0)
-    top = ~rim & (above > phi)
-    phi = np.where(rim, reach, np.where(top, above, phi))
-    return (
-        phi,
-        np.where(rim, beside / safe, np.where(top, 0.0, by_r)),
-        np.where(rim, above / safe, np.where(top, 1.0, by_h)),
-    )
+    # most points are far from the edges, which take longer
+    phi, side = np.asarray(np.maximum(beside, below)), np.asarray(beside >= below, dtype=np.float64)
+    by_r, by_h = side, np.asarray(side - 1.0)
+    for edge, across, along, rounding, sign in (
+        ((a > 0) & (b > 0), a, b, piece.rounding, -1.0),
+        ((beside > 0) & (above > 0) & (b <= 0), beside, above, 0.0, 1.0),
+    ):
+        across, along = across[edge], along[edge]
+        reach = np.hypot(across, along)
+        phi[edge], by_r[edge], by_h[edge] = reach - rounding, across / reach, sign * along / reach
+    top = above > phi
+    phi[top], by_r[top], by_h[top] = above[top], 0.0, 1.0
+    return phi, by_r, by_h
 
 
 def _evaluate_core(piece: Piece, r: Array, h: Array) -> tuple[Array, Array, Array]:
@@ -169,7 +168,7 @@ def _join(below: Piece, above: Piece) -> list[Piece]:
     radius = min(_find_radius(below, below.high), _find_radius(above, above.low))
     low, high = 0.5 * (below.low + above.low), 0.5 * (above.low + above.high)
     core = np.array([(0.0, low), (radius, above.low), (0.0, high)])
-    return [Piece(above.part, core, 0.0, low, high, radius)] if radius > 0 else []
+    return [Piece(above.part, core, 0.0, low, high, radius, inner=True)] if radius > 0 else []
 
 
 def _find_radius(piece: Piece, height: float) -> float:

@@ -12,8 +12,9 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.part.bodies import Piece
-from verne_post.part.motion import BOW_SHARE, FAN, Level, Motion
+from verne_post.part.motion import FAN, Level, Motion
 from verne_post.part.sweep import (
+    bound_bend,
     find_crossing,
     list_children,
     load_accelerator,
@@ -160,10 +161,7 @@ def is_stretch_above(
         _View(motion, piece, point, normal, first, move, turn, np.full(len(node), share)) for share in (0.0, 1.0)
     )
     far = np.maximum(np.hypot(start.seen.r, start.seen.h), np.hypot(end.seen.r, end.seen.h)) + delta
-    bent = level.tip_bend[node] + level.chord_bend[node] * (far + level.tip_bend[node])
-    length, angle = np.linalg.norm(move, axis=1), np.linalg.norm(turn, axis=1)
-    bent += BOW_SHARE * (2.0 * length * angle + angle * angle * far)
-    return _is_above(piece, start, end, np.ones(len(node)), delta, limit + bent)
+    return _is_above(piece, start, end, np.ones(len(node)), delta, limit + bound_bend(level, node, move, turn, far))
 
 
 class _View:

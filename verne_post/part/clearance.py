@@ -6,6 +6,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.part.bound import find_above
 from verne_post.part.compare import MAX_CELLS, Cells
 from verne_post.part.motion import Motion
 from verne_post.part.places import GOLDEN, list_lines, touch_cells
@@ -50,12 +51,15 @@ class Contact(Struct, frozen=True, eq=False):
         How near it was seen there first, mm.
     deepest : Spot
         The least distance that was seen.
+    bound : float
+        No place of the mesh is nearer at any time, mm.
     """
 
     part: str
     line: Ints
     value: Array
     deepest: Spot
+    bound: float
 
 
 class Contacts(Struct, frozen=True, eq=False):
@@ -92,42 +96,49 @@ def find_contacts(
         Seek the least distance too.
     """
     limit = allowed - TOUCH_MM
-    near = _find_near(mesh, motions, limit, accelerate)
-    normals, cells = mesh.list_normals(), Cells(mesh.list_corners(), np.arange(len(mesh.facets)))
+    cells, balls = Cells(mesh.list_corners(), np.arange(len(mesh.facets))), _Balls(mesh)
+    normals = mesh.list_normals()
     found = [
         contact
-        for motion in range(len(motions))
-        for part in dict.fromkeys(piece.part for piece in motions[motion].pieces)
-        for contact in _find_contact(cells.select(near), normals, motions, (motion, part), limit, accelerate)
+        for k, motion in enumerate(motions)
+        for part in dict.fromkeys(piece.part for piece in motion.pieces)
+        for contact in _find_contact(cells, normals, balls, motions, (k, part), limit, accelerate)
     ]
     least = min((one.deepest.distance for one in found), default=np.inf)
     if with_least and not found:
-        least = _seek_least(cells, motions, (), Spot(), accelerate).distance
+        least = _seek_least(cells, normals, motions, (), Spot(), accelerate)[0].distance
     return Contacts(mesh, allowed, tuple(found), least)
 
 
-def _find_near(mesh: Mesh, motions: tuple[Motion, ...], limit: float, accelerate: bool) -> Ints:
-    """Facets that any body may come near to, by balls about neighbouring ones."""
-    corner = mesh.list_corners()
-    facet = order_facets(corner.mean(axis=1))
-    first = np.arange(0, len(facet), _CLUSTER)
-    bow = max((motion.bow for motion in motions), default=0.0)
-    low = np.minimum.reduceat(corner[facet].min(axis=1), first)
-    high = np.maximum.reduceat(corner[facet].max(axis=1), first)
-    reach = 0.5 * np.linalg.norm(high - low, axis=1)
-    nearest = find_nearest(motions, 0.5 * (low + high), limit + reach + bow, accelerate=accelerate)
-    return facet[np.repeat(nearest.row >= 0, _CLUSTER)[: len(facet)]]
+class _Balls:
+    """Balls about neighbouring facets of a mesh."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        corner = mesh.list_corners()
+        self.facet = order_facets(corner.mean(axis=1))
+        first = np.arange(0, len(self.facet), _CLUSTER)
+        low = np.minimum.reduceat(corner[self.facet].min(axis=1), first)
+        high = np.maximum.reduceat(corner[self.facet].max(axis=1), first)
+        self.middle, self.reach = 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1)
+
+    def find_near(self, motion: Motion, part: str, limit: float, accelerate: bool) -> Ints:
+        """Facets that a body may come near to."""
+        cap = limit + self.reach + motion.bow
+        nearest = find_nearest((motion,), self.middle, cap, (part,), accelerate=accelerate)
+        return self.facet[np.repeat(nearest.row >= 0, _CLUSTER)[: len(self.facet)]]
 
 
 def _find_contact(
-    cells: Cells, normals: Array, motions: tuple[Motion, ...], body: tuple[int, str], limit: float, accelerate: bool
-) -> list[Contact]:
+    cells: Cells, normals: Array, balls: _Balls, motions: tuple[Motion, ...], body: tuple[int, str], limit: float,
+    accelerate: bool,
+) -> list[Contact]:  # fmt: skip
     """The lines in which one body touches cells, if there are any."""
     motion, part = motions[body[0]], body[1]
-    pieces = [piece for piece in motion.pieces if piece.part == part]
+    near = cells.select(balls.find_near(motion, part, limit, accelerate))
     marks = list_lines(motion)
-    for piece in pieces:
-        left = cells
+    # what touches an inner piece touches one of those that it lies in
+    for piece in (one for one in motion.pieces if one.part == part and not one.inner):
+        left = near
         while len(left.facet):
             middle, delta = left.find_circles()
             least = _LEAST_MM if 4 * len(left.facet) <= MAX_CELLS else np.inf  # what is left counts as touched
@@ -140,22 +151,27 @@ def _find_contact(
         return []
     first = touched[int(np.argmin(marks.value[touched]))]
     seen = Spot(float(marks.value[first]), marks.place[first], body[0], int(marks.row[first]))
-    deepest = _seek_least(cells, motions, body, seen, accelerate)
-    return [Contact(part, marks.line[touched], marks.value[touched], deepest)]
+    deepest, bound = _seek_least(near, normals, motions, body, seen, accelerate)
+    return [Contact(part, marks.line[touched], marks.value[touched], deepest, bound)]
 
 
 def _seek_least(
-    cells: Cells, motions: tuple[Motion, ...], body: tuple[int, str] | tuple[()], seen: Spot, accelerate: bool
-) -> Spot:
-    """The place of cells that is nearest to one body that touches them, or to all; no bound.
+    cells: Cells, normals: Array, motions: tuple[Motion, ...], body: tuple[int, str] | tuple[()], seen: Spot,
+    accelerate: bool,
+) -> tuple[Spot, float]:  # fmt: skip
+    """The place of cells that is nearest to one body that touches them, or to all, and what none of them is nearer than.
 
-    What is ``seen`` is improved by looking again where it may be nearer.
+    What is ``seen`` is improved by looking again where it may be nearer. Nothing is sought below what no place can reach, nor for
+    less than a share of the depth.
     """
     own, parts = ((motions[body[0]],), (body[1],)) if body else (motions, ())
+    pieces = [piece for motion in own for piece in motion.pieces if not parts or piece.part in parts]
     smallest = _DEEPEST_MM if body else _LEAST_MM
     # inside a convex body of revolution no place is deeper than its radius
-    floor = -max((one.radius for motion in own for one in motion.pieces if not parts or one.part in parts), default=0.0)
-    while len(cells.facet):
+    floor = -max((piece.radius for piece in pieces), default=0.0)
+    bow = max((motion.bow for motion in own), default=0.0)
+    bound = np.inf  # of the cells that are not looked at again
+    while True:
         gain = max(_DEEPER_MM, -_DEEPER_SHARE * seen.distance) if body else 0.0
         middle, delta = cells.find_circles()
         lower = np.full(len(delta), np.inf)
@@ -164,15 +180,28 @@ def _seek_least(
         at, size = 0, _FIRST
         while at < len(delta) and seen.distance > floor + gain:
             some = np.sort(mixed[at : at + size])
-            nearest = find_nearest(own, middle[some], seen.distance - gain + delta[some], parts, accelerate=accelerate)
+            cap = seen.distance - gain + delta[some] + bow
+            nearest = find_nearest(own, middle[some], cap, parts, accelerate=accelerate)
             there = np.flatnonzero(nearest.row >= 0)
-            lower[some[there]] = nearest.distance[there] - delta[some[there]]
+            lower[some[there]] = nearest.distance[there] - delta[some[there]] - bow
             if len(there):
                 best = there[np.argmin(nearest.distance[there])]
                 if nearest.distance[best] < seen.distance:
                     motion = body[0] if body else int(nearest.motion[best])
                     seen = Spot(float(nearest.distance[best]), middle[some[best]], motion, int(nearest.row[best]))
             at, size = at + size, 4 * size
-        again = np.flatnonzero((lower < seen.distance - gain) & (delta > smallest))
-        cells = cells.select(again[np.argsort(lower[again], kind="stable")[:_SOUGHT]]).cut(2)
-    return seen
+        if seen.distance <= floor + gain:
+            return seen, floor
+        sought = seen.distance - gain
+        left = np.flatnonzero(lower < sought)
+        above = find_above(
+            own, middle[left], normals[cells.facet[left]], delta[left], dict.fromkeys(pieces, sought), parts,
+            accelerate=accelerate,
+        )  # fmt: skip
+        left = left[~above]
+        small = delta[left] <= smallest
+        again = left[~small][np.argsort(lower[left[~small]], kind="stable")]
+        bound = float(lower[np.concatenate([left[small], again[_SOUGHT:]])].min(initial=bound))
+        if not len(again):
+            return seen, max(floor, min(bound, sought))
+        cells = cells.select(again[:_SOUGHT]).cut(2)

@@ -30,6 +30,8 @@ _LEAST_SHARE: Final = 0.05
 _HOPELESS_SHARE: Final = 0.25
 #: Depths along the normal are known to this, mm.
 TRACED_MM: Final = 1e-4
+#: Distances of the middles of cells may be above the least ones by this, mm.
+_SLACK_MM: Final = 1e-5
 #: Places within so many times the grid are one neighbourhood of the fit.
 _NEIGHBOURS: Final = 10.0
 #: Cells looked at between two reports of progress.
@@ -215,7 +217,7 @@ class _Judge:
     def judge_cells(self, cells: Cells) -> tuple[Nearest, Array]:
         """Decide cells of the first division; returns what is nearest to their middles, and the deviations (n,)."""
         middle, _delta = cells.find_circles()
-        nearest = self._look(middle, self.wanted.search, CUTTING)
+        nearest = self._look(middle, self.wanted.search, CUTTING, _SLACK_MM)
         normal = self.normals[cells.facet]
         deviation = np.where(nearest.row < 0, np.nan, nearest.distance)
         high = np.flatnonzero(nearest.distance > 0.5 * self.wanted.excess)
@@ -239,8 +241,8 @@ class _Judge:
         )
         return Gouges(place, depth, facet, nearest)
 
-    def _look(self, point: Array, cap: Array | float, parts: tuple[str, ...]) -> Nearest:
-        return find_nearest(self.motions, point, cap, parts, accelerate=self.accelerate)
+    def _look(self, point: Array, cap: Array | float, parts: tuple[str, ...], slack: float = 0.0) -> Nearest:
+        return find_nearest(self.motions, point, cap, parts, slack=slack, accelerate=self.accelerate)
 
     def _judge_parts(self, cells: Cells, parts: tuple[str, ...], nearest: Nearest | None) -> tuple[Ints, Array]:
         """Decide cells for one group of parts; returns those that are gouges at their middles, and the depths there."""
@@ -248,28 +250,35 @@ class _Judge:
         first: tuple[Ints, Array] | None = None
         while True:
             middle, delta = cells.find_circles()
-            if nearest is None:  # farther is clear at once
-                nearest = self._look(middle, delta + self.bow, parts)
-            left = np.flatnonzero(nearest.distance - delta - self.bow <= limit)
-            cells, middle, delta, nearest = cells.select(left), middle[left], delta[left], nearest.select(left)
+            left = np.arange(len(delta))
+            if nearest is not None:  # farther is clear at once
+                left = np.flatnonzero(nearest.distance - _SLACK_MM - delta - self.bow <= limit)
+            clear = find_clear(
+                self.motions, middle[left], self.normals[cells.facet[left]], delta[left], wanted.gouge, parts,
+                accelerate=self.accelerate,
+            )  # fmt: skip
+            left = left[~clear]
+            cells, middle, delta = cells.select(left), middle[left], delta[left]
             normal = self.normals[cells.facet]
-            clear = find_clear(self.motions, middle, normal, delta, wanted.gouge, parts, accelerate=self.accelerate)
+            nearest = self._look(middle, delta + self.bow, parts) if nearest is None else nearest.select(left)
             depth = np.zeros(len(left))
-            cut = np.flatnonzero(~clear & (nearest.distance <= 0.5 * limit))
+            cut = np.flatnonzero(nearest.distance <= 0.5 * limit)
             depth[cut] = -self._trace(middle[cut], normal[cut], -wanted.search, 0.0, parts)
             gouge = np.nan_to_num(depth, nan=0.0) > wanted.gouge
             self.state[cells.facet[gouge]] = GOUGE
             self.found.append(Gouges(middle[gouge], depth[gouge], cells.facet[gouge], nearest.select(gouge)))
             if first is None:
                 first = left[gouge], depth[gouge]
-            open_ones = ~clear & ~gouge
+            open_ones = ~gouge
             # where the middle itself cannot be called clear, smaller cells can only show a deeper place
             hopeless = (nearest.distance - self.bow <= limit) & (delta < _HOPELESS_SHARE * wanted.gouge)
             small = open_ones & (hopeless | (delta < _LEAST_SHARE * wanted.gouge) | (4 * open_ones.sum() > MAX_CELLS))
             facet = cells.facet[small]
             self.state[facet] = np.where(self.state[facet] == GOUGE, GOUGE, UNDECIDED)
             np.maximum.at(
-                self.deepest, facet, (delta[small] + self.bow - nearest.distance[small]) * wanted.gouge / -limit
+                self.deepest,
+                facet,
+                (delta[small] + self.bow + _SLACK_MM - nearest.distance[small]) * wanted.gouge / -limit,
             )
             # a facet that is known to be gouged is not looked at again
             again = open_ones & ~small & (self.state[cells.facet] != GOUGE)

@@ -12,6 +12,8 @@ from verne_post.part.bodies import Piece
 FAN: Final = 8
 #: The minimum between two rows is known to this, mm; below what a row can be rounded to by 1e4.
 SEARCHED_MM: Final = 1e-9
+#: Stretches of several rows that are bent by more than this, mm, are divided at once.
+SMALL_BEND_MM: Final = 0.2
 #: Tangents at the ends of a curved path may be above the distance along it by this, over the largest second derivative:
 #: an eighth for the path itself, and a half for each end, whose direction is not that of the chord.
 BOW_SHARE: Final = 0.625

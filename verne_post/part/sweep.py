@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.part.bodies import Piece
-from verne_post.part.motion import FAN, SEARCHED_MM, Level, Motion
+from verne_post.part.motion import BOW_SHARE, FAN, SEARCHED_MM, SMALL_BEND_MM, Level, Motion
 
 #: Tangents cross, or the span is halved, so often at most: 2**-30 of the longest motion in a row.
 _STEPS: Final = 60
@@ -57,7 +57,8 @@ def load_accelerator() -> Any:
 
 
 def find_nearest(
-    motions: tuple[Motion, ...], point: Array, cap: Array | float, parts: tuple[str, ...] = (), *, accelerate: bool = True
+    motions: tuple[Motion, ...], point: Array, cap: Array | float, parts: tuple[str, ...] = (), *, slack: float = 0.0,
+    accelerate: bool = True,
 ) -> Nearest:  # fmt: skip
     """The least distances of points from moving tools.
 
@@ -69,6 +70,9 @@ def find_nearest(
         Distances from here on are not told apart.
     parts : tuple of str
         Parts of the tool that count; all where empty.
+    slack : float
+        Distances may be above the least ones by this, mm. Under a face that is slid along, thousands of rows are equally near but
+        for the rounding of rows, and need not all be looked at.
     accelerate : bool
         Use numba where it is installed.
     """
@@ -85,10 +89,10 @@ def find_nearest(
                 for first in range(0, len(point), _TOGETHER):
                     rows = slice(first, first + _TOGETHER)
                     found.distance[rows], found.row[rows] = _search_tree(
-                        motion, piece, point[rows], found.distance[rows], found.row[rows]
+                        motion, piece, point[rows], found.distance[rows], found.row[rows], slack
                     )
             else:
-                kernel.scan(motion, piece, point, found.distance, found.row)
+                kernel.scan(motion, piece, point, found.distance, found.row, slack)
             nearer = found.distance < before
             found.motion[nearer], found.piece[nearer] = k, p
     return found
@@ -126,7 +130,9 @@ def _find_slope(seen: Seen, move: Array, turn: Array) -> Array:
     return seen.by_r * dr + seen.by_h * dh
 
 
-def _search_tree(motion: Motion, piece: Piece, point: Array, best: Array, row: Ints) -> tuple[Array, Ints]:
+def _search_tree(
+    motion: Motion, piece: Piece, point: Array, best: Array, row: Ints, slack: float
+) -> tuple[Array, Ints]:  # fmt: skip
     """Improve the least distances (n,) of points; returns them and their rows."""
     best, row = best.copy(), row.copy()
     top = motion.levels[-1]
@@ -134,9 +140,9 @@ def _search_tree(motion: Motion, piece: Piece, point: Array, best: Array, row: I
     owner: Ints = np.repeat(np.arange(len(point)), len(top.middle))
     node: Ints = np.tile(np.arange(len(top.middle)), len(point))
     for level, below in zip(motion.levels[::-1], (*motion.levels[-2::-1], None), strict=True):
-        owner, node = _drop_far(motion, piece, point, level, owner, node, best, row)
+        owner, node = _drop_far(motion, piece, point, level, owner, node, best, row, slack)
         owner, node = list_children(owner, node, len(motion.tip) if below is None else len(below.middle))
-    search_spans(motion, piece, point, owner, node, best, row)
+    search_spans(motion, piece, point, owner, node, best, row, slack)
     return best, row
 
 
@@ -182,18 +188,49 @@ def list_children(owner: Ints, node: Ints, count: int) -> tuple[Ints, Ints]:
 
 
 def _drop_far(
-    motion: Motion, piece: Piece, point: Array, level: Level, owner: Ints, node: Ints, best: Array, row: Ints
-) -> tuple[Ints, Ints]:
+    motion: Motion, piece: Piece, point: Array, level: Level, owner: Ints, node: Ints, best: Array, row: Ints,
+    slack: float,
+) -> tuple[Ints, Ints]:  # fmt: skip
     """Pairs of points and nodes in which the tool may come nearer than it is known to."""
     at = level.middle[node]
     seen = look(piece, point[owner], motion.tip[at], motion.axis[at])
     _improve(best, row, owner, seen.phi, at)
     lower = seen.phi - level.tip[node] - level.chord[node] * np.sqrt(np.einsum("ij,ij->i", seen.d, seen.d))
-    near = lower < best[owner]
-    return owner[near], node[near]
+    owner, node = take(np.flatnonzero(lower < best[owner] - slack), owner, node)
+    lower, ends = bound_stretches(motion, piece, point, level, owner, node)
+    for at, phi in ends:
+        _improve(best, row, owner, phi, at)
+    return take(np.flatnonzero(lower - motion.bow < best[owner] - slack), owner, node)
 
 
-def search_spans(motion: Motion, piece: Piece, point: Array, owner: Ints, first: Ints, best: Array, row: Ints) -> None:
+def bound_stretches(
+    motion: Motion, piece: Piece, point: Array, level: Level, owner: Ints, node: Ints
+) -> tuple[Array, list[tuple[Ints, Array]]]:
+    """Lower bounds (m,) of the distance over whole nodes, by tangents to the straight motion between their ends and how it is bent.
+
+    -inf where that is much. Also both ends: their rows (m,), and the distances there (m,).
+    """
+    first = node * FAN ** (1 + [one is level for one in motion.levels].index(True))
+    last = level.last[node]
+    move, turn = motion.tip[last] - motion.tip[first], motion.axis[last] - motion.axis[first]
+    start, end = (look(piece, point[owner], motion.tip[at], motion.axis[at]) for at in (first, last))
+    far = np.maximum(np.hypot(start.r, start.h), np.hypot(end.r, end.h))
+    lower = find_lowest(start.phi, _find_slope(start, move, turn), end.phi, _find_slope(end, move, turn))
+    lower -= bound_bend(level, node, move, turn, far)
+    lower[level.tip_bend[node] >= SMALL_BEND_MM] = -np.inf
+    return lower, [(first, start.phi), (last, end.phi)]
+
+
+def bound_bend(level: Level, node: Ints, move: Array, turn: Array, far: Array) -> Array:
+    """By how much points no farther than ``far`` (m,) from the tip may be off their straight relative path over nodes, mm."""
+    length, angle = np.linalg.norm(move, axis=1), np.linalg.norm(turn, axis=1)
+    bent = level.tip_bend[node] + level.chord_bend[node] * (far + level.tip_bend[node])
+    return bent + BOW_SHARE * (2.0 * length * angle + angle * angle * far)
+
+
+def search_spans(
+    motion: Motion, piece: Piece, point: Array, owner: Ints, first: Ints, best: Array, row: Ints, slack: float = 0.0
+) -> None:
     """Look at rows ``first`` (m,) and at the spans that begin with them."""
     start = look(piece, point[owner], motion.tip[first], motion.axis[first])
     _improve(best, row, owner, start.phi, first)
@@ -202,12 +239,12 @@ def search_spans(motion: Motion, piece: Piece, point: Array, owner: Ints, first:
     move, turn = measure_motion(motion, first)
     away = np.sqrt(np.einsum("ij,ij->i", move, move))
     away += np.sqrt(np.einsum("ij,ij->i", turn, turn) * np.einsum("ij,ij->i", start.d, start.d))
-    near = np.flatnonzero(motion.linked[first] & (start.phi - away < best[owner]))
+    near = np.flatnonzero(motion.linked[first] & (start.phi - away < best[owner] - slack))
     owner, first, after, move, turn, away = take(near, owner, first, after, move, turn, away)
     start = _select_seen(start, near)
     end = look(piece, point[owner], motion.tip[after], motion.axis[after])
     _improve(best, row, owner, end.phi, after)
-    near = np.flatnonzero(0.5 * (start.phi + end.phi - away) < best[owner])
+    near = np.flatnonzero(0.5 * (start.phi + end.phi - away) < best[owner] - slack)
     owner, first, move, turn = take(near, owner, first, move, turn)
     start, end = _select_seen(start, near), _select_seen(end, near)
     low, high = np.zeros(len(owner)), np.ones(len(owner))
@@ -244,6 +281,12 @@ def find_crossing(f0: Array, g0: Array, f1: Array, g1: Array, width: Array) -> A
     """Where tangents at both ends of intervals cross, from the lower end."""
     bend = g1 - g0
     return np.clip((f0 - f1 + g1 * width) / np.where(bend > 0, bend, 1.0), 0.0, width)
+
+
+def find_lowest(f0: Array, g0: Array, f1: Array, g1: Array) -> Array:
+    """The least value (m,) that a convex function with these tangents at both ends of an interval of length 1 can have."""
+    between = f0 + g0 * find_crossing(f0, g0, f1, g1, np.ones(len(f0)))
+    return np.where(g0 >= 0, f0, np.where(g1 <= 0, f1, between))
 
 
 def _select_seen(seen: Seen, some: Ints) -> Seen:

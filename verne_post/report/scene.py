@@ -8,6 +8,7 @@ import numpy as np
 from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.base.arrays import Array
 from verne_post.kinematics.chain.carried import CarriedMachine
+from verne_post.kinematics.chain.hexapod import HexapodMachine
 from verne_post.kinematics.chain.sliding import SlidingMachine
 from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, find_tool_of_moves, measure_own_stock
 from verne_post.kinematics.rod_sketch import sketch_rods
@@ -32,7 +33,10 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
     """Sizes and places in directions of the part with all rotary joints at 0, mm, for the script of the page."""
     coordinates: Any = machine.coordinates
     lean = 0.0 if coordinates.nutation is None else 0.5 * math.pi - coordinates.nutation.near
-    part, carried = coordinates.part_frame, isinstance(machine.five_axis, CarriedMachine | SlidingMachine)
+    part, carried = (
+        coordinates.part_frame,
+        isinstance(machine.five_axis, CarriedMachine | SlidingMachine | HexapodMachine),
+    )
     boxes = [*(_describe_box(one, _find_x(one.turn), part) for one in _list_obstacles(study.program)
                if one.mesh is None and one.form is None),
              *_list_program_stock(study.program)]  # fmt: skip
@@ -60,7 +64,7 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
         "rodRadius": float(np.max(rods)) if rods is not None else _ROD_RADIUS,
         "guides": _list_guides(machine, study),
         "joints": [] if carried else _place_joints_on_platform(study),
-        "plate": _draw_plate(study, 2 * len(machine.actuators) - 3 * isinstance(machine.five_axis, CarriedMachine)) if carried else [],
+        "plate": _draw_plate(study, study.rods.shape[1] - isinstance(machine.five_axis, CarriedMachine)) if carried else [],
         "tools": tools,
         "boxes": boxes,
         "assumed": assumed,

@@ -9,6 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.machined import place_on_table
+from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
@@ -395,18 +396,16 @@ def _list_tools(study: Study) -> list[tuple[int, str, str, str]]:
     """Number, name, length and diameter of each tool in use; once for each length."""
     program = study.program
     assert program is not None
-    numbers = find_tool_of_moves(program.path.move_reached, program.path.first_move, program.moves)
-    pairs = np.unique(np.stack([numbers, np.round(program.path.tool_length - program.options.lift, 6)], axis=1), axis=0)
     listed = program.options.tools or {}
     names = name_tools(program.moves.events)
     rows = []
-    for number, length in pairs.tolist():
-        tool = listed.get(int(number))
+    for number, length in list_tool_lengths(program)[0]:
+        tool = listed.get(number)
         known = tool is not None and tool.diameter > 0
         rows.append(
             (
-                int(number),
-                spell_tool_word(int(number), names) if number else "not named",
+                number,
+                spell_tool_word(number, names) if number else "not named",
                 f"{length:g}",
                 f"{tool.diameter:g}" if tool and known else "not given",
             )

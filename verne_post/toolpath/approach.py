@@ -16,6 +16,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
@@ -33,6 +34,8 @@ Place = str | tuple[float, ...]
 
 #: An approach to the middle of a program feeds over this last part of its plunge, mm: material may stand there.
 CAREFUL_MM: Final = 10.0
+#: Actuators of six legs may be off the place that rows have for the same tool by this: a step that a drive follows.
+OWN_TURN_MM: Final = 1e-3
 #: Columns of a contour for each element that are taken over as they are when contours are joined.
 _COLUMNS: Final = ("low", "high", "length", "rotation", "blended")
 
@@ -49,7 +52,10 @@ def find_joints_of_place(machine: Machine, place: Place, option: str) -> Array:
         if len(place) != len(machine.columns):
             names = ",".join(column.joint for column in machine.columns)
             raise InputError(make_finding("VP018", f"{option} takes home, or {len(machine.columns)} values {names}"))
-        return np.array(place, dtype=float) / [column.factor for column in machine.columns]
+        q = np.array(place, dtype=float) / [column.factor for column in machine.columns]
+        if not machine.columns[-1].driven:
+            _require_own_turn(machine, q, option)
+        return q
     stored = {"home": machine.home.g28, "park": machine.home.park} if machine.home else {}
     home = stored.get(place)
     if home is None:
@@ -61,6 +67,21 @@ def find_joints_of_place(machine: Machine, place: Place, option: str) -> Array:
     if not ok:
         raise InputError(make_finding("VP018", f"{option} {place}: this position of the machine file is out of reach"))
     return q
+
+
+def _require_own_turn(machine: Machine, q: Array, option: str) -> None:
+    """Refuse actuators (n_joints,) that turn the platform about the tool otherwise than rows do: they would jump at the first one."""
+    tip, angles, ok = machine.five_axis.find_nominal_pose(q, 0.0)
+    own = machine.five_axis.find_joints(tip, angles, 0.0)
+    n = len(machine.actuators)
+    if ok and np.isfinite(own).all() and np.abs(own - q)[:n].max() > OWN_TURN_MM:
+        values = ", ".join(
+            f"{name} {format_fixed(value, 4)}" for name, value in zip(machine.actuators, own[:n].tolist(), strict=True)
+        )
+        raise InputError(
+            make_finding("VP018", f"{option}: there the platform is turned about the tool axis otherwise than this machine turns it; "
+                         f"bring it to {values} first, with the tool in the same place")
+        )  # fmt: skip
 
 
 def add_approach_and_departure(

@@ -7,7 +7,6 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.numbers import format_fixed
 from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
-from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
@@ -110,8 +109,8 @@ def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
     for segment in np.flatnonzero(still & upright & (np.abs(turn[:, 1]) > ZERO_ANGLE)).tolist():
         line = int(path.line[segment])
         what = (
-            f"the tool stands along the axis of {letter} while {letter} turns by {format_fixed(DEG_PER_RAD * float(turn[segment, 1]), 3)} deg: the "
-            "wrist follows from the tool axis, so no joint would move; lean the tool by 0.01 deg or more there, or turn as it tilts or moves"
+            f"the tool stands along the axis of {letter} while {letter} turns by {format_fixed(machine.columns[-1].factor * float(turn[segment, 1]), 3)} deg: the "
+            "joints follow from the tool axis, so none would move; lean the tool by 0.01 deg or more there, or turn as it tilts or moves"
         )
         findings.append(make_finding("VP202", what, severity="error", line=line, last_line=line, worst_line=line))
     return findings

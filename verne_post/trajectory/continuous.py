@@ -30,6 +30,8 @@ from verne_post.trajectory.tuning import Effort
 
 #: Without jerk limits, sections of up to this many rows are tried with fewer; of longer ones a row is less than 0.01 %.
 FEW_ROWS_WITHOUT_JERK: Final = 10_000
+#: ... and in so many rounds of shifts. After one, sections of the samples take up to two cycles more; eight save none.
+ROUNDS_WITHOUT_JERK: Final = 2
 
 
 class ContinuousProfile(Struct, frozen=True, eq=False):
@@ -88,9 +90,9 @@ def plan_continuous(
     positive = np.concatenate([limits.velocity, limits.acceleration, [cycle]])
     if not (np.isfinite(positive).all() and (positive > 0).all() and (limits.jerk > 0).all()):
         raise ValueError("velocity, acceleration and cycle must be finite and above 0, jerk above 0")
-    few_rows = tuning.FEW_ROWS
+    few_rows, rounds = tuning.FEW_ROWS, 1
     if np.isinf(limits.jerk).all():  # nothing but the optimum is asked for, and few passes lead there
-        effort, few_rows = tuning.QUALITY, FEW_ROWS_WITHOUT_JERK
+        effort, few_rows, rounds = tuning.QUALITY, FEW_ROWS_WITHOUT_JERK, ROUNDS_WITHOUT_JERK
     limits = limits.bound_jerk(cycle)
     unit = max(tuning.TIME_UNIT, cycle)
     first = plan_initial_profile(section, limits, unit, solver, team)
@@ -100,12 +102,15 @@ def plan_continuous(
         # a better profile costs less than to repair this one, and is faster by far
         planned = _plan_with_effort(task, first.profile, bound, tuning.QUALITY)
     if planned.rows is not None and playback == AS_PLANNED:
-        return ContinuousProfile(try_fewer_rows(task, planned.rows, few_rows), bound)
+        return ContinuousProfile(try_fewer_rows(task, planned.rows, few_rows, rounds), bound)
 
     def make_rows(slower: float) -> Array:
         return sample_rows(task, planned.profile, planned.times, slower, playback, begin)
 
-    return ContinuousProfile(repair_or_slow_down(replace(task, feed_share=playback.override), make_rows), bound)
+    slowed = repair_or_slow_down(
+        replace(task, feed_share=playback.override), make_rows, is_repair_tried=playback == AS_PLANNED
+    )
+    return ContinuousProfile(slowed, bound)
 
 
 def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort: Effort) -> _PlannedSection:
@@ -122,7 +127,7 @@ def _plan_with_effort(task: SectionTask, profile: Profile, bound: float, effort:
         z = add_rest(sample_rows(task, profile, times))
         over = find_exceeding(measure_excess(task, z))
         if not repeats_left or tuning.ROWS_PER_FAR_ROW * np.count_nonzero(over[1] > tuning.FAR_RATIO) <= len(z):
-            rows = repair_rows(task, z, over)
+            rows = repair_rows(task, z, over, effort.hopeless)
             if rows is not None:
                 return _PlannedSection(profile, times, rows)
         if repeats_left:

@@ -22,14 +22,14 @@ from verne_post.trajectory.section_path import SectionTask
 PLACES_IN_STEP: Final = 64
 
 
-def try_fewer_rows(task: SectionTask, s: Array, most: int = tuning.FEW_ROWS) -> Array:
+def try_fewer_rows(task: SectionTask, s: Array, most: int = tuning.FEW_ROWS, rounds: int = 1) -> Array:
     """Path parameters of as few rows as are found inside every limit, from such rows s (n,), from rest to rest.
 
-    Sections of more than ``most`` rows stay as they are.
+    Sections of more than ``most`` rows stay as they are. Rows that are spread over a cycle less are shifted in ``rounds``.
     """
     crowded = len(task.section.breaks) - 1 > tuning.CROWDED_ELEMENTS * len(s)
     while HELD_ROWS < len(s) <= most:
-        found = (_find_legal(task, starts, rounds) for starts, rounds in _starts(s, crowded))
+        found = (_find_legal(task, starts, count) for starts, count in _starts(s, crowded, rounds))
         faster = next((rows for rows in found if rows is not None), None)
         if faster is None:
             break
@@ -37,10 +37,10 @@ def try_fewer_rows(task: SectionTask, s: Array, most: int = tuning.FEW_ROWS) -> 
     return s
 
 
-def _starts(s: Array, crowded: bool) -> Iterator[tuple[Array, int]]:
+def _starts(s: Array, crowded: bool, rounds: int) -> Iterator[tuple[Array, int]]:
     """Rows (m, n - 1) that shifts may bring inside every limit, from such rows s (n,), and in how many rounds."""
     n = len(s)
-    yield resample_rows(s, np.linspace(0.0, n - 1.0, n - 1)[None]), 1
+    yield resample_rows(s, np.linspace(0.0, n - 1.0, n - 1)[None]), rounds
     widths, rounds = (tuning.TAKEN_OUT_OVER, tuning.CROWDED_ROUNDS) if crowded else ((tuning.SINGLE_OVER,), 1)
     for width in widths if crowded or n <= tuning.SINGLE_ROWS else ():
         yield resample_rows(s, _take_out(n, width)), rounds

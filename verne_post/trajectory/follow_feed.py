@@ -6,6 +6,7 @@ joints would allow it from one row to the next. So where a profile is slower tha
 """
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -24,17 +25,29 @@ _PLACES: Final = 8
 SLACK_SHARE: Final = 0.9
 #: A stretch of at least so many rows that cannot be made faster whole is tried in halves.
 _SPLIT_ROWS: Final = 8
+#: Two stretches that lose less than a row each are tried as one over at most so many rows: a longer block has 1 % to spare.
+_JOINED_ROWS: Final = 200
 #: A change of the feed rate is evened out over so many rows, tried in turn: fewer lose less time, more take less jerk.
 EVEN_ROWS: Final = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+#: ... and to so many rows the fewest are sought.
+_REACH_STEP: Final = 0.25
 
 
 def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     """Rows that take no longer than such rows s (n,) from rest to rest, and keep every limit as these do.
 
     Stretches that are slower than the feed rate, or halves of them, are replaced one by one. Only ``timed`` elements
-    (m,) of the section count: those whose feed rate is a time. Rows at which a joint comes near a limit stay.
+    (m,) of the section count: those whose feed rate is a time. Rows at which a joint comes near a limit stay. Two
+    stretches that lose a share of a row each lose a whole one together.
     """
     z = add_rest(s)
+    z = _shorten(task, z, _list_stretches(task, z, timed), _SPLIT_ROWS)
+    joined = [(a, d) for (a, _b), (_c, d) in pairwise(_list_stretches(task, z, timed)) if d - a < _JOINED_ROWS]
+    return _shorten(task, z, joined, _JOINED_ROWS)[REST_ROWS:-REST_ROWS]
+
+
+def _list_stretches(task: SectionTask, z: Array, timed: Mask) -> list[tuple[int, int]]:
+    """First and last rows of stretches of z (n,) that are slower than the feed rate, on ``timed`` elements (m,) alone."""
     rows = JointRows.build(task, z)
     step = np.diff(z)
     slow = step < tuning.FEED_REACHED * task.cycle * rows.cap
@@ -42,22 +55,28 @@ def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     element = np.searchsorted(task.section.breaks[1:-1], z, side="right")
     others = np.append(0, np.cumsum(~timed))
     slow &= others[element[1:] + 1] == others[element[:-1]]
-    held = np.flatnonzero(measure_joint_excess(rows.q, task) > SLACK_SHARE)
+    held = np.flatnonzero(measure_joint_excess(rows.q, task.limits, task.cycle) > SLACK_SHARE)
     for k in range(REST_ROWS):  # a difference that begins at a row is of so many steps
         slow[held + k] = False
+    return [(a, b) for a, b in _find_stretches(slow) if others[element[b] + 1] == others[element[a]]]
+
+
+def _shorten(task: SectionTask, z: Array, stretches: list[tuple[int, int]], split: int) -> Array:
+    """Rows z (n,) in which each stretch, or halves of those with ``split`` rows and more, has as few rows as are found legal."""
     parts, done = list[Array](), 0
-    stretches = [(a, b) for a, b in _find_stretches(slow) if others[element[b] + 1] == others[element[a]]]
-    stretches.reverse()
+    stretches = stretches[::-1]
     while stretches:
         first, last = stretches.pop()
-        found = next(_find_legal_rows(task, z, first, last), None)
+        if first < done:
+            continue  # joined with the stretch before
+        found = _find_legal_rows(task, z, first, last)
         if found is not None:
             parts += [z[done:first], found]
             done = last + 1
-        elif last - first >= _SPLIT_ROWS:  # one place that holds the motion back does not keep the rest slow
+        elif last - first >= split:  # one place that holds the motion back does not keep the rest slow
             middle = (first + last) // 2
             stretches += [(middle + REST_ROWS, last), (first, middle)]
-    return np.concatenate([*parts, z[done:]])[REST_ROWS:-REST_ROWS]
+    return np.concatenate([*parts, z[done:]])
 
 
 def _find_stretches(slow: Mask) -> Iterator[tuple[int, int]]:
@@ -68,18 +87,36 @@ def _find_stretches(slow: Mask) -> Iterator[tuple[int, int]]:
         yield from zip(first[np.append(0, apart + 1)].tolist(), last[np.append(apart, -1)].tolist(), strict=True)
 
 
-def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Iterator[Array]:
+def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Array | None:
     """Fewer rows than ``first`` to ``last`` (both included) of z (n,), between the same ends and inside all limits."""
     edges, pace = _find_paces(task, z[first], z[last])
-    for reach in EVEN_ROWS:
-        rows = _space_rows_evenly(edges, pace, task.cycle, reach)
+
+    def find_legal(reach: float, begin: float, end: float) -> Array | None:
+        rows = _space_rows_evenly(edges, pace, task.cycle, reach, begin, end)
         if len(rows) > last - first:
-            return
+            return None
         around = np.concatenate([z[first - REST_ROWS : first], rows, z[last + 1 : last + 1 + REST_ROWS]])
         q, hidden = task.section.find_joints_and_hidden(around)
         check_joints(q, around)
-        if measure_joint_excess(q, task).max() <= 1.0 and hidden.max() <= tuning.ACCEPTED_RATIOS[0]:
-            yield rows
+        too_fast = max(measure_joint_excess(q, task.limits, task.cycle).max(), hidden.max() / tuning.ACCEPTED_RATIOS[0])
+        return rows if too_fast <= 1.0 else None
+
+    step = np.diff(z[first - 1 : last + 2]) / task.cycle
+    for begin, end in (np.inf, np.inf), (step[:2].max(), step[-2:].max()):
+        shorter = 0.0
+        for reach in EVEN_ROWS:
+            found = find_legal(reach, begin, end)
+            if found is not None:
+                while reach - shorter > _REACH_STEP:
+                    middle = 0.5 * (reach + shorter)
+                    better = find_legal(middle, begin, end)
+                    if better is None:
+                        shorter = middle
+                    else:
+                        reach, found = middle, better
+                return found
+            shorter = reach
+    return None
 
 
 def _find_paces(task: SectionTask, begin: float, end: float) -> tuple[Array, Array]:
@@ -94,16 +131,24 @@ def _find_paces(task: SectionTask, begin: float, end: float) -> tuple[Array, Arr
     return edges, 1.0 / (task.feed_share * tuning.PLANNED_SHARES[0] * speed)
 
 
-def _space_rows_evenly(edges: Array, pace: Array, cycle: float, reach: float) -> Array:
-    """Rows (n,) at the paces (m,) between edges (m + 1,), or slower; the speed changes over ``reach`` rows."""
+def _space_rows_evenly(edges: Array, pace: Array, cycle: float, reach: float, begin: float, end: float) -> Array:
+    """Rows (n,) at the paces (m,) between edges (m + 1,), or slower; the speed changes over ``reach`` rows.
+
+    So do those from the speed ``begin`` at the first row and to ``end`` at the last, where they are finite.
+    """
     time = np.append(0.0, np.cumsum(pace * np.diff(edges)))
-    if reach:
+    if reach and min(begin, end) > 0.0:
         cells = max(int(np.ceil(time[-1] / cycle * _PLACES)), 1)
         at = np.linspace(0.0, time[-1], cells + 1)
         speed = 1.0 / pace[np.clip(np.searchsorted(time, 0.5 * (at[1:] + at[:-1])) - 1, 0, len(pace) - 1)]
         # means of means of the lowest around are nowhere above; those of squares make the acceleration even
         half = round(reach * _PLACES / 2)
-        even = np.sqrt(average_around(average_around(find_lowest_around(speed**2, 2 * half), half), half))
+        # so far do the means reach
+        beside = 4 * half if np.isfinite(begin) else 0
+        speed = np.concatenate([np.full(beside, begin), speed, np.full(beside, end)])
+        lowest = find_lowest_around(speed**2, 2 * half)
+        even = np.sqrt(np.maximum(average_around(average_around(lowest, half), half), lowest.min()))
+        even = even[beside : len(even) - beside]
         edges = np.interp(at, time, edges)
         time = np.append(0.0, np.cumsum(np.diff(edges) / even))
     count = int(np.ceil(time[-1] / cycle - WHOLE_CYCLE))

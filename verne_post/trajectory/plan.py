@@ -21,13 +21,13 @@ from verne_post.model.protocols import JointFunctions
 from verne_post.trajectory import tuning
 from verne_post.trajectory.follow_feed import follow_feed
 from verne_post.trajectory.override import AS_PLANNED, FeedOverride
+from verne_post.trajectory.row_limits import REST_ROWS
 from verne_post.trajectory.section_path import SectionTask
 from verne_post.trajectory.shaper import UNSHAPED
+from verne_post.trajectory.standstills import Standstills
 from verne_post.trajectory.stop_to_stop import StopToStopProfiles, plan_sections
 from verne_post.trajectory.visible import Turning, limit_visible_speed, measure_hidden
 
-#: Rows of rest added where a continuous section follows or precedes another; the row at the stop itself is the third.
-ROWS_BETWEEN: Final = 2
 #: From so many elements on, several processes plan a section together; each has its own sections up to there.
 LONG_SECTION: Final = 3000
 
@@ -264,6 +264,13 @@ class _Planner:
         cycles = np.ceil(profiles.total / (planning.playback.override * planning.cycle) - WHOLE_CYCLE)
         self.cycles = np.maximum(cycles, 1).astype(np.int64)
         self.clock = _Clock(contour, self.cycles, planning)
+        #: First and last rows s of the last two continuous sections, by their numbers.
+        self.ends = dict[int, tuple[Array, Array]]()
+        timed = contour.path.timed[contour.segment[[self.begins[:-1], self.begins[1:] - 1]]]
+        timed &= planning.playback == AS_PLANNED and not planning.rest
+        dwelt = np.diff(self.clock.dwelt, prepend=0.0)
+        jerky = limits.bound_jerk(planning.cycle)
+        self.standstills = Standstills(self._find_end_joints, continuous, timed, dwelt, jerky, planning.cycle)
 
     def plan_in_time(self) -> Iterator[tuple[int, _SectionProfile]]:
         """Plan the continuous sections and stretch the others, one by one, for an override that is not steady yet."""
@@ -314,14 +321,24 @@ class _Planner:
 
     def keep(self, section: int, planned: _SectionProfile) -> None:
         """Keep the profile of a section, with rows of rest beside other continuous sections."""
-        # differences over four rows must not see the end of one motion and the beginning of the next
-        before, after = section > 0, section + 1 < len(self.continuous) and not self.continuous[section + 1]
+        self.ends[section] = planned.s[: REST_ROWS + 1].copy(), planned.s[-REST_ROWS - 1 :].copy()
         self.first_row[section] = self.rows.count
-        self.rows.copy(planned.s, ROWS_BETWEEN * before, ROWS_BETWEEN * after)
+        self.rows.copy(planned.s, self.standstills.count_before(section), self.standstills.count_after(section))
+        self.ends.pop(section - 1, None)
         self.cycles[section] = self.rows.count - self.first_row[section] - 1
         self.second_order_bound_s += planned.second_order_bound_s
         self.toppra_bound_s += planned.toppra_bound_s
         self.reached[planned.reached_segments] = True
+
+    def _find_end_joints(self, section: int, begins: bool) -> Array:
+        """Joints (4, n_joints) of the first rows of a section, or else of the last; of fewer rows if it has no more."""
+        count, (first, last) = int(self.cycles[section]), self.begins[section : section + 2].tolist()
+        if section in self.ends:
+            s = self.ends[section][0 if begins else 1]
+        else:
+            row = np.arange(count + 1.0)[: REST_ROWS + 1] if begins else np.arange(count + 1.0)[-REST_ROWS - 1 :]
+            s = self.profiles.find_position(np.full(len(row), section), row * (self.profiles.total[section] / count))
+        return ContourSection(self.joints, first, last, self.planning.cycle).find_joints(s)
 
     def _find_feed_reached(self, path: ContourSection, s: Array, team: Team) -> Ints:
         """Segments (m,) on which the steps between rows s (n,) are as long as the feed rate allows."""

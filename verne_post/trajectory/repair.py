@@ -34,7 +34,7 @@ from verne_post.trajectory.section_path import SectionTask, find_finite_joints
 SCATTERED_ROWS: Final = 1 << 8
 
 
-def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Array:
+def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array], *, is_repair_tried: bool = False) -> Array:
     """Path parameters of rows, from rest to rest, inside every limit.
 
     Parameters
@@ -42,6 +42,8 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
     task : SectionTask
     rows : callable
         Rows s (n,) of a profile stretched by a factor from 1 on; the first 0, the last the section's length.
+    is_repair_tried : bool
+        Whether :func:`repair_rows` has failed with the rows that are not stretched.
 
     Raises
     ------
@@ -52,9 +54,10 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
     for attempt in range(tuning.SLOWDOWN_ATTEMPTS):
         z = add_rest(s)
         worst = measure_excess(task, z)
-        repaired = repair_rows(task, z, find_exceeding(worst))
-        if repaired is not None:
-            return repaired
+        if attempt or not is_repair_tried:
+            repaired = repair_rows(task, z, find_exceeding(worst))
+            if repaired is not None:
+                return repaired
         # braking before a place takes jerk as well, the less the longer it lasts
         reach = max(round(2**attempt * tuning.SLOWDOWN_REACH * task.unit / task.cycle), 8)
         s = slow_down_locally(s, np.cbrt(measure_row_excess(worst)), reach)
@@ -71,11 +74,11 @@ def repair_or_slow_down(task: SectionTask, rows: Callable[[float], Array]) -> Ar
     raise ValueError(f"no speed is slow enough at s = {at:.6g} mm of the section: the joints jump there")
 
 
-def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> Array | None:
+def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array], hopeless: float = np.inf) -> Array | None:
     """Rows inside every limit, made from rows z (n,) that nearly are; None where that takes too many rounds.
 
     The given rows have rows of rest at both ends (:func:`add_rest`), the result does not. ``over`` says which of them
-    are :func:`find_exceeding` a limit.
+    are :func:`find_exceeding` a limit. Repair gives up where one is more than ``hopeless`` times a limit after a round.
     """
     z, (bad, ratio) = _show_path(task, z, over)
     reach = max(round(tuning.REPAIR_REACH * task.unit / task.cycle), 8)
@@ -93,6 +96,8 @@ def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array]) -> Array 
         )
         more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low > 2 * HELD_ROWS)
         z, bad, ratio = _repair_stretches(z, low, high, more, reach, task)
+        if len(ratio) and ratio.max() > hopeless:
+            break
     return None
 
 

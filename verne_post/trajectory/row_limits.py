@@ -10,6 +10,7 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import Growing, iterate_blocks, release_memory
 from verne_post.base.rows import find_row_max
 from verne_post.base.team import split_evenly
+from verne_post.model.machine import Limits
 from verne_post.trajectory import tuning
 from verne_post.trajectory.section_path import SectionTask, check_joints
 
@@ -75,12 +76,11 @@ def _measure_part_of_excess(task: SectionTask, s: Array, part: tuple[int, int]) 
 def measure_rows_excess(rows: JointRows, task: SectionTask) -> Array:
     """As :func:`measure_excess`, of rows whose joints are known."""
     by_feed = (np.diff(rows.s) / (task.cycle * rows.cap))[: len(rows.s) - REST_ROWS] / tuning.ACCEPTED_RATIOS[0]
-    return np.maximum(by_feed, measure_joint_excess(rows.q, task))
+    return np.maximum(by_feed, measure_joint_excess(rows.q, task.limits, task.cycle))
 
 
-def measure_joint_excess(q: Array, task: SectionTask) -> Array:
-    """As :func:`measure_excess`, of the joints alone: rows q (n, n_joints)."""
-    limits, cycle = task.limits, task.cycle
+def measure_joint_excess(q: Array, limits: Limits, cycle: float) -> Array:
+    """As :func:`measure_excess`, of the joints alone: rows q (n, n_joints), of which jerk is limited too."""
     worst, difference = np.zeros(len(q) - REST_ROWS), q
     for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk)):
         difference = np.diff(difference, axis=0)

@@ -14,7 +14,7 @@ from verne_post.cli.pictures import require_package
 from verne_post.model.verdict import ExitStatus
 
 
-@click.command("lsp", cls=GroupedCommand)
+@click.command("lsp", cls=GroupedCommand, short_help="Serve an editor: findings while one types.")
 @add_policy_options
 @add_options("decimals", "accept_rounding")
 @add_program_options("jobs")

@@ -74,6 +74,10 @@ class Named(Struct, frozen=True):
         return lsp.Range(lsp.Position(self.line, self.begin), lsp.Position(self.line, self.end))
 
 
+#: An axis with a number, or a statement of cutter location text that moves.
+_PLACE: Final = re.compile(r"(?<![A-Z_#])[XYZABC][ \t]*=?[ \t]*[-+]?[\d.]|\b(?:GOTO|GODLTA|CYCLE)\b", re.IGNORECASE)
+
+
 def find_names(pattern: str, lines: Sequence[str]) -> Iterator[Named]:
     """What a pattern names, line by line."""
     sought = re.compile(pattern, re.IGNORECASE)
@@ -112,14 +116,14 @@ class Outline:
     def list_symbols(self) -> list[lsp.DocumentSymbol]:
         """Tools with their operations, and subprograms."""
         last = len(self.lines) - 1
-        begins = list(self._list_tools())
+        tools = list(self._list_tools())
         operations = list(self._list_operations())
-        ends = [line for line, _name in begins[1:]] + [last + 1]
+        begins = [self._find_head(change, operations) for change, _name in tools]
         found = []
-        for (begin, name), end in zip(begins, ends, strict=False):
+        for (change, name), begin, end in zip(tools, begins, [*begins[1:], last + 1], strict=False):
             inside = [one for one in operations if begin <= one.range.start.line < end]
             operations = [one for one in operations if not begin <= one.range.start.line < end]
-            found.append(self._make_symbol(f"tool {name}", lsp.SymbolKind.Class, begin, end - 1, inside))
+            found.append(self._make_symbol(f"tool {name}", lsp.SymbolKind.Class, begin, end - 1, inside, change))
         stops = [one.line for one in find_names(self.words.end, self.lines)]
         for one in self._list_subprograms():
             end = next((line for line in stops if line > one.line), last)
@@ -132,15 +136,35 @@ class Outline:
         for (begin, name), (after, _name) in pairwise([*heads, (len(self.lines), "")]):
             yield self._make_symbol(name, lsp.SymbolKind.Event, begin, after - 1)
 
+    def _find_head(self, change: int, operations: Sequence[lsp.DocumentSymbol]) -> int:
+        """Where the lines of a tool begin: at the remark before its change, where all motion of that operation comes after."""
+        of_change = next((one.range for one in operations if one.range.start.line < change <= one.range.end.line), None)
+        if of_change is None:
+            return change
+        moving = [k for k in range(of_change.start.line, of_change.end.line + 1) if self._has_place(k)]
+        return of_change.start.line if moving and moving[0] >= change else change
+
+    def _has_place(self, line: int) -> bool:
+        """Whether a line names a place to go to, as far as its text tells."""
+        return _PLACE.search(remove_remarks(self.lines[line])) is not None
+
     def _make_symbol(
-        self, name: str, kind: lsp.SymbolKind, begin: int, end: int, inside: Sequence[lsp.DocumentSymbol] = ()
+        self,
+        name: str,
+        kind: lsp.SymbolKind,
+        begin: int,
+        end: int,
+        inside: Sequence[lsp.DocumentSymbol] = (),
+        named: int | None = None,
     ) -> lsp.DocumentSymbol:
+        """A symbol over whole lines; ``named`` is the one that it is called after, the first where nothing is given."""
+        named = begin if named is None else named
         whole = lsp.Range(lsp.Position(begin, 0), lsp.Position(end, len(self.lines[end])))
         return lsp.DocumentSymbol(
             name,
             kind,
             whole,
-            lsp.Range(whole.start, lsp.Position(begin, len(self.lines[begin]))),
+            lsp.Range(lsp.Position(named, 0), lsp.Position(named, len(self.lines[named]))),
             children=list(inside),
         )
 

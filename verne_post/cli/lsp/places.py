@@ -53,7 +53,7 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
 
 def make_diagnostic(item: Finding, lines: Sequence[str], page: str | None) -> lsp.Diagnostic:
     """A finding as editors show it; ``page`` is the address of its code's page."""
-    text = describe(item).removeprefix(f"{item.code} {item.severity}: ")
+    text = describe(item).removeprefix(f"{item.code} {item.severity}: ").replace(f" (column {item.column})", "")
     tried = "".join(f"\ntried: {remedy}" for remedy in item.remedies)
     return lsp.Diagnostic(
         range=find_range(item, lines), message=text + tried, severity=_SEVERITY[item.severity], code=item.code, source="verne-post",

@@ -55,10 +55,10 @@ class Circle(Struct, frozen=True):
         """How far a point is from the axis."""
         return float(np.linalg.norm(np.cross(point - self.center, self.normal)))
 
-    def has(self, point: Array, start: Array, allowed: float) -> bool:
+    def has(self, point: Array, start: Array, tolerance: float) -> bool:
         """True for a point that is as far from the axis as ``start``, and as high along it."""
         apart = self.find_distance(point) - self.find_distance(start)
-        return max(abs(apart), abs(float((point - start) @ self.normal))) <= allowed
+        return max(abs(apart), abs(float((point - start) @ self.normal))) <= tolerance
 
 
 def read_circle(s: Statement, times: str) -> Circle:
@@ -158,11 +158,11 @@ def check_radius(circle: Circle, start: Array, unit: float) -> None:
     if circle.radius is None:
         return
     distance, radius = unit * circle.find_distance(start), unit * circle.radius
-    allowed = find_allowed(radius, inch=unit != 1.0)
-    if abs(distance - radius) > allowed:
+    allowed_difference = find_allowed(radius, inch=unit != 1.0)
+    if abs(distance - radius) > allowed_difference:
         raise ProgramError(
             "VP008", f"CIRCLE: the tool is {distance:.4f} mm from the centre, and the radius is {radius:.4f} mm; allowed are "
-            f"{allowed:.4f} mm between them",
+            f"{allowed_difference:.4f} mm between them",
         )  # fmt: skip
 
 
@@ -179,13 +179,13 @@ def lay_arc(circle: Circle, start: Array, end: Array, unit: float) -> SpatialArc
     normal, center = circle.normal, unit * circle.center
     first, last = (point - center - ((point - center) @ normal) * normal for point in (start, end))
     radius, other = float(np.linalg.norm(first)), float(np.linalg.norm(last))
-    allowed = find_allowed(max(radius, other), inch=unit != 1.0)
-    if min(radius, other) < ARC_CHORD_MM or abs(radius - other) > allowed:
+    allowed_difference = find_allowed(max(radius, other), inch=unit != 1.0)
+    if min(radius, other) < ARC_CHORD_MM or abs(radius - other) > allowed_difference:
         raise ProgramError(
             "VP008", f"CIRCLE: the end is not on the circle: radius {radius:.4f} mm at the start, {other:.4f} mm at the end; "
-            f"allowed are {allowed:.4f} mm between them",
+            f"allowed are {allowed_difference:.4f} mm between them",
         )  # fmt: skip
-    swept = math.atan2(float(np.cross(first, last) @ normal), float(first @ last)) % (2.0 * math.pi)
-    if swept * radius < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on
-        swept = 2.0 * math.pi
-    return SpatialArc(center, normal, math.degrees(swept))
+    sweep = math.atan2(float(np.cross(first, last) @ normal), float(first @ last)) % (2.0 * math.pi)
+    if sweep * radius < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on
+        sweep = 2.0 * math.pi
+    return SpatialArc(center, normal, math.degrees(sweep))

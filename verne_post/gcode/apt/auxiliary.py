@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import Final
 
 from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
-from verne_post.gcode.apt.coordinates import IDENTITY
 from verne_post.gcode.apt.cycles import FEED_UNITS
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
@@ -68,7 +67,7 @@ def give_feed(to: AptModes, s: Statement, value: float, mode: int, inch: bool | 
 
 def set_units(to: AptModes, s: Statement) -> Iterator[Block]:
     """UNITS, UNIT."""
-    if to.cycle is not None or to.circle is not None or to.matrix is not IDENTITY:
+    if to.cycle is not None or to.circle is not None or not to.map.is_identity:
         raise ProgramError(
             "VP017", f"{s.major} under CYCLE, TRACUT or MSYS, or after CIRCLE, whose numbers are in the old unit"
         )
@@ -118,9 +117,9 @@ def change_tool(to: AptModes, s: Statement, tool: float, offset: float) -> Itera
     """M6, and the length of the tool in force."""
     to.tool.load()
     yield make_block(s, ("M", 6.0), T=tool)
-    held = to.state.modes.vectors
+    had_vectors = to.state.modes.vectors
     yield make_block(s, ("G", 43.5), H=offset)
-    to.state.modes.vectors = held
+    to.state.modes.vectors = had_vectors
 
 
 def describe_tool(to: AptModes, s: Statement) -> Iterator[Block]:
@@ -129,7 +128,7 @@ def describe_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     if len(words) < 2 or words[1] in _OFFSETS:
         yield from load_tool(to, s)
         return
-    to.tool.described = words[0]
+    to.tool.described_tool = words[0]
     to.show_once(s)
 
 
@@ -159,9 +158,9 @@ def set_spindle(to: AptModes, s: Statement) -> Iterator[Block]:
     speed = [word for word in words if is_number(word)]
     others = [word for word in words if not is_number(word)]
     modes = [word for word in others if word != "RPM"]
-    allowed = [["OFF"]] if not speed else []
-    allowed += [sorted({switch, way} - {""}) for switch in ("", "ON") for way in ("", "CLW", "CCLW")]
-    if len(speed) > 1 or sorted(modes) not in allowed or not words or others.count("RPM") > len(speed):
+    allowed_words = [["OFF"]] if not speed else []
+    allowed_words += [sorted({switch, way} - {""}) for switch in ("", "ON") for way in ("", "CLW", "CCLW")]
+    if len(speed) > 1 or sorted(modes) not in allowed_words or not words or others.count("RPM") > len(speed):
         raise ProgramError("VP005", "SPINDL takes a speed with RPM and CLW or CCLW, or ON, or OFF alone")
     backwards = "CCLW" in others or ("CLW" not in words and not speed and to.state.spindle_reversed)
     code = 5.0 if "OFF" in others else 4.0 if backwards else 3.0
@@ -171,13 +170,13 @@ def set_spindle(to: AptModes, s: Statement) -> Iterator[Block]:
 def set_coolant(to: AptModes, s: Statement) -> Iterator[Block]:
     """COOLNT."""
     words = [word.upper() for word in s.words]
-    known = [word for word in words if word not in _OTHER_COOLANTS]
-    if words != known:
-        to.show_once(s, f"{', '.join(word for word in words if word not in known)} of COOLNT")
-    if len(known) > 1 or not set(known) <= set(_COOLANTS):
+    known_words = [word for word in words if word not in _OTHER_COOLANTS]
+    if words != known_words:
+        to.show_once(s, f"{', '.join(word for word in words if word not in known_words)} of COOLNT")
+    if len(known_words) > 1 or not set(known_words) <= set(_COOLANTS):
         read_word(s, tuple(_COOLANTS))
-    if known or not words:
-        yield make_block(s, ("M", _COOLANTS[known[0] if known else "ON"]))
+    if known_words or not words:
+        yield make_block(s, ("M", _COOLANTS[known_words[0] if known_words else "ON"]))
 
 
 def wait(to: AptModes, s: Statement) -> Iterator[Block]:

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.gcode.affine import Affine, find_nearest_rotation, make_affine
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers
 from verne_post.gcode.program_error import ProgramError
 
@@ -13,12 +14,12 @@ _ROTATION: Final = 1e-5
 #: Matrices of one frame, each rebuilt from printed decimals, differ by less than this (1 and mm).
 _SAME_FRAME: Final = 1e-9
 
-#: Statements are in the coordinates of the part.
-IDENTITY: Final[Array] = np.eye(3, 4)
+#: Numbers of a matrix: rotation and shift, row by row.
+NUMBERS: Final = 12
 
 
-def read_matrix(statement: Statement) -> Array:
-    """The 3x4 matrix of ``TRACUT/a1,b1,c1,d1,a2,...``, rotation and shift; the identity for ``TRACUT/NOMORE``.
+def read_matrix(statement: Statement) -> Affine:
+    """The map of ``TRACUT/a1,b1,c1,d1,a2,...``, rotation and shift; the identity for ``TRACUT/NOMORE``.
 
     Raises
     ------
@@ -27,18 +28,18 @@ def read_matrix(statement: Statement) -> Array:
     """
     name = statement.major
     if name == "TRACUT" and [word.upper() for word in statement.words] == ["NOMORE"]:
-        return IDENTITY
+        return Affine()
     numbers = read_numbers(statement, statement.words)
-    if len(numbers) != IDENTITY.size:
+    if len(numbers) != NUMBERS:
         or_none = ", or NOMORE" if name == "TRACUT" else ""
         raise ProgramError(
             "VP005", f"{name} takes the 12 numbers of a matrix, row by row{or_none}; here are {len(numbers)}"
         )
-    return _make_rigid(name, np.array(numbers).reshape(IDENTITY.shape))
+    return _make_rigid(name, np.array(numbers).reshape(3, 4))
 
 
-def read_machine_system(statement: Statement) -> Array:
-    """The 3x4 matrix of ``MSYS/x,y,z,i,j,k,i,j,k``: origin, X and Y of the system of points, in those of the model.
+def read_machine_system(statement: Statement) -> Affine:
+    """The map of ``MSYS/x,y,z,i,j,k,i,j,k``: origin, X and Y of the system of points, in those of the model.
 
     Raises
     ------
@@ -52,39 +53,21 @@ def read_machine_system(statement: Statement) -> Array:
     return _make_rigid("MSYS", np.column_stack([x, y, np.cross(x, y), numbers[:3]]))
 
 
-def _make_rigid(name: str, matrix: Array) -> Array:
-    """A printed matrix with an exact rotation; refuses (VP002) what is none."""
+def _make_rigid(name: str, matrix: Array) -> Affine:
+    """The map of a printed matrix (3, 4) with an exact rotation; refuses (VP002) what is none."""
     rotation = matrix[:, :3]
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROTATION or np.linalg.det(rotation) < 0:
         raise ProgramError(
             "VP002",
             f"{name} is executed for rotations and shifts; this matrix scales, mirrors or shears; let APT compute it",
         )
-    left, _sizes, right = np.linalg.svd(rotation)
-    return np.column_stack([left @ right, matrix[:, 3]])
+    return make_affine(find_nearest_rotation(rotation), matrix[:, 3])
 
 
-def join_matrices(outer: Array, inner: Array) -> Array:
-    """The matrix (3x4) that turns and shifts by ``inner``, then by ``outer``; IDENTITY itself where it does nothing."""
-    if outer is IDENTITY:
-        return inner
-    rotation = outer[:, :3]
-    matrix = np.column_stack([rotation @ inner[:, :3], rotation @ inner[:, 3] + outer[:, 3]])
-    return IDENTITY if np.abs(matrix - IDENTITY).max() < _SAME_FRAME else matrix
-
-
-def find_relation(system: Array, first: Array) -> Array:
-    """The matrix (3x4) from one machine system to another, both given in the model."""
-    back = first[:, :3].T
-    return join_matrices(np.column_stack([back, -back @ first[:, 3]]), system)
-
-
-def apply(matrix: Array, values: list[float], *, shift: bool) -> list[float]:
-    """A point (``shift``) or a direction of the statements in the coordinates of the part."""
-    if matrix is IDENTITY:
-        return values
-    moved = matrix[:, :3] @ np.array(values)
-    return [float(value) for value in (moved + matrix[:, 3] if shift else moved)]
+def join_maps(outer: Affine, inner: Affine) -> Affine:
+    """The map that turns and shifts by ``inner``, then by ``outer``; the identity itself where it does nothing."""
+    both = outer.put_inside(inner)
+    return Affine() if both.is_near(Affine(), _SAME_FRAME) else both
 
 
 def check_no_shift(s: Statement) -> None:

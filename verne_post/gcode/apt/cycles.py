@@ -24,10 +24,10 @@ _MEANINGS: Final = {
 _OF_THREADS: Final = {"TPI": "TPI", "PITCH": "PITCH", "RATIO": "RATIO", "ORIENT": "ORIENT"}
 _KINDS: Final = ("DRILL", "FACE", "CSINK", "DEEP", "BRKCHP", "BORE", "REAM", "TAP")
 #: Kinds that go down in steps, and how some writers name them.
-_STEPPED: Final = ("DEEP", "BRKCHP")
+_STEPPED_CYCLES: Final = ("DEEP", "BRKCHP")
 _OTHER_NAMES: Final = {"DEEP2": "DEEP", "RIGID": "TAP"}
 #: After TAP: the holder, or how the tap goes down.
-_TAPS: Final = ("FLOAT", "RIGID", "FIXED", *_STEPPED)
+_TAPS: Final = ("FLOAT", "RIGID", "FIXED", *_STEPPED_CYCLES)
 #: As fast as this many times the tap may go out (RATIO), as Haas controls bound it.
 _MAX_RATIO: Final = 9
 #: Words of writers for holes that are left at the height of RTRCTO or of RAPTO: the tool always goes to the higher one.
@@ -130,7 +130,7 @@ def read_cycle(s: Statement) -> Cycle:
     meanings = _MEANINGS | _OF_THREADS if kind == "TAP" else _MEANINGS
     words = _name_numbers(words, of_thread=kind == "TAP")
     values: dict[str, float] = {}
-    feed, automatic, cleared = None, False, 0.0
+    feed, automatic, clearance = None, False, 0.0
     while words:
         name = words.pop(0).upper()
         column = s.find_column(name)
@@ -155,13 +155,13 @@ def read_cycle(s: Statement) -> Cycle:
         values[meaning] = value
         if meaning == "feed":
             feed = (value, *FEED_UNITS[name])
-        cleared = value if name == "CLEAR" else cleared
-    if cleared < 0:
+        clearance = value if name == "CLEAR" else clearance
+    if clearance < 0:
         raise ProgramError(
             "VP007",
-            f"CYCLE: CLEAR {cleared:g}: the tool would go below the point in rapid traverse; a clearance is not negative",
+            f"CYCLE: CLEAR {clearance:g}: the tool would go below the point in rapid traverse; a clearance is not negative",
         )
-    depth, clear, step = _check_depths(way if way in _STEPPED else kind, values)
+    depth, clear, step = _check_depths(way if way in _STEPPED_CYCLES else kind, values)
     retract = None if automatic else values.get("RETURN", clear)
     if retract is not None and retract < clear:
         raise ProgramError("VP007", f"CYCLE: RETURN {retract:g} lies below CLEAR {clear:g}")
@@ -210,7 +210,7 @@ def _check_depths(kind: str, values: dict[str, float]) -> tuple[float, float, fl
             raise ProgramError("VP005", f"CYCLE/{kind} needs {name}")
     depth, clear = abs(values["DEPTH"]), values["CLEAR"]
     steps = [values[name] for name in ("FIRST", "STEP") if name in values]
-    if kind not in _STEPPED:
+    if kind not in _STEPPED_CYCLES:
         if steps:
             raise ProgramError("VP002", f"CYCLE/{kind} drills in one plunge, without STEP; write DEEP or BRKCHP")
         return depth, clear, None

@@ -66,7 +66,7 @@ def _find_steps(to: AptModes, cycle: Cycle) -> Iterator[float]:
         height -= cycle.step
 
 
-def _tap(to: AptModes, s: Statement, cycle: Cycle, said: Tap, base: Array, axis: Array) -> TapBlock:
+def _tap(to: AptModes, s: Statement, cycle: Cycle, tap: Tap, base: Array, axis: Array) -> TapBlock:
     """The block that taps a hole from its clearance; TAP,DEEP goes out of the hole after each step."""
     state = to.state
     if not (state.spindle_on and state.spindle_speed > 0):
@@ -75,7 +75,7 @@ def _tap(to: AptModes, s: Statement, cycle: Cycle, said: Tap, base: Array, axis:
             "CYCLE/TAP needs a turning spindle: write SPINDL/n,RPM,CLW before it, or CCLW for a left-hand thread",
         )
     speed = state.spindle_speed
-    thread = Thread(_find_pitch(to, cycle, said), state.spindle_reversed, speed, said.ratio * speed, cycle.dwell or 0.0)
+    thread = Thread(_find_pitch(to, cycle, tap), state.spindle_reversed, speed, tap.ratio * speed, cycle.dwell or 0.0)
     heights = [place for height in _find_steps(to, cycle) for place in (height, cycle.clear)]
 
     def go(height: float) -> Block:
@@ -86,15 +86,15 @@ def _tap(to: AptModes, s: Statement, cycle: Cycle, said: Tap, base: Array, axis:
         thread=thread,
         heights=(*heights, -cycle.depth, cycle.clear),
         go=go,
-        floats=said.floats,
-        angle=said.angle,
+        floats=tap.floats,
+        angle=tap.angle,
     )
     over = _go_to_height(to, s, base + cycle.clear * axis, rapid=True)
     block.codes, block.words, block.columns = over.codes, over.words, over.columns
     return block
 
 
-def _find_pitch(to: AptModes, cycle: Cycle, said: Tap) -> float:
+def _find_pitch(to: AptModes, cycle: Cycle, tap: Tap) -> float:
     """The pitch of a thread, mm: of PITCH, TPI, the feed rate of the cycle, or the tool in the set-up; they agree.
 
     FEDRAT says none: it may be that of the operation before.
@@ -105,10 +105,10 @@ def _find_pitch(to: AptModes, cycle: Cycle, said: Tap) -> float:
         Where none says it, or two say different ones.
     """
     pitches: dict[str, float] = {}
-    if said.pitch is not None:
-        pitches["PITCH"] = said.pitch * to.unit
-    if said.turns is not None:
-        pitches["TPI"] = MM_PER_INCH / said.turns
+    if tap.pitch is not None:
+        pitches["PITCH"] = tap.pitch * to.unit
+    if tap.turns is not None:
+        pitches["TPI"] = MM_PER_INCH / tap.turns
     if cycle.feed is not None:
         value, mode, inch = cycle.feed
         length = value * (to.unit if inch is None else MM_PER_INCH if inch else 1.0)
@@ -117,16 +117,16 @@ def _find_pitch(to: AptModes, cycle: Cycle, said: Tap) -> float:
     if str(tool) in to.keys.pitches:
         pitches["[aptcl.pitches]"] = to.keys.pitches[str(tool)]
     if not pitches:
-        named = f"tool {tool}" if tool else "the tool"
+        tool_name = f"tool {tool}" if tool else "the tool"
         raise ProgramError(
             "VP005",
-            f"CYCLE/TAP does not say the pitch of its thread: let it write MMPR, MMPM, TPI or PITCH, or give {named} its pitch in mm "
+            f"CYCLE/TAP does not say the pitch of its thread: let it write MMPR, MMPM, TPI or PITCH, or give {tool_name} its pitch in mm "
             "under [aptcl.pitches] of the settings file",
         )
-    shown = ", ".join(f"{pitch:g} mm of {name}" for name, pitch in pitches.items())
+    shown_pitches = ", ".join(f"{pitch:g} mm of {name}" for name, pitch in pitches.items())
     least = min(pitches.values())
     if least <= 0 or max(pitches.values()) - least > _SAME_PITCH * least:
-        raise ProgramError("VP007", f"CYCLE/TAP: the pitch is {shown}; one pitch greater than 0 is needed")
+        raise ProgramError("VP007", f"CYCLE/TAP: the pitch is {shown_pitches}; one pitch greater than 0 is needed")
     return next(iter(pitches.values()))
 
 
@@ -137,8 +137,8 @@ def _go_to_height(to: AptModes, s: Statement, place: Array, *, rapid: bool) -> B
 
 def _stands_along(to: AptModes, axis: Array) -> bool:
     """True where the tool is known to stand, and points along an axis."""
-    held = np.array(to.state.tool_axis if to.state.tool_axis is not None else axis)
-    along = float(held @ axis) > (1 - DRILL_TILT) * float(np.linalg.norm(axis))
+    held_axis = np.array(to.state.tool_axis if to.state.tool_axis is not None else axis)
+    along = float(held_axis @ axis) > (1 - DRILL_TILT) * float(np.linalg.norm(axis))
     return along and all(to.state.known_axes[:3])
 
 

@@ -5,8 +5,8 @@ from msgspec import Struct, field
 
 from verne_post.base.arrays import Array
 from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.affine import Affine
 from verne_post.gcode.apt.arcs import Circle
-from verne_post.gcode.apt.coordinates import IDENTITY, apply
 from verne_post.gcode.apt.cycles import Cycle
 from verne_post.gcode.apt.statements import Statement
 from verne_post.gcode.machining.state import State
@@ -18,13 +18,13 @@ from verne_post.model.control_keys import AptKeys
 class ToolUse(Struct):
     """Which tool the points are for: that of TOOL PATH, by name; and a number that TOOLNO has only described."""
 
-    named: str | None = None
-    mounted: str | None = None
-    described: str | None = None
+    named_tool: str | None = None
+    mounted_tool: str | None = None
+    described_tool: str | None = None
 
     def load(self) -> None:
         """A statement has loaded a tool: that of the path."""
-        self.mounted, self.described = self.named, None
+        self.mounted_tool, self.described_tool = self.named_tool, None
 
 
 class AptModes(Struct):
@@ -54,35 +54,35 @@ class AptModes(Struct):
     axis_is_old: bool = False
     in_path: bool = False
     tool: ToolUse = field(default_factory=ToolUse)
-    matrix: Array = field(default_factory=lambda: IDENTITY)
-    tracut: Array = field(default_factory=lambda: IDENTITY)
-    #: The first MSYS, and the matrix from the one in force to it.
-    first_system: Array | None = None
-    system: Array = field(default_factory=lambda: IDENTITY)
+    map: Affine = field(default_factory=Affine)
+    tracut: Affine = field(default_factory=Affine)
+    #: The first MSYS, and the map from the one in force to it.
+    first_system: Affine | None = None
+    system: Affine = field(default_factory=Affine)
     #: Numbers of the first $$-> CSYS.
     system_of_model: list[float] | None = None
     #: TRNTYP has said that points are in one system, whatever CSYS says.
     in_world: bool = False
     knows_unit: bool = False
     #: ROTABL has turned the table, and no point has followed.
-    turned: bool = False
+    table_has_turned: bool = False
     #: The last FEDRAT, which holds again after a cycle with another feed rate.
     feed: tuple[float, int, bool | None] | None = None
     #: The unit that it named: mode, and whether in inches.
     feed_unit: tuple[int, bool | None] | None = None
-    told: set[str] = field(default_factory=set)
+    told_words: set[str] = field(default_factory=set)
 
     def show_once(self, s: Statement, word: str = "") -> None:
         """An event, at the first place alone, for a word without effect; "" for the statement."""
         word = word or s.major
-        if word not in self.told:
-            self.told.add(word)
+        if word not in self.told_words:
+            self.told_words.add(word)
             self.recorder.record_event(s.line, "without effect", word=word)
 
     @property
     def tool_axis(self) -> list[float]:
         """The tool axis in the coordinates of the part."""
-        return apply(self.matrix, [*self.axis], shift=False)
+        return self.map.turn(self.axis)
 
     @property
     def axis_words(self) -> dict[str, float]:

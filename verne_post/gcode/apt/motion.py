@@ -9,7 +9,6 @@ import numpy as np
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode.apt.arcs import Circle, check_radius, find_allowed, read_circle, read_tool_on
 from verne_post.gcode.apt.auxiliary import change_tool, give_feed, make_block
-from verne_post.gcode.apt.coordinates import apply
 from verne_post.gcode.apt.cycles import is_end_of_cycle, read_cycle
 from verne_post.gcode.apt.holes import drill
 from verne_post.gcode.apt.interpreter import make_arc_block
@@ -29,10 +28,10 @@ _NOISE: Final = 1e-12
 def go_to(to: AptModes, s: Statement) -> Iterator[Block]:
     """GOTO: a point, or after CIRCLE the points of an arc."""
     points, axis = _read_points(to, s, read_numbers(s, s.words))
-    held = to.axis
+    axis_before = to.axis
     _take_axis(to, s, axis)
     _check_table(to, s)
-    if to.circle is not None and _differ(to.axis, held, _find_half_step(to.axis) + _find_half_step(held)):
+    if to.circle is not None and _differ(to.axis, axis_before, _find_half_step(to.axis) + _find_half_step(axis_before)):
         raise ProgramError(
             "VP002",
             f"{s.major} after CIRCLE with another tool axis: arcs keep the axis; write points in their place",
@@ -41,7 +40,7 @@ def go_to(to: AptModes, s: Statement) -> Iterator[Block]:
     circle = to.circle
     for number, point in enumerate(points):
         to.circle = circle if number else to.circle
-        yield from _approach(to, s, apply(to.matrix, point, shift=True))
+        yield from _approach(to, s, to.map.map_point(point))
 
 
 def _read_points(to: AptModes, s: Statement, numbers: list[float]) -> tuple[list[list[float]], list[float]]:
@@ -67,7 +66,7 @@ def go_by(to: AptModes, s: Statement) -> Iterator[Block]:
     _check_table(to, s)
     yield from _prepare_tool(to, s)
     along = numbers if len(numbers) == 3 else [numbers[0] * value for value in to.axis]
-    step = dict(zip("XYZ", apply(to.matrix, along, shift=False), strict=True))
+    step = dict(zip("XYZ", to.map.turn(along), strict=True))
     yield make_block(s, ("G", 91.0), g=to.motion, **step, **to.axis_words)
     yield make_block(s, ("G", 90.0))
     to.rapid = False
@@ -116,22 +115,22 @@ def _take_axis(to: AptModes, s: Statement, axis: list[float]) -> None:
 def _prepare_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     """Before a motion: the tool of the path, and one that has only been described, are in the spindle."""
     tool = to.tool
-    if tool.described is not None:
+    if tool.described_tool is not None:
         raise ProgramError(
-            "VP017", f"TOOLNO/{tool.described} describes a tool that no LOADTL has loaded before this motion"
+            "VP017", f"TOOLNO/{tool.described_tool} describes a tool that no LOADTL has loaded before this motion"
         )
-    if tool.named == tool.mounted:
+    if tool.named_tool == tool.mounted_tool:
         return
-    number = to.keys.tools.get(tool.named or "")
+    number = to.keys.tools.get(tool.named_tool or "")
     if number is not None:
         yield from change_tool(to, s, float(number), float(number))
-    elif tool.mounted is None:
+    elif tool.mounted_tool is None:
         tool.load()  # the one that is in the spindle at the start
     else:
         raise ProgramError(
             "VP012",
-            f"TOOL PATH is for tool {tool.named}, the path before was for {tool.mounted}, and there is no LOAD/TOOL between them; write it, or give the names numbers under [aptcl.tools] of the settings file",
-            about=tool.named,
+            f"TOOL PATH is for tool {tool.named_tool}, the path before was for {tool.mounted_tool}, and there is no LOAD/TOOL between them; write it, or give the names numbers under [aptcl.tools] of the settings file",
+            about=tool.named_tool,
         )
 
 
@@ -144,14 +143,14 @@ def _check_table(to: AptModes, s: Statement) -> None:
     if to.state.modes.vectors:
         return
     stands = to.setup.coordinates.find_tool_axis(to.state.position, to.state.frame)
-    held = None if stands is None else [float(value) for value in stands]
+    table_axis = None if stands is None else [float(value) for value in stands]
     near = VECTOR_LENGTH if any(to.axis[:2]) else _find_half_step(to.axis)
-    if to.turned and (held is None or _differ(held, to.tool_axis, near)):
-        shown = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
-        raise ProgramError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown}): "
+    if to.table_has_turned and (table_axis is None or _differ(table_axis, to.tool_axis, near)):
+        shown_axis = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
+        raise ProgramError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown_axis}): "
             "give the axis in the coordinates of the part")  # fmt: skip
-    same = held is not None and not _differ(held, to.tool_axis, _find_half_step(to.axis))
-    to.turned, to.state.modes.vectors = False, not same
+    same = table_axis is not None and not _differ(table_axis, to.tool_axis, _find_half_step(to.axis))
+    to.table_has_turned, to.state.modes.vectors = False, not same
 
 
 def _approach(to: AptModes, s: Statement, point: list[float]) -> Iterator[Block]:
@@ -183,8 +182,8 @@ def _check_listed(to: AptModes, s: Statement, point: list[float]) -> None:
     if last is None or to.rapid:
         return
     circle, start = last
-    allowed = find_allowed(to.unit * circle.find_distance(start), inch=to.state.modes.inch) / to.unit
-    if circle.has(np.array(point), start, allowed):
+    allowed_distance = find_allowed(to.unit * circle.find_distance(start), inch=to.state.modes.inch) / to.unit
+    if circle.has(np.array(point), start, allowed_distance):
         raise ProgramError(
             "VP008",
             f"{s.major}: the point is on the circle of the arc before, and it is not known whether it continues that arc or ends a straight move; let Creo write one point for each arc (NUMBER_OF_ARC_PTS), or "
@@ -228,10 +227,7 @@ def take_circle(to: AptModes, s: Statement) -> Iterator[Block]:
 
 def _move_circle(to: AptModes, circle: Circle) -> Circle:
     """A circle of the statements in the coordinates of the part."""
-    center, normal = (
-        np.array(apply(to.matrix, list(values), shift=shift))
-        for values, shift in ((circle.center, True), (circle.normal, False))
-    )
+    center, normal = np.array(to.map.map_point(circle.center)), np.array(to.map.turn(circle.normal))
     return Circle(center, normal, circle.radius, circle.turns)
 
 
@@ -250,13 +246,11 @@ def go_on_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.cycle is not None or to.circle is not None or to.rapid:
         raise ProgramError("VP017", "TLON under CYCLE, or after CIRCLE or RAPID")
     _require_place(to, "an arc")
-    rotation = to.matrix[:, :3]
-    start = rotation.T @ (to.place - to.matrix[:, 3])
-    circle, end = read_tool_on(s, start, to.tangent)
+    circle, end = read_tool_on(s, np.array(to.map.invert().map_point(to.place)), to.tangent)
     to.tangent = None
     _check_table(to, s)
     yield from _prepare_tool(to, s)
-    yield from _go_round(to, s, _move_circle(to, circle), apply(to.matrix, end, shift=True))
+    yield from _go_round(to, s, _move_circle(to, circle), to.map.map_point(end))
 
 
 # --- cycles ---------------------------------------------------------------------------------------
@@ -309,7 +303,7 @@ def turn_table(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.cycle is not None or to.circle is not None:
         raise ProgramError("VP017", "ROTABL under CYCLE or after CIRCLE")
     angles = dict(zip((name[0] for name in names), read_numbers(s, s.words[::2]), strict=True))
-    to.state.modes.vectors, to.turned = False, angles["A"] != 0
+    to.state.modes.vectors, to.table_has_turned = False, angles["A"] != 0
     yield make_block(s, g=0.0, **angles)
 
 

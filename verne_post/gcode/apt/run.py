@@ -29,12 +29,12 @@ def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions)
     execution = Execution(state, Recorder())
     lists_arcs = _SYSTEM_REMARK in source[:_HEAD]
     run = _Run(execution, AptInterpreter(setup, state, execution.recorder), stop, lists_arcs=lists_arcs)
-    for item, called in _expand_calls(read_statements(source)):
+    for item, is_called in _expand_calls(read_statements(source)):
         if isinstance(item, Points):
-            ended = run.execute_points(item, called=called)
+            has_ended = run.execute_points(item, is_called=is_called)
         else:
-            ended = run.execute(item, called=called)
-        if ended:
+            has_ended = run.execute(item, is_called=is_called)
+        if has_ended:
             return execution
     if run.ended_path:
         return execution
@@ -58,14 +58,14 @@ class _Run:
         #: The last statement was END-OF-PATH, with which the texts of some writers end.
         self.ended_path = False
 
-    def execute(self, item: Statement | ProgramError, *, called: bool) -> bool:
-        """One statement; ``called``: of a subprogram."""
+    def execute(self, item: Statement | ProgramError, *, is_called: bool) -> bool:
+        """One statement; ``is_called``: of a subprogram."""
         stop, state = self.stop, self.interpreter.state
         self.line = line = item.line or self.line
         after = stop.after_line is not None and line > stop.after_line
-        if not called and (after or (stop.before_line is not None and line >= stop.before_line)):
+        if not is_called and (after or (stop.before_line is not None and line >= stop.before_line)):
             return True
-        self._trace(line, line + 1, called=called)
+        self._trace(line, line + 1, is_called=is_called)
         try:
             if isinstance(item, ProgramError):
                 raise item
@@ -78,25 +78,25 @@ class _Run:
         except ProgramError as error:
             if not self.execution.report(error, line) or stop.first_error:
                 return True
-        return self.interpreter.ended or (stop.all_known and knows_all(state, self.interpreter.setup))
+        return self.interpreter.has_ended or (stop.all_known and knows_all(state, self.interpreter.setup))
 
-    def execute_points(self, points: Points, *, called: bool) -> bool:
+    def execute_points(self, points: Points, *, is_called: bool) -> bool:
         """A stretch of GOTO: one by one as long as modes or errors ask for it, the others at once."""
         row = 0
         while row < len(points):
-            if self.execute(points.make_statement(row), called=called):
+            if self.execute(points.make_statement(row), is_called=is_called):
                 return True
             row += 1
-            last = self.stop.cut(points.line + row, points.line + len(points), in_main=not called) - points.line
-            done = execute_points(points, row, last, self.modes, self.interpreter)
-            if done > row:
-                self.line = points.line + done - 1
-                self._trace(points.line + row, points.line + done, called=called)
-                row = done
+            last = self.stop.cut(points.line + row, points.line + len(points), in_main=not is_called) - points.line
+            stretch = execute_points(points, row, last, self.modes, self.interpreter)
+            if stretch > row:
+                self.line = points.line + stretch - 1
+                self._trace(points.line + row, points.line + stretch, is_called=is_called)
+                row = stretch
         return False
 
-    def _trace(self, first: int, last: int, *, called: bool) -> None:
-        if self.stop.trace is not None and not called:
+    def _trace(self, first: int, last: int, *, is_called: bool) -> None:
+        if self.stop.trace is not None and not is_called:
             restart = may_restart(self.interpreter.state) and self.modes.cycle is None
             self.stop.trace.add(first, last, may_restart=restart)
 
@@ -106,30 +106,32 @@ def _expand_calls(items: Iterator[_Item]) -> Iterator[tuple[_Item, bool]]:
 
     A subprogram is defined before it is called, calls none itself, and does nothing where it is defined.
     """
-    known: dict[str, list[_Item]] = {}
+    subprograms: dict[str, list[_Item]] = {}
     open_name, open_line = "", 0
     for item in items:
         if not isinstance(item, Statement) or item.major not in _OF_SUBPROGRAMS:
             if open_name:
-                known[open_name].append(item)
+                subprograms[open_name].append(item)
             else:
                 yield item, False
             continue
         name = item.text.upper()
-        problem = _find_problem(item, name, known, open_name)
+        problem = _find_problem(item, name, subprograms, open_name)
         if problem is not None:
             yield problem, False
         elif item.major == "DEFSUB":
-            known[name], open_name, open_line = [], name, item.line
+            subprograms[name], open_name, open_line = [], name, item.line
         elif item.major == "ENDSUB":
             open_name = ""
         else:
-            yield from ((inner, True) for inner in known[name])
+            yield from ((inner, True) for inner in subprograms[name])
     if open_name:
         yield ProgramError("VP010", f"DEFSUB/{open_name} without ENDSUB", line=open_line), False
 
 
-def _find_problem(item: Statement, name: str, known: dict[str, list[_Item]], open_name: str) -> ProgramError | None:
+def _find_problem(
+    item: Statement, name: str, subprograms: dict[str, list[_Item]], open_name: str
+) -> ProgramError | None:
     """What is wrong with one of the three statements."""
     code, message = "VP017", ""
     if item.major == "ENDSUB":
@@ -138,8 +140,8 @@ def _find_problem(item: Statement, name: str, known: dict[str, list[_Item]], ope
         message = f"{item.major} inside DEFSUB/{open_name}; write ENDSUB before"
     elif len(item.words) != 1:
         code, message = "VP005", f"{item.major} takes the name of one subprogram"
-    elif item.major == "DEFSUB" and name in known:
+    elif item.major == "DEFSUB" and name in subprograms:
         message = f"DEFSUB/{name} for the second time"
-    elif item.major == "CALSUB" and name not in known:
+    elif item.major == "CALSUB" and name not in subprograms:
         message = f"CALSUB/{name}: no DEFSUB/{name} stands before it"
     return ProgramError(code, message, line=item.line) if message else None

@@ -86,9 +86,9 @@ class Points(Struct, frozen=True, eq=False, dict=True):
         lines = self.text.translate(None, _NOT_OF_NUMBERS).removesuffix(b"\n").split(b"\n")
         count = np.array([line.count(b",") for line in lines]) + 1
         numbers = np.array([float(word) for word in b",".join(lines).split(b",")])
-        first, pointed = np.cumsum(count) - count, count == 6
-        places, axes = (numbers[at[:, None] + np.arange(3)] for at in (first, first[pointed] + 3))
-        return places, axes, np.cumsum(pointed) - 1
+        first, has_vector = np.cumsum(count) - count, count == 6
+        places, axes = (numbers[at[:, None] + np.arange(3)] for at in (first, first[has_vector] + 3))
+        return places, axes, np.cumsum(has_vector) - 1
 
 
 def is_number(word: str) -> bool:
@@ -110,7 +110,7 @@ def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
     return values
 
 
-def read_word(statement: Statement, expected: Sequence[str]) -> str:
+def read_word(statement: Statement, expected_words: Sequence[str]) -> str:
     """The only word of a statement, which is one of those expected; "" where none is expected.
 
     Raises
@@ -119,10 +119,10 @@ def read_word(statement: Statement, expected: Sequence[str]) -> str:
         For anything else.
     """
     words = [word.upper() for word in statement.words]
-    if not words and not expected:
+    if not words and not expected_words:
         return ""
-    if len(words) != 1 or words[0] not in expected:
-        takes = " or ".join(expected) if expected else "nothing after it"
+    if len(words) != 1 or words[0] not in expected_words:
+        takes = " or ".join(expected_words) if expected_words else "nothing after it"
         here = ", ".join(words)[:40] or "nothing"
         column = statement.find_column(words[0] if words else statement.major)
         raise ProgramError("VP005", f"{statement.major} takes {takes}; here is {here}", column)
@@ -217,8 +217,8 @@ def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement 
     major_word = _MAJOR.match(text)
     begins = len(text) - len(text.lstrip())
     if major_word is None:
-        shown = f"{text.strip()[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50"
-        return ProgramError("VP001", shown, begins + 1 if columns else None, line=line)
+        shown_text = f"{text.strip()[:20]!r}: a statement begins with a word and a slash, as in GOTO/0,0,50"
+        return ProgramError("VP001", shown_text, begins + 1 if columns else None, line=line)
     major = " ".join(filter(None, major_word.groups())).upper()
     rest = text[major_word.end() :]
     parts = rest.split(",") if rest.strip() else []

@@ -7,7 +7,6 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode import plain
-from verne_post.gcode.apt.coordinates import IDENTITY
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Points
 from verne_post.gcode.expressions import MAX_NUMBER
@@ -47,18 +46,18 @@ def execute_points(points: Points, row: int, last: int, modes: AptModes, interpr
         interpreter.core.hold_tool_axis(units[-1])
         return units
 
-    done = plain.execute(lines, 0, n, interpreter.core, view, None, aim_tool)
-    if done:
+    stretch = plain.execute(lines, 0, n, interpreter.core, view, None, aim_tool)
+    if stretch:
         interpreter.go_on_after_plain_lines(view)
-        modes.axis = tuple(vectors[done - 1].tolist())
-    return row + done
+        modes.axis = tuple(vectors[stretch - 1].tolist())
+    return row + stretch
 
 
 def _is_plain(modes: AptModes, interpreter: Rs274) -> bool:
     """True where GOTO is nothing but a straight move at feed rate, with its tool axis."""
     state = interpreter.state
     return (
-        not modes.rapid and modes.circle is None and modes.cycle is None and modes.matrix is IDENTITY
+        not modes.rapid and modes.circle is None and modes.cycle is None and modes.map.is_identity
         and modes.last_arc is None
         and interpreter.modes.vectors and interpreter.modes.motion == 10 and False not in state.known_axes
     )  # fmt: skip

@@ -5,12 +5,12 @@ from typing import Final
 
 import numpy as np
 
+from verne_post.gcode.affine import Affine
 from verne_post.gcode.apt.auxiliary import show_message
 from verne_post.gcode.apt.coordinates import (
-    IDENTITY,
+    NUMBERS,
     check_no_shift,
-    find_relation,
-    join_matrices,
+    join_maps,
     read_machine_system,
     read_matrix,
 )
@@ -20,7 +20,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
 
 #: Numbers of one system differ by no more than this as they are printed.
-_PRINTED: Final = 1e-6
+_PRINTED_DIGITS: Final = 1e-6
 
 
 def begin_path(to: AptModes, s: Statement) -> Iterator[Block]:
@@ -28,7 +28,7 @@ def begin_path(to: AptModes, s: Statement) -> Iterator[Block]:
     end_path(to, s)
     words = s.words
     if len(words) == 3 and words[1].upper() == "TOOL":
-        to.tool.named = words[2]
+        to.tool.named_tool = words[2]
     elif len(words) != 1:
         raise ProgramError("VP005", "TOOL PATH takes the name of an operation, TOOL, and the name of the tool")
     to.in_path = to.axis_is_old = True
@@ -48,7 +48,7 @@ def transform(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.circle is not None:
         raise ProgramError("VP017", "TRACUT after CIRCLE, whose arc has no end yet")
     to.tracut = read_matrix(s)
-    to.matrix = join_matrices(to.system, to.tracut)
+    to.map = join_maps(to.system, to.tracut)
     return iter(())
 
 
@@ -63,16 +63,16 @@ def set_system(to: AptModes, s: Statement) -> Iterator[Block]:
                 "VP017", "the first MSYS comes after points, and their system is not known; write it before them"
             )
         to.first_system = system
-    moved = find_relation(system, to.first_system)
-    if moved is not IDENTITY and to.keys.msys != "one clamping":
+    new_system = join_maps(to.first_system.invert(), system)
+    if not new_system.is_identity and to.keys.msys != "one clamping":
         raise ProgramError(
             "VP017",
             "MSYS moves the system of the points, and it is not known whether the part is clamped again; write one file for each clamping. If there is one clamping, and the work offset is that of the first MSYS, give msys "
             '= "one clamping" under [aptcl] of the settings file',
         )
-    if moved is not to.system:
-        to.system, to.axis_is_old = moved, True
-        to.matrix = join_matrices(moved, to.tracut)
+    if new_system != to.system:
+        to.system, to.axis_is_old = new_system, True
+        to.map = join_maps(new_system, to.tracut)
     return iter(())
 
 
@@ -90,8 +90,7 @@ def set_world(to: AptModes, s: Statement) -> Iterator[Block]:
 
 def check_system(to: AptModes, s: Statement) -> Iterator[Block]:
     """CSYS: how an operation lies in the system of the points, which is no change of them; else it must do nothing."""
-    matrix = join_matrices(read_matrix(s), IDENTITY)
-    if not to.in_world and matrix is not IDENTITY:
+    if not to.in_world and not join_maps(read_matrix(s), Affine()).is_identity:
         raise ProgramError(
             "VP017",
             "CSYS turns or shifts a system, and no TRNTYP/WORLD says that the points are in that of the part; if they are not, write TRACUT with the matrix",
@@ -110,10 +109,10 @@ def check_shift(to: AptModes, s: Statement) -> Iterator[Block]:
 def check_system_of_model(to: AptModes, s: Statement) -> Iterator[Block]:
     """Check remarks of Creo and CATIA about the system of points in the model: a change would move the points."""
     numbers = read_numbers(s, s.words)
-    if len(numbers) != IDENTITY.size:
+    if len(numbers) != NUMBERS:
         raise ProgramError("VP005", f"{s.major} takes the 12 numbers of a matrix; here are {len(numbers)}")
     to.system_of_model = to.system_of_model or numbers
-    if max(map(abs, np.subtract(numbers, to.system_of_model))) > _PRINTED:
+    if max(map(abs, np.subtract(numbers, to.system_of_model))) > _PRINTED_DIGITS:
         raise ProgramError(
             "VP017",
             f"{s.major} has another system than the one before, and the relation of both is not known; let "

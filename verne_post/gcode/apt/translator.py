@@ -6,7 +6,7 @@ from typing import Final
 from verne_post.gcode.apt import auxiliary, motion, systems
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import SYSTEM_OF_CATIA, SYSTEM_OF_MODEL, Statement
-from verne_post.gcode.apt.words import REFUSED, REMARKS, WITHOUT_EFFECT
+from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
 
@@ -27,7 +27,7 @@ def make_blocks(to: AptModes, statement: Statement) -> Iterator[Block]:
         return
     method = STATEMENTS.get(major)
     if method is None:
-        why = REFUSED.get(major, "it is not a statement that is executed here; docs/apt.md lists them")
+        why = REFUSED_WORDS.get(major, "it is not a statement that is executed here; docs/apt.md lists them")
         raise ProgramError("VP002", f"{major}: {why}", statement.find_column(major))
     if major != "GOTO":
         to.last_arc = None

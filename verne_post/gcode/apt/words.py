@@ -24,7 +24,7 @@ _RAW: Final = "it puts a code into the program of a control; write what it means
 _AXES: Final = "it moves single axes of one machine; write GOTO with the tool axis, or ROTABL/a,AAXIS,c,CAXIS"
 _PROBE: Final = "probing is not executed; leave the operation out"
 #: Statement -> why it is not executed, and what would be right.
-REFUSED: Final[Mapping[str, str]] = {
+REFUSED_WORDS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("NURBS", "KNOT", "CNTRL", "SPLINE"), _SPLINE), **dict.fromkeys(("THREAD", "TURRET", "CHUCK", "SWITCH"), _LATHE),
     **dict.fromkeys(("RETRCT", "CLEARP", "CLRSRF"), _PLANE), **dict.fromkeys(("PREFUN", "PPFUN", "LETTER"), _RAW),
     **dict.fromkeys(("ROTHED", "ROTATE", "MOVETO"), _AXES), **dict.fromkeys(("PROBE", "DMIS"), _PROBE),

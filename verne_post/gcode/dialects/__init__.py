@@ -36,7 +36,7 @@ def choose_dialect_name(name: str, source: Text, source_name: str) -> str:
     """The name of that dialect."""
     if name != _AUTO:
         return name
-    by_text = (known for known, dialect in DIALECTS.items() if dialect.recognise(source))
+    by_text = (dialect_name for dialect_name, dialect in DIALECTS.items() if dialect.recognise(source))
     name_alone = _VERSION.sub("", source_name.lower())
-    by_ending = (known for known, dialect in DIALECTS.items() if name_alone.endswith(dialect.endings))
+    by_ending = (dialect_name for dialect_name, dialect in DIALECTS.items() if name_alone.endswith(dialect.endings))
     return next(by_text, next(by_ending, _DEFAULT))

@@ -53,7 +53,14 @@ from verne_post.gcode.rs274.fanuc_points import (
     find_unrounded,
     scale_words,
 )
-from verne_post.gcode.rs274.fanuc_text import NESTED, end_of_number, find_program, is_fanuc, prepare_line, read_corner
+from verne_post.gcode.rs274.fanuc_text import (
+    NESTED_COMMENT,
+    end_of_number,
+    find_program,
+    is_fanuc,
+    prepare_line,
+    read_corner,
+)
 from verne_post.gcode.rs274.fanuc_words import FanucWords
 from verne_post.gcode.rs274.haas import HaasCodes
 from verne_post.gcode.rs274.interpreter import Rs274
@@ -82,6 +89,9 @@ _MACRO: Final = re.compile(
 )
 #: What the words of a block do not say: calls, and whether factors, and the time P, have a decimal point.
 _READ: Final = re.compile(rb"G[ \t]*0*(?:6[ \t]*[56]|5[ \t]*1)(?![0-9.])|P[ \t]*[-+]?[0-9 \t]*\.")
+#: For a first look: what _READ finds cannot stand in a text that has none of these when blanks and zeros are left out.
+_CAPITALS: Final = bytes(range(256)).upper()
+_SIGNS_OF_CALLS: Final = (b"P", b"G65", b"G66", b"G51")
 _TIME: Final = re.compile(r"\([^)]*\)|;.*|(?<![A-Z])(P)[ \t]*[-+]?[0-9 \t]*\.", re.IGNORECASE)
 _FACTOR: Final = re.compile(r"(?<![A-Z])[PIJK][ \t]*[-+]?[ \t]*(?:[0-9 \t]*\.|[#\[])", re.IGNORECASE)
 #: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
@@ -105,6 +115,7 @@ class FanucInterpreter(Rs274):
         stores_without_holes=True,
         turns_table_alone=True,
         keeps_words=True,
+        resumes_motion=True,
         taps_rigidly=True,
         speaking_remarks=(),
     )
@@ -138,9 +149,11 @@ class FanucInterpreter(Rs274):
     def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
         """Calls of macros; and words without a decimal point, where they count increments."""
         conventional = setup.control.get("fanuc", {}).get("decimal_point") == "conventional"
-        calls = [match.start() for match in _READ.finditer(text.upper())]
-        left = find_lines(text, calls) if calls else super().leave_to_reader(text, setup)
-        return np.union1d(left, find_lines_without_point(text)) if conventional else left
+        short = text.translate(_CAPITALS, b" \t0")
+        may_call = any(sign in short for sign in _SIGNS_OF_CALLS)
+        calls = [match.start() for match in _READ.finditer(text.upper())] if may_call else []
+        other_lines = find_lines(text, calls) if calls else super().leave_to_reader(text, setup)
+        return np.union1d(other_lines, find_lines_without_point(text)) if conventional else other_lines
 
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """As RS274/NGC; says what it does where R is above the tool."""
@@ -171,9 +184,10 @@ class FanucInterpreter(Rs274):
 
     def read(self, text: str, line: int) -> Block:
         """Read a line: words, or a statement of a custom macro."""
-        nested, text = NESTED.search(text, 0, text.rfind(")") + 1), self.prepare(text)
-        number = end_of_number(text)
-        text = self._text = " " * number + text[number:]
+        nested_comment, text = NESTED_COMMENT.search(text, 0, text.rfind(")") + 1), self.prepare(text)
+        if number := end_of_number(text):
+            text = " " * number + text[number:]
+        self._text = text
         if _MACRO.match(text) and (statement := read_statement(text, self.parameters)) is not None:
             return Block(line, macro=statement)
         self.parameters.passed_word = ""
@@ -184,16 +198,20 @@ class FanucInterpreter(Rs274):
             head, arguments = read_macro_call(text, self.parameters, self.keys)
             block = super().read(head, line)
         except ProgramError as error:
-            if nested is None or (error.column or 0) <= nested.end() or not _LEFT_OVER.match(text, nested.end()):
+            if (
+                nested_comment is None
+                or (error.column or 0) <= nested_comment.end()
+                or not _LEFT_OVER.match(text, nested_comment.end())
+            ):
                 raise
             raise ProgramError(
                 error.code,
-                f"the comment that begins in column {nested.start() + 1} ends at the ')' of column {nested.end(1) + 1}, because comments do not "
+                f"the comment that begins in column {nested_comment.start() + 1} ends at the ')' of column {nested_comment.end(1) + 1}, because comments do not "
                 f"nest; what follows is read as words, and there {error.message}",
                 error.column,
             ) from None
         block.corner, block.arguments = corner, arguments
-        if "." in head and any(match[1] for match in _TIME.finditer(head)):
+        if "." in head and ("P" in head or "p" in head) and any(match[1] for match in _TIME.finditer(head)):
             self._in_seconds = block
         if self.parameters.passed_word:
             self.recorder.note_once(
@@ -258,6 +276,9 @@ class FanucInterpreter(Rs274):
         self.corners.prepare(block, self.modes)
         if block.comment is None and not block.settings and self._is_plain() and self.execute_plain_motion(block):
             return
+        if block.settings and not block.codes and not block.words and self._is_plain():
+            super().execute(block)
+            return
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
         if not codes.isdisjoint(MIRRORS_OF_HAAS):
             numbers = {code / 10: twin / 10 for code, twin in MIRRORS_OF_HAAS.items()}
@@ -273,7 +294,7 @@ class FanucInterpreter(Rs274):
         if self.modes.after_turn:
             self.planes.check_first_motion(block, codes)
         control = self.state.control
-        flipped = None if self.modes.maps is NO_MAPS else self.maps.convert(block, codes)
+        flipped_sides = None if self.modes.maps is NO_MAPS else self.maps.convert(block, codes)
         self.words.convert_length(block, codes)
         self.words.convert_times(block, codes, in_seconds=block is self._in_seconds)
         self.words.convert_repeats(block, codes)
@@ -290,8 +311,8 @@ class FanucInterpreter(Rs274):
             self.modes.cutter_number = None
         if "D" in block.words:
             self.modes.cutter_number = read_whole(block, "D")
-        if modal is not None or flipped is not None:
-            self.modes.motion = modal if flipped is None else flipped
+        if modal is not None or flipped_sides is not None:
+            self.modes.motion = modal if flipped_sides is None else flipped_sides
         if 90 in codes:  # G9: exact stop in this block
             self.core.set_path_control(control)
         if self.modes.macro is not None or codes & {650, 660}:

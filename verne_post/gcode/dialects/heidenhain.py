@@ -31,12 +31,12 @@ def _recognise(source: Text) -> bool:
 
 def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     """True when the letter with a value stands anywhere outside comments: it may give the axis a position."""
-    sought = re.compile(rb"(?<![A-Z])I?" + letter.encode() + _VALUE)
+    pattern = re.compile(rb"(?<![A-Z])I?" + letter.encode() + _VALUE)
     other = _TURNS if letter in setup.rotary_letters else _PLACES if letter in "XY" else None
     for whole in (source, *setup.subroutines.values()):
         for part in read_whole_lines(whole):
             text = _COMMENT.sub(b"", part).upper()
-            if sought.search(text) or (other is not None and other.search(text)):
+            if pattern.search(text) or (other is not None and other.search(text)):
                 return True
     return False
 

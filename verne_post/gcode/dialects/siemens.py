@@ -48,14 +48,14 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
 
 def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     """True when a word outside comments may give the axis a position."""
-    sought = rb"(?<![A-Z_])" + letter.encode() + rb"[ \t]*(?:=|[-+]?[ \t]*[0-9.])"
+    words = rb"(?<![A-Z_])" + letter.encode() + rb"[ \t]*(?:=|[-+]?[ \t]*[0-9.])"
     if letter in setup.rotary_letters:
-        sought += rb"|(?<![A-Z0-9_])[ABC]3[ \t]*=|CYCLE800"
+        words += rb"|(?<![A-Z0-9_])[ABC]3[ \t]*=|CYCLE800"
     elif letter in "XY":
-        sought += rb"|(?<![A-Z0-9_])(?:AP|RP)[ \t]*=|HOLES|CYCLE801"
+        words += rb"|(?<![A-Z0-9_])(?:AP|RP)[ \t]*=|HOLES|CYCLE801"
     if letter in "XYZ":
-        sought += rb"|CYCLE8"
-    pattern = re.compile(sought, re.IGNORECASE)
+        words += rb"|CYCLE8"
+    pattern = re.compile(words, re.IGNORECASE)
     texts = (text for whole in (source, *setup.subroutines.values()) for text in read_whole_lines(whole))
     return any(pattern.search(re.sub(rb";[^\n]*", b"", text)) for text in texts)
 

@@ -14,10 +14,10 @@ _PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUT
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
-_MILLED: Final = (*_HOLE, 368, 207, 351, 202, 206)
-_POCKET: Final = (*_MILLED, 215, 369, 338, 366)
+_OF_MILLING: Final = (*_HOLE, 368, 207, 351, 202, 206)
+_POCKET: Final = (*_OF_MILLING, 215, 369, 338, 366)
 _POCKET_DEFAULTS: Final = {385: 500.0, 439: 0.0}
-_STUD: Final = (*_MILLED, 370)
+_STUD: Final = (*_OF_MILLING, 370)
 #: Without Q215 they are those of controls on which a stud is roughed alone.
 _STUD_DEFAULTS: Final = {215: 1.0, 369: 0.0, 338: 0.0, 385: 500.0, 437: 0.0}
 #: Machining cycles: parameters that they need, and those with a default (parameter -> value).

@@ -247,15 +247,15 @@ class KlartextCycles:
             smallest = max(q[Q.SMALLEST_INFEED], 0.0) if q[Q.DECREMENT] else step
             self._check_pecks(total, min(step, smallest, q[Q.CHIP_DEPTH] or step) or step)
             count = max(math.ceil(total / step) - 1, 1)
-            done = 0
+            peck_count = 0
             while depth - step > bottom + ZERO_LENGTH_MM:
                 self._break_chips(q, depth, depth - step)
                 depth -= step
                 self.go_to_height(depth, q[Q.PLUNGE_FEED])
-                stop = q[Q.UPPER_STOP] + (q[Q.LOWER_STOP] - q[Q.UPPER_STOP]) * min(done / count, 1.0)
+                stop = q[Q.UPPER_STOP] + (q[Q.LOWER_STOP] - q[Q.UPPER_STOP]) * min(peck_count / count, 1.0)
                 self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
                 self.go_to_height(depth + stop, 0.0)
-                done += 1
+                peck_count += 1
                 step = _shorten_step(q, step)
             self._break_chips(q, depth, bottom)
         self._finish_hole(q, clear, bottom)
@@ -440,18 +440,18 @@ class KlartextCycles:
             raise ProgramError("VP007", "cycle 241: the speed Q427 is not negative, and Q428 is greater than 0")
         auxiliary, at = self.core.auxiliary, self.frames.block
         clear, surface = self._start_height(q)
-        auxiliary.set_speed(at, q[Q.ENTRY_SPEED], switched=True)
+        auxiliary.set_speed(at, q[Q.ENTRY_SPEED], is_switched=True)
         auxiliary.switch_spindle(at, on=turning is not None, backwards=bool(turning))
         if q[Q.START_DEPTH]:
             self.go_to_height(surface - abs(q[Q.START_DEPTH]) + q[Q.CLEARANCE], q[Q.POSITIONING_FEED])
-        auxiliary.set_speed(at, q[Q.DRILLING_SPEED], switched=True)
+        auxiliary.set_speed(at, q[Q.DRILLING_SPEED], is_switched=True)
         auxiliary.switch_spindle(at, on=True)
         auxiliary.switch_coolant(at, round(q[Q.COOLANT_IN]))
         if q[Q.DEPTH] != 0:
             self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])
             self._wait(q[Q.DWELL_BELOW])
         auxiliary.switch_coolant(at, round(q[Q.COOLANT_OUT]))
-        auxiliary.set_speed(at, q[Q.ENTRY_SPEED], switched=True)
+        auxiliary.set_speed(at, q[Q.ENTRY_SPEED], is_switched=True)
         auxiliary.switch_spindle(at, on=turning is not None, backwards=bool(turning))
         self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
         self._leave(q, clear)

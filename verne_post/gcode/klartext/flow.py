@@ -35,7 +35,7 @@ class KlartextFlow:
     def __init__(self, main: KlartextText, interpreter: Klartext) -> None:
         self.interpreter, self.recovery = interpreter, KlartextRecovery(interpreter)
         self.calls = CallStack(main, 1, _Call())
-        self.ended = False
+        self.has_ended = False
         self._files: dict[str, KlartextText] = {}
         self.repeats = Repeats(interpreter.setup.max_repeats)
 
@@ -49,7 +49,7 @@ class KlartextFlow:
         """
         if jump.kind == "end":
             if not self._leave_program():
-                self.ended = True
+                self.has_ended = True
         elif jump.kind == "return":
             if self.calls.in_call and not self.calls.frame.program:
                 self._leave()
@@ -59,9 +59,9 @@ class KlartextFlow:
             self._enter(self.calls.text, self._label(jump.name), line, _Call(), f"LBL {jump.name}")
         elif jump.kind == "repeat":
             counters = self.calls.frame.repeats
-            left = counters.get(line, jump.repeats)
-            if left:
-                counters[line] = left - 1
+            repeats_left = counters.get(line, jump.repeats)
+            if repeats_left:
+                counters[line] = repeats_left - 1
                 self.calls.line = self._label(jump.name)
             else:
                 counters.pop(line, None)
@@ -116,9 +116,9 @@ class _KlartextRun:
         self.flow, self.calls = flow, flow.calls
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """True after END PGM, M2 or M30."""
-        return self.flow.interpreter.functions.ended or self.flow.ended
+        return self.flow.interpreter.functions.has_ended or self.flow.has_ended
 
     def may_restart(self) -> bool:
         """True where nothing of earlier lines is still to come."""
@@ -180,13 +180,15 @@ class _KlartextRun:
         interpreter.frames.block.line = self.calls.shown_line or self.calls.line
         state = interpreter.state
         start = state.position[0], state.position[1]
-        done = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line)
-        if done > row:
-            first, self.calls.line = self.calls.line, self.calls.line + done - row
+        stretch = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line)
+        if stretch > row:
+            first, self.calls.line = self.calls.line, self.calls.line + stretch - row
             interpreter.contour.last_rapid = view.motion == 0
-            interpreter.paths.direction = _find_last_direction(chunk.lines, row, done, start, interpreter.setup.rotary)
+            interpreter.paths.direction = _find_last_direction(
+                chunk.lines, row, stretch, start, interpreter.setup.rotary
+            )
             flow.repeats.count(self.calls.text, first, self.calls.line - 1, 0)
-        return done > row
+        return stretch > row
 
     def _execute_statement(self) -> None:
         flow = self.flow
@@ -196,30 +198,30 @@ class _KlartextRun:
         parts = text.read_parts(line)
         self.calls.line = line + len(parts)
         statement = read_statement(parts, line)
-        shown = self.calls.show(line)
-        if not (statement.deleted and interpreter.setup.block_delete):
+        shown_line = self.calls.show(line)
+        if not (statement.is_deleted and interpreter.setup.block_delete):
             following = self.calls.line
             try:
-                interpreter.execute_statement(statement, shown, corner_next=lambda: text.is_corner_next(following))
+                interpreter.execute_statement(statement, shown_line, corner_next=lambda: text.is_corner_next(following))
             except ProgramError as error:
                 if not flow.recovery.pass_failed(statement, error):
                     raise
                 return
-            interpreter.failed = interpreter.failed and statement.keyword in ("RND", "CHF", "DEP", "")
-            if interpreter.jump is not None and not interpreter.functions.ended:
+            interpreter.has_failed = interpreter.has_failed and statement.keyword in ("RND", "CHF", "DEP", "")
+            if interpreter.jump is not None and not interpreter.functions.has_ended:
                 if interpreter.jump.kind == "end":
                     interpreter.waiting.refuse("END PGM")
                     if not self.calls.in_call:
-                        interpreter.recorder.record_event(shown, "end", code="END PGM")
+                        interpreter.recorder.record_event(shown_line, "end", code="END PGM")
                 flow.follow(interpreter.jump, line)
         flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
 
 
 def _find_last_direction(
-    lines: PlainLines, first: int, done: int, start: Point, rotary: tuple[int, int]
+    lines: PlainLines, first: int, done_row: int, start: Point, rotary: tuple[int, int]
 ) -> Point | None:
     """Direction in XY of the last move of a stretch from ``start``; None without one, or where a rotary axis turns."""
-    last = done - 1 - int(lines.moves[first:done][::-1].argmax())
+    last = done_row - 1 - int(lines.moves[first:done_row][::-1].argmax())
     if (lines.row[last, rotary] == last).any():
         return None
     ends = [
@@ -240,6 +242,6 @@ def _is_ready(interpreter: Klartext) -> bool:
         and not interpreter.modes.inch
         and not interpreter.contour.per_turn
         and not interpreter.modes.as_spatial
-        and bool((interpreter.frames.factors == 1.0).all())
+        and interpreter.frames.factors == (1.0, 1.0, 1.0)
         and (interpreter.modes.tcp or interpreter.maps.tilt is None)
     )

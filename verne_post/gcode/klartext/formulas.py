@@ -115,8 +115,8 @@ class _Formula:
             self.tokens.append(match.group(1))
             place = match.end()
 
-    def _take(self, *sought: str) -> str | None:
-        if self.at < len(self.tokens) and self.tokens[self.at] in sought:
+    def _take(self, *symbols: str) -> str | None:
+        if self.at < len(self.tokens) and self.tokens[self.at] in symbols:
             self.at += 1
             return self.tokens[self.at - 1]
         return None

@@ -5,14 +5,17 @@ still, that is a rigid map of the workpiece, so it is one more map of the frame.
 a curve of the workpiece, which is one move of its own kind.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.units import MM_PER_INCH
+from verne_post.gcode.affine import Affine, find_table_map, split
 from verne_post.gcode.klartext.modes import Modes
 from verne_post.gcode.klartext.q_parameters import QParameters
-from verne_post.gcode.klartext.transformations import Map, Transformations
+from verne_post.gcode.klartext.transformations import Transformations
 from verne_post.gcode.klartext.waiting import Waiting
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.state import State
@@ -42,7 +45,8 @@ class KlartextFrames:
         self.maps = Transformations()
         self.modes = state.modes = Modes()
         self.wraps = dict.fromkeys(setup.rotary, 0.0)
-        self.factors = np.ones(3)
+        #: Scales of X, Y, Z in force, below 0 where they are mirrored.
+        self.factors = (1.0, 1.0, 1.0)
         self.metres = False  # M116
         self.block = At(0)
         self.waiting = Waiting()
@@ -78,17 +82,17 @@ class KlartextFrames:
 
     def find_height(self, height: float) -> float:
         """A height of the program as Z of the frame, mm."""
-        return height * float(self.factors[2]) * self.convert_length(1.0)
+        return height * self.factors[2] * self.convert_length(1.0)
 
-    def place(self, point: Array) -> list[float]:
-        """Input coordinates (3,) as X, Y, Z of the frame, mm."""
-        x, y, z = np.asarray(point) * self.factors * self.convert_length(1.0)
-        return [float(x), float(y), float(z)]
+    def place(self, point: Sequence[float]) -> list[float]:
+        """Input coordinates (3) as X, Y, Z of the frame, mm."""
+        unit = self.convert_length(1.0)
+        return [value * factor * unit for value, factor in zip(point, self.factors, strict=True)]
 
     @property
     def flips(self) -> bool:
         """True where a mirror image changes the direction of arcs in the plane."""
-        return bool(self.factors[0] * self.factors[1] < 0)
+        return self.factors[0] * self.factors[1] < 0
 
     # --- frames -----------------------------------------------------------------------------------------
 
@@ -96,25 +100,14 @@ class KlartextFrames:
         """Put the maps that are in force into the frame; the machine stands still."""
         whole = self.maps.map()
         if not self.modes.tcp and self.maps.tilt is None:
-            whole = self.map_with_table(self.state.position).apply_after(whole)
-        feature, factors = whole.split()
-        self.core.frames.set_frame(replace(self.state.frame, feature=feature))
-        self.factors = factors
+            whole = self.map_with_table(self.state.position).put_inside(whole)
+        parts = split(whole)
+        self.core.frames.set_frame(replace(self.state.frame, feature=parts.rigid.feature))
+        self.factors = parts.scale
 
-    def map_with_table(self, program: list[float]) -> Map:
+    def map_with_table(self, program: list[float]) -> Affine:
         """The map to the workpiece of coordinates that do not turn with the table, at rotary words of a point (9)."""
-        if not self.setup.machine:
-            return Map()
-        base = replace(self.state.frame, feature=None)
-        upright, turned = np.zeros((4, 9)), np.zeros((1, 9))
-        upright[1:, :3] = np.eye(3)
-        turned[0, 3:6] = program[3:6]
-        machine = self.setup.coordinates.map_to_machine(upright, base)
-        machine[:, 3:] = self.setup.coordinates.map_to_machine(turned, base)[0, 3:]
-        if np.array_equal(machine[0, 3:], self.setup.coordinates.map_to_machine(upright, base)[0, 3:]):
-            return Map()
-        on_part = self.setup.coordinates.map_to_program(machine, base)[:, :3]
-        return Map((on_part[1:] - on_part[0]).T, on_part[0])
+        return find_table_map(self.setup.coordinates, self.state.frame, program) if self.setup.machine else Affine()
 
     def check_upright(self, what: str) -> None:
         """Without tool-centre-point control a tilted plane needs the tool upright on it."""
@@ -150,12 +143,13 @@ class KlartextFrames:
             ends[axis] = value
         end = self.find_machine_position()
         if point is not None:
-            feature, _factors = (
-                self.maps.map().split() if self.maps.tilt is not None
-                else self.map_with_table(ends).apply_after(self.maps.map()).split()
-            )  # fmt: skip
+            whole = self.maps.map()
+            if self.maps.tilt is None:
+                whole = self.map_with_table(ends).put_inside(whole)
             program = np.array([*point, *ends[3:]])
-            end = np.array(coordinates.map_to_machine(program, replace(state.frame, feature=feature)))
+            end = np.array(
+                coordinates.map_to_machine(program, replace(state.frame, feature=split(whole).rigid.feature))
+            )
         else:
             base = replace(state.frame, feature=None)
             end[3:] = coordinates.map_to_machine(np.array(ends), base)[3:]

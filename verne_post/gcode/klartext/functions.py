@@ -15,8 +15,8 @@ from verne_post.gcode.klartext.vocabulary import (
     ARC_FEEDS,
     AT_BEGIN,
     AT_END,
+    FUNCTIONS,
     FUNCTIONS_WITHOUT_EFFECT,
-    OWN,
     REFUSED_FUNCTIONS,
 )
 from verne_post.gcode.klartext.words import MWord, Words, read_words
@@ -57,7 +57,7 @@ class KlartextFunctions:
         self.modes = frames.modes
         self.waiting = frames.waiting
         self.calls: list[str] = []
-        self.ended = False
+        self.has_ended = False
         self.delta_length = 0.0
         self.spindle_angle = 0.0
 
@@ -94,17 +94,17 @@ class KlartextFunctions:
         elif any(delta):
             raise statement.error("VP006", "DL and DR belong to a tool number")
         if speed is not None:
-            self.core.auxiliary.set_speed(At(statement.line, {"S": 1}), speed, switched=False)
+            self.core.auxiliary.set_speed(At(statement.line, {"S": 1}), speed, is_switched=False)
 
     def _read_tool(self, statement: Statement) -> tuple[int | None, int]:
         """The number of the called or defined tool, by number or name, and the end of the words; None without one."""
         text = statement.rest
-        if (named := _TOOL_NAME.match(text)) is not None:
-            quoted, parameter = named.groups()
-            name = quoted if quoted is not None else self.q.read_text(parameter)
-            column = statement.begin + named.end() - len(named.group().lstrip()) + 1
+        if (name_match := _TOOL_NAME.match(text)) is not None:
+            quoted_name, parameter = name_match.groups()
+            name = quoted_name if quoted_name is not None else self.q.read_text(parameter)
+            column = statement.begin + name_match.end() - len(name_match.group().lstrip()) + 1
             call = f'{statement.keyword} "{name}"'
-            return number_of_tool(name, call, "heidenhain", self.setup, self.state, column), named.end()
+            return number_of_tool(name, call, "heidenhain", self.setup, self.state, column), name_match.end()
         found = _TOOL_NUMBER.match(text)
         if found is None:
             return None, 0
@@ -173,13 +173,13 @@ class KlartextFunctions:
                 raise ProgramError("VP003", f"M{groups[group]} and M{code} are of one modal group ({group})", 1)
             groups[group] = code
         if speed is not None:
-            auxiliary.set_speed(at, speed, switched="spindle" in groups)
+            auxiliary.set_speed(at, speed, is_switched="spindle" in groups)
         if "spindle" in groups:
             auxiliary.execute_spindle_code(at, groups["spindle"], self.spindle_angle)
         if "coolant" in groups:
             auxiliary.switch_coolant(at, groups["coolant"])
         if (stop := groups.get("stopping")) in (2, 30):
-            self.ended = True
+            self.has_ended = True
             auxiliary.end(at, f"M{stop}")
         elif stop is not None:
             auxiliary.stop(at, stop)
@@ -197,8 +197,8 @@ class KlartextFunctions:
                 raise ProgramError("VP017", f"M{number} beside {beside}; write it in a block of its own", word.column)
             if number in REFUSED_FUNCTIONS and self.core.auxiliary.find_user_meaning("M", number) is None:
                 raise ProgramError("VP002", f"M{number} is not executed ({REFUSED_FUNCTIONS[number]})", word.column)
-            known = number in AT_BEGIN or number in AT_END or number in OWN or number in FUNCTIONS_WITHOUT_EFFECT
-            if not known and self.core.auxiliary.find_user_meaning("M", number) is None:
+            is_known = number in FUNCTIONS or number in FUNCTIONS_WITHOUT_EFFECT
+            if not is_known and self.core.auxiliary.find_user_meaning("M", number) is None:
                 raise ProgramError(
                     "VP002", f"M{number} is not a function of the language; {describe_remap(f'M{number}')}",
                     word.column, settled_by=("remap", f"M{number}"),
@@ -211,9 +211,7 @@ class KlartextFunctions:
         if speed is not None or codes:
             self.run_codes(codes, speed)
         for word in words.functions:
-            if word.number in REFUSED_FUNCTIONS or (
-                word.number not in AT_BEGIN and word.number not in AT_END and word.number not in OWN
-            ):
+            if word.number not in FUNCTIONS:
                 self.core.auxiliary.execute_user_code(self.frames.block, "M", word.number, {})
             else:
                 self._begin_own(word)

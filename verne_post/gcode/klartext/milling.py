@@ -230,7 +230,7 @@ class KlartextMilling:
                 "VP007",
                 f"cycle 254: Q248={q[Q.OPENING]:g}: the ends of the slot meet; write cycle 252 and 257 for a ring",
             )
-        x, y, _z = self.frames.place([q[Q.CENTER_X], q[Q.CENTER_Y], 0.0])  # type: ignore[arg-type]
+        x, y, _z = self.frames.place([q[Q.CENTER_X], q[Q.CENTER_Y], 0.0])
         for number in range(round(count)):
             slot = CurvedSlot(radius, q[Q.FIRST_ANGLE] + number * q[Q.SLOT_STEP], q[Q.OPENING], width)
             yield self._place(mill_pocket(slot, self._plan_slot(q)), 0.0, origin=(x, y))
@@ -268,7 +268,7 @@ class KlartextMilling:
         plan = self._plan({**q, Q.DEPTH: q[Q.END_Z] - q[Q.START_Z], Q.PLUNGE_FEED: q[Q.POSITIONING_FEED]}, even=True)
         corner = (self.state.position[0], self.state.position[1])
         if Q.START_X in q:
-            x, y, _z = self.frames.place([q[Q.START_X], q[Q.START_Y], 0.0])  # type: ignore[arg-type]
+            x, y, _z = self.frames.place([q[Q.START_X], q[Q.START_Y], 0.0])
             corner = (x, y)
         if q[Q.END_Z] > q[Q.START_Z]:
             raise ProgramError("VP007", f"Q386={q[Q.END_Z]:g} lies above the surface Q227={q[Q.START_Z]:g}")
@@ -300,12 +300,12 @@ class KlartextMilling:
 
     def _put_in_frame(self, strokes: Iterable[Stroke], placement: Placement) -> Iterator[Stroke]:
         """Strokes in the frame, where mirror images hold."""
-        signs = [math.copysign(1.0, float(factor)) for factor in self.frames.factors]
+        signs = [math.copysign(1.0, factor) for factor in self.frames.factors]
         (x, y), along, across = placement.origin, placement.along, placement.across
-        placed = Placement(
+        placement_in_frame = Placement(
             (x, y), (signs[0] * along[0], signs[1] * along[1]), (signs[0] * across[0], signs[1] * across[1])
         )
-        return place_strokes(strokes, placed)
+        return place_strokes(strokes, placement_in_frame)
 
     # --- moves --------------------------------------------------------------------------------------------
 

@@ -89,9 +89,9 @@ class KlartextOrientation:
 
     def _map_vector(self, vector: np.ndarray) -> tuple[float, float, float]:
         """A direction of the input system in the frame, unit."""
-        turned = vector * np.sign(self.frames.factors)
-        turned = turned / np.linalg.norm(turned)
-        return float(turned[0]), float(turned[1]), float(turned[2])
+        mirrored_vector = vector * np.sign(self.frames.factors)
+        mirrored_vector = mirrored_vector / np.linalg.norm(mirrored_vector)
+        return float(mirrored_vector[0]), float(mirrored_vector[1]), float(mirrored_vector[2])
 
     def _find_spatial_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
         """AXIS SPAT: the tool axis of the spatial angles A, B, C; all three count from this block."""
@@ -116,14 +116,14 @@ class KlartextOrientation:
             raise statement.error(
                 "VP026", "LN with NX NY NZ and a tool with DL or DR: compensation along the normal is not executed"
             )
-        chosen = tool if tool[0] is not None else normal
-        if chosen[0] is None:
+        chosen_vector = tool if tool[0] is not None else normal
+        if chosen_vector[0] is None:
             raise statement.error("VP005", "LN needs NX NY NZ or TX TY TZ")
         if not self.modes.tcp:
             if tool[0] is not None:
                 raise statement.error("VP017", "LN with TX TY TZ needs M128 or FUNCTION TCPM")
             return None
-        vector = np.array(chosen, dtype=float)
+        vector = np.array(chosen_vector, dtype=float)
         size = float(np.linalg.norm(vector))
         if not math.isfinite(size) or abs(size - 1.0) > VECTOR_LENGTH:
             raise ProgramError("VP007", f"the vector of LN has length {size:.6g}; it must be a unit vector")

@@ -17,7 +17,9 @@ from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.rs274.values import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.model.moves import AXES, MoveKind
 
-_ROTARY: Final = (3, 4, 5)
+_ROTARY: Final = frozenset((3, 4, 5))
+#: Letters of axes, absolute and incremental.
+_STEPS: Final = tuple((letter, "I" + letter) for letter in AXES)
 _FULL_TURN: Final = 360.0
 _Builder = Callable[["KlartextPaths", Statement, Words, "Target"], Arc | None]
 
@@ -25,17 +27,13 @@ _Builder = Callable[["KlartextPaths", Statement, Words, "Target"], Arc | None]
 class Target(Struct):
     """Where a path function leads.
 
-    ``start`` and ``end`` are nine axes of the frame (mm, degrees); ``axes`` those that are named.
+    ``start`` and ``end`` are nine axes of the frame (mm, degrees); ``axes`` those that are named, ``turns``: a rotary one is.
     """
 
     start: list[float]
     end: list[float]
     axes: list[int]
-
-    @property
-    def turns(self) -> bool:
-        """True where a rotary axis is named."""
-        return any(axis in _ROTARY for axis in self.axes)
+    turns: bool
 
 
 class KlartextPaths:
@@ -70,24 +68,22 @@ class KlartextPaths:
 
     def map_to_input(self, position: list[float]) -> list[float]:
         """X, Y, Z of a position of the frame in input coordinates, in the unit of the program."""
-        return [
-            value / factor / self.frames.convert_length(1.0)
-            for value, factor in zip(position, self.frames.factors.tolist(), strict=False)
-        ]
+        unit = self.frames.convert_length(1.0)
+        return [value / factor / unit for value, factor in zip(position, self.frames.factors, strict=False)]
 
     def read_target(self, statement: Statement, words: Words) -> Target:
         """Take the axis words."""
         start = list(self.find_position())
-        end, axes = list(start), []
-        steps = [letter for letter in AXES if "I" + letter in words.values]
+        end, axes = list(start), list[int]()
+        steps = [letter for letter, step in _STEPS if step in words.values]
         here = self.map_to_input(start)
-        for axis, letter in enumerate(AXES):
-            if letter not in words.values and "I" + letter not in words.values:
+        for axis, (letter, step) in enumerate(_STEPS):
+            if letter not in words.values and step not in words.values:
                 continue
             if letter not in self.setup.axes:
                 at = words.columns[letter if letter in words.values else "I" + letter]
-                named = ", ".join(self.setup.axes)
-                raise statement.error("VP011", f"{letter}: the machine has no such axis; it has {named}", at)
+                axis_names = ", ".join(self.setup.axes)
+                raise statement.error("VP011", f"{letter}: the machine has no such axis; it has {axis_names}", at)
             if axis in _ROTARY:
                 wrap = self.frames.wraps.get(axis, 0.0)
                 value = words.read_coordinate(letter, start[axis] - wrap)
@@ -105,16 +101,16 @@ class KlartextPaths:
             if self.setup.machine and abs(value) > bound:
                 raise statement.error("VP007", f"{letter}{value:g} is beyond any machine")
             axes.append(axis)
-        if any(axis < 3 for axis in axes):
-            placed = self.frames.place(here)  # type: ignore[arg-type]
+        if axes and axes[0] < 3:
+            placed_point = self.frames.place(here)
             for axis in axes:
                 if axis < 3:
-                    end[axis] = placed[axis]
+                    end[axis] = placed_point[axis]
         if steps:
             self.core.require_known(
                 self.frames.block, [AXES.index(letter) for letter in steps], "an incremental coordinate"
             )
-        return Target(start, end, axes)
+        return Target(start, end, axes, not _ROTARY.isdisjoint(axes))
 
     def _wrap_shortest(self, axis: int, value: float, here: float, *, step: bool) -> float:
         """M126: the shorter way for A and C."""
@@ -137,10 +133,10 @@ class KlartextPaths:
         if not given:
             given, open_axes = {0: here[0], 1: here[1]}, {0, 1}
         elif len(given) == 1:
-            kept = {axis: value for axis, value in self.pole.items() if axis not in given}
-            if len(self.pole) != 2 or len(kept) != 1:
+            kept_places = {axis: value for axis, value in self.pole.items() if axis not in given}
+            if len(self.pole) != 2 or len(kept_places) != 1:
                 raise statement.error("VP005", "CC has one coordinate, and no CC before gives the other")
-            given |= kept
+            given |= kept_places
         self.core.require_known(self.frames.block, sorted(open_axes), "CC")
         self.pole = given
 
@@ -186,8 +182,8 @@ class KlartextPaths:
         angle = angle if given_angle is None else given_angle
         here[u] = self.pole[u] + radius * math.cos(math.radians(angle))
         here[v] = self.pole[v] + radius * math.sin(math.radians(angle))
-        placed = self.frames.place(here)  # type: ignore[arg-type]
-        target.end[u], target.end[v] = placed[u], placed[v]
+        placed_point = self.frames.place(here)
+        target.end[u], target.end[v] = placed_point[u], placed_point[v]
         target.axes = sorted({*target.axes, u, v})
 
     def _read_sense(self, statement: Statement, words: Words, u: int, v: int) -> int:
@@ -202,9 +198,9 @@ class KlartextPaths:
         self.core.require_known(self.frames.block, [0, 1, 2], "C")
         if not {u, v} & set(target.axes):
             raise statement.error("VP005", "C needs a coordinate of its end")
-        placed = self.frames.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
+        placed_pole = self.frames.place([self.pole.get(axis, 0.0) for axis in range(3)])
         letters = PLANES[plane][3:]
-        offsets = {letters[0]: placed[u], letters[1]: placed[v]}
+        offsets = {letters[0]: placed_pole[u], letters[1]: placed_pole[v]}
         tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
         clockwise = self._read_sense(statement, words, u, v) < 0
         target.axes = sorted({*target.axes, u, v})
@@ -239,12 +235,12 @@ class KlartextPaths:
             raise statement.error("VP008", f"CP with an angle of {sweep:g} degrees")
         end = math.radians(begin + sweep)
         here[u], here[v] = self.pole[u] + radius * math.cos(end), self.pole[v] + radius * math.sin(end)
-        placed = self.frames.place(here)  # type: ignore[arg-type]
-        target.end[u], target.end[v] = placed[u], placed[v]
+        placed_point = self.frames.place(here)
+        target.end[u], target.end[v] = placed_point[u], placed_point[v]
         target.axes = sorted({*target.axes, u, v})
-        center = self.frames.place([self.pole.get(axis, 0.0) for axis in range(3)])  # type: ignore[arg-type]
-        turned = sweep * (-1 if self.frames.factors[u] * self.frames.factors[v] < 0 else 1)
-        return make_arc(target.start, plane, (center[u], center[v]), turned)
+        center = self.frames.place([self.pole.get(axis, 0.0) for axis in range(3)])
+        turn = sweep * (-1 if self.frames.factors[u] * self.frames.factors[v] < 0 else 1)
+        return make_arc(target.start, plane, (center[u], center[v]), turn)
 
     def _move_on_radius_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
         """CR: by its radius, negative for the long way."""

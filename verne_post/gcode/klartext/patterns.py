@@ -22,7 +22,7 @@ from verne_post.gcode.klartext.milling import FACES
 from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.settings import KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
-from verne_post.gcode.klartext.vocabulary import CYCLES_WITHOUT_EFFECT, REFUSED_CYCLES, Q
+from verne_post.gcode.klartext.vocabulary import CYCLES, CYCLES_WITHOUT_EFFECT, REFUSED_CYCLES, Q
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.machining.patterns import place_circle, place_grid, place_row
@@ -34,7 +34,7 @@ _NEEDS: Final = {
     "POS": ("X", "Y"), "ROW": ("X", "Y", "D", "NUM"), "PAT": ("X", "Y", "DX", "DY", "NUMX", "NUMY"),
     "CIRC": ("X", "Y", "D", "START", "NUM"), "PITCHCIRC": ("X", "Y", "D", "START", "STEP", "NUM"),
 }  # fmt: skip
-_ALLOWED: Final = {"POS": ("Z",), "ROW": ("ROT", "Z"), "PAT": ("ROT", "Z"), "CIRC": ("Z",), "PITCHCIRC": ("Z",)}
+_ALLOWED_WORDS: Final = {"POS": ("Z",), "ROW": ("ROT", "Z"), "PAT": ("ROT", "Z"), "CIRC": ("Z",), "PITCHCIRC": ("Z",)}
 _FULL_TURN: Final = 360.0
 #: A place: X, Y, and the height that is added to the surface.
 Place = tuple[float, float, float]
@@ -77,7 +77,7 @@ class KlartextPatterns:
         self.modal = False
         self.places: list[Place] = []
         self.cycle_unread = False
-        self.assigned: dict[int, float] = {}
+        self.assigned_values: dict[int, float] = {}
 
     # --- definitions ----------------------------------------------------------------------------------------
 
@@ -87,28 +87,27 @@ class KlartextPatterns:
         number = head.number
         if number in REFUSED_CYCLES:
             raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", 0)
+        if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT:
+            raise statement.error(
+                "VP002", f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them", 0
+            )
         if self.settings.execute_setting(statement, head):
             return
-        table = MACHINING.get(number) or PATTERNS.get(number)
         if number in CYCLES_WITHOUT_EFFECT:
             for name, value in read_parameters(statement, head, self.q, self.contour.call_feed).items():
                 self.q.set(f"Q{name}", value)
             return
-        if table is None:
-            raise statement.error(
-                "VP002", f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them", 0
-            )
         given = read_parameters(statement, head, self.q, self.contour.call_feed)
-        q = complete(statement, number, given, *table)
+        q = complete(statement, number, given, *(MACHINING | PATTERNS)[number])
         if number in FACES:
             q |= {Q.SURFACE: q[Q.START_Z]}
         for name, value in given.items():
             self.q.set(f"Q{name}", value)
         if number in MACHINING:
-            self.cycle, self.cycle_unread, self.assigned = DefinedCycle(number, q), False, given
+            self.cycle, self.cycle_unread, self.assigned_values = DefinedCycle(number, q), False, given
             self.modal = False
             return
-        self.assigned = {name: given.get(name, value) for name, value in self.assigned.items()}
+        self.assigned_values = {name: given.get(name, value) for name, value in self.assigned_values.items()}
         self.waiting.refuse(f"CYCL DEF {number}")
         self._run_pattern(statement, number, q)
 
@@ -118,10 +117,10 @@ class KlartextPatterns:
         while at < len(text):
             match = _ITEM.match(text, at)
             if match is None or match.group(1) == "FRAME":
-                shown = text[at:].strip()[:20]
+                shown_text = text[at:].strip()[:20]
                 raise statement.error(
                     "VP002",
-                    f"PATTERN DEF {shown} is not executed; expected POS, ROW, PAT, CIRC or PITCHCIRC and values in brackets",
+                    f"PATTERN DEF {shown_text} is not executed; expected POS, ROW, PAT, CIRC or PITCHCIRC and values in brackets",
                 )
             places += self._place_items(statement, match.group(1), match.group(3))
             at = match.end()
@@ -145,7 +144,7 @@ class KlartextPatterns:
             if name not in values:
                 raise statement.error("VP005", f"PATTERN DEF {kind} needs {name}")
         for name in values:
-            if name not in _NEEDS[kind] and name not in _ALLOWED[kind] and values[name]:
+            if name not in _NEEDS[kind] and name not in _ALLOWED_WORDS[kind] and values[name]:
                 raise statement.error("VP002", f"PATTERN DEF {kind}: {name} is not executed")
         x, y, z = values["X"], values["Y"], values.get("Z", 0.0)
         counts = [_count(statement, values[name]) for name in ("NUM", "NUMX", "NUMY") if name in values]
@@ -170,13 +169,13 @@ class KlartextPatterns:
             return
         if self.cycle is None:
             raise ProgramError("VP017", "a cycle call needs a machining cycle; write CYCL DEF first")
-        for name, value in self.assigned.items():
+        for name, value in self.assigned_values.items():
             if not self.q.has(f"Q{name}", value):
                 raise ProgramError("VP017", f"Q{name} has been changed since CYCL DEF {self.cycle.number}; controls differ in whether a call takes the new value; write CYCL DEF again")  # fmt: skip
         q = self.cycle.q if not z else {**self.cycle.q, Q.SURFACE: self.cycle.q[Q.SURFACE] + z}
         self.cycles.run_cycle(self.cycle.number, q)
 
-    def call_cycles(self, *, moved: bool) -> None:
+    def call_cycles(self, *, has_moved: bool) -> None:
         """What M99 and M89 ask for at the end of a block; M89 also after every block that has moved."""
         if "cycle" in self.functions.calls:
             self.modal = False
@@ -184,7 +183,7 @@ class KlartextPatterns:
         elif "modal" in self.functions.calls:
             self.modal = True
             self.call_cycle()
-        elif self.modal and moved:
+        elif self.modal and has_moved:
             self.call_cycle()
 
     def call_at(self, statement: Statement, words: Words) -> None:
@@ -224,13 +223,13 @@ class KlartextPatterns:
         self.waiting.refuse("a cycle call")
         self.frames.refuse_beside("a cycle call")
         x, y, z = place
-        placed = self.frames.place([x, y, 0.0])  # type: ignore[arg-type]
+        placed_point = self.frames.place([x, y, 0.0])
         clear = max(self.frames.find_height(self.cycle.q[Q.SURFACE] + z + self.cycle.q[Q.CLEARANCE]), least)
-        self.core.frames.stand_at({0: placed[0], 1: placed[1], 2: clear})
+        self.core.frames.stand_at({0: placed_point[0], 1: placed_point[1], 2: clear})
         height = max(self.state.position[2], clear)
         if self.state.position[2] < height:
             self.contour.go_straight([*self.state.position[:2], height, *self.state.position[3:]], rapid=True)
-        end = [placed[0], placed[1], height, *self.state.position[3:]]
+        end = [placed_point[0], placed_point[1], height, *self.state.position[3:]]
         self.frames.check_upright("a motion")
         self.contour.go_straight(end, rapid)
         self.call_cycle(z)
@@ -247,10 +246,11 @@ class KlartextPatterns:
         if q[Q.GO_HIGH] not in (0.0, 1.0):
             raise statement.error("VP007", f"Q301={q[Q.GO_HIGH]:g}: 0 or 1")
         places = _place_circle(statement, q) if number == 220 else _place_grid(statement, q)
-        kept = self.cycle
+        kept_cycle = self.cycle
         second = q[Q.SECOND_CLEARANCE] if q[Q.GO_HIGH] else 0.0
         self.cycle = DefinedCycle(
-            kept.number, {**kept.q, Q.CLEARANCE: q[Q.CLEARANCE], Q.SURFACE: q[Q.SURFACE], Q.SECOND_CLEARANCE: second}
+            kept_cycle.number,
+            {**kept_cycle.q, Q.CLEARANCE: q[Q.CLEARANCE], Q.SURFACE: q[Q.SURFACE], Q.SECOND_CLEARANCE: second},
         )
         try:
             with self.cycles.expect_holes(len(places)):
@@ -264,9 +264,9 @@ class KlartextPatterns:
                 self.cycles.go_to_height(q[Q.SURFACE] + q[Q.SECOND_CLEARANCE], 0.0)
         finally:
             self.cycle = DefinedCycle(
-                kept.number,
+                kept_cycle.number,
                 {
-                    **kept.q,
+                    **kept_cycle.q,
                     Q.CLEARANCE: q[Q.CLEARANCE],
                     Q.SURFACE: q[Q.SURFACE],
                     Q.SECOND_CLEARANCE: q[Q.SECOND_CLEARANCE],

@@ -10,13 +10,14 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import POLE_SINE
+from verne_post.gcode.affine import build_rotation, make_affine, split
 from verne_post.gcode.klartext import transformations
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.statements import Statement
-from verne_post.gcode.klartext.transformations import Map
+from verne_post.gcode.klartext.vocabulary import PLANES
 from verne_post.gcode.machining.turning import count_places, record_carried
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.table_positions import TablePosition, choose_position, find_positions
@@ -28,7 +29,7 @@ _WORD: Final = re.compile(
     rf"[ \t]*(?:(?P<flag>MOVE|TURN|STAY|FMAX|F[ \t]+MAX|MB[ \t]*MAX|SEQ[ \t]*[+-]|SYM[ \t]*[+-]|(?:TABLE|COORD)[ \t]+ROT)(?![A-Z0-9])"
     rf"|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
 )
-_KIND: Final = re.compile(r"[ \t]*(SPATIAL|EULER|VECTOR|POINTS|RELATIVE?|AXIAL|RESET|PROJECTED)(?![A-Z])")
+_KIND: Final = re.compile(rf"[ \t]*({'|'.join(PLANES)}|RELATIVE|PROJECTED)(?![A-Z])")
 
 
 class PlaneWords(Struct):
@@ -98,11 +99,7 @@ class KlartextPlanes:
                 "VP017", "a new plane while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it first",
             )  # fmt: skip
         if angles is None:
-            normal = (
-                self._find_outer(tilt).matrix @ np.array([0.0, 0.0, 1.0])
-                if tilt is not None
-                else np.array([0.0, 0.0, 1.0])
-            )
+            normal = self._find_normal(tilt) if tilt is not None else np.array([0.0, 0.0, 1.0])
             angles = self._choose_angles(normal, sense, tilt if table else None, tip_stays=move == "MOVE")
         self._move_to_plane(statement, words, move, angles, tilt)
         if words.flags or words.values:
@@ -143,14 +140,11 @@ class KlartextPlanes:
             at = match.end()
         return words
 
-    def _find_outer(self, tilt: Array | None) -> Map:
-        """What lies outside the inner maps, with another plane."""
+    def _find_normal(self, tilt: Array | None) -> Array:
+        """The direction (3,) of Z of another plane on the workpiece."""
         outer = self.maps.outer.map() if self.maps.tilt is not None or tilt is None else self.maps.current.map()
-        matrix = outer.matrix / np.cbrt(abs(np.linalg.det(outer.matrix)))
-        turned = matrix if tilt is None else matrix @ tilt
-        if np.linalg.det(turned) < 0:
-            turned = turned * np.array([-1.0, 1.0, 1.0])
-        return Map(turned)
+        whole = outer if tilt is None else outer.put_inside(make_affine(tilt))
+        return np.array(split(whole).rigid.turn((0.0, 0.0, 1.0)))
 
     def _define(self, statement: Statement, words: PlaneWords) -> tuple[Array | None, tuple[float, float] | None]:
         """The rotation of the plane (None: no plane), and the angles of A and C where they are given."""
@@ -177,7 +171,7 @@ class KlartextPlanes:
             given = [name for name in ("SPA", "SPB", "SPC") if name in words.values]
             if len(given) != 1:
                 raise statement.error("VP005", "PLANE RELATIV needs one of SPA, SPB, SPC")
-            step = transformations.make_rotation(["SPA", "SPB", "SPC"].index(given[0]), words.values.pop(given[0]))
+            step = build_rotation(["SPA", "SPB", "SPC"].index(given[0]), words.values.pop(given[0]))
             if self.maps.inner.order and self.maps.tilt is not None:
                 raise statement.error(
                     "VP017",
@@ -210,7 +204,7 @@ class KlartextPlanes:
                 given = True
         if not given:
             raise statement.error("VP005", f"PLANE AXIAL needs {' or '.join(self.setup.rotary_letters)}")
-        return self.frames.map_with_table(program).matrix, self._take_angles(program)
+        return self.frames.map_with_table(program).linear, self._take_angles(program)
 
     def _take_angles(self, program: list[float]) -> tuple[float, float]:
         """The words of the rotary axes of a point (9), degrees."""
@@ -252,37 +246,41 @@ class KlartextPlanes:
         mine = [one for one in positions if sense is None or (one.tilt > 0) == sense.endswith("+")]
         if not mine:
             raise ProgramError("VP017", f"{sense}: no position has that sign of {AXES[tilt]}; leave it out")
-        chosen = choose_position(mine, rank)
-        if sense is not None and chosen.beyond:
-            self._show_angles(self._take_angles(chosen.program))  # what follows is not refused for want of them
+        chosen_position = choose_position(mine, rank)
+        if sense is not None and chosen_position.beyond:
+            self._show_angles(
+                self._take_angles(chosen_position.program)
+            )  # what follows is not refused for want of them
             other = choose_position([one for one in positions if one not in mine], rank)
             way = "" if other.beyond else f"; {self._name_angles(other)} is legal: leave out {sense}"
             raise ProgramError(
-                "VP102" if AXES[tilt] in chosen.beyond else "VP103",
-                f"{sense} needs {self._name_angles(chosen)}, where {' and '.join(chosen.beyond)} is beyond the travel{way}",
+                "VP102" if AXES[tilt] in chosen_position.beyond else "VP103",
+                f"{sense} needs {self._name_angles(chosen_position)}, where {' and '.join(chosen_position.beyond)} is beyond the travel{way}",
             )
-        return self._take_angles(chosen.program)
+        return self._take_angles(chosen_position.program)
 
     def _name_angles(self, position: TablePosition) -> str:
         return " ".join(f"{AXES[axis]}{position.program[axis]:+.3f}" for axis in self.setup.rotary)
 
-    def _find_upright_angles(self, held: list[float], base: object, table: Array | None) -> tuple[float, float]:
+    def _find_upright_angles(self, position: list[float], base: object, table: Array | None) -> tuple[float, float]:
         """The tool is vertical, C free: at 0, or with TABLE ROT so that X of the plane lies along X of the machine."""
         tilt, turn = self.setup.rotary
         if table is None or turn in self.setup.coordinates.head:
-            return held[tilt], 0.0
-        place = list(held)
+            return position[tilt], 0.0
+        place = list(position)
         angle = math.degrees(math.atan2(table[1, 0], table[0, 0]))
         for word in (-angle, angle):
             place[turn] = word
-            if np.abs(self.frames.map_with_table(place).matrix - table).max() < POLE_SINE**0.5:
+            if np.abs(self.frames.map_with_table(place).linear - table).max() < POLE_SINE**0.5:
                 return self._take_angles(place)
         return place[tilt], -angle
 
     def _show_angles(self, angles: tuple[float, float]) -> None:
         """Q120 to Q122: the computed positions."""
-        shown = {axis: angle - self.frames.wraps[axis] for axis, angle in zip(self.setup.rotary, angles, strict=True)}
-        self.q.control_values |= {120 + number: shown.get(3 + number, 0.0) for number in range(3)}
+        shown_angles = {
+            axis: angle - self.frames.wraps[axis] for axis, angle in zip(self.setup.rotary, angles, strict=True)
+        }
+        self.q.control_values |= {120 + number: shown_angles.get(3 + number, 0.0) for number in range(3)}
 
     def _move_to_plane(
         self, statement: Statement, words: PlaneWords, move: str, angles: tuple[float, float], tilt: Array | None
@@ -353,7 +351,7 @@ class KlartextPlanes:
             rotary,
             angle,
             by_tip=self.frames.metres,
-            held=(x, y, z),
+            held_axis=(x, y, z),
         )
         self.frames.refresh_frame()
 
@@ -370,12 +368,10 @@ class KlartextPlanes:
         tilt = None if angles is None or not any(angles) else transformations.build_spatial_plane(*angles)
         if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
             raise ProgramError("VP017", "cycle 19 while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it first")  # fmt: skip
-        normal = (
-            self._find_outer(tilt).matrix @ np.array([0.0, 0.0, 1.0]) if tilt is not None else np.array([0.0, 0.0, 1.0])
-        )
-        chosen = self._choose_angles(normal, None, None, tip_stays=move is not None)
+        normal = self._find_normal(tilt) if tilt is not None else np.array([0.0, 0.0, 1.0])
+        chosen_angles = self._choose_angles(normal, None, None, tip_stays=move is not None)
         if statement is None or move is None:
             self._set_tilt(tilt)
         else:
-            self._move_to_plane(statement, move, "MOVE", chosen, tilt)
-        self._show_angles(chosen)
+            self._move_to_plane(statement, move, "MOVE", chosen_angles, tilt)
+        self._show_angles(chosen_angles)

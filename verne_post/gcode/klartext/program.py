@@ -30,7 +30,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.model.moves import AXES, MoveKind
 
-_PATHS: Final = ("L", "LN", "LP", "C", "CP", "CR", "CT", "CTP")
+PATHS: Final = ("L", "LN", "LP", "C", "CP", "CR", "CT", "CTP")
 _APPROACH: Final = re.compile(r"[ \t]*(P?)(LT|LN|CT|LCT)(?![A-Z])")
 _LABEL: Final = re.compile(r"[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))(?=[ \t]|$)")
 _REPEAT: Final = re.compile(rf"[ \t]+REP[ \t]*({VALUE})(?:[ \t]*/[ \t]*\d+)?[ \t]*$")
@@ -66,7 +66,7 @@ class Klartext:
         self.patterns = KlartextPatterns(frames, self.paths, self.contour, self.functions, self.cycles, self.settings)
         self.jump: Jump | None = None
         self.blank = Blank()
-        self.failed = False
+        self.has_failed = False
 
     def execute_statement(self, statement: Statement, shown_line: int, *, corner_next: Callable[[], bool]) -> None:
         """Execute one statement; ``corner_next`` tells whether RND or CHF follows.
@@ -78,11 +78,11 @@ class Klartext:
         self.jump = None
         self.functions.calls = []
         self.frames.block = At(shown_line)
-        if statement.keyword in _PATHS:
+        if statement.keyword in PATHS:
             self._execute_path(statement, corner_next)
         elif statement.keyword:
             STATEMENTS[statement.keyword](self)(statement)
-        if self.functions.ended:
+        if self.functions.has_ended:
             self.waiting.refuse("the end of the program")
 
     # --- path functions ----------------------------------------------------------------------------------------
@@ -106,7 +106,7 @@ class Klartext:
         arc = self.paths.build(statement, words, target)
         self._finish_path(statement, words, target, arc, corner_next)
         self.functions.end_functions(words)
-        self.patterns.call_cycles(moved=bool(target.axes))
+        self.patterns.call_cycles(has_moved=bool(target.axes))
 
     def _finish_path(
         self, statement: Statement, words: Words, target: Target, arc: Arc | None, corner_next: Callable[[], bool]
@@ -178,10 +178,10 @@ class Klartext:
             self._go_in_machine(statement, words, kind, number)
         self.contour.last_rapid, self.paths.direction = words.rapid, None
         self.functions.end_functions(words)
-        self.patterns.call_cycles(moved=True)
+        self.patterns.call_cycles(has_moved=True)
 
     def _go_untilted(self, statement: Statement, words: Words, kind: MoveKind) -> None:
-        kept, self.maps.tilt = self.maps.tilt, None
+        kept_tilt, self.maps.tilt = self.maps.tilt, None
         inner, self.maps.inner = self.maps.inner, type(self.maps.inner)()
         self.frames.refresh_frame()
         try:
@@ -191,7 +191,7 @@ class Klartext:
                 raise statement.error("VP017", "a rotary axis beside M130 is not executed")
             self.approaches.add_element(self.paths.make_element(target, None, kind), wait=False)
         finally:
-            self.maps.tilt, self.maps.inner = kept, inner
+            self.maps.tilt, self.maps.inner = kept_tilt, inner
             self.frames.refresh_frame()
 
     def _go_in_machine(self, statement: Statement, words: Words, kind: MoveKind, number: int) -> None:
@@ -233,7 +233,7 @@ class Klartext:
         if statement.keyword == "CHF" and rest.strip():
             rest = "LEN" + rest.lstrip()
         words = read_words(replace(statement, rest=rest), self.q)
-        if self.failed and self.waiting.queue.first is None:
+        if self.has_failed and self.waiting.queue.first is None:
             return
         self.contour.set_corner(statement, words)
 
@@ -303,13 +303,13 @@ class Klartext:
         retracts = words.rapid and any(word.number == 140 for word in words.functions)  # in rapid traverse anyway
         words.check_used(statement, "side F M" if retracts else "side M")
         self.functions.end_functions(words)
-        self.patterns.call_cycles(moved=False)
+        self.patterns.call_cycles(has_moved=False)
 
     # --- flow --------------------------------------------------------------------------------------------------------
 
     def _find_label(self, match: re.Match[str]) -> str:
-        quoted, digits, text = match.groups()
-        return label_of(quoted, digits, text, self.q)
+        quoted_name, digits, text = match.groups()
+        return label_of(quoted_name, digits, text, self.q)
 
     def _call_label(self, statement: Statement) -> None:
         match = _LABEL.match(statement.rest)
@@ -383,7 +383,7 @@ class Klartext:
         self.functions.begin_functions(words)
         self.functions.run_codes([0])
         self.functions.end_functions(words)
-        self.patterns.call_cycles(moved=False)
+        self.patterns.call_cycles(has_moved=False)
 
     def _set_pole(self, statement: Statement) -> None:
         words = read_words(statement, self.q)

@@ -8,15 +8,15 @@ from msgspec import Struct, field
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
-from verne_post.gcode.klartext.vocabulary import REFUSED_FN
+from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
 from verne_post.gcode.program_error import ProgramError
 
-_ASSIGNED: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
+_ASSIGNMENT: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
 _OPERATORS: Final = {1: r"\+", 2: "-", 3: r"\*", 4: "/|DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 13: "ANG"}
 _JUMP: Final = re.compile(
     rf"IF[ \t]+({VALUE})[ \t]+(EQU|NE|GT|LT)[ \t]+({VALUE})[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ \t]*$"
 )
-_DEFINED: Final = re.compile(
+_DEFINITION_TEST: Final = re.compile(
     r"IF[ \t]+(Q[LRS]?\d+)[ \t]+IS[ \t]+(UNDEFINED|DEFINED)[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ \t]*$"
 )
 _RELATIONS: Final = {9: "EQU", 10: "NE", 11: "GT", 12: "LT"}
@@ -104,7 +104,7 @@ def _split(name: str) -> tuple[str, int]:
 
 def assign(statement: Statement, parameters: QParameters) -> None:
     """``Q1 = formula``, ``QS1 = "text" || QS2``."""
-    match = _ASSIGNED.match(statement.rest)
+    match = _ASSIGNMENT.match(statement.rest)
     if match is None:
         raise statement.error("VP001", "a parameter alone; expected Q1 = and a value", 0)
     name = match.group(1) + match.group(2)
@@ -120,7 +120,7 @@ def assign(statement: Statement, parameters: QParameters) -> None:
 
 
 def _join_strings(text: str, parameters: QParameters) -> str:
-    joined, at = "", 0
+    joined_text, at = "", 0
     while True:
         match = _STRING_PART.match(text, at)
         if match is None:
@@ -129,16 +129,16 @@ def _join_strings(text: str, parameters: QParameters) -> str:
             )
         literal, name, number, decimals = match.groups()
         if literal is not None:
-            joined += literal
+            joined_text += literal
         elif name is not None:
-            joined += parameters.read_text(name)
+            joined_text += parameters.read_text(name)
         else:
-            joined += f"{read_value(number, parameters):.{min(int(decimals or 0), 9)}f}"
-        if len(joined) > _MAX_STRING:
+            joined_text += f"{read_value(number, parameters):.{min(int(decimals or 0), 9)}f}"
+        if len(joined_text) > _MAX_STRING:
             raise ProgramError("VP007", f"a text of more than {_MAX_STRING} characters")
         at = match.end()
         if at == len(text):
-            return joined
+            return joined_text
         if not text.startswith("||", at):
             raise ProgramError("VP001", f"{text[at:].strip()[:20]!r} in a text formula; expected ||")
         at += 2
@@ -173,10 +173,14 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
     if match is None:
         raise statement.error("VP001", "expected FN, a number and a colon", 0)
     number, rest = int(match.group(1)), statement.rest[match.end() :].rstrip()
-    if number in _RELATIONS:
-        return FnAnswer(label=_jump(number, rest, parameters))
     if number == 14:
         raise ProgramError("VP027", f"the program asks to stop: {rest.strip()}")
+    if number in REFUSED_FN:
+        raise ProgramError("VP002", f"FN {number} is not executed ({REFUSED_FN[number]})")
+    if number not in FN:
+        raise ProgramError("VP002", f"FN {number} is not a function of the language")
+    if number in _RELATIONS:
+        return FnAnswer(label=_jump(number, rest, parameters))
     if number in (15, 16):
         return FnAnswer(message=f"FN {number}: {rest}")
     if number == 18:
@@ -185,16 +189,12 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
             raise ProgramError("VP001", "expected FN 18: SYSREAD Q1 = ID...")
         parameters.forget(read.group(1))
         return FnAnswer(message=f"FN 18: {rest}")
-    if number in REFUSED_FN:
-        raise ProgramError("VP002", f"FN {number} is not executed ({REFUSED_FN[number]})")
     if number == 0:
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})()"
     elif number in (5, 6, 7):
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})()"
-    elif number in _OPERATORS:
-        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
     else:
-        raise ProgramError("VP002", f"FN {number} is not a function of the language")
+        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
     found = re.fullmatch(pattern, rest)
     if found is None:
         raise ProgramError("VP001", f"FN {number}: {rest[:40]!r} is not of the form that this function has")
@@ -207,23 +207,25 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
 
 
 def _jump(number: int, rest: str, parameters: QParameters) -> str | None:
-    defined = _DEFINED.match(rest)
-    if defined is not None and number == 9:
-        name, wanted, quoted, digits, text = defined.groups()
+    match_defined = _DEFINITION_TEST.match(rest)
+    if match_defined is not None and number == 9:
+        name, wanted_state, quoted_name, digits, text = match_defined.groups()
         return (
-            label_of(quoted, digits, text, parameters) if parameters.is_defined(name) == (wanted == "DEFINED") else None
+            label_of(quoted_name, digits, text, parameters)
+            if parameters.is_defined(name) == (wanted_state == "DEFINED")
+            else None
         )
     match = _JUMP.match(rest)
     if match is None or match.group(2) != _RELATIONS[number]:
         raise ProgramError("VP001", f"FN {number}: expected IF value {_RELATIONS[number]} value GOTO LBL label")
-    first, relation, second, quoted, digits, text = match.groups()
+    first, relation, second, quoted_name, digits, text = match.groups()
     if not holds(relation, read_value(first, parameters), read_value(second, parameters)):
         return None
-    return label_of(quoted, digits, text, parameters)
+    return label_of(quoted_name, digits, text, parameters)
 
 
-def label_of(quoted: str | None, digits: str | None, text: str | None, parameters: QParameters) -> str:
+def label_of(quoted_name: str | None, digits: str | None, text: str | None, parameters: QParameters) -> str:
     """The label that a call or a jump names."""
     if text is not None:
         return label_name(parameters.read_text(text))
-    return label_name(quoted if quoted is not None else digits or "")
+    return label_name(quoted_name if quoted_name is not None else digits or "")

@@ -48,7 +48,7 @@ class KlartextRecovery:
         """Take what a refused statement would have set; True where its error only follows from one before."""
         to, keyword = self.to, statement.keyword
         follows = self.uncertain and error.code in _OF_POSITIONS
-        to.failed = True
+        to.has_failed = True
         if error.code == "VP048":
             assume_rigid_tapping(to.state)
         if keyword in _CONTOUR:

@@ -123,10 +123,10 @@ class KlartextSettings:
         number = read_value(word, self.q)
         row = self.keys.datums.get(f"{number:g}")
         if row is None:
-            known = f"rows {', '.join(self.keys.datums)}" if self.keys.datums else "none"
+            known_rows = f"rows {', '.join(self.keys.datums)}" if self.keys.datums else "none"
             raise statement.error(
                 "VP002",
-                f'#{number:g} is a row of a datum table, and the set-up has {known}; give it as "{number:g}" = [X, Y, Z] in mm under '
+                f'#{number:g} is a row of a datum table, and the set-up has {known_rows}; give it as "{number:g}" = [X, Y, Z] in mm under '
                 "[heidenhain.datums] of the settings file, or write the shift",
             )
         return {axis: (False, float(value)) for axis, value in enumerate(row)}
@@ -204,11 +204,11 @@ class KlartextSettings:
         """TRANS DATUM AXIS, TRANS DATUM RESET, TRANS MIRROR, ROTATION, SCALE."""
         self.waiting.refuse("TRANS")
         text = " ".join(statement.rest.split())
-        for begin, (action, fixed) in _TRANS.items():
-            if text == begin and fixed is not None:
-                action(self, statement, fixed)
+        for begin, (action, fixed_text) in _TRANS.items():
+            if text == begin and fixed_text is not None:
+                action(self, statement, fixed_text)
                 return
-            if fixed is None and text.startswith(begin + " "):
+            if fixed_text is None and text.startswith(begin + " "):
                 action(self, statement, text[len(begin) :])
                 return
         raise statement.error("VP002", f"TRANS {text[:25]} is not executed", 0)

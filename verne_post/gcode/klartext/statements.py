@@ -8,23 +8,17 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
-from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS
+from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS, STATEMENTS
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
 from verne_post.gcode.words import split_words
 
-#: Keywords that begin a statement, the longer before those that they begin with.
-KEYWORDS: Final = (
-    "BEGIN PGM", "END PGM", "BLK FORM", "TOOL CALL", "TOOL DEF", "CYCL DEF", "CYCL CALL", "CALL LBL", "CALL PGM",
-    "CALL SELECTED PGM", "SEL TABLE", "PLANE", "FUNCTION", "TRANS", "PATTERN DEF", "STOP", "LBL", "APPR", "DEP", "RND", "CHF",
-    "CTP", "CT", "CP", "CR", "CC", "LP", "LN", "L", "C", "M", "Q", "F", "S", "R0", "RL", "RR",
-)  # fmt: skip
 _NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
 _KEYWORD: Final = re.compile(
     "|".join(
         re.escape(word).replace(r"\ ", r"[ \t]+") + ("" if len(word) == 1 and word != "C" else r"(?![A-Z])" if word in ("CYCL DEF", "TOOL CALL", "TOOL DEF") else r"(?![A-Z0-9])")
-        for word in KEYWORDS if word not in "LCMQFS"
+        for word in sorted(STATEMENTS, key=len, reverse=True) if word not in (*"LCMQFS", "FN", "QL", "QR", "QS")
     )
     + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
 )  # fmt: skip
@@ -69,7 +63,7 @@ class Statement(Struct, frozen=True):
         What follows the keyword, in upper case but for what stands in quotes.
     begin : int
         Column (from 0) at which ``rest`` begins, of the first line.
-    deleted : bool
+    is_deleted : bool
         A slash stands before it.
     """
 
@@ -77,7 +71,7 @@ class Statement(Struct, frozen=True):
     keyword: str
     rest: str
     begin: int = 0
-    deleted: bool = False
+    is_deleted: bool = False
 
     def error(self, code: str, message: str, at: int | None = None) -> ProgramError:
         """An error of this statement, at a place of ``rest``."""
@@ -192,26 +186,26 @@ def read_statement(parts: list[str], line: int) -> Statement:
     text = _capitalise(parts[0])
     number = _NUMBER.match(text)
     assert number is not None
-    deleted = number.group(1) is not None or number.group(3) is not None
+    is_deleted = number.group(1) is not None or number.group(3) is not None
     begin = number.end()
     if begin == len(text) and not any(parts[1:]):
-        return Statement(line, "", "", begin, deleted)
+        return Statement(line, "", "", begin, is_deleted)
     if text.startswith("*", begin):  # a structure line
-        return Statement(line, "", text[begin:], begin, deleted)
+        return Statement(line, "", text[begin:], begin, is_deleted)
     keyword = _KEYWORD.match(text, begin)
     if keyword is None:
         word = re.match(r"[^\s+\-=]*", text[begin:])
-        shown = (word.group() if word else "") or text[begin : begin + 10]
+        shown_word = (word.group() if word else "") or text[begin : begin + 10]
         why = (
-            f"executed ({REFUSED_STATEMENTS[shown]})"
-            if shown in REFUSED_STATEMENTS
+            f"executed ({REFUSED_STATEMENTS[shown_word]})"
+            if shown_word in REFUSED_STATEMENTS
             else "a statement that is executed here"
         )
-        raise ProgramError("VP002", f"{shown[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
+        raise ProgramError("VP002", f"{shown_word[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
     name = " ".join(keyword.group().split())
     tail = " ".join(_capitalise(part) for part in parts[1:])
     at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin
-    return Statement(line, name, text[at:] + (" " + tail if tail else ""), at, deleted)
+    return Statement(line, name, text[at:] + (" " + tail if tail else ""), at, is_deleted)
 
 
 def _translate_lines(text: bytes) -> bytes:

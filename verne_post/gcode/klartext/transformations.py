@@ -4,52 +4,16 @@ What is programmed before a plane is tilted acts outside it, what comes after it
 the order in which the program has set them; one that is set again keeps its place.
 """
 
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ZERO_ANGLE
-from verne_post.base.units import RAD_PER_DEG
-from verne_post.model.moves import Feature
+from verne_post.gcode.affine import Affine, build_rotation, make_affine
 
 Kind = Literal["shift", "mirror", "rotation", "scale"]
-_IDENTITY: Final = np.eye(3)
-#: A map that is nearer to none than this is none: noise of sums of angles and numbers with many decimals.
-_NO_MAP: Final = 1e-12
-
-
-class Map(Struct, frozen=True, eq=False):
-    """``p -> matrix p + origin``; the matrix may mirror and scale evenly."""
-
-    matrix: Array = field(default_factory=lambda: np.eye(3))
-    origin: Array = field(default_factory=lambda: np.zeros(3))
-
-    def apply_after(self, inner: "Map") -> "Map":
-        """The map that first does another one, then this."""
-        return Map(self.matrix @ inner.matrix, self.matrix @ inner.origin + self.origin)
-
-    def split(self) -> tuple[Feature | None, Array]:
-        """A feature (rotation and origin), and what is left: a factor (3,) for each coordinate inside it."""
-        scale = float(np.cbrt(abs(np.linalg.det(self.matrix))))
-        turn, factors = self.matrix / scale, np.full(3, scale)
-        if np.linalg.det(turn) < 0:
-            turn, factors = turn * np.array([-1.0, 1.0, 1.0]), factors * np.array([-1.0, 1.0, 1.0])
-        if np.abs(turn - _IDENTITY).max() < _NO_MAP and np.abs(self.origin).max() < _NO_MAP:
-            return None, factors
-        x, y, z = (float(value) for value in self.origin)
-        return Feature((x, y, z), tuple(float(value) for value in turn.ravel())), factors
-
-
-def make_rotation(axis: int, angle: float) -> Array:
-    """Rotation matrix about X, Y or Z by degrees."""
-    c, s = np.cos(RAD_PER_DEG * angle), np.sin(RAD_PER_DEG * angle)
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    matrix = np.eye(3)
-    matrix[u, u] = matrix[v, v] = c
-    matrix[u, v], matrix[v, u] = -s, s
-    return matrix
 
 
 class Layer(Struct):
@@ -68,21 +32,23 @@ class Layer(Struct):
         elif active and kind not in self.order:
             self.order.append(kind)
 
-    def map(self) -> Map:
+    def map(self) -> Affine:
         """What they do together."""
-        result = Map()
+        result = Affine()
         for kind in self.order:
-            result = result.apply_after(self._make_map(kind))
+            result = result.put_inside(self._make_map(kind))
         return result
 
-    def _make_map(self, kind: Kind) -> Map:
+    def _make_map(self, kind: Kind) -> Affine:
         if kind == "shift":
-            return Map(origin=np.array(self.shift))
+            return Affine(self.shift)
         if kind == "mirror":
-            return Map(np.diag([-1.0 if self.mirrored_axes[0] else 1.0, -1.0 if self.mirrored_axes[1] else 1.0, 1.0]))
+            return make_affine(
+                np.diag([-1.0 if self.mirrored_axes[0] else 1.0, -1.0 if self.mirrored_axes[1] else 1.0, 1.0])
+            )
         if kind == "rotation":
-            return Map(make_rotation(2, self.angle))
-        return Map(self.scale * np.eye(3))
+            return make_affine(build_rotation(2, self.angle))
+        return make_affine(self.scale * np.eye(3))
 
     @property
     def factor(self) -> float:
@@ -107,12 +73,12 @@ class Transformations(Struct):
         """Scaling of lengths."""
         return self.outer.factor * self.inner.factor
 
-    def map(self) -> Map:
+    def map(self) -> Affine:
         """From input coordinates to the workpiece."""
         result = self.outer.map()
         if self.tilt is not None:
-            result = result.apply_after(Map(self.tilt))
-        return result.apply_after(self.inner.map())
+            result = result.put_inside(make_affine(self.tilt))
+        return result.put_inside(self.inner.map())
 
     def reset(self) -> None:
         """No shift, mirror image, rotation or scaling; the plane stays."""
@@ -121,12 +87,12 @@ class Transformations(Struct):
 
 def build_spatial_plane(a: float, b: float, c: float) -> Array:
     """PLANE SPATIAL: turned about X by SPA, then about Y by SPB, then about Z by SPC, all of the untilted system."""
-    return make_rotation(2, c) @ make_rotation(1, b) @ make_rotation(0, a)
+    return build_rotation(2, c) @ build_rotation(1, b) @ build_rotation(0, a)
 
 
 def build_euler_plane(precession: float, nutation: float, turn: float) -> Array:
     """PLANE EULER: about Z, about the new X, about the new Z."""
-    return make_rotation(2, precession) @ make_rotation(0, nutation) @ make_rotation(2, turn)
+    return build_rotation(2, precession) @ build_rotation(0, nutation) @ build_rotation(2, turn)
 
 
 def turn_to_vectors(base: Array, normal: Array) -> Array | None:

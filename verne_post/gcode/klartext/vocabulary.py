@@ -1,6 +1,7 @@
-"""Words of Klartext: which are executed, which have no effect here, which are refused and why; names of Q parameters.
+"""Words of Klartext: what they do, that they have no effect here, or why they are refused; names of Q parameters.
 
-docs/heidenhain.md has the same tables, made by docs/make_words.py; a test runs every one of their words.
+The readers look words up here, so a word that is not here cannot be executed. docs/make_words.py makes the tables of
+docs/heidenhain.md of it; a test runs every one of their words.
 """
 
 import math
@@ -14,20 +15,137 @@ SL: Final = "contours of SL cycles; write cycles 251 to 257, or the contour with
 PROBING: Final = (
     "touch probes: where the tool touches is only known at the machine; take them out, and give the datum with --wcs"
 )
+#: Keywords that begin a statement, and what it does.
+STATEMENTS: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("BEGIN PGM", "END PGM"), "first and last statement of the program: MM or INCH"),
+    "BLK FORM": "the stock: a box (0.1, 0.2), or a CYLINDER along Z (R or D, L; its bore RI or DI) with DIST as the "
+    "height of its upper end (*unverified*). `report` draws it, machined --stock-from program cuts it, the summary and "
+    "--meta name it; --stock checks. `dump moves` shows other forms",
+    "TOOL CALL": "M6, length at once with DL; without a number only S and F. `[heidenhain.tools]` of the settings file "
+    "gives a name its number, as in `MILL = 3`",
+    "TOOL DEF": "length and radius; with the number alone it names the next tool, without effect",
+    "CYCL DEF": "a cycle: below",
+    "CYCL CALL": "calls the defined cycle. POS calls it at a position; Z raises the surface; F holds for the move "
+    "there. PAT: PATTERN DEF",
+    **dict.fromkeys(("LBL", "CALL LBL"), "subprograms up to LBL 0; REP m runs the section m + 1 times"),
+    "CALL PGM": "a file in the folder of the program, as with O words",
+    "CALL SELECTED PGM": "refused: write CALL PGM",
+    "SEL TABLE": "names the datum table of `datums`, by one name in a program: see Keys of the settings file",
+    "PLANE": "a tilted plane: below",
+    "FUNCTION": "FUNCTION TCPM is M128, FUNCTION RESET TCPM M129, FUNCTION MODE MILL the only mode. F TCP and F CONT "
+    "have no effect: F is always that of the tip. AXIS SPAT: A B C are spatial angles. PATHCTRL VECTOR: the tool axis "
+    "goes along a great circle",
+    "TRANS": "DATUM AXIS, MIRROR, ROTATION, SCALE are cycles 7, 8, 10 and 11; RESET ends them. DATUM TABLE is a row of "
+    "`datums`: see Keys of the settings file",
+    "PATTERN DEF": "places for CYCL CALL PAT: POS, ROW, PAT (turned by ROT, its sides by ROTX, ROTY), CIRC (from "
+    "START), PITCHCIRC (by STEP); between holes at Q203 + Q204, or at the height of the tool before if that is higher",
+    "STOP": "M0, with other M functions beside",
+    "APPR": "LT LN CT LCT, with P polar: approach to the first point of the contour: auxiliary point in X and Y, then "
+    "Z, then onto the contour",
+    "DEP": "LT LN CT LCT, CT with its angle CCA: departure; compensation ends",
+    "RND": "arc between two elements; its F holds for it alone",
+    "CHF": "chamfer; the number is its length on each line",
+    **dict.fromkeys(("CT", "CTP"), "arc that continues the direction of the element before"),
+    "CP": "arc about CC by an angle; IPA may be several turns",
+    "CR": "arc by its radius; a negative one takes the long way",
+    "CC": "pole and centre; without coordinates the last position; two of X Y Z choose the plane",
+    "LP": "line by radius PR (IPR) and angle PA (IPA) about CC",
+    "LN": "tool axis T, or the normal N without T; needs M128",
+    "L": "straight line; I before a letter counts from the last programmed position",
+    "C": "arc about CC; in the planes of CC; a third coordinate makes a helix",
+    **dict.fromkeys(("Q", "QL", "QR"), "value or formula: + - * / ^ % and functions, degrees"),
+    "QS": "text, also DECLARE STRING: quotes, TOCHAR (DAT, DECIMALS), TONUMB",
+    "FN": "a function of parameters: below",
+    **dict.fromkeys(("M", "F", "S"), "in a statement of their own, as in those of paths"),
+    **dict.fromkeys(
+        ("R0", "RL", "RR"),
+        "radius compensation: the first move ends beside the start of the first element, the last move starts beside "
+        "the end of the last",
+    ),
+}
+#: Words within statements, and what they do.
+WORDS: Final[Mapping[str, str]] = {
+    "FMAX": "rapid traverse, for this block",
+    "F AUTO": "the feed rate of TOOL CALL",
+    "FU": "mm per turn of the spindle",
+    "R F M": "with nothing after them: older controls write them where nothing was answered: what holds goes on",
+    "MOVE": "with DIST (ABST, SETUP, SET-UP): the point DIST before the tip keeps its place on the part",
+    "TURN": "A and C turn, X Y Z of the machine stand still, after a retract by MB",
+    "STAY": "nothing moves; `L A+Q120 C+Q122` follows",
+    **dict.fromkeys(("SEQ", "SYM"), "sign of A; without it the shorter way within the travel"),
+    **dict.fromkeys(
+        ("TABLE ROT", "COORD ROT"),
+        "with a vertical tool: TABLE ROT turns C until X of the plane is along X of the machine, COORD ROT turns C to "
+        "0",
+    ),
+}
+#: Kinds of PLANE.
+PLANES: Final[Mapping[str, str]] = {
+    "SPATIAL": "turned about X, then Y, then Z of the untilted system",
+    "EULER": "about Z, the new X, the new Z",
+    "VECTOR": "X along B, Z along N",
+    "POINTS": "X from P1 to P2, P3 on the side of Y",
+    "RELATIV": "one more turn in the plane; also RELATIVE",
+    "AXIAL": "the plane of A and C",
+    "RESET": "no plane",
+}
+#: M functions.
+FUNCTIONS: Final[Mapping[int, str]] = {
+    **dict.fromkeys((0, 1, 2, 3, 4, 5, 7, 8, 9, 30), "as in RS274/NGC"),
+    **dict.fromkeys((13, 14), "M3 and M8, M4 and M8"),
+    19: "orients the spindle to the angle of cycle 13",
+    **dict.fromkeys(
+        (89, 99),
+        "cycle call in this block; M89 calls it after every block that moves, until M99 or the next machining cycle",
+    ),
+    91: "machine coordinates, as G53: gauge line, nominal machine",
+    92: "machine coordinates from `g30` of `[home]`",
+    94: "the number of A and C is reduced to less than a turn",
+    **dict.fromkeys((109, 110, 111), "where F holds on arcs: see F on arcs"),
+    **dict.fromkeys((116, 117), "F of a turn is that of the tip in mm/min; M117 ends it"),
+    **dict.fromkeys((126, 127), "A and C take the shorter way; M127 ends it"),
+    **dict.fromkeys((128, 129), "tool-centre-point control; F of M128 has no effect. M129 ends it"),
+    130: "coordinates of the untilted system, for this block",
+    **dict.fromkeys((136, 137), "F is in mm per turn; M137: per minute again. Each needs a new F"),
+    140: "retract along the tool axis by MB; MB MAX: to machine Z 0, if the tool is below",
+}
 #: M function -> M codes of RS274/NGC, at the beginning of the block.
 AT_BEGIN: Final = {3: (3,), 4: (4,), 7: (7,), 8: (8,), 13: (3, 8), 14: (4, 8)}
 #: The same at its end.
 AT_END: Final = {0: (0,), 1: (1,), 2: (2,), 5: (5,), 9: (9,), 30: (30,)}
-#: Executed by Klartext itself.
-OWN: Final = {
-    19: "orientation of the spindle to the angle of cycle 13",
-    89: "modal cycle call", 91: "coordinates of the machine in this block", 92: "coordinates from [home] g30 in this block",
-    94: "A and C are reduced to less than a turn", 99: "cycle call in this block",
-    109: "F holds at the cutting edge on arcs", 110: "the same on inside arcs alone", 111: "end of M109 and M110", 116: "F of rotary axes in mm/min",
-    117: "end of M116", 126: "A and C take the shorter way", 127: "end of M126", 128: "tool-centre-point control",
-    129: "end of M128", 130: "coordinates of the untilted system in this block", 136: "F in mm per turn of the spindle",
-    137: "end of M136", 140: "retract along the tool axis: MB, MB MAX",
-}  # fmt: skip
+#: Cycles.
+CYCLES: Final[Mapping[int, str]] = {
+    7: "datum shift, also incremental",
+    8: "mirror image of X, Y or both; arcs and sides change direction",
+    9: "dwell, s",
+    10: "rotation about Z of the active datum",
+    11: "scaling of all lengths, not of the tool",
+    13: "angle of M19",
+    19: "working plane by spatial angles. The axes do not move, or with `cycle_19` turn at F, with the set-up "
+    "clearance as DIST of MOVE: see Keys of the settings file",
+    32: "T is the tolerance at corners, as G64 P",
+    247: "preset: 1 to 9 are G54 to G59.3 of --wcs, 10 to 48 G54.1P10 to P48. It ends shifts, mirror images, rotations "
+    "and scalings",
+    **dict.fromkeys((*range(200, 210), 240), "holes: see Cycles"),
+    241: "single-lip deep-hole drilling: see Cycles",
+    262: "a milled inside thread: see Cycles",
+    **dict.fromkeys((220, 221), "circles and grids of holes, with the cycle defined before"),
+    232: "a face: see Milling cycles",
+    233: "a face from the place of the tool",
+    251: "a rectangular pocket",
+    252: "a circular pocket",
+    253: "a slot",
+    254: "slots along a circle",
+    256: "a rectangular stud",
+    257: "a circular stud",
+}
+#: Functions of FN.
+FN: Final[Mapping[int, str]] = {
+    **dict.fromkeys((*range(9), 13), "set, + - * /, SQRT, SIN, COS, LEN, ANG"),
+    **dict.fromkeys(range(9, 13), "jumps: EQU, NE, GT, LT; FN 9 also IS UNDEFINED, IS DEFINED"),
+    **dict.fromkeys((15, 16), "shown as `not executed` by `dump moves`"),
+    18: "also `not executed`; reading the parameter later is VP025",
+}
 #: Where F holds on arcs.
 ARC_FEEDS: Final[Mapping[int, ArcFeed]] = {
     109: ArcFeed("M109", 0.0, math.inf),

@@ -77,20 +77,22 @@ class Words(Struct):
             if name in self.values:
                 raise statement.error("VP004", f"F AUTO and {name} in one block", self.columns[name])
 
-    def check_used(self, statement: Statement, allowed: str = "") -> None:
-        """Refuse words that nothing has used; ``allowed`` may name side, F (FMAX, F AUTO), DR and M."""
-        used = allowed.split()
-        unused = {
-            "side": self.compensation, "F": "FMAX" if self.rapid else "F AUTO" if self.automatic else None,
-            "DR": "DR" if self.rotation is not None else None, "M": f"M{self.functions[0].number}" if self.functions else None,
-        }  # fmt: skip
+    def check_used(self, statement: Statement, other_words: str = "") -> None:
+        """Refuse words that nothing has used; ``other_words`` may name side, F (FMAX, F AUTO), DR and M."""
         for name in self.values:
             raise statement.error(
                 "VP006", f"{statement.keyword or 'the block'} does not use {name}", self.columns[name]
             )
-        for kind, shown in unused.items():
-            if shown is not None and kind not in used:
-                raise statement.error("VP006", f"{statement.keyword or 'the block'} does not use {shown}")
+        if not (self.compensation or self.rapid or self.automatic or self.rotation or self.functions):
+            return
+        unused_words = {
+            "side": self.compensation, "F": "FMAX" if self.rapid else "F AUTO" if self.automatic else None,
+            "DR": "DR" if self.rotation is not None else None, "M": f"M{self.functions[0].number}" if self.functions else None,
+        }  # fmt: skip
+        used_words = other_words.split()
+        for kind, shown_word in unused_words.items():
+            if shown_word is not None and kind not in used_words:
+                raise statement.error("VP006", f"{statement.keyword or 'the block'} does not use {shown_word}")
 
 
 def read_words(statement: Statement, numbers: Numbers) -> Words:

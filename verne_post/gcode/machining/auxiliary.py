@@ -25,27 +25,27 @@ class Auxiliary:
 
     # --- spindle -----------------------------------------------------------------------------------
 
-    def set_speed(self, at: At, speed: float, *, switched: bool) -> None:
-        """A spindle speed (1/min); ``switched``: M3, M4, M5 or M19 of the same block says the rest."""
+    def set_speed(self, at: At, speed: float, *, is_switched: bool) -> None:
+        """A spindle speed (1/min); ``is_switched``: M3, M4, M5 or M19 of the same block says the rest."""
         state = self.state
         if speed < 0:
             raise at.error("VP007", f"S{speed:g}: a spindle speed is not negative", "S")
-        changed = state.spindle_speed != speed
+        is_new = state.spindle_speed != speed
         state.spindle_speed = speed
-        if changed and state.spindle_on and not switched:
+        if is_new and state.spindle_on and not is_switched:
             self.switch_spindle(at, on=True, backwards=state.spindle_reversed)
 
     def set_spindle_mode(self, at: At, code: str, speed: float | None, *, surface: bool, most: float | None) -> None:
         """S is surface speed (m/min, ft/min), with ``most`` turns a minute, or turns a minute; None: as before."""
         state, data = self.state, dict[str, object]()
-        changed, state.surface_speed = state.surface_speed != surface, surface
+        is_new, state.surface_speed = state.surface_speed != surface, surface
         if surface:
             data = {"speed": speed} | name_unit_of_speed(state) | ({} if most is None else {"most_per_minute": most})
             text = f"{code}: the spindle speed would follow the distance of the tool from X0, but setpoints have no spindle speed; the event has S and D"
             self.recorder.warn("VP045", text, at.line, None)
         self.recorder.record_event(at.line, "spindle mode", code=code, **data)
         state.spindle_speed = state.spindle_speed if speed is None else speed
-        if changed and state.spindle_on:  # also where the number is the same, it means something else
+        if is_new and state.spindle_on:  # also where the number is the same, it means something else
             self.switch_spindle(at, on=True, backwards=state.spindle_reversed)
 
     def switch_spindle(self, at: At, *, on: bool, backwards: bool = False) -> None:
@@ -118,9 +118,9 @@ class Auxiliary:
 
     # --- signals, stops, the end -------------------------------------------------------------------
 
-    def set_output(self, at: At, output: int, *, synchronised: bool, **value: object) -> None:
+    def set_output(self, at: At, output: int, *, with_motion: bool, **value: object) -> None:
         """An output gets ``on`` (digital) or ``value`` (analog); synchronised: with the next motion."""
-        self.recorder.record_event(at.line, "signal", output=output, synchronised=synchronised, **value)
+        self.recorder.record_event(at.line, "signal", output=output, synchronised=with_motion, **value)
 
     def wait_for_input(self, at: At, number: int, *, analog: bool, wait: int) -> None:
         """An input is read, whose value is not known here; ``wait``: for what, as L of M66 says."""
@@ -151,8 +151,8 @@ class Auxiliary:
             self.state.tcp_off = meaning == "tcp off"
             self.recorder.say_tcp(True)
         if meaning != "ignore":
-            shown = {key: value for key, value in words.items() if key in REMAPPED_WORDS}
-            self.recorder.record_event(at.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **shown)
+            shown_words = {key: value for key, value in words.items() if key in REMAPPED_WORDS}
+            self.recorder.record_event(at.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **shown_words)
         return True
 
 

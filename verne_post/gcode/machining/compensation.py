@@ -123,17 +123,17 @@ class Compensation(Struct):
             assert entry.center is not None
             center[u], center[v] = entry.center
             self._begin(entry)
-            swept = math.degrees(sense * entry.sweep)
-            return self._find_point(end, entry.end), Arc(arc.plane, (center[0], center[1], center[2]), arc.turns, swept)
+            sweep = math.degrees(sense * entry.sweep)
+            return self._find_point(end, entry.end), Arc(arc.plane, (center[0], center[1], center[2]), arc.turns, sweep)
         first, last = find_tangent(p, c, sense), find_tangent(q, c, sense)
         start_uv = self._join(recorder, feed, p, first, c, sense, radius)
         target = step_left(q, last, self.radius)
-        programmed, swept = abs(math.radians(arc.sweep)), measure_turn(start_uv, target, c, sense)
-        swept += _FULL * round((programmed - swept) / _FULL)
-        if abs(programmed - swept) > math.pi / 2 or swept * radius < -CORNER_REACH_MM:
+        programmed_sweep, sweep = abs(math.radians(arc.sweep)), measure_turn(start_uv, target, c, sense)
+        sweep += _FULL * round((programmed_sweep - sweep) / _FULL)
+        if abs(programmed_sweep - sweep) > math.pi / 2 or sweep * radius < -CORNER_REACH_MM:
             raise self._report_gouge()
-        self._begin(Offset(start_uv, target, last, center=c, sense=sense, sweep=swept))
-        return self._find_point(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * swept))
+        self._begin(Offset(start_uv, target, last, center=c, sense=sense, sweep=sweep))
+        return self._find_point(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * sweep))
 
     def compare_arc_lengths(self, start: list[float], end: list[float], arc: Arc) -> float:
         """Length of the centre's arc over that of the programmed one, as helices; arcs about corners do not count."""
@@ -155,8 +155,8 @@ class Compensation(Struct):
                              f"{abs(self.radius):.4f} mm: no arc leads to its end in its direction")  # fmt: skip
         radius = length * length / (2.0 * depth)
         center = target[0] + radius * inwards[0], target[1] + radius * inwards[1]
-        swept = measure_turn(p, target, center, sense) + _FULL * (turns - 1)
-        return Offset(p, target, last, entry=True, center=center, sense=sense, sweep=swept)
+        sweep = measure_turn(p, target, center, sense) + _FULL * (turns - 1)
+        return Offset(p, target, last, entry=True, center=center, sense=sense, sweep=sweep)
 
     def _check_entry(self, length: float) -> None:
         if length <= abs(self.radius) and not self.perpendicular:
@@ -248,11 +248,11 @@ class Compensation(Struct):
                 raise self._report_gouge()
             sweep = None
         else:
-            taken = measure_turn(end, segment.end, segment.center, segment.sense)
-            taken -= _FULL if _FULL - taken < CORNER_ANGLE else 0.0
-            if (taken - segment.sweep) * math.dist(segment.end, segment.center) > CORNER_REACH_MM:
+            taken_sweep = measure_turn(end, segment.end, segment.center, segment.sense)
+            taken_sweep -= _FULL if _FULL - taken_sweep < CORNER_ANGLE else 0.0
+            if (taken_sweep - segment.sweep) * math.dist(segment.end, segment.center) > CORNER_REACH_MM:
                 raise self._report_gouge()
-            sweep = math.degrees(-segment.sense * min(taken, segment.sweep))
+            sweep = math.degrees(-segment.sense * min(taken_sweep, segment.sweep))
         self._end_at(recorder, end, sweep)
 
     def _end_at(self, recorder: Recorder, end: Point, sweep: float | None = None) -> None:
@@ -275,6 +275,6 @@ class Compensation(Struct):
 
     def _find_point(self, point: list[float], uv: Point) -> list[float]:
         u, v, *_ = PLANES[self.plane]
-        moved = list(point)
-        moved[u], moved[v] = uv
-        return moved
+        end = list(point)
+        end[u], end[v] = uv
+        return end

@@ -57,9 +57,9 @@ class ContourQueue(Struct):
 
     def release(self) -> tuple[Element | None, Corner | None]:
         """What has waited; nothing waits any more."""
-        waited = self.first, self.corner
+        waiting = self.first, self.corner
         self.first = self.corner = None
-        return waited
+        return waiting
 
     def join(self, second: Element, draw: Callable[[Element], None]) -> Element:
         """Draw what has waited, and its corner; returns what is left of the element that follows.

@@ -198,7 +198,7 @@ def _cut_start(element: Element, point: Point) -> Element | None:
 def _cut_arc(element: Element, start: list[float], end: list[float]) -> Element | None:
     assert element.arc is not None
     center, sweep = (element.arc.center[0], element.arc.center[1]), element.arc.sweep
-    kept = measure_sweep((start[0], start[1]), (end[0], end[1]), center, math.copysign(1.0, sweep))
-    if abs(kept) > abs(sweep) + math.degrees(CORNER_ANGLE):
+    kept_sweep = measure_sweep((start[0], start[1]), (end[0], end[1]), center, math.copysign(1.0, sweep))
+    if abs(kept_sweep) > abs(sweep) + math.degrees(CORNER_ANGLE):
         return None
-    return replace(element, start=start, end=end, arc=make_arc(start, 0, center, kept))
+    return replace(element, start=start, end=end, arc=make_arc(start, 0, center, kept_sweep))

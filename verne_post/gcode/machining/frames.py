@@ -58,22 +58,22 @@ class Frames:
         if state.tool_axis is not None and _find_directions(frame) != _find_directions(old):
             # the tool stands still, so its axis has other words
             rotation = coordinates.turn_displacement(np.eye(3), frame)
-            held = rotation @ coordinates.turn_displacement(np.array(state.tool_axis), old)
-            state.tool_axis = (float(held[0]), float(held[1]), float(held[2]))
+            held_axis = rotation @ coordinates.turn_displacement(np.array(state.tool_axis), old)
+            state.tool_axis = (float(held_axis[0]), float(held_axis[1]), float(held_axis[2]))
         machine = coordinates.map_to_machine(np.array(state.position), old)
         position = [float(v) for v in coordinates.map_to_program(machine, frame)]
         if self.setup.machine:
             if frame.tool != old.tool and state.values_before_length is None and state.has_position:
                 state.values_before_length = [
-                    p if named else math.nan for p, named in zip(state.position, state.named_axes, strict=True)
+                    p if is_named else math.nan for p, is_named in zip(state.position, state.named_axes, strict=True)
                 ]
             if state.values_before_length is not None:
                 # programmed values follow a change of work offset, but not one of tool length
                 before = np.where(np.isnan(state.values_before_length), state.position, state.values_before_length)
                 same_tool = replace(frame, tool=old.tool)
-                moved = coordinates.map_to_program(coordinates.map_to_machine(before, old), same_tool)
+                new_position = coordinates.map_to_program(coordinates.map_to_machine(before, old), same_tool)
                 state.values_before_length = [
-                    float(v) if n else math.nan for v, n in zip(moved, state.named_axes, strict=True)
+                    float(v) if n else math.nan for v, n in zip(new_position, state.named_axes, strict=True)
                 ]
         if state.centre is not None:  # the tool still stands beside its last contour
             centre = coordinates.map_to_program(coordinates.map_to_machine(np.array(state.centre), old), frame)

@@ -37,12 +37,16 @@ class Thread(Struct, frozen=True):
     dwell: float = 0.0
 
 
+#: Key of a set-up that settles rigid tapping.
+TAPPING_KEY: Final = ("tapping",)
+
+
 def check_tapping(core: Machining, column: int | None = None) -> None:
     """Refuse (VP048) rigid tapping that nobody has allowed, in the same words everywhere: one finding a program."""
     if core.setup.tapping != "feed" and not core.state.taps_rigidly:
         raise ProgramError(
             "VP048", "rigid tapping: setpoints do not turn the spindle; for a control that couples it, --tapping feed makes the moves in and "
-            "out at pitch times speed", column,
+            "out at pitch times speed", column, settled_by=TAPPING_KEY,
         )  # fmt: skip
 
 
@@ -84,11 +88,11 @@ def tap(
         for number, place in enumerate(places):
             out = number % 2 == 1
             speed = thread.speed_out if out else thread.speed_in
-            auxiliary.set_speed(at, speed, switched=True)
+            auxiliary.set_speed(at, speed, is_switched=True)
             auxiliary.switch_spindle(at, on=True, backwards=thread.left_hand != out)
             core.set_feed(thread.pitch * speed)
             go(place)
             if number == len(places) - 2 and thread.dwell:
                 core.dwell(at, thread.dwell)
-    auxiliary.set_speed(at, before, switched=True)
+    auxiliary.set_speed(at, before, is_switched=True)
     auxiliary.switch_spindle(at, on=after[0], backwards=after[1])

@@ -37,7 +37,9 @@ _ROTARY: Final = (3, 4, 5)
 _IN_PLANE: Final = 1e-14
 MAX_DWELL_S: Final = 86_400.0
 #: What a feed move may lack.
-Lacking = Literal["feed rate", "constant spindle speed", "spindle", "tool length"]
+#: Members of an enumeration are looked up slowly, and every feed move asks for these.
+_INVERSE, _PER_REVOLUTION = FeedMode.INVERSE, FeedMode.PER_REVOLUTION
+Lacking = Literal["F in the block", "feed rate", "constant spindle speed", "spindle", "tool length"]
 
 
 def check_dwell(at: At, seconds: float) -> float:
@@ -97,20 +99,23 @@ class Machining:
 
     # --- feed --------------------------------------------------------------------------------------
 
-    def find_lacking(self, *, turns_itself: bool = False) -> Lacking | None:
+    def find_lacking(self, *, given: bool = True, turns_itself: bool = False) -> Lacking | None:
         """What a feed move would lack: feed rate, tool length; per revolution also a constant, turning spindle.
 
-        The language says it in its own words. ``turns_itself``: a cycle that switches the spindle on.
+        The language says it in its own words. ``given``: its block has an F of its own, as inverse-time feed needs it;
+        ``turns_itself``: a cycle that switches the spindle on.
         """
-        state = self.state
+        state, mode, machine = self.state, self.state.feed_mode, self.setup.machine
+        if not given and mode == _INVERSE:
+            return "F in the block"
         if state.feed == 0.0:
             return "feed rate"
-        if state.feed_mode == FeedMode.PER_REVOLUTION and state.surface_speed and self.setup.machine:
-            return "constant spindle speed"
-        turning = (state.spindle_on or turns_itself) and state.spindle_speed > 0
-        if state.feed_mode == FeedMode.PER_REVOLUTION and self.setup.machine and not turning:
-            return "spindle"
-        return "tool length" if self.setup.machine and not state.has_tool_length else None
+        if machine and mode == _PER_REVOLUTION:
+            if state.surface_speed:
+                return "constant spindle speed"
+            if not (state.spindle_on or turns_itself) or not state.spindle_speed > 0:
+                return "spindle"
+        return "tool length" if machine and not state.has_tool_length else None
 
     def find_feed(self, lengths: tuple[object, object]) -> float:
         """Feed of a move as `dump moves` shows it: see :func:`~verne_post.gcode.lengths.find_effective_feed`."""
@@ -136,7 +141,7 @@ class Machining:
         self.state.arc_feed = rule
 
     def find_arc_feed_share(self, on_contour: float) -> float:
-        """Feed rate of the tool's centre over F on an arc, by the rule in force; ``on_contour``: with F on the contour."""
+        """Feed rate of the tool's centre over F on an arc, by the rule in force; ``on_contour``: with F there."""
         share = self.state.arc_feed.share(on_contour)
         self.recorder.note_arc_feed(self.state.arc_feed, share)
         return share
@@ -188,13 +193,13 @@ class Machining:
             VP016: the tip is elsewhere, and this motion would not go from there, or would go down by the tool length.
         """
         state = self.state
-        held, state.values_before_length = state.values_before_length, None
-        if held is None:
+        values_before, state.values_before_length = state.values_before_length, None
+        if values_before is None:
             return state.position
         machine_position = self.setup.coordinates.map_to_machine(np.array(state.position), state.frame)
         if self.setup.coordinates.is_upright(machine_position):
             if at is not None and axes is not None and not machine:
-                self.warn_of_depth(at, held, axes)
+                self.warn_of_depth(at, values_before, axes)
             return state.position
         letter, tilt = AXES[self.setup.rotary[0]], machine_position[self.setup.rotary[0]]
         if kind != MoveKind.RAPID or not (absolute or machine):
@@ -203,16 +208,16 @@ class Machining:
             )  # fmt: skip
         if machine:
             return state.position
-        if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(held[_Z]):
+        if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(values_before[_Z]):
             # Z was programmed for the tip; for the spindle's nose it would take the tool down by its length
             raise ProgramError(
                 "VP016", "no tool length holds any more while the table is tilted: the programmed Z would take the tool down by its "
                 "length; name Z in this motion, or retract in machine coordinates before",
             )  # fmt: skip
-        begin = [p if math.isnan(h) else h for p, h in zip(state.position, held, strict=True)]
-        unnamed = [axis for axis in (_X, _Y, _Z) if axis not in (axes or ())]
-        way = math.dist([begin[axis] for axis in unnamed], [state.position[axis] for axis in unnamed])
-        if at is not None and _Z in unnamed and way > UNNAMED_MOTION_MM:
+        begin = [p if math.isnan(h) else h for p, h in zip(state.position, values_before, strict=True)]
+        unnamed_axes = [axis for axis in (_X, _Y, _Z) if axis not in (axes or ())]
+        way = math.dist([begin[axis] for axis in unnamed_axes], [state.position[axis] for axis in unnamed_axes])
+        if at is not None and _Z in unnamed_axes and way > UNNAMED_MOTION_MM:
             self.recorder.warn(
                 "VP046", "the tool length has changed while the table is tilted, and the block does not name Z: the tip goes to the place that was "
                 f"programmed with the former length, and the spindle moves by {way:.6g} mm; name X, Y and Z in the block, or retract in machine coordinates before it",
@@ -220,9 +225,11 @@ class Machining:
             )  # fmt: skip
         return begin
 
-    def warn_of_depth(self, at: At, held: list[float] | None, axes: Iterable[int]) -> None:
+    def warn_of_depth(self, at: At, values_before: list[float] | None, axes: Iterable[int]) -> None:
         """VP046: a tool is longer than where axes were held (9), the spindle stands, and the motion does not name Z."""
-        deeper = 0.0 if held is None else held[_Z] - self.state.position[_Z]  # NaN where Z was not programmed
+        deeper = (
+            0.0 if values_before is None else values_before[_Z] - self.state.position[_Z]
+        )  # NaN where Z was not programmed
         if _Z not in axes and deeper > UNNAMED_MOTION_MM:
             self.recorder.warn(
                 "VP046", "the tool length has changed, and the block does not name Z: the tip goes on at "
@@ -283,9 +290,9 @@ class Machining:
         target, feed = end, state.feed
         if state.compensation is not None:
             self._check_compensated(start, end)
-            programmed = arc
+            programmed_arc = arc
             target, arc = state.compensation.follow_arc(self.recorder, start, end, arc, state.feed)
-            feed *= self.find_arc_feed_share(state.compensation.compare_arc_lengths(start, end, programmed))
+            feed *= self.find_arc_feed_share(state.compensation.compare_arc_lengths(start, end, programmed_arc))
         elif state.feed_mode == FeedMode.INVERSE:  # which compensation refuses
             feed *= measure_arc(arc, start, end)
         self.recorder.add(state, at.line, MoveKind.ARC, target, feed, arc)
@@ -377,8 +384,8 @@ class Machining:
         cut = cut_spline(replace(spline, points=points))
         whole = float(cut.length.sum())
         feed = self.find_feed((whole, True))
-        timed = state.feed_mode == FeedMode.INVERSE
-        times = SECONDS_PER_MINUTE / state.feed * cut.length / whole if timed else np.full(len(cut.line), np.nan)
+        is_timed = state.feed_mode == FeedMode.INVERSE
+        times = SECONDS_PER_MINUTE / state.feed * cut.length / whole if is_timed else np.full(len(cut.line), np.nan)
         number = self.recorder.keep_pieces(cut.pieces.select(np.flatnonzero(~cut.straight)))
         control = state.control
         if control.mode == PathMode.EXACT_STOP:  # the curve is one motion
@@ -395,8 +402,8 @@ class Machining:
             else:
                 self.recorder.add(state, line, MoveKind.SPLINE, end, feed, spline=number, seconds=seconds)
                 number += 1
-        moved = [axis for axis in range(len(AXES)) if any(point[axis] != start[axis] for point in points)]
-        self.arrive(list(points[-1]), moved)
+        moved_axes = [axis for axis in range(len(AXES)) if any(point[axis] != start[axis] for point in points)]
+        self.arrive(list(points[-1]), moved_axes)
 
     # --- tool axes ---------------------------------------------------------------------------------
 
@@ -421,11 +428,11 @@ class Machining:
         """Whether Z of the machine depends on the branch of the table: so where the axes of the table do not meet."""
         coordinates, frame = self.setup.coordinates, self.state.frame
         here = coordinates.map_to_machine(np.array(self.state.position), frame)
-        turned, rotary = coordinates.find_other_side(here), list(self.setup.rotary)
-        if turned is None:
+        other_side, rotary = coordinates.find_other_side(here), list(self.setup.rotary)
+        if other_side is None:
             return False
         other = np.array(self.state.position)
-        other[rotary] = coordinates.map_to_program(turned, frame)[rotary]
+        other[rotary] = coordinates.map_to_program(other_side, frame)[rotary]
         return bool(abs(coordinates.map_to_machine(other, frame)[_Z] - here[_Z]) > ZERO_LENGTH_MM)
 
     def settle_table(self, at: At) -> None:
@@ -513,8 +520,8 @@ class Machining:
 
     def suspend_compensation(self) -> Compensation | None:
         """The next moves are those of the tool's centre; what holds is returned for :meth:`enter_beside`."""
-        held, self.state.compensation = self.state.compensation, None
-        return held
+        compensation, self.state.compensation = self.state.compensation, None
+        return compensation
 
     def enter_beside(self, at: At, compensation: Compensation, corner: list[float]) -> None:
         """Put the tool's centre beside ``corner`` (9), the first point of a contour that the next moves follow."""

@@ -72,19 +72,19 @@ class Outline(Protocol):
 
 def _join(start: Point, legs: list[Leg]) -> Path:
     """A path without legs of no length; consecutive arcs about one centre are one arc, up to a half circle."""
-    kept, place = list[Leg](), start
+    kept_legs, place = list[Leg](), start
     for leg in legs:
         if math.dist(place, leg.end if leg.center is None else leg.center) <= ZERO_LENGTH_MM:
             continue
-        last, place = kept[-1] if kept else None, leg.end
+        last, place = kept_legs[-1] if kept_legs else None, leg.end
         goes_on = (
             last is not None and last.center is not None and last.center == leg.center and last.sweep * leg.sweep > 0
         )
         if last is not None and goes_on and abs(last.sweep + leg.sweep) <= _HALF:
-            kept[-1] = Leg(leg.end, leg.center, last.sweep + leg.sweep)
+            kept_legs[-1] = Leg(leg.end, leg.center, last.sweep + leg.sweep)
         else:
-            kept.append(leg)
-    return Path(start, tuple(kept))
+            kept_legs.append(leg)
+    return Path(start, tuple(kept_legs))
 
 
 class Rectangle(Struct, frozen=True):

@@ -38,8 +38,8 @@ class Placement(Struct, frozen=True):
 def turn_about(origin: Point, degrees: float, middle: Point = (0.0, 0.0)) -> Placement:
     """Local coordinates turned about a place of the plane, in which ``middle`` is their zero, mm."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    turned = Placement(origin, (c, s), (-s, c))
-    return Placement(turned.place(middle), turned.along, turned.across)
+    placement = Placement(origin, (c, s), (-s, c))
+    return Placement(placement.place(middle), placement.along, placement.across)
 
 
 def place_strokes(strokes: Iterable[Stroke], placement: Placement) -> Iterator[Stroke]:

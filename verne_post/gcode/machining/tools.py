@@ -133,9 +133,9 @@ class Tools:
         """Put a tool into the table, or in place of the one with its number."""
         self.state.tools = {**(self.state.tools or {}), tool.number: tool}
 
-    def find_tool(self, number: int, unmeasured: str) -> Tool:
-        """A tool of the table, or a new one, which ``unmeasured`` names without a length."""
-        return (self.state.tools or {}).get(number, Tool(number, number, ZERO9, unmeasured=unmeasured))
+    def find_tool(self, number: int, where: str) -> Tool:
+        """A tool of the table, or a new one, which ``where`` names without a length."""
+        return (self.state.tools or {}).get(number, Tool(number, number, ZERO9, unmeasured=where))
 
     def reload_table(self) -> None:
         """The table is as it was at the start."""

@@ -82,20 +82,20 @@ def move_machine_axes(
     change = target - start
     shares = np.linspace(0.0, 1.0, count_places(float(np.linalg.norm(change[rotary]))))[:, None]
     points = coordinates.map_to_program(start + shares * change, frame)
-    counted = [*_LINEAR, *rotary] if np.linalg.norm(change[:3]) > ZERO_LENGTH_MM else rotary
-    size = float(np.linalg.norm(change[counted]))
+    counted_axes = [*_LINEAR, *rotary] if np.linalg.norm(change[:3]) > ZERO_LENGTH_MM else rotary
+    size = float(np.linalg.norm(change[counted_axes]))
     record_carried(core, at, kind, MoveKind.TURN, points, axes, size, by_tip=by_tip)
 
 
 def record_carried(
-    core: Machining, at: At, kind: MoveKind, carried: MoveKind, points: Array, axes: list[int], size: float,
-    *, by_tip: bool = False, held: tuple[float, float, float] | None = None,
+    core: Machining, at: At, kind: MoveKind, carried_kind: MoveKind, points: Array, axes: list[int], size: float,
+    *, by_tip: bool = False, held_axis: tuple[float, float, float] | None = None,
 ) -> None:  # fmt: skip
     """Record a RAPID or FEED move that turns the table; at a feed rate it takes as long as ``size`` at F.
 
     ``size`` is in mm or degrees. The move is straight if ``points`` (n, 9), at even shares of it, are within
-    ROTARY_CHORD_MM of the straight line, else of the kind ``carried``. ``held`` is the point that stands still in a
-    SWING, mm.
+    ROTARY_CHORD_MM of the straight line, else of the kind ``carried_kind``. ``held_axis`` is the point that stands still
+    in a SWING, mm.
     """
     state = core.state
     tip, shares = points[:, :3], np.linspace(0.0, 1.0, len(points))[:, None]
@@ -109,15 +109,17 @@ def record_carried(
         size = way if by_tip else size
         number = state.feed if by_tip else state.feed_angular
         # what the feed rate of the recorded move counts
-        shown = turn if aside > ROTARY_CHORD_MM or way <= ZERO_LENGTH_MM else way
+        shown_way = turn if aside > ROTARY_CHORD_MM or way <= ZERO_LENGTH_MM else way
         minutes = 1.0 / number if state.feed_mode == FeedMode.INVERSE else size / number
-        feed = shown / minutes if minutes else number
+        feed = shown_way / minutes if minutes else number
         if size and not (by_tip and aside <= ROTARY_CHORD_MM):
             turns = state.spindle_speed if state.feed_mode == FeedMode.PER_REVOLUTION else 1.0
             seconds = SECONDS_PER_MINUTE * minutes / turns
-    about = None if held is None else Arc(0, held, 1, 0.0)
+    about = None if held_axis is None else Arc(0, held_axis, 1, 0.0)
     state.centre = None  # as any motion after the end of cutter compensation
-    core.recorder.add(state, at.line, carried if aside > ROTARY_CHORD_MM else kind, end, feed, about, seconds=seconds)
+    core.recorder.add(
+        state, at.line, carried_kind if aside > ROTARY_CHORD_MM else kind, end, feed, about, seconds=seconds
+    )
     core.arrive(end, axes, absolute=False)
     core.allow_arc()
 
@@ -132,41 +134,43 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
     """
     core.refuse_compensation("a turn of the table")
     core.leave_beside()
-    named = [axis for axis in _LINEAR if axis in words]
+    named_axes = [axis for axis in _LINEAR if axis in words]
     stand = [axis for axis in _LINEAR if axis not in words]
     # where all of them stand, it is the same at a feed rate
-    core.start_of_motion(kind if named else MoveKind.RAPID, absolute=True, machine=False, axes=words)
+    core.start_of_motion(kind if named_axes else MoveKind.RAPID, absolute=True, machine=False, axes=words)
     state, coordinates = core.state, core.setup.coordinates
     here, end = find_machine_place(core), np.array(state.position)
     for axis, value in words.items():
         end[axis] = value
     target = np.array(coordinates.map_to_machine(end, state.frame))
-    if named:
+    if named_axes:
         beside = np.repeat(end[None], len(stand), axis=0)
         beside[np.arange(len(stand)), stand] += 1.0
         slopes = (coordinates.map_to_machine(beside, state.frame) - target)[:, stand].T
         if abs(np.linalg.det(slopes)) < _IN_PLANE:
-            letters, others = (" and ".join(AXES[axis] for axis in axes) for axes in (named, stand))
+            letters, others = (" and ".join(AXES[axis] for axis in axes) for axes in (named_axes, stand))
             raise ProgramError(
                 "VP017", f"{letters} beside a turn of the table, without tool-centre-point control: on the turned table, the spindle cannot reach this place while {others} of the machine stand still; name X, Y and Z, or turn the table in a block of its own",
             )  # fmt: skip
         end[stand] += np.linalg.solve(slopes, (here - target)[stand])
         target = np.array(coordinates.map_to_machine(end, state.frame))
-        core.frames.name_axes([float(value) for value in end], named)
+        core.frames.name_axes([float(value) for value in end], named_axes)
     target[stand] = here[stand]
     if core.setup.rotary[1] in words:
         core.recorder.fix_c(at.line)
-    move_machine_axes(core, at, kind, target, [axis for axis in words if axis not in named], by_tip=bool(named))
-    core.arrive(state.position, named, absolute=False)
+    move_machine_axes(
+        core, at, kind, target, [axis for axis in words if axis not in named_axes], by_tip=bool(named_axes)
+    )
+    core.arrive(state.position, named_axes, absolute=False)
     core.frames.forget_programmed(set(stand))
 
 
 def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], when: str) -> None:
     """VP046, once a program: a turn of the table since coordinates ``before`` (9,) has moved unnamed linear axes."""
-    moved = find_machine_place(core) - before
-    beyond = [axis for axis in _LINEAR if axis not in axes and abs(moved[axis]) > UNNAMED_MOTION_MM]
+    motion = find_machine_place(core) - before
+    beyond = [axis for axis in _LINEAR if axis not in axes and abs(motion[axis]) > UNNAMED_MOTION_MM]
     if beyond and not any(item.code == "VP046" for item in core.recorder.warnings.values()):
-        ways = " ".join(f"{AXES[axis]}{moved[axis]:+.3f}" for axis in beyond)
+        ways = " ".join(f"{AXES[axis]}{motion[axis]:+.3f}" for axis in beyond)
         core.recorder.warn(
             "VP046",
             f"{when}, a turn of the table keeps the tip at its place of the part: the spindle moves by {ways} mm in axes that the block does not name; name X, Y and Z in it, or turn the table in machine coordinates", at.line, None,

@@ -131,9 +131,9 @@ class CycleCodes:
             raise ProgramError("VP005", f"{name} needs R, the height from which it feeds")
         if letter not in block.words and before is None:
             raise ProgramError("VP005", f"{name} needs {letter}, the bottom of the hole")
-        kept = before.numbers if before is not None else (0.0, 0.0)
-        r = self.values.convert_length(block.words["R"]) if "R" in block.words else kept[0]
-        z = self.values.read_axis_value(block, normal) if letter in block.words else kept[1]
+        numbers_before = before.numbers if before is not None else (0.0, 0.0)
+        r = self.values.convert_length(block.words["R"]) if "R" in block.words else numbers_before[0]
+        z = self.values.read_axis_value(block, normal) if letter in block.words else numbers_before[1]
         clear, bottom = self._find_heights(start, r, z)
         of_g90 = (self.modes.absolute, self.modes.absolute)
         if before is not None:
@@ -155,11 +155,13 @@ class CycleCodes:
         shift = before.shift if before else None
         if motion == _FINE_BORING:
             shift = self._find_way_out(block, step, shift, name)
-        changed = before is not None and before.absolute != self.modes.absolute
-        if motion == 870 and (shift is None or changed or any(axis in block.words for axis in "IJK")):
+        is_other_mode = before is not None and before.absolute != self.modes.absolute
+        if motion == 870 and (shift is None or is_other_mode or any(axis in block.words for axis in "IJK")):
             for axis in "IJK":
                 if axis not in block.words:
-                    raise ProgramError("VP005", f"G87 needs {axis}{', G90 or G91 having changed' if changed else ''}")
+                    raise ProgramError(
+                        "VP005", f"G87 needs {axis}{', G90 or G91 having changed' if is_other_mode else ''}"
+                    )
             shift = tuple(self.values.convert_length(block.words[axis]) for axis in "IJK")
         of_start = self.modes.inch if series is None else series.start_inch
         return Cycle(

@@ -1,6 +1,9 @@
-"""The codes of Fanuc controls: which there are, the words that each takes, and which are refused."""
+"""The codes of Fanuc controls: what each does, the words that it takes, and which are refused.
 
-from collections.abc import Iterable
+docs/make_words.py makes the tables of docs/fanuc.md of it, with what RS274/NGC does not have or does otherwise.
+"""
+
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 from verne_post.gcode.codes import RS274, CodeTable, refuse_known_codes
@@ -40,6 +43,8 @@ ENDS: Final = (401, 670, 131, 970)
 POCKETS: Final = (120, 130)
 CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES = 700, 710, 720
 PATTERNS: Final = (CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES)
+#: Codes that change no move.
+WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS)
 #: Codes that name axes without moving them, and those that take none.
 NAMES_AXES: Final = (51, MIRROR_OFF)
 ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
@@ -47,36 +52,115 @@ ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, P
 CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 880, 890)
 
 
+#: Words that are no codes, and what they do.
+WORDS: Final[Mapping[str, str]] = {
+    "#1=": "a variable: local #1 to #33, common #100 to #999 (#98000 to #98499, #900000 to #907399), and expressions: "
+    "see Variables",
+    ",C ,R": "chamfer (its size on each line), or rounding (between lines and arcs in X and Y). The next block must be "
+    "the next line or arc",
+    "H": "alone, and G43 without H: another length while G43 holds; H0 is none. G43 alone takes the last H since the "
+    "tool change",
+}
+_ENDS_MODE: Final = "ends a mode; no effect where none is active"
+#: What G codes do that RS274/NGC does not have, or does otherwise; by group, with all codes of a group that differs.
+_GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
+    "non-modal": {
+        40: "dwell: P milliseconds, with a decimal point seconds; X and U seconds",
+        100: "L2, L20: origins; L10 to L13 of tool P: length, its wear, radius, its wear; wear is added",
+        **dict.fromkeys((280, 300), "reference positions, in rapid traverse; G30 P2 is the second one"),
+        520: "a local system inside that of G92",
+        920: RS274.g_groups["non-modal"][920],
+        921: RS274.g_groups["non-modal"][921],
+        **dict.fromkeys(
+            POCKETS,
+            "Haas, in G17: a circle of radius I about the tool, clockwise or counter-clockwise. Down to Z, on a half "
+            "circle to the wall, round, and back. D is the radius of the tool. With K: circles from I to K in steps of "
+            "Q; in G91 L levels, each Z deeper. The moves between circles are ours; the wall is at K",
+        ),
+        CIRCLE_OF_HOLES: "Haas: L holes of the cycle in force, evenly on a circle of radius I about X Y, or about the "
+        "tool. The first is at the angle J",
+        ARC_OF_HOLES: "the same as G70, K degrees apart",
+        ROW_OF_HOLES: "Haas: L holes of the cycle in force in a row at the angle J, I apart, the first at X Y, or where "
+        "the tool is *(unverified: that the first hole is there)*",
+    },
+    "motion": {
+        **{code: RS274.g_groups["motion"][code] for code in (0, 10, 20, 30)},
+        NURBS: "NURBS interpolation: see Splines",
+        **dict.fromkeys(
+            CYCLES,
+            "R, Z, Q and P also hold for other cycles, until G80. P is in milliseconds, with a decimal point in "
+            "seconds; without P there is no dwell. G73 and G83 of Haas: P dwells at the bottom; I J K in place of Q: "
+            "the first peck, by how much each is smaller, and the least. *Assumed*: a Fanuc control has no P there, "
+            "and would not dwell. G88 stops for a person at the bottom. R above the tool: see Differences from "
+            "RS274/NGC",
+        ),
+        **dict.fromkeys((740, 840), "rigid tapping: see Tapping"),
+        760: "fine boring: oriented stop, then away from the wall by I and J, or by Q in the direction of `bore_shift` "
+        '(`"+X"`, `"-X"`, `"+Y"`, `"-Y"`) in `[fanuc]`',
+    },
+    "tool length": {
+        **{code: RS274.g_groups["tool length"][code] for code in (430, 434, 435, 490)},
+        **dict.fromkeys((431, 2340), "G43.4: this machine always controls the tool centre point"),
+    },
+    "cutter compensation": {code: RS274.g_groups["cutter compensation"][code] for code in (400, 410, 420)},
+    "work offset": {
+        **{code: RS274.g_groups["work offset"][code] for code in (540, 550, 560, 570, 580, 590)},
+        **dict.fromkeys((ADDITIONAL, 1540), 'P1 to P48: additional work systems; --wcs "G54.1P3=x,y,z"'),
+    },
+    "path control": {610: "a stop at the end of every move", 640: RS274.g_groups["path control"][640]},
+    "exact stop": {90: "exact stop at the end of the block"},
+    "tilted plane": {
+        PLANE: "tilted work plane. P0 or without P: origin X Y Z, Euler angles I J K about Z, X, Z. P1: turns about X, "
+        "Y, Z, in the order Q (123 without it); with several angles, `roll_pitch_yaw` in `[fanuc]` of the settings "
+        'file says about which axes: those of the part (`"fixed"`), or those turned so far (`"moving"`). P2: three '
+        "points: origin, direction of X, side of Y; Q0 X Y Z R shifts and turns in the plane. P3: origin and direction "
+        "of X, direction of Z",
+        ROTATION: "turns coordinates in the plane; with I J K about a direction, and one more G68 may be nested: see "
+        "Turns, scales, mirror images",
+        OF_TOOL: "the plane of the tool: Z along it, X level, turned by R. A note (VP039) names parameter 12321",
+        PLANE_OFF: "ends G68, G68.2 and G68.3",
+    },
+    "plane axis": {
+        TO_PLANE: "turns the table until the tool is normal to the plane",
+        ABOUT_TIP: "as G53.1, which keeps the tip too",
+    },
+    "dynamic work offset": dict.fromkeys(
+        (TABLE, TABLE_OFF),
+        "Haas: dynamic work offset on and off. The origin of the work system turns with the table; X, Y, Z follow the "
+        "axes of the machine",
+    ),
+    "scaling": dict.fromkeys(
+        (SCALE, SCALE_OFF), "scales about a point, and ends it; I J K instead of P: each axis by its own factor"
+    ),
+    "mirror image": dict.fromkeys((MIRROR, MIRROR_OFF), "mirrors about a position of an axis, and ends it"),
+    "polar coordinates": dict.fromkeys(
+        (160, 150),
+        "polar coordinates on and off: X is the distance from X0 Y0, Y the angle. In G91, Y alone is allowed, and adds "
+        "up. In G17",
+    ),
+    "look-ahead": dict.fromkeys(LOOK_AHEAD, "Haas: smoothing of corners, look-ahead; shown as events"),
+    "smoothing": dict.fromkeys(SMOOTHING, "look-ahead and smoothing of the control; shown as events"),
+    "macro call": {
+        650: "calls a macro with arguments and its own variables; L repeats: see Arguments",
+        660: "calls a macro after every block that moves, until G67; its variables are kept from one call to the next",
+    },
+    **{f"end of G{code / 10:g}": {code: _ENDS_MODE} for code in ENDS},
+}
+
+
 def make_table() -> CodeTable:
-    groups = {name: tuple(code for code in codes if code not in (70, 80)) for name, codes in RS274.g_groups.items()}
-    del groups["lathe diameter"], groups["spindle mode"]
-    groups["non-modal"] = (40, 100, 280, 300, 520, 920, 921, *POCKETS, *PATTERNS)
-    groups["motion"] = (0, 10, 20, 30, NURBS, *CYCLES)
-    groups["arc distance"] = ()
-    groups["tool length"] = (430, 434, 435, 490, 431, 2340)
-    groups["cutter compensation"] = (400, 410, 420)
-    groups["work offset"] = (540, 550, 560, 570, 580, 590, ADDITIONAL, 1540)
-    groups["path control"] = (610, 640)
-    groups["exact stop"] = (90,)
-    groups["tilted plane"] = (PLANE, ROTATION, OF_TOOL, PLANE_OFF)
-    groups["plane axis"] = (TO_PLANE, ABOUT_TIP)
-    groups["dynamic work offset"] = (TABLE, TABLE_OFF)
-    groups["scaling"], groups["mirror image"] = (SCALE, SCALE_OFF), (MIRROR, MIRROR_OFF)
-    groups["polar coordinates"] = (150, 160)
-    groups["look-ahead"] = LOOK_AHEAD
-    groups["smoothing"] = SMOOTHING
-    groups["macro call"] = (650, 660)
-    for code in ENDS:
-        groups[f"end of G{code / 10:g}"] = (code,)
-    m_groups = {
-        name: RS274.m_groups[name] for name in ("stopping", "tool change", "coolant", "override", "subprograms")
-    }
-    m_groups |= {
-        "subprograms": (97, 98, 99),
-        "tool change": (6,),
-        "override": (48, 49),
-        "spindle": (3, 4, 5, 19),
-        "rigid tapping": (29,),
+    groups = {**RS274.g_groups, **_GROUPS}
+    del groups["arc distance"], groups["lathe diameter"], groups["spindle mode"]
+    m_groups = {name: RS274.m_groups[name] for name in ("stopping", "coolant")} | {
+        "subprograms": {
+            97: "Haas: a subprogram that begins at block P of the program, L times",
+            98: "the subprogram O P, L times; P30012 is O12 three times",
+            99: "end of a subprogram; with P it returns to a block; in the main program a jump",
+        },
+        "tool change": {6: RS274.m_groups["tool change"][6]},
+        "override": {code: RS274.m_groups["override"][code] for code in (48, 49)},
+        "spindle": {code: RS274.m_groups["spindle"][code] for code in (3, 4, 5, 19)},
+        "rigid tapping": {29: "rigid tapping: see Tapping"},
     }
     return CodeTable(
         g_groups=groups,

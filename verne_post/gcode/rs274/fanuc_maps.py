@@ -22,7 +22,7 @@ _SAME: Final = 1e-9
 _ARCS: Final = (20, 30)
 _LINEAR: Final = "XYZ"
 #: Codes that mean other places than a motion has: they need an end of the maps first.
-_BARRED: Final = (*TAKES_AXES, 530, 62)
+_BARRED_CODES: Final = (*TAKES_AXES, 530, 62)
 
 
 class FanucMaps:
@@ -34,9 +34,9 @@ class FanucMaps:
 
     def _set(self, maps: AxisMaps, **changes: Any) -> None:
         """Change what holds; :data:`NO_MAPS` itself where nothing does."""
-        changed = replace(maps, **changes)
-        ended = replace(changed, centers=NO_MAPS.centers) == NO_MAPS
-        self.modes.maps = NO_MAPS if ended else changed
+        new_maps = replace(maps, **changes)
+        is_end = replace(new_maps, centers=NO_MAPS.centers) == NO_MAPS
+        self.modes.maps = NO_MAPS if is_end else new_maps
 
     # --- what holds --------------------------------------------------------------------------------
 
@@ -114,7 +114,7 @@ class FanucMaps:
         if codes & {*TAKES_AXES, 530} and {*_LINEAR} & set(words):
             raise ProgramError(
                 "VP017",
-                f"{spell_g_code(min(codes & {*_BARRED}))} under G51, G51.1 or G16; write G50, G50.1 or G15 first",
+                f"{spell_g_code(min(codes & {*_BARRED_CODES}))} under G51, G51.1 or G16; write G50, G50.1 or G15 first",
             )
         motion = next((code for code in codes if code in (0, 10, *_ARCS, *CYCLES)), modes.motion)
         if codes & {*OF_FRAMES, MIRROR_OFF, SCALE_OFF} or motion is None or not set(words) & set("XYZIJKR"):

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import UPRIGHT_DEG
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.gcode.affine import build_rotation, build_rotation_about, find_table_map
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import TAKES_AXES, spell_g_code
@@ -19,7 +20,6 @@ from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, P
 from verne_post.gcode.rs274.modes import NO_MAPS, Modes
 from verne_post.gcode.rs274.offsets import TCP_CODES, say_directions
 from verne_post.gcode.rs274.values import WordValues, read_whole
-from verne_post.gcode.standing_table import find_standing_plane
 from verne_post.gcode.table_positions import choose_position, find_positions
 from verne_post.model.control_keys import FanucKeys
 from verne_post.model.moves import Feature, MoveKind
@@ -86,9 +86,8 @@ class FanucPlanes:
         say_directions(self.core)
 
     def _set_feature(self, origin: Array, rotation: Array) -> None:
-        feature = Feature(
-            (float(origin[0]), float(origin[1]), float(origin[2])), tuple(float(v) for v in rotation.ravel())
-        )
+        x, y, z = map(float, origin)
+        feature = Feature((x, y, z), tuple(map(float, rotation.ravel())))
         self.core.frames.set_frame(replace(self.state.frame, feature=feature))
 
     def _read_point(self, block: Block) -> Array:
@@ -116,8 +115,8 @@ class FanucPlanes:
             self.given = (kind, {})
         number = read_whole(block, "Q") if "Q" in block.words else 0
         if number not in _SEVERAL[kind]:
-            expected = ", ".join(f"Q{q}" for q in _SEVERAL[kind])
-            raise block.error("VP007", f"G68.2 P{kind} Q{number}: expected {expected}", "Q")
+            expected_blocks = ", ".join(f"Q{q}" for q in _SEVERAL[kind])
+            raise block.error("VP007", f"G68.2 P{kind} Q{number}: expected {expected_blocks}", "Q")
         parts = self.given[1]
         parts[number] = Block(block.line, words=dict(block.words), columns=dict(block.columns))
         return {q for q in _SEVERAL[kind] if q} <= set(parts)
@@ -131,9 +130,9 @@ class FanucPlanes:
         for letter in "R" if kind else "QR":
             if letter in block.words:
                 raise block.error("VP006", f"G68.2 P{kind} does not use {letter}", letter)
-        i, j, k = (RAD_PER_DEG * block.words.get(letter, 0.0) for letter in "IJK")
+        i, j, k = (block.words.get(letter, 0.0) for letter in "IJK")
         if kind == 0:
-            return self._read_point(block), _turn_z(i) @ _turn_x(j) @ _turn_z(k)
+            return self._read_point(block), build_rotation(2, i) @ build_rotation(0, j) @ build_rotation(2, k)
         if kind == 1:
             return self._read_point(block), self._find_roll_pitch_yaw(block)
         raise block.error(
@@ -145,17 +144,17 @@ class FanucPlanes:
         order = f"{read_whole(block, 'Q') if 'Q' in block.words else 123}"
         if sorted(order) != ["1", "2", "3"]:
             raise block.error("VP007", f"G68.2 P1 Q{order}: an order of the axes 1, 2, 3", "Q")
-        fixed, moving = np.eye(3), np.eye(3)
+        about_fixed, about_moving = np.eye(3), np.eye(3)
         for axis in (int(digit) - 1 for digit in order):
-            turn = rotate_about(np.eye(3)[axis], block.words.get("IJK"[axis], 0.0))
-            fixed, moving = turn @ fixed, moving @ turn
+            turn = build_rotation(axis, block.words.get("IJK"[axis], 0.0))
+            about_fixed, about_moving = turn @ about_fixed, about_moving @ turn
         if self.keys.roll_pitch_yaw:
-            return fixed if self.keys.roll_pitch_yaw == "fixed" else moving
-        if np.abs(fixed - moving).max() > _PARALLEL:
+            return about_fixed if self.keys.roll_pitch_yaw == "fixed" else about_moving
+        if np.abs(about_fixed - about_moving).max() > _PARALLEL:
             raise ProgramError(
                 "VP005", 'G68.2 P1 with several angles: give [fanuc] roll_pitch_yaw in the settings file, "fixed" if each turns about the axes of the part, "moving" if about those turned so far; or give Euler angles (P0)',
             )  # fmt: skip
-        return fixed
+        return about_fixed
 
     def _find_plane_of_points(self, parts: dict[int, Block]) -> tuple[Array, Array]:
         """Q1 the first point, Q2 in direction X, Q3 on the side of Y; Q0 shifts from Q1 in the plane, turned by R."""
@@ -164,7 +163,7 @@ class FanucPlanes:
         origin = first
         if 0 in parts:
             origin = first + rotation @ self._read_point(parts[0])
-            rotation = rotation @ rotate_about(np.array([0.0, 0.0, 1.0]), parts[0].words.get("R", 0.0))
+            rotation = rotation @ build_rotation(2, parts[0].words.get("R", 0.0))
         return origin, rotation
 
     def _find_plane_of_directions(self, parts: dict[int, Block]) -> tuple[Array, Array]:
@@ -190,9 +189,7 @@ class FanucPlanes:
             "VP039", "G68.3: X of the plane is level (parameter 12321 names Z); with another parameter it has another direction", block.line
         )  # fmt: skip
         x = np.cross([0.0, 0.0, 1.0], z)
-        rotation = _span(x, np.cross(z, x), "G68.3") @ rotate_about(
-            np.array([0.0, 0.0, 1.0]), block.words.get("R", 0.0)
-        )
+        rotation = _span(x, np.cross(z, x), "G68.3") @ build_rotation(2, block.words.get("R", 0.0))
         return self._read_point(block) if given else np.array(self.state.position[:3]), rotation
 
     # --- G68 ---------------------------------------------------------------------------------------
@@ -224,7 +221,7 @@ class FanucPlanes:
                 "G68 under G51 with factors below 0: controls differ in the side to which it turns; write G51.1",
             )
         angle = words["R"] * (-1.0 if modes.maps.flips(u, v) and not in_space else 1.0)
-        rotation = rotate_about(direction, angle)
+        rotation = build_rotation_about(direction, angle)
         origin = center - rotation @ center
         outer = state.frame.feature
         if outer is not None:
@@ -236,15 +233,15 @@ class FanucPlanes:
     def check_first_motion(self, block: Block, codes: set[int]) -> None:
         """Refuse (VP017) an ambiguous motion after G68 or G69: it names only some turned axes, or stands in G91."""
         modes = self.modes
-        named = [axis for axis in modes.turned_axes if "XYZ"[axis] in block.words]
+        named_axes = [axis for axis in modes.turned_axes if "XYZ"[axis] in block.words]
         if (
-            not named
+            not named_axes
             or (modes.motion is None and not codes & {0, 10, 20, 30})
             or codes & {*TAKES_AXES, 530, *OF_FRAMES, MIRROR_OFF}
         ):
             return
         absolute = 900 in codes or (modes.absolute and 910 not in codes)
-        if (absolute and len(named) < len(modes.turned_axes)) or (not absolute and modes.after_turn == "G69"):
+        if (absolute and len(named_axes) < len(modes.turned_axes)) or (not absolute and modes.after_turn == "G69"):
             letters = ", ".join("XYZ"[axis] for axis in sorted(modes.turned_axes))
             raise ProgramError(
                 "VP017", f"the first motion after {modes.after_turn} must name {letters} in G90: controls differ in what an unnamed axis keeps"
@@ -271,9 +268,9 @@ class FanucPlanes:
             self.core.settle_table(block)
         modes.follows_table = True
         self.recorder.say_tcp(True)
-        standing = find_standing_plane(self.setup.coordinates, state.frame, state.position)
-        if standing is not None:
-            self._set_feature(np.zeros(3), np.array(standing.rotation).reshape(3, 3))
+        standing = find_table_map(self.setup.coordinates, state.frame, state.position)
+        if not standing.is_identity:
+            self._set_feature(np.zeros(3), standing.linear)
 
     def refuse_turning(self, block: Block) -> None:
         """Refuse (VP017) that the table turns while the work system follows it."""
@@ -318,17 +315,6 @@ class FanucPlanes:
         self.core.go_straight(block, MoveKind.RAPID, end, [tilt, turn])
 
 
-def rotate_about(direction: Array, degrees: float) -> Array:
-    """Matrix (3, 3) of a turn about a unit direction (3,); exact for quarter turns."""
-    quarters = degrees / 90.0
-    exact = quarters == round(quarters)
-    c = (1.0, 0.0, -1.0, 0.0)[round(quarters) % 4] if exact else math.cos(RAD_PER_DEG * degrees)
-    s = (0.0, 1.0, 0.0, -1.0)[round(quarters) % 4] if exact else math.sin(RAD_PER_DEG * degrees)
-    x, y, z = direction
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return c * np.eye(3) + s * cross + (1.0 - c) * np.outer(direction, direction)
-
-
 def _span(x: Array, y: Array, what: str) -> Array:
     """Matrix (3, 3) whose columns are axes: X along one vector, Y on the side of the other."""
     z = np.cross(x, y)
@@ -336,13 +322,3 @@ def _span(x: Array, y: Array, what: str) -> Array:
         raise ProgramError("VP007", f"{what} lie on one line; they span no plane")
     x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
     return np.column_stack([x, np.cross(z, x), z])
-
-
-def _turn_z(angle: float) -> Array:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def _turn_x(angle: float) -> Array:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])

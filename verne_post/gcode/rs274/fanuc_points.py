@@ -25,12 +25,12 @@ _LENGTHS: Final = "XYZUVWIJKRQ"
 _SILENT: Final = rb"\([^)\n]*|;[^\n]*|^[ \t]*%[^\n]*|G0*5\.1[^\n]*"
 _LETTER: Final = rb"|(?<![A-Z])([A-CFI-KQRU-Z])[ \t]*[+-]?[ \t]*"
 #: Words with a number that has a decimal point, and those of one that has none and is not 0; group 1 is the letter.
-_POINTED: Final = re.compile(_SILENT + _LETTER + rb"[0-9 \t]*+\.", re.IGNORECASE | re.MULTILINE)
+_POINTED_WORD: Final = re.compile(_SILENT + _LETTER + rb"[0-9 \t]*+\.", re.IGNORECASE | re.MULTILINE)
 _BARE: Final = re.compile(
     _SILENT + _LETTER + rb"[0 \t]*+[1-9](?:[ \t]*[0-9])*+(?![ \t]*\.)", re.IGNORECASE | re.MULTILINE
 )
 #: A word whose value is computed.
-_COMPUTED: Final = re.compile(r"(?<![A-Z])([A-CX-Z])[ \t]*[+-]?[ \t]*[#\[]", re.IGNORECASE)
+_COMPUTED_WORD: Final = re.compile(r"(?<![A-Z])([A-CX-Z])[ \t]*[+-]?[ \t]*[#\[]", re.IGNORECASE)
 _UNIT: Final = re.compile(_SILENT + rb"|(G[ \t]*0*2[ \t]*[01])(?![0-9.])", re.IGNORECASE | re.MULTILINE)
 _WEIGHTS: Final = re.compile(rb"G0*6\.2", re.IGNORECASE)
 #: Words that are lengths, angles or times wherever they stand; and R, but where it may be a weight.
@@ -40,16 +40,16 @@ _PLAIN: Final = b"XYZUVWABC"
 def find_mixture(source: Text) -> Finding | None:
     """VP038: a program with words both with and without a decimal point, whose control nobody has described."""
     letters = _PLAIN if _WEIGHTS.search(source) is not None else _PLAIN + b"R"
-    pointed = _find_first(source, _POINTED, letters)
-    bare = None if pointed is None else _find_first(source, _BARE, letters)
-    return None if pointed is None or bare is None else _report_mixture(*bare, pointed[0])
+    pointed_line = _find_first(source, _POINTED_WORD, letters)
+    bare = None if pointed_line is None else _find_first(source, _BARE, letters)
+    return None if pointed_line is None or bare is None else _report_mixture(*bare, pointed_line[0])
 
 
 def find_length_without_unit(source: Text) -> int | None:
     """Line of the first X, Y or Z of a program that has neither G20 nor G21; None where it has one, or no lengths."""
     if any(match[1] is not None for text in read_whole_lines(source) for match in _UNIT.finditer(text)):
         return None
-    found = [_find_first(source, pattern, b"XYZ") for pattern in (_POINTED, _BARE)]
+    found = [_find_first(source, pattern, b"XYZ") for pattern in (_POINTED_WORD, _BARE)]
     return min((place[0] for place in found if place is not None), default=None)
 
 
@@ -66,10 +66,10 @@ def _find_first(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> t
     return None
 
 
-def _report_mixture(line: int, column: int, word: str, pointed: int) -> Finding:
+def _report_mixture(line: int, column: int, word: str, pointed_line: int) -> Finding:
     unit = "degrees" if word[0].upper() in _ANGLES else "in the unit of the program"
     return make_finding(
-        "VP038", f"{word} has no decimal point, and words of line {pointed} have one: it is read as {word[1:].strip()} {unit}; a "
+        "VP038", f"{word} has no decimal point, and words of line {pointed_line} have one: it is read as {word[1:].strip()} {unit}; a "
         f"control set otherwise counts increments of {INCREMENT:g}; write the point, or say which is meant: [fanuc] "
         'decimal_point = "calculator" or "conventional" in verne-post.toml',
         line=line, last_line=line, worst_line=line, column=column,
@@ -131,7 +131,7 @@ def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
 
 def find_unrounded(block: Block, text: str, state: State) -> str | None:
     """A computed word that has more digits than the least input increment; None where there is none."""
-    for match in _COMPUTED.finditer(text):
+    for match in _COMPUTED_WORD.finditer(text):
         letter = match[1].upper()
         if letter in block.words:
             step = _INCREMENT_INCH if state.modes.inch and letter not in _ANGLES else INCREMENT

@@ -11,7 +11,7 @@ from verne_post.gcode.expressions import ValueReader, Values
 _COLON: Final = re.compile(r"[ \t]*(:)[ \t]*[0-9]")
 _DELETE: Final = re.compile(r"[ \t]*/([1-9])[ \t]*[^ \t0-9.]")
 #: A comment with others in it, and the parentheses that are left after its first end.
-NESTED: Final = re.compile(r"\(([^()]*\([^)]*)\)((?:[ \t]*\))*)")
+NESTED_COMMENT: Final = re.compile(r"\(([^()]*\([^)]*)\)((?:[ \t]*\))*)")
 _BLANK: Final = str.maketrans("()", "  ")
 #: A program number with words beside it.
 _NUMBER_AND_WORDS: Final = re.compile(
@@ -70,17 +70,19 @@ def prepare_line(text: str) -> str:
     """``:1000`` is O1000, ``/2`` is ``/``, ``(a (b))`` is one comment; every character keeps its column."""
     end = text.rfind(")") + 1  # after it every parenthesis would be tried up to the end of the line
     if end:
-        closed = NESTED.sub(lambda match: f"({match[1].translate(_BLANK)}){match[2].translate(_BLANK)}", text[:end])
-        text = closed + text[end:]
-    for pattern, letter in ((_COLON, "O"), (_DELETE, " ")):
-        if (match := pattern.match(text)) is not None:
+        code = NESTED_COMMENT.sub(
+            lambda match: f"({match[1].translate(_BLANK)}){match[2].translate(_BLANK)}", text[:end]
+        )
+        text = code + text[end:]
+    for sign, pattern, letter in ((":", _COLON, "O"), ("/", _DELETE, " ")):
+        if sign in text and (match := pattern.match(text)) is not None:
             text = f"{text[: match.start(1)]}{letter}{text[match.end(1) :]}"
     return text
 
 
 def end_of_number(text: str) -> int:
     """Where the program number of a prepared line ends that has words beside it; 0 where there is none."""
-    match = _NUMBER_AND_WORDS.match(text)
+    match = _NUMBER_AND_WORDS.match(text) if "O" in text or "o" in text else None
     return 0 if match is None else match.end(1)
 
 

@@ -38,7 +38,7 @@ class Flow:
     def __init__(self, text: ProgramText, interpreter: Rs274) -> None:
         self.interpreter = interpreter
         self.calls = CallStack(text, text.first_line, Frame())
-        self._called: set[str] = set()
+        self._called_labels: set[str] = set()
         self._files: dict[str, ProgramText] = {}
         self.repeats = Repeats(interpreter.setup.max_repeats)
         self.macros = MacroFlow(self)
@@ -130,7 +130,7 @@ class Flow:
     # --- calls -------------------------------------------------------------------------------------
 
     def _skip_sub(self, o: OWord, line: int) -> None:
-        if o.label in self._called and not self.calls.in_call:
+        if o.label in self._called_labels and not self.calls.in_call:
             raise ProgramError(
                 "VP023",
                 f"o{o.label} sub comes after its call; define it before the first call, or after the end of the program",
@@ -152,7 +152,7 @@ class Flow:
             store.numbered_values[index] = arguments[index - 1] if index <= len(arguments) else 0.0
         store.local.append({})
         store.named_values["_value"] = store.named_values["_value_returned"] = 0.0
-        self._called.add(label)
+        self._called_labels.add(label)
 
     def _find_sub(self, label: str) -> tuple[ProgramText, tuple[int, int]]:
         for text in (self.calls.text, self.calls.main):

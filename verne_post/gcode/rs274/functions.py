@@ -22,7 +22,7 @@ _SWITCHES: Final = {50: "feed", 51: "speed", 52: "adaptive", 53: "hold"}
 #: L words of M66: L0 at once, rise, fall, high, low.
 _MAX_WAIT: Final = 4
 #: What M70 and M73 save of the state. The motion mode is not among it.
-_SAVED: Final = ("absolute", "absolute_centers", "inch", "diameter_mode", "initial_level", "length_code")
+_SAVED_MODES: Final = ("absolute", "absolute_centers", "inch", "diameter_mode", "initial_level", "length_code")
 
 
 class FunctionCodes:
@@ -57,7 +57,7 @@ class FunctionCodes:
     def execute(self, block: Block, m: dict[str, list[int]]) -> None:
         auxiliary, tools, words = self.core.auxiliary, self.core.tools, block.words
         if "S" in words:
-            auxiliary.set_speed(block, words["S"], switched=any(code in _SPINDLE for code in m.get("spindle", [])))
+            auxiliary.set_speed(block, words["S"], is_switched=any(code in _SPINDLE for code in m.get("spindle", [])))
         if "T" in words:
             tools.select(block, read_whole(block, "T"))
         for code in m.get("signals", []):
@@ -103,7 +103,7 @@ class FunctionCodes:
         if not digital and "Q" not in block.words:
             raise ProgramError("VP005", f"M{code} needs Q, the value")
         value: dict[str, object] = {"on": code in (62, 64)} if digital else {"value": block.words["Q"]}
-        self.core.auxiliary.set_output(block, output, synchronised=code in (62, 63, 67), **value)
+        self.core.auxiliary.set_output(block, output, with_motion=code in (62, 63, 67), **value)
 
     def _wait_for_input(self, block: Block) -> None:
         words = block.words
@@ -123,35 +123,37 @@ class FunctionCodes:
     # --- saved state ---------------------------------------------------------------------------------
 
     def _save_or_restore(self, block: Block, code: int) -> None:
-        saved = self.modes.saved_states
+        saved_states = self.modes.saved_states
         if code == 71:
-            saved[-1] = None
+            saved_states[-1] = None
         elif code == 72:
-            last = saved[-1]
+            last = saved_states[-1]
             if last is None:
                 raise ProgramError("VP017", "M72 without M70 or M73 before it at the same level of calls")
             self._restore(last, block)
         else:
             state = self.state
-            values = {name: getattr(self.modes, name) for name in _SAVED}
+            values = {name: getattr(self.modes, name) for name in _SAVED_MODES}
             frame = state.frame
-            saved[-1] = Saved(values, save_settings(self.core), frame.system, state.g92_on, frame.tool, code == 73)
+            saved_states[-1] = Saved(
+                values, save_settings(self.core), frame.system, state.g92_on, frame.tool, code == 73
+            )
 
-    def _restore(self, saved: Saved, at: At) -> None:
+    def _restore(self, saved_state: Saved, at: At) -> None:
         state, frames = self.state, self.core.frames
         self.core.refuse_compensation("M72, or a return after M73,")
-        for name, value in saved.values.items():
+        for name, value in saved_state.values.items():
             setattr(self.modes, name, value)
-        restore_settings(self.core, at, saved.settings)
-        frames.select_system(saved.system)
-        if saved.g92_on != state.g92_on:
-            self.core.frames.apply_shift(on=saved.g92_on)
-        if saved.tool != state.frame.tool:
-            frames.set_frame(replace(state.frame, tool=saved.tool))
+        restore_settings(self.core, at, saved_state.settings)
+        frames.select_system(saved_state.system)
+        if saved_state.g92_on != state.g92_on:
+            self.core.frames.apply_shift(on=saved_state.g92_on)
+        if saved_state.tool != state.frame.tool:
+            frames.set_frame(replace(state.frame, tool=saved_state.tool))
         say_directions(self.core)
 
     def leave_call(self, line: int) -> None:
         """Back from a call: bring back what M73 has saved in it."""
-        saved = self.modes.saved_states.pop()
-        if saved is not None and saved.automatic:
-            self._restore(saved, At(line))
+        saved_state = self.modes.saved_states.pop()
+        if saved_state is not None and saved_state.automatic:
+            self._restore(saved_state, At(line))

@@ -102,7 +102,7 @@ class Rs274(Language):
         self._axes = frozenset(setup.axes)
         straight, arcs = self._axes | {"F"}, self._axes | set("F" + self.table.words_of_g[20])
         self._plain_words: dict[int | None, frozenset[str]] = {0: straight, 10: straight, 20: arcs, 30: arcs}
-        self.ended = False
+        self.has_ended = False
         self.call: Call | None = None
 
     # --- what the run of a program asks --------------------------------------------------------
@@ -223,8 +223,8 @@ class Rs274(Language):
         if channel == "abort":
             raise ProgramError("VP027", f"the program asks to stop: {text.strip()}")
         kind = "not executed" if channel == "file" else "message"
-        named = {} if channel in ("file", "msg") else {"channel": channel}
-        self.recorder.record_event(block.line, kind, text=text, **named)
+        channel_words = {} if channel in ("file", "msg") else {"channel": channel}
+        self.recorder.record_event(block.line, kind, text=text, **channel_words)
 
     def _plan(self, block: Block, g: dict[str, int], m: dict[str, list[int]]) -> int | None:
         """The motion code that the axis words of the block are for; refuses words that nothing uses."""
@@ -232,8 +232,8 @@ class Rs274(Language):
         axes = [letter for letter in block.words if letter in AXES]
         for letter in axes:
             if letter not in self.setup.axes:
-                named = ", ".join(self.setup.axes)
-                raise block.error("VP011", f"{letter}: the machine has no such axis; it has {named}", letter)
+                axis_names = ", ".join(self.setup.axes)
+                raise block.error("VP011", f"{letter}: the machine has no such axis; it has {axis_names}", letter)
         motion = self._choose_motion(block, g, axes)
         if motion in CYCLES and (98 in m.get("subprograms", []) or 40 in g.values()):
             raise ProgramError(
@@ -324,9 +324,18 @@ class Rs274(Language):
         if "retract" in g:
             self.modes.initial_level = g["retract"] == 980
         if "motion" in g or "cancel" in g:
-            self.modes.motion = g.get("motion")
+            self._set_motion(g.get("motion"))
         if self.modes.motion not in CYCLES:
             self.modes.cycle = None
+
+    def _set_motion(self, code: int | None) -> None:
+        """Set the motion code that holds; None is G80 alone."""
+        modes = self.modes
+        if code in CYCLES and modes.motion not in CYCLES:
+            modes.motion_before = modes.motion
+        if code is None and self.traits.resumes_motion:
+            code = modes.motion_before if modes.motion in CYCLES else modes.motion
+        modes.motion = code
 
     def _select_system(self, block: Block, code: int) -> None:
         self.core.frames.select_system(self._find_system_number(block, code))
@@ -391,7 +400,7 @@ class Rs274(Language):
     def _execute_stops(self, block: Block, m: dict[str, list[int]]) -> None:
         for code in m.get("stopping", []):
             if code in (2, 30):
-                self.ended = True
+                self.has_ended = True
                 self.splines.refuse_unfinished()
                 self.core.auxiliary.end(block, f"M{code}")
             else:
@@ -405,8 +414,8 @@ class Rs274(Language):
                 return
             if "P" not in block.words:
                 raise ProgramError("VP005", "M98 needs P, the number of the subprogram", column)
-            named = next((letter for letter in self.traits.repeats_of_calls if letter in block.words), None)
-            repeats = 1 if named is None else read_whole(block, named)
+            repeat_letter = next((letter for letter in self.traits.repeats_of_calls if letter in block.words), None)
+            repeats = 1 if repeat_letter is None else read_whole(block, repeat_letter)
             self.call = Call(str(read_whole(block, "P")), column, repeats)
 
     # --- polar words -------------------------------------------------------------------------------

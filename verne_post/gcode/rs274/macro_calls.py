@@ -88,8 +88,8 @@ def set_control_variable(core: Machining, line: int, key: int | str, value: floa
     if key in _WITHOUT_EFFECT or not value:
         core.recorder.record_event(line, "without effect", word=f"#{key}")
     elif key == _ALARM:
-        said = f" ({comment})" if comment else ""
-        raise ProgramError("VP027", f"the program asks to stop: #3000={value:g}{said}", column)
+        shown_comment = f" ({comment})" if comment else ""
+        raise ProgramError("VP027", f"the program asks to stop: #3000={value:g}{shown_comment}", column)
     else:
         core.recorder.record_event(line, "message", text=comment or "")
         core.auxiliary.stop(At(line), 0)

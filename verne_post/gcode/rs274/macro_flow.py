@@ -92,10 +92,10 @@ class MacroFlow:
     def _jump(self, number: int, line: int) -> None:
         flow = self.flow
         target = self.find_block(number, line)
-        entered = self._find_loops(flow.calls.text).find_entered(line, target)
-        if entered is not None:
+        entered_loop = self._find_loops(flow.calls.text).find_entered(line, target)
+        if entered_loop is not None:
             raise ProgramError(
-                "VP023", f"GOTO {number} leads into the loop of line {entered}; a jump may only leave a loop"
+                "VP023", f"GOTO {number} leads into the loop of line {entered_loop}; a jump may only leave a loop"
             )
         flow.calls.line = target
 
@@ -129,19 +129,19 @@ class MacroFlow:
     def enter(self, frame: Frame, call: Call) -> None:
         """A macro begins: it has local variables of its own, and no modal call is in force in it."""
         interpreter = self.flow.interpreter
-        numbered = interpreter.state.store.numbered_values
-        frame.outer, frame.call = {key: numbered.pop(key) for key in LOCAL if key in numbered}, call
-        numbered.update(call.arguments or {})
+        numbered_values = interpreter.state.store.numbered_values
+        frame.outer, frame.call = {key: numbered_values.pop(key) for key in LOCAL if key in numbered_values}, call
+        numbered_values.update(call.arguments or {})
         if call.keeps:
             interpreter.modes.macro = None
 
     def repeat(self, frame: Frame) -> None:
         """A macro begins again (L of G65), with the arguments of its call."""
         if frame.call is not None:
-            numbered = self.flow.interpreter.state.store.numbered_values
+            numbered_values = self.flow.interpreter.state.store.numbered_values
             for key in LOCAL:
-                numbered.pop(key, None)
-            numbered.update(frame.call.arguments or {})
+                numbered_values.pop(key, None)
+            numbered_values.update(frame.call.arguments or {})
 
     def leave(self, frame: Frame) -> None:
         """A macro ends: the local variables of before hold again."""
@@ -149,9 +149,9 @@ class MacroFlow:
         if frame.outer is None or call is None:
             return
         interpreter = self.flow.interpreter
-        numbered = interpreter.state.store.numbered_values
-        last = {key: numbered.pop(key) for key in LOCAL if key in numbered}
-        numbered.update(frame.outer)
+        numbered_values = interpreter.state.store.numbered_values
+        last = {key: numbered_values.pop(key) for key in LOCAL if key in numbered_values}
+        numbered_values.update(frame.outer)
         if call.keeps and call.arguments is not None:  # the next call goes on with them
             call.arguments.clear()
             call.arguments.update(last)

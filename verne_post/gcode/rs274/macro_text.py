@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from typing import Final, Literal
 
 from msgspec import Struct
@@ -14,11 +14,22 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import decode_line
 
 Kind = Literal["if", "while", "do", "end", "goto"]
+#: What each statement does.
+STATEMENTS: Final[Mapping[Kind, str]] = {
+    "if": "IF [...] GOTO jumps; IF [...] THEN sets variables, or is followed by GOTO",
+    "goto": "jumps to the block, whose number may be computed. The search goes from here to the end of the program, then "
+    "from its beginning",
+    **dict.fromkeys(("while", "do", "end"), "loops DO1 to DO9, which may be nested; `DO1` alone has no condition"),
+}
+KINDS: Final[Mapping[str, Kind]] = {
+    "IF": "if",
+    **dict.fromkeys(("WHILE", "WH"), "while"),
+    **dict.fromkeys(("GOTO", "GO"), "goto"),
+    "DO": "do",
+    **dict.fromkeys(("END", "EN"), "end"),
+}
 #: Keywords and their short forms; what belongs to the words of a block is no statement.
-_KEYWORD: Final = re.compile(r"(IF|WHILE|WH|GOTO|GO|DO|END|EN)(?=[\[#\d(]|$)")
-_KINDS: Final[dict[str, Kind]] = {
-    "IF": "if", "WHILE": "while", "WH": "while", "GOTO": "goto", "GO": "goto", "DO": "do", "END": "end", "EN": "end",
-}  # fmt: skip
+_KEYWORD: Final = re.compile(rf"({'|'.join(sorted(KINDS, key=len, reverse=True))})(?=[\[#\d(]|$)")
 _LABEL: Final = re.compile(r"\(*/?(?:N\d+)?\(*")
 _OTHERS: Final = re.compile(r"(THEN|ELSE|ENDIF|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b")
 #: Lines that may open or close a loop, and that may begin with a number.
@@ -32,7 +43,7 @@ ARGUMENTS: Final = dict(
         strict=True,
     )
 )
-_REPEATED: Final = "IJK"
+_REPEATED_LETTERS: Final = "IJK"
 _MOST_SETS: Final = 10
 
 
@@ -114,7 +125,7 @@ def read_statement(text: str, values: Values) -> Statement | None:
     keyword = _KEYWORD.match(characters, at)
     if keyword is None:
         return None
-    kind = _KINDS[keyword.group(1)]
+    kind = KINDS[keyword.group(1)]
     return Statement(kind, ValueReader(characters, places, values), keyword.end(), places[at] + 1)
 
 
@@ -128,7 +139,7 @@ def read_arguments(reader: ValueReader) -> tuple[dict[str, float], dict[int, flo
     """
     calls: dict[str, float] = {}
     found: dict[int, float] = {}
-    letters, number_of_set, last = set[str](), 0, len(_REPEATED)
+    letters, number_of_set, last = set[str](), 0, len(_REPEATED_LETTERS)
     while reader.at < len(reader.characters):
         at, letter = reader.at, reader.characters[reader.at]
         reader.at += 1
@@ -140,10 +151,10 @@ def read_arguments(reader: ValueReader) -> tuple[dict[str, float], dict[int, flo
             )
         value = reader.read_word(letter)
         number = ARGUMENTS.get(letter, 0)
-        if letter in _REPEATED:  # a new set of three begins where one does not follow the last
-            number_of_set += _REPEATED.index(letter) <= last or not number_of_set
-            last = _REPEATED.index(letter)
-            number += len(_REPEATED) * (number_of_set - 1)
+        if letter in _REPEATED_LETTERS:  # a new set of three begins where one does not follow the last
+            number_of_set += _REPEATED_LETTERS.index(letter) <= last or not number_of_set
+            last = _REPEATED_LETTERS.index(letter)
+            number += len(_REPEATED_LETTERS) * (number_of_set - 1)
             if number_of_set > _MOST_SETS:
                 raise reader.error("VP004", f"more than {_MOST_SETS} sets of I, J, K", at)
         elif letter in letters:
@@ -175,11 +186,11 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
     ProgramError
         VP023, with its line: one without the other.
     """
-    loops, opened = Loops({}, {}), list[tuple[int, str]]()
+    loops, open_loops = Loops({}, {}), list[tuple[int, str]]()
     line, at, starts = 1, 0, sorted(programs)
     for match in _LOOP_LINE.finditer(source):
         before, line, at = line, line + source.count(b"\n", at, match.start()), match.start()
-        if opened and any(before < start <= line for start in starts):
+        if open_loops and any(before < start <= line for start in starts):
             break
         try:
             characters = strip_comments(decode_line(match.group()))[0]
@@ -189,17 +200,17 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
         if found is None:
             continue
         if found.group(1):
-            opened.append((line, found.group(2)))
-        elif not opened or opened[-1][1] != found.group(2):
+            open_loops.append((line, found.group(2)))
+        elif not open_loops or open_loops[-1][1] != found.group(2):
             raise ProgramError(
                 "VP023", f"END{found.group(2)} without the DO{found.group(2)} that it would end", line=line
             )
         else:
-            first, _number = opened.pop()
+            first, _number = open_loops.pop()
             loops.end[first], loops.begin[line] = line, first
-    if opened:
+    if open_loops:
         raise ProgramError(
-            "VP023", f"DO{opened[-1][1]} is never ended; expected END{opened[-1][1]}", line=opened[-1][0]
+            "VP023", f"DO{open_loops[-1][1]} is never ended; expected END{open_loops[-1][1]}", line=open_loops[-1][0]
         )
     return loops
 

@@ -66,15 +66,15 @@ def read_variable(parameters: Shown, key: int) -> float:
     ProgramError
         VP025: its value is only known at the machine.
     """
-    numbered = parameters.state.store.numbered_values
+    numbered_values = parameters.state.store.numbered_values
     if key in LOCAL or key == 0:
-        return numbered.get(key, math.nan)
+        return numbered_values.get(key, math.nan)
     if any(key in span for span in _COMMON):
-        if key not in numbered:
+        if key not in numbered_values:
             raise ProgramError(
                 "VP025", f"#{key} may have a value at the machine, from before the program: set it first, or give it with --parameters FILE"
             )  # fmt: skip
-        return numbered[key]
+        return numbered_values[key]
     value = _read_position(parameters, key)
     value = _read_mode(parameters, key) if value is None else value
     value = _read_offset(parameters, key) if value is None else value
@@ -108,7 +108,7 @@ def _read_mode(parameters: Shown, key: int) -> float | None:
     if key == 4014:
         system = state.frame.system
         return 53.0 + system if system <= 6 else None
-    shown = {
+    shown_values = {
         4002: 17.0 + state.plane,
         4003: 90.0 if modes.absolute else 91.0,
         4005: _FEED_CODES[state.feed_mode],
@@ -120,7 +120,7 @@ def _read_mode(parameters: Shown, key: int) -> float | None:
         4119: state.spindle_speed,
         4120: float(state.selected_tool or 0),
     }
-    return shown.get(key)
+    return shown_values.get(key)
 
 
 def _read_offset(parameters: Shown, key: int) -> float | None:

@@ -119,6 +119,8 @@ class Modes(Struct):
     #: G98: canned cycles retract to where they began.
     initial_level: bool = False
     cycle: Cycle | None = None
+    #: The motion code from before the cycle that holds.
+    motion_before: int | None = None
     #: Fanuc's M29: the spindle stands still after each hole that G84 or G74 taps.
     stops_after_tapping: bool = False
     #: Fanuc's G66: the macro that is called after every block with a motion.

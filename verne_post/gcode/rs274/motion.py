@@ -18,10 +18,11 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, read_whole
-from verne_post.model.moves import AXES, FeedMode, MoveKind
+from verne_post.model.moves import AXES, MoveKind
 
 _X, _Y, _Z = 0, 1, 2
-_ROTARY: Final = (3, 4, 5)
+_LINEAR: Final = frozenset((_X, _Y, _Z))
+_ROTARY: Final = frozenset((3, 4, 5))
 #: So many turns of one arc at most.
 MAX_TURNS: Final = 10_000
 
@@ -37,9 +38,9 @@ def refuse_lacking(
 
     ``given``: its block has its own F, which inverse-time feed needs; ``turns_itself``: it switches the spindle on.
     """
-    if core.state.feed_mode == FeedMode.INVERSE and not given:
+    lacking = core.find_lacking(given=given, turns_itself=turns_itself)
+    if lacking == "F in the block":
         raise ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
-    lacking = core.find_lacking(turns_itself=turns_itself)
     if lacking == "feed rate":
         raise ProgramError("VP009", f"{name} with feed rate zero; give {feed_words}")
     if lacking == "constant spindle speed":
@@ -80,14 +81,14 @@ class MotionCodes:
             self._turn_table(block, MoveKind.RAPID, moving)
         else:
             self._go_via(block, moving)
-        chosen = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
-        for axis in chosen:
+        chosen_axes = axes or [axis for axis, letter in enumerate(AXES) if letter in setup.axes]
+        for axis in chosen_axes:
             if math.isnan(home[axis]):
                 raise ProgramError(
                     "VP015", f"{spell_g_code(code)} needs the home position of {AXES[axis]}, which was never set"
                 )
-        self.core.end_tool_axis(block, chosen)
-        go_to_machine(self.core, block, MoveKind.RAPID, self._find_home_targets(block, code, home, chosen))
+        self.core.end_tool_axis(block, chosen_axes)
+        go_to_machine(self.core, block, MoveKind.RAPID, self._find_home_targets(block, code, home, chosen_axes))
 
     def _go_via(self, block: Block, moving: list[int]) -> None:
         """To the via point of G28 and G30; without one nothing moves."""
@@ -170,11 +171,11 @@ class MotionCodes:
             self._move_straight(block, kind, end, axes)
 
     def _move_straight(self, block: Block, kind: MoveKind, end: list[float], axes: list[int]) -> None:
-        retracted = self.is_retracted() and _Z not in axes and any(axis in axes for axis in _ROTARY)
-        before = find_machine_place(self.core) if retracted or self._is_turned_alone(axes) else None
+        is_retracted = not _ROTARY.isdisjoint(axes) and _Z not in axes and self.is_retracted()
+        before = find_machine_place(self.core) if is_retracted or self._is_turned_alone(axes) else None
         self.draw_line(block, kind, end, axes, absolute=self.modes.absolute)
         if before is not None:
-            warn_of_unnamed(self.core, block, before, axes, "where no Z of the tip is programmed, as after G53 and G28" if retracted
+            warn_of_unnamed(self.core, block, before, axes, "where no Z of the tip is programmed, as after G53 and G28" if is_retracted
                             else "while no tool length is in force")  # fmt: skip
 
     def is_retracted(self) -> bool:
@@ -185,7 +186,7 @@ class MotionCodes:
 
     def _is_turned_alone(self, axes: list[int]) -> bool:
         """True where A or C are named, not all of X Y Z, and the tip is not held, or would not be on a control."""
-        return any(axis in axes for axis in _ROTARY) and not {_X, _Y, _Z} <= set(axes) and self.is_without_tcp()
+        return not _ROTARY.isdisjoint(axes) and not _LINEAR.issubset(axes) and self.is_without_tcp()
 
     def is_without_tcp(self) -> bool:
         """True where no tool length holds, or a code of the control says that the tip is not held."""
@@ -242,9 +243,10 @@ class MotionCodes:
 
     def check_feed(self, block: Block, motion: int, *, turns_itself: bool = False) -> None:
         given = "F" in block.words
-        refuse_lacking(
-            self.core, spell_g_code(motion), given=given, length_words=LENGTH_WORDS, turns_itself=turns_itself
-        )
+        if self.core.find_lacking(given=given, turns_itself=turns_itself) is not None:
+            refuse_lacking(
+                self.core, spell_g_code(motion), given=given, length_words=LENGTH_WORDS, turns_itself=turns_itself
+            )
 
     def _move_on_arc(self, block: Block, motion: int, start: list[float], end: list[float]) -> None:
         state = self.state

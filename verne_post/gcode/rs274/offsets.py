@@ -162,9 +162,9 @@ class OffsetCodes:
         for letter in "IJQ":
             if letter in block.words:
                 raise block.error("VP006", f"G10 L{kind} uses {letter} only on a lathe", letter)
-        unmeasured = "" if _Z in values else old.unmeasured
+        without_length = "" if _Z in values else old.unmeasured
         tool = dataclasses.replace(
-            old, number=number, offset=make_vector9(offset), diameter=diameter, unmeasured=unmeasured
+            old, number=number, offset=make_vector9(offset), diameter=diameter, unmeasured=without_length
         )
         self.core.tools.define(tool)
 

@@ -83,10 +83,10 @@ class Recovery:
     def _follows(self, error: ProgramError, errors: list[ProgramError]) -> bool:
         """True for an error that another one has caused."""
         if error.code == "VP013":
-            unknown = {axis for axis, known in enumerate(self.interpreter.state.known_axes) if not known}
-            reported = bool(unknown & self.uncertain)
-            self.uncertain |= unknown
-            return reported
+            unknown_axes = {axis for axis, is_known in enumerate(self.interpreter.state.known_axes) if not is_known}
+            is_reported = bool(unknown_axes & self.uncertain)
+            self.uncertain |= unknown_axes
+            return is_reported
         return bool(errors) and error.code in ("VP005", "VP006")  # words beside what has been left out of the block
 
     # --- what the block needs is assumed ----------------------------------------------------------
@@ -108,13 +108,13 @@ class Recovery:
         return True
 
     def _drop_code(self, block: Block, error: ProgramError) -> bool:
-        left = [code for code in block.codes if code[2] != error.column]
-        dropped = [letter for letter, _number, column in block.codes if column == error.column]
-        if not dropped or (
-            error.code == "VP002" and dropped != ["M"]
+        other_codes = [code for code in block.codes if code[2] != error.column]
+        dropped_letters = [letter for letter, _number, column in block.codes if column == error.column]
+        if not dropped_letters or (
+            error.code == "VP002" and dropped_letters != ["M"]
         ):  # an unknown G code takes words that are not known
             return False
-        block.codes = left
+        block.codes = other_codes
         return True
 
     @staticmethod
@@ -155,8 +155,10 @@ class Recovery:
             return True
         numbers = {round(block.words[letter]) for letter in "THDQ" if letter in block.words}
         numbers.add(state.loaded_tool or 0)
-        known = state.tools or {}
-        if missing := {n for n in numbers if n not in known or known[n].diameter <= 0 or known[n].unmeasured}:
+        known_tools = state.tools or {}
+        if missing := {
+            n for n in numbers if n not in known_tools or known_tools[n].diameter <= 0 or known_tools[n].unmeasured
+        }:
             assume_tools(state, missing)
         elif state.loaded_tool:
             return False
@@ -186,8 +188,12 @@ class Recovery:
             if (table.group_of_g if letter == "G" else table.group_of_m).get(code, _NO_MODES[0]) not in _NO_MODES
         ]  # fmt: skip
         drop_compensation(state)
-        used = "FST" + "".join(table.words_of_g.get(code, "") for letter, code, _column in codes if letter == "G")
-        modes.words = {letter: value for letter, value in block.words.items() if letter in used and letter in "FSTH"}
+        used_letters = "FST" + "".join(
+            table.words_of_g.get(code, "") for letter, code, _column in codes if letter == "G"
+        )
+        modes.words = {
+            letter: value for letter, value in block.words.items() if letter in used_letters and letter in "FSTH"
+        }
         modes.columns = dict.fromkeys(modes.words, 1)
         with suppress(ProgramError):  # it has been reported what is wrong with the block
             Rs274.execute(interpreter, modes)
@@ -196,11 +202,11 @@ class Recovery:
         if motion:
             self.interpreter.modes.motion = min(motion)
         plain = not any(code not in table.group_of_g or code in (530, *TAKES_AXES) for code in g)
-        known = plain and self.interpreter.modes.absolute and self.interpreter.modes.motion not in (None, *CYCLES)
+        is_known = plain and self.interpreter.modes.absolute and self.interpreter.modes.motion not in (None, *CYCLES)
         for letter in AXES:
             if letter in block.words and letter in interpreter.setup.axes:
                 axis = AXES.index(letter)
-                if known:
+                if is_known:
                     self._place(axis, block.words[letter])
                 else:
                     self._lose(axis)

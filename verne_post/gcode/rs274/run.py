@@ -35,9 +35,9 @@ class _BlockRun:
         self.flow, self.calls, self.recovery = flow, flow.calls, recovery
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """True after M2 or M30."""
-        return self.flow.interpreter.ended
+        return self.flow.interpreter.has_ended
 
     def may_restart(self) -> bool:
         """True where nothing of earlier blocks is still to come."""
@@ -78,12 +78,12 @@ class _BlockRun:
         if last - row < plain.MIN_LINES or not plain.is_ready(interpreter.state, view, chunk.lines, row):
             return False
         point = take_vectors(interpreter.core, chunk.lines) if view.has_tool_axes else None
-        done = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line, point)
-        if done > row:
+        stretch = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line, point)
+        if stretch > row:
             interpreter.go_on_after_plain_lines(view)
-            first, self.calls.line = self.calls.line, self.calls.line + done - row
+            first, self.calls.line = self.calls.line, self.calls.line + stretch - row
             flow.repeats.count(self.calls.text, first, self.calls.line - 1, 0)
-        return done > row
+        return stretch > row
 
     def _execute_line(self, chunk: Chunk) -> list[ProgramError]:
         """Execute a line; with recovery its errors are returned, without the first is raised."""
@@ -131,7 +131,7 @@ class _BlockRun:
             interpreter.execute(block)
         else:
             errors = recovery.execute(block)
-        if interpreter.call is not None and not interpreter.ended:
+        if interpreter.call is not None and not interpreter.has_ended:
             try:
                 flow.follow(interpreter.call, line)
             except ProgramError as error:
@@ -144,8 +144,8 @@ class _BlockRun:
         """The text ends without M2 or M30: an error but for a pair of %."""
         flow, text = self.flow, self.calls.text
         percent = text.opening is not None
-        if (unfinished := flow.interpreter.find_unfinished()) is not None:
-            what = f"the text ends before {unfinished}"
+        if (unfinished_error := flow.interpreter.find_unfinished()) is not None:
+            what = f"the text ends before {unfinished_error}"
         elif self.calls.in_call:
             what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
         elif text.closing is not None or flow.interpreter.ends_with_text:

@@ -66,10 +66,10 @@ class SplineCodes:
         state, name = self.state, spell_g_code(motion)
         end = self._read_plane_point(block, name)
         start = state.position
-        needed = "PQ" if motion == _CUBIC else "IJ"
-        for letter in needed:
+        needed_letters = "PQ" if motion == _CUBIC else "IJ"
+        for letter in needed_letters:
             if letter not in block.words:
-                raise ProgramError("VP005", f"{name} needs {' and '.join(needed)}")
+                raise ProgramError("VP005", f"{name} needs {' and '.join(needed_letters)}")
         self.motion.check_feed(block, motion)
         offsets = {
             letter: self.values.convert_length(block.words[letter]) for letter in "IJPQ" if letter in block.words

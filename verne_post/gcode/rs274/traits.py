@@ -33,6 +33,9 @@ class Traits(Struct, frozen=True, kw_only=True):
         Else the tip is held in any case, as where the kinematics of the machine do that.
     keeps_words : bool
         R, the bottom, Q and P hold for other cycles too, until G80.
+    resumes_motion : bool
+        G80 ends a cycle alone: the motion code from before the cycle goes on, because cycles are a modal group of their
+        own. Else no motion code holds after G80.
     taps_rigidly : bool
         G84 and G74 couple the spindle; else they need a floating holder.
     speaking_remarks : tuple of str
@@ -55,6 +58,7 @@ class Traits(Struct, frozen=True, kw_only=True):
     stores_without_holes: bool = False
     turns_table_alone: bool = False
     keeps_words: bool = False
+    resumes_motion: bool = False
     taps_rigidly: bool = False
     speaking_remarks: tuple[str, ...] = ("MSG", "DEBUG", "PRINT", "LOG", "ABORT", "FILE")
     starts_with_rapid: bool = False

@@ -59,8 +59,8 @@ class Arguments(Struct):
         """Arguments that were given other than 0, and that nothing has asked for, are not executed."""
         for name, value in self.values.items():
             if name not in self.used_names and name not in harmless and value not in (0.0, ""):
-                shown = value if isinstance(value, str) else f"{value:g}"
-                raise self.error("VP002", f"{name} {shown} is not executed", name)
+                shown_value = value if isinstance(value, str) else f"{value:g}"
+                raise self.error("VP002", f"{name} {shown_value} is not executed", name)
 
 
 def read_cycle(call: Call, names: Sequence[str], variables: Variables) -> Arguments:

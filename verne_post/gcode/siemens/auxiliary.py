@@ -10,7 +10,7 @@ from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.program_error import At
 from verne_post.gcode.siemens.modes import FEED_CODES
 from verne_post.gcode.siemens.motion import SiemensMotion
-from verne_post.gcode.siemens.vocabulary import REFUSED
+from verne_post.gcode.siemens.vocabulary import M_FUNCTIONS, REFUSED_WORDS
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import ZERO9, FeedMode
 
@@ -18,15 +18,9 @@ _FEED_MODES: Final = {code: mode for mode, code in FEED_CODES.items()}
 #: M functions; those of the builder are given a meaning by [remap].
 _M_CODES: Final = CodeTable(
     g_groups={},
-    m_groups={
-        "stopping": (0, 1, 2, 30),
-        "tool change": (6,),
-        "spindle": (3, 4, 5, 19),
-        "coolant": (7, 8, 9),
-        "gear": (40,),
-    },
+    m_groups=M_FUNCTIONS,
     refused_g={},
-    refused_m={int(word[1:]): why for word, why in REFUSED.items() if word[0] == "M" and word[1:].isdigit()},
+    refused_m={int(word[1:]): why for word, why in REFUSED_WORDS.items() if word[0] == "M" and word[1:].isdigit()},
     words_of_g={},
     words_of_m={},
 )
@@ -63,7 +57,7 @@ class SiemensAuxiliary:
             self.recorder.record_event(words.line, "without effect", word="M40")
         auxiliary, tools, spindle = self.core.auxiliary, self.core.tools, groups.get("spindle", [])
         if speed is not None:
-            auxiliary.set_speed(block, speed.value, switched=bool(spindle))
+            auxiliary.set_speed(block, speed.value, is_switched=bool(spindle))
         if tool is not None:
             tools.select(block, tool)
         for _code in groups.get("tool change", []):
@@ -72,7 +66,7 @@ class SiemensAuxiliary:
             auxiliary.execute_spindle_code(block, code, 0.0)
         for code in groups.get("coolant", []):
             auxiliary.switch_coolant(block, code)
-        self._select_edge(words, loaded=bool(groups.get("tool change")))
+        self._select_edge(words, is_loaded=bool(groups.get("tool change")))
 
     def _stop_spindle_at(self, word: Word, at: At) -> None:
         """SPOS: the spindle stops at an angle; DC, ACP and ACN say in which sense it turns there."""
@@ -114,17 +108,17 @@ class SiemensAuxiliary:
             return round(number)
         return number_of_tool(name, f'T="{name}"', "siemens", self.setup, self.state, word.column)
 
-    def _select_edge(self, words: Words, *, loaded: bool) -> None:
+    def _select_edge(self, words: Words, *, is_loaded: bool) -> None:
         """D: D1, which M6 brings, activates the tool's length; D0 cancels it. An empty spindle has no length."""
         word, state = words.take("D"), self.state
-        waits = "T" in words.words and not loaded  # D beside T alone is that of the tool which M6 will bring
+        waits = "T" in words.words and not is_loaded  # D beside T alone is that of the tool which M6 will bring
         tool = state.selected_tool if waits else state.loaded_tool
         on = word is None or self._is_edge_on(word, tool or 0)
-        if (word is None and not loaded) or (waits and on):
+        if (word is None and not is_loaded) or (waits and on):
             return
         self.core.refuse_compensation("a change of tool offset")
         at, tools, self.motion.modes.edge = At(words.line), self.core.tools, on
-        if not on or (loaded and not tool):
+        if not on or (is_loaded and not tool):
             tools.set_length(lambda: ZERO9)
         elif state.tools is None and not self.setup.machine:
             tools.expect_length()

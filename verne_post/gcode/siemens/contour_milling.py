@@ -63,7 +63,7 @@ class ContourMilling:
         self, executor: Executor, library: Library, calls: CallStack[SiemensText, Frame], run_contour: ContourRunner
     ) -> None:
         self.executor, self.library, self.calls, self.run_contour = executor, library, calls, run_contour
-        self._named: list[Section] = []
+        self._named_sections: list[Section] = []
         #: A cycle has taken what CYCLE62 has named: the next CYCLE62 begins anew.
         self._is_taken = False
 
@@ -107,20 +107,20 @@ class ContourMilling:
             text = self.calls.text if kind == 2 else self._find_subprogram(given, name).text
             section = self._find_between(given, text, *labels)
         if self._is_taken:
-            self._named.clear()
+            self._named_sections.clear()
             self._is_taken = False
-        self._named.append(section)
+        self._named_sections.append(section)
 
     def _find_contour(self, given: Arguments) -> Section:
         """The contour of KNAME, or without it that of CYCLE62."""
         name = given.read_text("KNAME").strip()
         if not name:
             self._is_taken = True
-            if len(self._named) != 1:
+            if len(self._named_sections) != 1:
                 raise given.error(
-                    "VP005", f"KNAME, the name of the contour, is needed, or one CYCLE62 before; here are {len(self._named)}", "KNAME"
+                    "VP005", f"KNAME, the name of the contour, is needed, or one CYCLE62 before; here are {len(self._named_sections)}", "KNAME"
                 )  # fmt: skip
-            return self._named[0]
+            return self._named_sections[0]
         if ":" in name:
             first, _colon, last = name.partition(":")
             return self._find_between(given, self.calls.text, first.strip(), last.strip())
@@ -232,7 +232,7 @@ class _Work:
         """The first point, and the lines and arcs from there on, in programmed coordinates."""
         state, motion = self.to.state, self.to.motion
         signs = motion.scale(0), motion.scale(1)
-        if executor.ended:
+        if executor.has_ended:
             raise self._refuse(section, section.last, "a contour does not end the program")
         strange = next((event for event in recorder.events if event.kind not in _EVENTS), None)
         if strange is not None:
@@ -322,9 +322,9 @@ class _Work:
         """Along all pieces, beside them where the tool has a side."""
         to, motion, (u, v, _w) = self.to, self.to.motion, self.values.plane
         if self.offset:
-            side, mirrored = (1 if self.side == 41 else -1), motion.scale(u) * motion.scale(v) < 0
-            left = (side > 0) != mirrored
-            code, radius = (410, self.offset) if left else (420, -self.offset)
+            side, is_mirrored = (1 if self.side == 41 else -1), motion.scale(u) * motion.scale(v) < 0
+            goes_left = (side > 0) != is_mirrored
+            code, radius = (410, self.offset) if goes_left else (420, -self.offset)
             corner = list(to.state.position)
             corner[u], corner[v] = (
                 motion.convert_to_core(axis, value) for axis, value in zip((u, v), self.start, strict=True)

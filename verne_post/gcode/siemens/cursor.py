@@ -14,7 +14,7 @@ NUMBER: Final = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)(?:EX([+-]?[0-9]+))?", re
 NAME: Final = re.compile(r"[A-Za-z_$][A-Za-z0-9_]*")
 _BLANKS: Final = " \t\r"
 #: Values in other bases: 'HFF', 'B1010'.
-_BASED: Final = re.compile(r"'(?:H([0-9A-F]+)|B([01]+))'", re.IGNORECASE)
+_BASED_NUMBER: Final = re.compile(r"'(?:H([0-9A-F]+)|B([01]+))'", re.IGNORECASE)
 #: Digits of such a value: no control has longer ones.
 _MOST_DIGITS: Final = 64
 
@@ -52,9 +52,9 @@ class Cursor(Struct):
     def expect(self, symbol: str, why: str) -> None:
         """Pass a symbol that must come next."""
         if not self.take(symbol):
-            shown = self.text[self.at : self.at + 1]
+            shown_text = self.text[self.at : self.at + 1]
             raise self.error(
-                "VP001", f"expected '{symbol}' {why}, found {repr(shown) if shown else 'the end of the line'}"
+                "VP001", f"expected '{symbol}' {why}, found {repr(shown_text) if shown_text else 'the end of the line'}"
             )
 
     def name(self) -> str | None:
@@ -77,15 +77,17 @@ class Cursor(Struct):
         begin = self.at
         match = NUMBER.match(self.text, begin)
         if match is None:
-            based = _BASED.match(self.text, begin)
-            if based is None:
+            based_number = _BASED_NUMBER.match(self.text, begin)
+            if based_number is None:
                 return None
-            if len(based.group()) > _MOST_DIGITS:
+            if len(based_number.group()) > _MOST_DIGITS:
                 raise self.error(
-                    "VP007", f"{based.group()[:12]}: a number has no more than {_MOST_DIGITS} digits", begin
+                    "VP007", f"{based_number.group()[:12]}: a number has no more than {_MOST_DIGITS} digits", begin
                 )
-            self.at = based.end()
-            return self.check_size(float(int(based[1], 16) if based[1] else int(based[2], 2)), begin)
+            self.at = based_number.end()
+            return self.check_size(
+                float(int(based_number[1], 16) if based_number[1] else int(based_number[2], 2)), begin
+            )
         self.at = match.end()
         if self.text[self.at : self.at + 1] == ".":
             raise self.error("VP001", f"{match.group()}.: a number has one point")
@@ -108,6 +110,6 @@ class Cursor(Struct):
         return value
 
     @property
-    def ended(self) -> bool:
+    def is_at_end(self) -> bool:
         """True where nothing but blanks is left."""
         return self.skip() == ""

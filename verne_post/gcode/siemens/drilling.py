@@ -420,10 +420,10 @@ def _plan_strokes(
         stroke = max(smaller, smallest) if smallest else smaller
         if stroke <= ZERO_LENGTH_MM:
             raise given.error("VP007", "the strokes become too small; give _MDEP or a smaller DAM", "DAM")
-        left = depth - below
-        if amount > 0 and stroke <= smallest and stroke < left < 2 * stroke:
-            stroke = 0.5 * left
-        below = depth if left - stroke <= ZERO_LENGTH_MM else below + stroke
+        depth_left = depth - below
+        if amount > 0 and stroke <= smallest and stroke < depth_left < 2 * stroke:
+            stroke = 0.5 * depth_left
+        below = depth if depth_left - stroke <= ZERO_LENGTH_MM else below + stroke
         yield below
 
 

@@ -41,7 +41,7 @@ from verne_post.model.moves import AXES, MoveKind
 _LACKING: Final = ("VP009", "VP012")
 #: Errors that positions lead to, and what may be given by a block that was not executed.
 _OF_POSITIONS: Final = ("VP008", "VP013")
-_NAMED: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
+_NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 
 
 class Executor:
@@ -71,9 +71,9 @@ class Executor:
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """True after M2 or M30."""
-        return self.interpreter.ended
+        return self.interpreter.has_ended
 
     @property
     def can_restart(self) -> bool:
@@ -110,12 +110,12 @@ class Executor:
         if words.calls:
             words.used_words.add("P")
         try:
-            moved = self.interpreter.run(words)
+            has_moved = self.interpreter.run(words)
         except ProgramError as error:
             if error.code in _LACKING:
                 self._go_on(words, error.code)
             raise
-        if not moved or self.modal is None:
+        if not has_moved or self.modal is None:
             return False
         if not self.is_modal(self.modal.name):
             return True
@@ -150,11 +150,11 @@ class Executor:
         Positions after it are not what the program means: errors of arcs and incremental values are reported no more.
         """
         follows = self.uncertain and error.code in _OF_POSITIONS
-        state, named = self.interpreter.state, set(_NAMED.findall(take_code(decode_line(raw)).upper()))
-        for letter in named - {"F"}:
+        state, named_letters = self.interpreter.state, set(_NAMED_AXIS.findall(take_code(decode_line(raw)).upper()))
+        for letter in named_letters - {"F"}:
             know_axis(state, AXES.index(letter))
             self.uncertain = True
-        if "F" in named:
+        if "F" in named_letters:
             assume_feed(state)
         if error.code == "VP048":
             assume_rigid_tapping(state)

@@ -40,7 +40,7 @@ class Flow:
         self.library = Library(executor.setup, main)
         executor.words.is_subprogram = self.is_subprogram
         self.calls = CallStack(main, main.main.first, Frame(main.main))
-        self.ended = False
+        self.has_ended = False
         self.repeats = Repeats(executor.setup.max_repeats)
         self.contours = ContourMilling(executor, self.library, self.calls, self._run_contour)
 
@@ -61,9 +61,9 @@ class Flow:
         text, line, moves = self.calls.text, self.calls.line, self.executor.move_count
         self.calls.line += 1
         item = split_line(raw)
-        if not (item.skipped and self.executor.setup.block_delete):
+        if not (item.is_skipped and self.executor.setup.block_delete):
             self._execute(Cursor(item.text, item.begin), line)
-        if not self.ended and self.calls.text is text:
+        if not self.has_ended and self.calls.text is text:
             end_stretch(self, line)
         self.repeats.count(text, line, line, self.executor.move_count - moves)
 
@@ -76,7 +76,7 @@ class Flow:
                 raise cursor.error("VP001", "'%' begins a program; a file with several has lines such as %_N_NAME_SPF")
             return
         at, name = cursor.at, cursor.name()
-        handler = _HANDLERS.get(name or "")
+        handler = HANDLERS.get(name or "")
         if handler is not None and cursor.skip() != "=":
             handler(self, cursor, line)
             return
@@ -88,7 +88,7 @@ class Flow:
             self._return(cursor, line)
             return
         due = self.executor.run(words)
-        if self.executor.ended or any(number == 17 for number, _column in words.m):
+        if self.executor.has_ended or any(number == 17 for number, _column in words.m):
             self._end_program(line)
             return
         for call in words.calls:
@@ -109,8 +109,8 @@ class Flow:
 
     def _end_program(self, line: int) -> None:
         self.executor.finish()
-        self.ended = True
-        if not self.executor.ended:
+        self.has_ended = True
+        if not self.executor.has_ended:
             self.executor.record_event(self.calls.show(line), "end", code="M17")
 
     def _return(self, cursor: Cursor, line: int) -> None:
@@ -132,8 +132,8 @@ class Flow:
             frame.remaining -= 1
             frame.repeats.clear()
             frame.ends.clear()
-            kept = {outside.inside: variables.scopes[-1][outside.inside] for outside in frame.results}
-            variables.scopes[-1] = {**copy_scope(frame.scope), **kept}
+            kept_variables = {outside.inside: variables.scopes[-1][outside.inside] for outside in frame.results}
+            variables.scopes[-1] = {**copy_scope(frame.scope), **kept_variables}
             if frame.saved_modes is not None:
                 executor.restore(frame.saved_modes.copy())
             self.calls.line = read_procedure(frame.section).line + 1
@@ -182,9 +182,9 @@ class Flow:
             raise ProgramError(error.code, f"{where}: {error.message}", call.column) from None
         scope, results = bind_arguments(call, procedure, executor.variables)
         executor.record_event(self.calls.show(line), "call", label=section.name)
-        saved = executor.modes.copy() if procedure.save else None
-        kept = copy_scope(scope) if repeats > 1 else {}
-        frame = Frame(section, repeats, saved, results=results, scope=kept)
+        saved_modes = executor.modes.copy() if procedure.save else None
+        kept_scope = copy_scope(scope) if repeats > 1 else {}
+        frame = Frame(section, repeats, saved_modes, results=results, scope=kept_scope)
         self.calls.enter(section.text, procedure.line + 1, line, frame)
         executor.variables.scopes.append(scope)
 
@@ -192,12 +192,12 @@ class Flow:
         """Execute a contour once on a state of its own; its blocks count as repeated ones."""
         fork = self.executor.fork(feed)
         flow = Flow(self.calls.main, fork, is_contour=True)
-        begin, begun = read_procedure(section).line + 1, False
+        begin, has_begun = read_procedure(section).line + 1, False
         scopes = self.executor.variables.scopes
         fork.variables.scopes = [*scopes, {} if section.is_whole else dict(scopes[-1])]
         flow.calls = CallStack(section.text, begin, Frame(section))
         is_of_program = self.contours.is_of_program(section)
-        while not flow.ended:
+        while not flow.has_ended:
             line, calls = flow.calls.line, flow.calls
             if line > calls.frame.section.last:
                 if not flow.end_section():
@@ -207,8 +207,8 @@ class Flow:
             try:
                 flow.step(calls.text.read_line(line))
                 self.repeats.add(1)
-                if not begun and fork.move_count:
-                    begun = True
+                if not has_begun and fork.move_count:
+                    has_begun = True
                     check_first_block(fork)
                 if fork.interpreter.state.compensation is not None:
                     raise ProgramError(
@@ -233,7 +233,7 @@ class Flow:
     def _set_modal_call(self, cursor: Cursor, line: int) -> None:
         """MCALL with a call, or alone."""
         column = cursor.at
-        if cursor.ended:
+        if cursor.is_at_end:
             self.executor.modal = None
             return
         words = self.executor.read(cursor, self.calls.show(line))
@@ -292,7 +292,7 @@ class Flow:
 
 
 _Handler = Callable[[Flow, Cursor, int], None]
-_HANDLERS: Final[dict[str, _Handler]] = {
+HANDLERS: Final[dict[str, _Handler]] = {
     **JUMPS, "DEF": Flow._define, "PROC": Flow._check_procedure, "RET": Flow._return, "MCALL": Flow._set_modal_call, "EXTCALL": Flow._call_external, "MSG": Flow._show_message,
     "SETAL": Flow._raise_alarm,
 }  # fmt: skip

@@ -6,23 +6,24 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.units import DEG_PER_RAD
+from verne_post.gcode.affine import build_rotation, split
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.siemens.cursor import Cursor
-from verne_post.gcode.siemens.frames import Frames, build_rotation_about, split
+from verne_post.gcode.siemens.frames import Frames
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.values import Index, Names, read_number
 from verne_post.gcode.siemens.vocabulary import FRAME_FUNCTIONS
 from verne_post.model.moves import AXES, ZERO9, Frame
 
 #: The programmable frame, the work offset in force, and the stored ones, which have an index.
-_PROGRAMMABLE, _ACTIVE, _STORED = "$P_PFRAME", "$P_IFRAME", "$P_UIFR"
+_PROGRAMMABLE, _ACTIVE_OFFSET, _STORED_OFFSET = "$P_PFRAME", "$P_IFRAME", "$P_UIFR"
 #: 1 - cosine of the angle between the Z of a work offset and that of the machine that is rounding.
 _UPRIGHT: Final = 1e-12
 
 
 def holds_frame(name: str, index: tuple[Index, ...]) -> bool:
     """True for variables whose value is a whole frame."""
-    return (name in (_PROGRAMMABLE, _ACTIVE) and not index) or (name == _STORED and len(index) == 1)
+    return (name in (_PROGRAMMABLE, _ACTIVE_OFFSET) and not index) or (name == _STORED_OFFSET and len(index) == 1)
 
 
 class FrameValues:
@@ -46,7 +47,7 @@ class FrameValues:
             to.motion.note_numbers()
             to.frame_words.change_frames(replace(value, swivel=to.modes.frames.swivel), name)
             return
-        if name == _ACTIVE:
+        if name == _ACTIVE_OFFSET:
             to.core.refuse_compensation(name)
             to.motion.note_numbers()
             to.modes.offset = self._work_offset(value, to.state.systems[to.modes.system], name, cursor, at)
@@ -69,10 +70,12 @@ class FrameValues:
             return self._read_function(name, cursor)
         if name == _PROGRAMMABLE:
             return replace(self.to.modes.frames, swivel=Frames().swivel)
-        if name in (_ACTIVE, _STORED):
+        if name in (_ACTIVE_OFFSET, _STORED_OFFSET):
             return self._read_offset_frame(name, cursor, at)
-        expected = f"expected a frame: {', '.join(FRAME_FUNCTIONS)}, {_PROGRAMMABLE}, {_ACTIVE} or {_STORED}[n]"
-        raise cursor.error("VP001", expected, at)
+        expected_values = (
+            f"expected a frame: {', '.join(FRAME_FUNCTIONS)}, {_PROGRAMMABLE}, {_ACTIVE_OFFSET} or {_STORED_OFFSET}[n]"
+        )
+        raise cursor.error("VP001", expected_values, at)
 
     def _read_function(self, name: str, cursor: Cursor) -> Frames:
         """CTRANS(X,10,Y,20) and so on: axes with values; CMIRROR(X) axes alone."""
@@ -100,7 +103,7 @@ class FrameValues:
 
     def _read_offset_frame(self, name: str, cursor: Cursor, at: int) -> Frames:
         """A work offset as the value of a frame."""
-        if name == _ACTIVE:
+        if name == _ACTIVE_OFFSET:
             frame = self.to.modes.offset or self.to.state.systems[self.to.modes.system]
         else:
             cursor.expect("[", f"after {name}")
@@ -110,7 +113,7 @@ class FrameValues:
         if frame.part_turn:
             raise cursor.error("VP025", f"{name}: a program cannot read the turn of the part (--wcs)", at)
         value = Frames().move(list(frame.origin[:3]), list(frame.origin[3:6]))
-        return value.turn(build_rotation_about(2, frame.turn))
+        return value.turn(build_rotation(2, frame.turn))
 
     def _read_stored(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Frame:
         number = index[0]
@@ -122,12 +125,10 @@ class FrameValues:
     @staticmethod
     def _work_offset(value: Frames, frame: Frame, name: str, cursor: Cursor, at: int) -> Frame:
         """A work offset with the shift and the turn about Z of a frame."""
-        parts = split(value.program, value.mirrored)
-        turn = 0.0
-        if parts.feature is not None:
-            rotation = np.array(parts.feature.rotation).reshape(3, 3)
-            turn = float(DEG_PER_RAD * np.arctan2(rotation[1, 0], rotation[0, 0]))
-        if parts.scale != (1.0, 1.0, 1.0) or (parts.feature is not None and rotation[2, 2] < 1.0 - _UPRIGHT):
+        parts = split(value.program, value.mirrored_axis)
+        rotation = parts.rigid.linear
+        turn = float(DEG_PER_RAD * np.arctan2(rotation[1, 0], rotation[0, 0]))
+        if parts.scale != (1.0, 1.0, 1.0) or rotation[2, 2] < 1.0 - _UPRIGHT:
             raise cursor.error(
                 "VP002",
                 f"{name}: a work offset here is shifted, and turned about Z; write the rest as {_PROGRAMMABLE}",

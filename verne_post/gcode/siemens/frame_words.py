@@ -1,8 +1,9 @@
 """TRANS, ROT, SCALE, MIRROR and their additive forms, numbers of work offsets, the plane of CYCLE800."""
 
 from verne_post.base.arrays import Array
+from verne_post.gcode.affine import build_rotation
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.gcode.siemens.frames import Frames, build_rotation_about
+from verne_post.gcode.siemens.frames import Frames
 from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.words import Words
 from verne_post.model.moves import AXES, Frame
@@ -40,7 +41,7 @@ class SiemensFrameWords:
         if in_plane is not None and values:
             raise in_plane.error("VP003", f"{word} takes RPL=, or angles about X, Y, Z")
         if in_plane is not None:
-            chain = chain.turn(build_rotation_about((2, 1, 0)[self.state.plane], in_plane.value))
+            chain = chain.turn(build_rotation((2, 1, 0)[self.state.plane], in_plane.value))
         else:
             chain = self.change_chain(chain, kind, {axis: item.value for axis, item in values.items()})
         self.change_frames(chain, word)
@@ -70,8 +71,8 @@ class SiemensFrameWords:
     def _read_rotation(self, x: float, y: float, z: float) -> Array:
         """The turn of ROT by angles about X, Y, Z, in the order of the machine data."""
         if self.keys.rotation == "euler":
-            return build_rotation_about(2, x) @ build_rotation_about(0, y) @ build_rotation_about(2, z)
-        return build_rotation_about(2, z) @ build_rotation_about(1, y) @ build_rotation_about(0, x)
+            return build_rotation(2, x) @ build_rotation(0, y) @ build_rotation(2, z)
+        return build_rotation(2, z) @ build_rotation(1, y) @ build_rotation(0, x)
 
     def store_offset(self, frame: Frame) -> None:
         """A stored work offset changes; what is written holds from the next G54 on."""

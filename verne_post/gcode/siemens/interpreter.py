@@ -43,7 +43,7 @@ class SiemensInterpreter:
         self.frame_words = SiemensFrameWords(motion)
         self.splines = SiemensSplines(motion, self.places)
         self.auxiliary = SiemensAuxiliary(motion)
-        self.ended = False
+        self.has_ended = False
 
     @property
     def modes(self) -> Modes:
@@ -73,13 +73,13 @@ class SiemensInterpreter:
             self.auxiliary.run(words, block)
         if not words.groups.keys() <= _OF_MOTION:
             self._run_groups(words, block)
-        self.motion.block_numbers = []  # what follows the motion belongs to it
-        named = self._run_motion(words, block)
+        self.motion.forget_numbers()
+        has_axes = self._run_motion(words, block)
         if words.find_code("exact stop of the block") is not None:
             self.set_path_control()
         self._refuse_unused(words)
         self._run_stops(words)
-        return named
+        return has_axes
 
     def _refuse_motion_beside(self, words: Words, group: str) -> None:
         if words.find_code("motion") is not None or words.find_code("suppression") is not None:
@@ -91,8 +91,10 @@ class SiemensInterpreter:
     def _refuse_unused(words: Words) -> None:
         for name, word in words.words.items():
             if name not in words.used_words:
-                shown = word.text if word.text is not None else f"{word.value:g}"
-                raise word.error("VP006", f"nothing in the block uses {name}{'=' if len(name) > 1 else ''}{shown}")
+                shown_value = word.text if word.text is not None else f"{word.value:g}"
+                raise word.error(
+                    "VP006", f"nothing in the block uses {name}{'=' if len(name) > 1 else ''}{shown_value}"
+                )
 
     def _run_groups(self, words: Words, block: At) -> None:
         """Functions that change frames, offsets and the transformation, and the dwell."""
@@ -231,9 +233,9 @@ class SiemensInterpreter:
             if words.find_code("fixed point") is not None:
                 self._go_to_fixed_point(words, block)
                 return False
-            suppressed = words.find_code("suppression")
-            if suppressed is not None:
-                self._run_in_machine(words, block, suppressed)
+            suppression = words.find_code("suppression")
+            if suppression is not None:
+                self._run_in_machine(words, block, suppression)
                 return False
         if not words.words.keys().isdisjoint(CORNERS) or not self.motion.corners.is_idle:
             self.motion.corners.read(words, modes)
@@ -283,16 +285,16 @@ class SiemensInterpreter:
             raise ProgramError(
                 "VP015", f"G75 FP={point:g}: the machine file gives fixed points 1 and 2 as [home] g28 and g30", column
             )
-        named = [
+        named_axes = [
             axis
             for axis, letter in enumerate(AXES)
             if words.take(letter) is not None or words.take(f"{letter}1") is not None
         ]
-        if not named:
+        if not named_axes:
             raise ProgramError("VP005", "G75 needs the axes that go to the fixed point, as in G75 Z0", column)
         edge, self.modes.edge = self.modes.edge, False
         try:
-            self.motion.run_machine_line(block, MoveKind.RAPID, {axis: home[axis] for axis in named})
+            self.motion.run_machine_line(block, MoveKind.RAPID, {axis: home[axis] for axis in named_axes})
         finally:
             self.modes.edge = edge
 
@@ -348,7 +350,7 @@ class SiemensInterpreter:
     def _run_stops(self, words: Words) -> None:
         for number, _column in words.m:
             if number in (2, 30):
-                self.ended = True
+                self.has_ended = True
                 self.core.auxiliary.end(At(words.line), f"M{number}")
             elif number in (0, 1):
                 self.core.auxiliary.stop(At(words.line), number)

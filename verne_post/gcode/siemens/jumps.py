@@ -85,8 +85,8 @@ def _execute_case(flow: Running, cursor: Cursor, line: int) -> None:
     value = read_number(cursor, variables)
     if cursor.name() != "OF":
         raise cursor.error("VP001", "expected OF after the value of CASE")
-    chosen: tuple[str, str, int] | None = None
-    while not cursor.ended:
+    chosen_branch: tuple[str, str, int] | None = None
+    while not cursor.is_at_end:
         default = cursor.peek_name() == "DEFAULT"
         if default:
             cursor.name()
@@ -96,12 +96,12 @@ def _execute_case(flow: Running, cursor: Cursor, line: int) -> None:
             raise cursor.error("VP001", "expected GOTOF, GOTOB, GOTO or GOTOC after a value of CASE", at)
         cursor.skip()
         at, target = cursor.at, _read_target(flow, cursor)
-        if holds and chosen is None:
-            chosen = target, word, at
+        if holds and chosen_branch is None:
+            chosen_branch = target, word, at
         if default:
             refuse_leftover(cursor)
-    if chosen is not None:
-        _go(flow, cursor, line, *chosen)
+    if chosen_branch is not None:
+        _go(flow, cursor, line, *chosen_branch)
 
 
 def _jump(flow: Running, cursor: Cursor, line: int, word: str) -> None:
@@ -226,7 +226,7 @@ def _execute_until(flow: Running, cursor: Cursor, line: int) -> None:
 
 def _repeat(flow: Running, cursor: Cursor, line: int) -> None:
     """REPEAT of REPEAT ... UNTIL, or REPEAT label [label] P=n."""
-    if cursor.ended:
+    if cursor.is_at_end:
         _ = flow.calls.text.structure.end[line]
         return
     _repeat_stretch(flow, cursor, line, one_block=False)
@@ -239,7 +239,7 @@ def _repeat_block(flow: Running, cursor: Cursor, line: int) -> None:
 def _repeat_stretch(flow: Running, cursor: Cursor, line: int, *, one_block: bool) -> None:
     labels: list[tuple[str, int]] = []
     times = 1
-    while not cursor.ended:
+    while not cursor.is_at_end:
         at, name = cursor.at, cursor.name()
         if name == "P" and cursor.take("="):
             times = read_repeats(read_number(cursor, flow.executor.variables), at + 1)

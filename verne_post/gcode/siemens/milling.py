@@ -42,11 +42,11 @@ class SiemensMilling:
 
     def __init__(self, interpreter: SiemensInterpreter, variables: Variables) -> None:
         self.to, self.variables = interpreter, variables
-        self._left = MAX_STROKES
+        self._strokes_left = MAX_STROKES
 
     def begin_block(self) -> None:
         """A block begins, whose cycles may have so many strokes together."""
-        self._left = MAX_STROKES
+        self._strokes_left = MAX_STROKES
 
     def run(self, call: Call, line: int, *, is_modal: bool = False) -> None:
         """Execute one cycle; a modal one where the tool stands.
@@ -64,8 +64,8 @@ class SiemensMilling:
             except MillingError as error:
                 raise ProgramError("VP007", f"{call.name}: {error}", call.column) from None
             given.refuse_rest(_HARMLESS if call.name in (*_STUDS, *_FACES) else (*_HARMLESS, "AP1", "AP2"))
-            self._left -= sum(map(len, strokes))
-            if self._left < 0:
+            self._strokes_left -= sum(map(len, strokes))
+            if self._strokes_left < 0:
                 raise ProgramError("VP007", f"{call.name}: more than {MAX_STROKES} strokes in this block", call.column)
             work.execute(strokes)
 
@@ -95,9 +95,9 @@ class _Work:
         round_one = "PRAD" in given.names
         corner = mode // 1000 % 10
         rest = mode // 10_000 * 1000 + mode // 100 % 10 * 100 + mode % 100
-        refuse, known = self.values.refuse_digits, (0, 1) if round_one else range(len(_CORNERS))
+        refuse, corners = self.values.refuse_digits, (0, 1) if round_one else range(len(_CORNERS))
         refuse("_GMODE", rest, (0, 100, 1000, 1100), "all is machined, from the point that its thousands name")
-        refuse("_GMODE", corner, known, "the thousands name the middle (1) or a corner (2 to 5)")
+        refuse("_GMODE", corner, corners, "the thousands name the middle (1) or a corner (2 to 5)")
         center = self.values.measure("PA"), self.values.measure("PO")
         if self.is_modal:
             if any(center):
@@ -210,10 +210,10 @@ class _Work:
                 *(self.values.measure(name) for name in ("FDP", "FDP1") if name in given.names),
             ]
         )
-        turned = turn_about(
+        turned_placement = turn_about(
             (self.values.measure("PA"), self.values.measure("PO")), given.number("STA") if "STA" in given.names else 0.0
         )
-        (a, b), (c, d) = turned.along, turned.across
+        (a, b), (c, d) = turned_placement.along, turned_placement.across
         along, across = (
             (math.copysign(1.0, length) * a, math.copysign(1.0, length) * b),
             (math.copysign(1.0, width) * c, math.copysign(1.0, width) * d),
@@ -224,7 +224,7 @@ class _Work:
         self.values.feeds["plunge"] = self.values.feeds["mill"]
         face = Face(abs(length), abs(width), radius + beyond, zigzag=way >= 3)
         plan = Milling(radius, self.values.clear, levels, self.values.bottom, self.values.read_step())
-        return place_strokes(mill_face(face, plan), Placement(turned.origin, along, across))
+        return place_strokes(mill_face(face, plan), Placement(turned_placement.origin, along, across))
 
     def _put(
         self, strokes: Iterable[Stroke], center: Point, angle: float, middle: Point = (0.0, 0.0)

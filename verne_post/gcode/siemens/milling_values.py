@@ -156,8 +156,8 @@ class MillingValues:
             )
         return 0.5 * to.core.tools.find_diameter(self.at, number, "")
 
-    def refuse_digits(self, name: str, value: int, allowed: Iterable[int], what: str) -> int:
-        if value not in allowed:
+    def refuse_digits(self, name: str, value: int, allowed_digits: Iterable[int], what: str) -> int:
+        if value not in allowed_digits:
             raise self.given.error("VP002", f"{name} {self.given.read_whole(name)} is not executed: {what}", name)
         return value
 

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ARC_RADIUS_MM, ZERO_LENGTH_MM
+from verne_post.gcode.affine import Split, find_table_map, split
 from verne_post.gcode.arcs import PLANES, build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.machining import Machining
@@ -21,9 +22,7 @@ from verne_post.gcode.rs274.motion import refuse_lacking
 from verne_post.gcode.rs274.values import MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.corners import SiemensCorners
-from verne_post.gcode.siemens.frames import Affine, Split, split
 from verne_post.gcode.siemens.modes import Modes
-from verne_post.gcode.standing_table import find_standing_plane
 from verne_post.model.control_keys import SiemensKeys, read_keys
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
 
@@ -46,6 +45,9 @@ _FEED_WORDS: Final = "F: a control stops with alarm 10860. Where its SD42110 (DE
 _LENGTH_WORDS: Final = "T and M6 with --tool-table, or --tool-length MM"
 
 
+Triple = tuple[float, float, float]
+
+
 class SiemensMotion:
     """Motion of Siemens programs on the machining core.
 
@@ -64,13 +66,13 @@ class SiemensMotion:
         state.modes = Modes()
         self.core.set_arc_feed(self.modes.arc_feed)
         self.corners = SiemensCorners(self.core)
-        self._split = Split(None)
+        self._split = Split()
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
         #: Places of axes, in numbers of the program, before their offsets changed; without axes that were named since.
         self.places_before: dict[int, float] = {}
-        #: The same of all axes when the block began.
-        self.block_numbers: list[float] = []
+        #: Where all axes stood when the block began, with what their numbers depend on.
+        self._block_start: tuple[list[float], Triple, Triple] | None = None
         self.core.frames.add_system(Frame(0, tool=state.frame.tool))
 
     @property
@@ -84,14 +86,18 @@ class SiemensMotion:
     def set_chain(self) -> None:
         """Put the frame chain in force while the machine stands still."""
         chain = self.modes.frames
-        self._split = split(chain.total, chain.mirrored)
+        self._split = split(chain.total, chain.mirrored_axis)
         offset = self.modes.offset or self.state.systems[self.modes.system]
         base = replace(offset, g92=ZERO9, tool=self.state.frame.tool)
         self.change_frame(replace(base, feature=self._find_plane(base, self.state.position)))
 
     def note_numbers(self) -> None:
         """Keep where all axes stand, before offsets may change."""
-        self.block_numbers = [self.find_programmed(axis) for axis in range(len(AXES))]
+        self._block_start = (list(self.state.position), self._split.scale, self.modes.frames.rotary)
+
+    def forget_numbers(self) -> None:
+        """Offsets that change from here on belong to the motion of the block."""
+        self._block_start = None
 
     def change_frame(self, frame: Frame) -> None:
         """Put a frame of the core in force; where axes stood is kept, for G91."""
@@ -100,20 +106,19 @@ class SiemensMotion:
 
     def keep_numbers(self) -> None:
         """Keep the numbers of axes from before their offsets changed."""
-        for axis, before in enumerate(self.block_numbers):
-            if abs(self.find_programmed(axis) - before) > ZERO_LENGTH_MM:
+        if self._block_start is None:
+            return
+        here = _number_axes(self.state.position, self._split.scale, self.modes.frames.rotary)
+        for axis, before in enumerate(_number_axes(*self._block_start)):
+            if abs(here[axis] - before) > ZERO_LENGTH_MM:
                 self.places_before.setdefault(axis, before)
 
     def _find_plane(self, base: Frame, position: list[float]) -> Feature | None:
         """The plane in which X, Y, Z count: of the chain, and without TRAORI of the table as it stands."""
-        plane = self._split.feature
+        plane = self._split.rigid
         if self.follows_part:
-            return plane
-        standing = find_standing_plane(self.setup.coordinates, base, position)
-        if standing is None or plane is None:
-            return standing or plane
-        total = Affine(plane.origin, plane.rotation).apply_after(standing)
-        return Feature((total.shift[0], total.shift[1], total.shift[2]), total.matrix)
+            return plane.feature
+        return find_table_map(self.setup.coordinates, base, position).put_inside(plane).feature
 
     @property
     def follows_part(self) -> bool:
@@ -131,8 +136,10 @@ class SiemensMotion:
 
     def find_programmed(self, axis: int) -> float:
         """Where an axis stands, as the program would say it (mm, degrees)."""
-        value = self.state.position[axis] / self.scale(axis)
-        return value - self.modes.frames.rotary[axis - 3] if 3 <= axis < 6 else value
+        value = self.state.position[axis]
+        if axis < 3:
+            return value / self._split.scale[axis]
+        return value - self.modes.frames.rotary[axis - 3] if axis < 6 else value
 
     def convert_to_core(self, axis: int, value: float) -> float:
         """A programmed place of an axis, in the numbers of the interpreter of all dialects."""
@@ -184,8 +191,8 @@ class SiemensMotion:
         for axis, value in places.items():
             letter = AXES[axis]
             if letter not in self.setup.axes:
-                named = ", ".join(self.setup.axes)
-                raise block.error("VP011", f"{letter}: the machine has no such axis; it has {named}", letter)
+                axis_names = ", ".join(self.setup.axes)
+                raise block.error("VP011", f"{letter}: the machine has no such axis; it has {axis_names}", letter)
             if self.setup.machine and abs(value) > (MAX_ANGLE_DEG if 3 <= axis < 6 else MAX_LENGTH_MM):
                 raise block.error("VP007", f"{letter}{value:g} is beyond any machine", letter)
 
@@ -196,22 +203,22 @@ class SiemensMotion:
             self.settle_table(block)
         if not self.follows_part:
             self.core.warn_of_depth(block, state.values_before_length, places)
-        held = self.core.start_of_motion(
+        begin = self.core.start_of_motion(
             kind, absolute=True, machine=False, axes=places, at=block if self.follows_part else None
         )
         # axes of the machine that are not named stand, whatever length the tool has now
-        end = list(held if self.follows_part else state.position)
+        end = list(begin if self.follows_part else state.position)
         for axis, value in places.items():
             end[axis] = self.convert_to_core(axis, value)
         if self.modes.tcp or not set(self.setup.rotary) & set(places):
             return end
         if self.follows_part:
             raise block.error("VP017", f"{self.setup.both_rotary} on a plane of CYCLE800 without TRAORI: the tool would no longer be normal to the plane; write CYCLE800() first", self._name_rotary(places))  # fmt: skip
-        turned = max(abs(end[axis] - state.position[axis]) for axis in self.setup.rotary) > _STANDS
-        if turned and kind == MoveKind.FEED:
+        is_turn = max(abs(end[axis] - state.position[axis]) for axis in self.setup.rotary) > _STANDS
+        if is_turn and kind == MoveKind.FEED:
             raise block.error("VP017", f"{self.setup.both_rotary} turn at a feed rate without TRAORI: on a machine with three linear axes the tip would follow a curve; "
                               "write TRAORI, or G0", self._name_rotary(places))  # fmt: skip
-        if turned:
+        if is_turn:
             self.core.refuse_compensation("a turn of the table")
             base = replace(state.frame, feature=None)
             self.change_frame(replace(base, feature=self._find_plane(base, end)))
@@ -231,17 +238,17 @@ class SiemensMotion:
     def _aim_tool(self, vector: Array, end: list[float]) -> list[float]:
         """Take a tool axis in program directions: the end point with a pair A, C that holds it."""
         state = self.state
-        turned = self.turn_vectors(vector)
-        self.core.hold_tool_axis(turned)
-        end = self.setup.coordinates.turn_to_axis(end, turned, state.frame)
+        tool_axis = self.turn_vectors(vector)
+        self.core.hold_tool_axis(tool_axis)
+        end = self.setup.coordinates.turn_to_axis(end, tool_axis, state.frame)
         if self.has_linear_axes("vector") and self.setup.machine:
             self.core.hold_tool_axis(None)
         return end
 
     def turn_vectors(self, vectors: Array) -> Array:
         """Tool axes (..., 3) of the program, of any length, as unit vectors of the interpreter of all dialects."""
-        turned = vectors * np.sign(self._split.scale)
-        return np.asarray(turned / measure_length(turned)[..., None])
+        mirrored_vectors = vectors * np.sign(self._split.scale)
+        return np.asarray(mirrored_vectors / measure_length(mirrored_vectors)[..., None])
 
     def _take_rotary(self, end: list[float], places: dict[int, float]) -> None:
         """A and C words hold: as they are, or as a tool axis that goes on a great circle."""
@@ -288,8 +295,8 @@ class SiemensMotion:
             raise ProgramError("VP017", "an arc under unequal scales of its plane would be an ellipse")
         self.core.require_known(block, [0, 1, 2], "an arc")
         start, end = self._begin_arc(block, places)
-        mirrored = scales[0] * scales[1] < 0
-        clockwise = clockwise != mirrored
+        is_mirrored = scales[0] * scales[1] < 0
+        clockwise = clockwise != is_mirrored
         if center is not None:
             offsets = {letter1: center[0] * scales[0], letter2: center[1] * scales[1]}
             self._check_sizes(block, offsets)
@@ -338,8 +345,8 @@ class SiemensMotion:
         self.core.refuse_compensation("G53, G153 and SUPA")
         machine = self.setup.coordinates.map_to_machine(np.array(state.position), state.frame)
         tilt, turn = (math.radians(machine[axis]) for axis in self.setup.rotary)
-        turned = max(abs(math.sin(tilt)), abs(math.sin(0.5 * turn))) > _STANDS
-        if self.modes.tcp and self.setup.machine and (turned or set(self.setup.rotary) & set(places)):
+        turn_size = max(abs(math.sin(tilt)), abs(math.sin(0.5 * turn))) > _STANDS
+        if self.modes.tcp and self.setup.machine and (turn_size or set(self.setup.rotary) & set(places)):
             raise ProgramError("VP017", "G53, G153 or SUPA under TRAORI while the table is turned: the coordinates would turn with the part; write TRAFOOF first")  # fmt: skip
         if self.core.end_tool_axis(block, list(places)):
             self.set_chain()
@@ -350,3 +357,9 @@ class SiemensMotion:
         if set(self.setup.rotary) & set(places):
             self.set_chain()
         self.heading = None
+
+
+def _number_axes(position: list[float], scale: Triple, rotary: Triple) -> list[float]:
+    """Where axes (9) stand, as the program would say it (mm, degrees)."""
+    linear = [value / factor for value, factor in zip(position, scale, strict=False)]
+    return [*linear, *(value - shift for value, shift in zip(position[3:], rotary, strict=False)), *position[6:]]

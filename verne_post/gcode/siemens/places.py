@@ -72,13 +72,13 @@ class SiemensPlaces:
     def _resolve_rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
         here = self.motion.find_programmed(axis)
-        turned = math.fmod(value - here, 360.0)
+        motion = math.fmod(value - here, 360.0)
         if word.mode == "DC":
-            return here + turned - 360.0 * round(turned / 360.0)
+            return here + motion - 360.0 * round(motion / 360.0)
         if word.mode == "ACP":
-            return here + turned % 360.0
+            return here + motion % 360.0
         if word.mode == "ACN":
-            return here - (-turned) % 360.0
+            return here - (-motion) % 360.0
         if word.name not in self.keys.modulo_axes:
             return value
         return 360.0 * math.floor(here / 360.0) + value % 360.0
@@ -223,9 +223,9 @@ class SiemensPlaces:
             raise word.error("VP007", f"AR={angle:g}: the opening angle is between 0 and 360 degrees")
         sign = -1.0 if clockwise else 1.0
         turn = sign * math.radians(angle)
-        named = [axis for axis in plane if axis in places]
+        named_axes = [axis for axis in plane if axis in places]
         if center is not None:
-            if named:
+            if named_axes:
                 raise word.error("VP003", "AR= with a centre gives the end; axes of the plane beside it say it twice")
             u, v = -center[0], -center[1]
             places[plane[0]] = here[0] - u + u * math.cos(turn) - v * math.sin(turn)

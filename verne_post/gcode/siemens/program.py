@@ -86,9 +86,9 @@ def _mark_strange(text: bytes) -> bytes:
         inside = after[_IS_DIGIT[raw[solid[np.minimum(at, len(solid) - 1)]]]]
     if not len(inside):
         return text
-    marked = raw[: len(text)].copy()
-    marked[inside] = _STRANGE  # blanks inside of numbers
-    return marked.tobytes()
+    marked_bytes = raw[: len(text)].copy()
+    marked_bytes[inside] = _STRANGE  # blanks inside of numbers
+    return marked_bytes.tobytes()
 
 
 def _put_radii(text: bytes) -> bytes:
@@ -124,7 +124,7 @@ class Line(Struct, frozen=True):
 
     text: str
     begin: int
-    skipped: bool
+    is_skipped: bool
     label: str | None
 
 
@@ -165,8 +165,8 @@ class SiemensText(ProgramText):
 
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
         """Split the lines of a chunk into words: those of arcs, or, where there are tool axes, these as I, J and K."""
-        marked, vectors = _mark_strange(text), _has_vectors(text)
-        words = split_words(first_line, _put_vectors(marked) if vectors else _put_radii(marked))
+        marked_text, vectors = _mark_strange(text), _has_vectors(text)
+        words = split_words(first_line, _put_vectors(marked_text) if vectors else _put_radii(marked_text))
         lines = PlainLines(words, self.setup, bare_codes=False, others="IJK" if vectors else plain_arcs.WORDS)
         return Chunk(first_line, text, lines, words)
 
@@ -232,7 +232,7 @@ class SiemensText(ProgramText):
         ProgramError
             VP023, with its line: something is closed that is not open, or never closed.
         """
-        structure, opened = Structure(), list[tuple[str, int]]()
+        structure, open_words = Structure(), list[tuple[str, int]]()
         line, at = 1, 0
         for match in _STRUCTURE.finditer(self.source):
             line += self.source.count(b"\n", at, match.start())
@@ -243,27 +243,27 @@ class SiemensText(ProgramText):
                 continue
             if word == "REPEAT" and rest.strip() and not rest.strip().startswith("/"):
                 continue  # REPEAT label
-            self._take(structure, opened, word, line)
-        for word, begin in opened:
+            self._take(structure, open_words, word, line)
+        for word, begin in open_words:
             closing = next(end for end, opening in _CLOSES.items() if opening == ("IF" if word == "ELSE" else word))
             raise ProgramError("VP023", f"{word} is never closed; expected {closing}", 1, line=begin)
         return structure
 
     @staticmethod
-    def _take(structure: Structure, opened: list[tuple[str, int]], word: str, line: int) -> None:
+    def _take(structure: Structure, open_words: list[tuple[str, int]], word: str, line: int) -> None:
         if word in ("IF", "FOR", "WHILE", "LOOP", "REPEAT"):
-            opened.append((word, line))
+            open_words.append((word, line))
             return
-        wanted = "IF" if word == "ELSE" else _CLOSES[word]
-        fits = opened and (opened[-1][0] == wanted or (word == "ENDIF" and opened[-1][0] == "ELSE"))
+        wanted_word = "IF" if word == "ELSE" else _CLOSES[word]
+        fits = open_words and (open_words[-1][0] == wanted_word or (word == "ENDIF" and open_words[-1][0] == "ELSE"))
         if not fits:
-            still = f"; {opened[-1][0]} of line {opened[-1][1]} is open" if opened else ""
-            raise ProgramError("VP023", f"{word} without {wanted} before it{still}", 1, line=line)
-        _word, begin = opened.pop()
+            still = f"; {open_words[-1][0]} of line {open_words[-1][1]} is open" if open_words else ""
+            raise ProgramError("VP023", f"{word} without {wanted_word} before it{still}", 1, line=line)
+        _word, begin = open_words.pop()
         structure.branch[begin] = line
         structure.end[begin], structure.begin[line] = line, begin
         if word == "ELSE":
-            opened.append(("ELSE", line))
+            open_words.append(("ELSE", line))
 
 
 def _blank_texts(text: str) -> bytes:

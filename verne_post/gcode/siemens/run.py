@@ -27,9 +27,9 @@ class _SiemensRun:
         self.flow, self.calls = flow, flow.calls
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """True after M2, M30, or M17 of the program itself."""
-        return self.flow.ended
+        return self.flow.has_ended
 
     def may_restart(self) -> bool:
         """True where nothing of earlier blocks is still to come."""

@@ -44,36 +44,36 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     last = stop.cut(line, last, in_main=in_main) - chunk.first_line
     if last - row < plain.MIN_LINES or flow.calls.frame.repeats or flow.executor.modal is not None or not _is_plain(to):
         return None
-    pointed = not chunk.lines.arcs and bool(chunk.lines.has_offsets[row])
+    has_vectors = not chunk.lines.arcs and bool(chunk.lines.has_offsets[row])
     motion = MOTIONS[to.modes.motion]
-    view = plain.PlainView(motion, has_tool_axes=pointed)
+    view = plain.PlainView(motion, has_tool_axes=has_vectors)
     if not plain.is_ready(to.state, view, chunk.lines, row):
         return None
-    if pointed:
+    if has_vectors:
         last = _end_of_vectors(to, chunk.lines, row, last)
     elif not chunk.lines.arcs:
         last = min(last, chunk.lines.find_next_curved(row))
-    if pointed or not _has_plain_rotary_words(to):
+    if has_vectors or not _has_plain_rotary_words(to):
         last = chunk.lines.find_first_named(row, last, _ROTARY)
     if last - row < plain.MIN_LINES:
         return None
     start = to.state.position
-    done = plain.execute(
+    stretch = plain.execute(
         chunk.lines,
         row,
         last,
         to.core,
         view,
         flow.calls.shown_line,
-        partial(_aim_tool, to, chunk.lines) if pointed else None,
+        partial(_aim_tool, to, chunk.lines) if has_vectors else None,
     )
-    if done == row:
+    if stretch == row:
         return None
     to.modes.motion = _CODES[view.motion or 0]
-    for axis in [axis for axis in to.motion.places_before if chunk.lines.row[done - 1, axis] >= row]:
+    for axis in [axis for axis in to.motion.places_before if chunk.lines.row[stretch - 1, axis] >= row]:
         del to.motion.places_before[axis]
-    _set_heading(to, chunk.lines, row, done, start, motion)
-    flow.calls.line = line + done - row
+    _set_heading(to, chunk.lines, row, stretch, start, motion)
+    flow.calls.line = line + stretch - row
     flow.repeats.count(flow.calls.text, line, flow.calls.line - 1, 0)
     return flow.calls.line
 

@@ -7,10 +7,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
+from verne_post.gcode.affine import Affine, build_rotation, find_nearest_rotation, make_affine
 from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
-from verne_post.gcode.siemens.frames import Affine, build_rotation_about
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
@@ -39,7 +39,7 @@ _TOLERANCE: Final = ("_TOL", "_TOLM", "_OTOL")
 #: _TOLM has seven digits. Those before the last two choose functions of the control, or serve older ones.
 _BEYOND_TOLM: Final = 3_000_000
 #: Values of _MODE in its two highest bits.
-_BY_AXIS, _SOLID, _PROJECTED, _DIRECT = range(4)
+_BY_AXIS, _BY_SOLID_ANGLES, _BY_PROJECTION, _BY_TABLE = range(4)
 #: The first two turns of projected angles: about X then Y, or Y then X.
 _XY, _YX = (0, 1), (1, 0)
 #: A projected plane that stands upright has no such angles.
@@ -144,7 +144,7 @@ class Swivel:
             )
         base = modes.frames.swivel if state % 10 else Affine()
         rotation = self._find_rotation(given)
-        plane = base.put_inside(before, rotation).put_inside(after, np.eye(3))
+        plane = base.put_inside(make_affine(rotation, before)).put_inside(make_affine(np.eye(3), after))
         modes.frames = replace(modes.frames, swivel=plane)
         to.motion.set_chain()
 
@@ -155,11 +155,11 @@ class Swivel:
             raise given.error("VP007", f"_MODE {mode}: eight bits are 0 to 255", "_MODE")
         angles = [given.number(name) for name in ("_A", "_B", "_C")]
         kind, order = mode >> 6, [(mode >> shift & 3) - 1 for shift in (0, 2, 4)]
-        if kind == _SOLID:
+        if kind == _BY_SOLID_ANGLES:
             if angles[2]:
                 raise given.error("VP006", "solid angles are _A and _B", "_C")
-            return build_rotation_about(2, angles[0]) @ build_rotation_about(1, angles[1])
-        if kind == _DIRECT:
+            return build_rotation(2, angles[0]) @ build_rotation(1, angles[1])
+        if kind == _BY_TABLE:
             if angles[2]:
                 raise given.error(
                     "VP006", "rotary axes are _A ({}) and _B ({})".format(*self.to.setup.rotary_letters), "_C"
@@ -168,9 +168,9 @@ class Swivel:
         for axis, angle, name in zip(order, angles, ("_A", "_B", "_C"), strict=True):
             if axis < 0 and angle:
                 raise given.error("VP007", f"_MODE {mode} gives no axis for {name}", "_MODE")
-        if kind == _PROJECTED:
+        if kind == _BY_PROJECTION:
             return self._build_projected_plane(given, mode, order, angles)
-        turns = [build_rotation_about(axis, angle) for axis, angle in zip(order, angles, strict=True) if axis >= 0]
+        turns = [build_rotation(axis, angle) for axis, angle in zip(order, angles, strict=True) if axis >= 0]
         return turns[0] @ turns[1] @ turns[2] if len(turns) == 3 else self._multiply(turns)
 
     @staticmethod
@@ -194,11 +194,7 @@ class Swivel:
             raise given.error("VP007", "a projected angle of 90 degrees: the plane would be vertical", "_A")
         share = math.cos(first) if reading == "traces" else 1.0 / math.cos(first)
         within = math.degrees(math.atan(math.tan(second) * share))
-        return (
-            build_rotation_about(order[0], angles[0])
-            @ build_rotation_about(order[1], within)
-            @ build_rotation_about(2, angles[2])
-        )
+        return build_rotation(order[0], angles[0]) @ build_rotation(order[1], within) @ build_rotation(2, angles[2])
 
     def _find_table_directions(self, a: float, c: float) -> Array:
         """The directions (columns) of X, Y, Z of the machine on the part, while the table stands at A and C."""
@@ -214,8 +210,7 @@ class Swivel:
         machine = to.setup.coordinates.map_to_machine(points, base)
         machine[1:, :3] += np.eye(3)
         place = to.setup.coordinates.map_to_program(machine, base)[:, :3]
-        u, _s, v = np.linalg.svd((place[1:] - place[0]).T)
-        return np.asarray(u @ v)
+        return find_nearest_rotation((place[1:] - place[0]).T)
 
     def _turn_table(self, block: At, direction: int) -> None:
         """Turn the table so that the tool stands upright on the plane; with TRAORI the tip stays on the part.

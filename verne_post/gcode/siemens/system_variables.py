@@ -109,12 +109,12 @@ class SystemVariables:
 
     def _read_offset(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> tuple[Frame, int, str]:
         number, letter, part = (*index, None, None, None)[:3]
-        known = (
+        is_known = (
             isinstance(number, int) and number >= 0 and self.to.frame_words.find_system(number) in self.to.state.systems
         )
         if (
             len(index) != 3
-            or not known
+            or not is_known
             or not isinstance(letter, str)
             or letter not in AXES
             or part not in ("TR", "RT", "SC", "MI", "FI")

@@ -162,8 +162,8 @@ class _Reader:
             return number
         name = cursor.name()
         if name is None:
-            shown = repr(symbol) if symbol else "the end of the line"
-            raise cursor.error("VP001", f"expected a value, found {shown}", at)
+            shown_text = repr(symbol) if symbol else "the end of the line"
+            raise cursor.error("VP001", f"expected a value, found {shown_text}", at)
         if name in ("TRUE", "FALSE"):
             return float(name == "TRUE")
         if cursor.skip() == "(":
@@ -190,14 +190,14 @@ class _Reader:
             raise cursor.error("VP002", f"{name}: not a function that is known here", at)
         counts, function = FUNCTIONS[name]
         if len(arguments) not in counts:
-            wanted = " or ".join(map(str, counts))
-            raise cursor.error("VP005", f"{name} takes {wanted} values; here are {len(arguments)}", at)
+            wanted_counts = " or ".join(map(str, counts))
+            raise cursor.error("VP005", f"{name} takes {wanted_counts} values; here are {len(arguments)}", at)
         numbers = [self._number(argument, at) for argument in arguments]
         try:
             value = function(*numbers)
         except (ValueError, OverflowError, ZeroDivisionError):
-            shown = ", ".join(f"{number:g}" for number in numbers)
-            raise cursor.error("VP007", f"{name}({shown}) has no value", at) from None
+            shown_numbers = ", ".join(f"{number:g}" for number in numbers)
+            raise cursor.error("VP007", f"{name}({shown_numbers}) has no value", at) from None
         return cursor.check_size(float(value), at)
 
     def _evaluate_text_function(self, name: str, arguments: list[Value], at: int) -> Value:
@@ -279,7 +279,7 @@ def _number_of(text: str) -> float:
     cursor = Cursor(text.strip())
     sign = -1.0 if cursor.take("-") else 1.0
     value = cursor.number()
-    if value is None or not cursor.ended:
+    if value is None or not cursor.is_at_end:
         raise ValueError(text)
     return sign * value
 

@@ -1,32 +1,151 @@
-"""Every word of the language that is known here: what is executed, what has no effect here, what is refused and why.
+"""Every word of the language that is known here: what it does, that it has no effect, or why it is refused.
 
-docs/siemens.md shows the same tables; a test compares them, and runs every word.
+The readers look words up here, so a word that is not here cannot be executed. docs/make_words.py makes the tables of
+docs/siemens.md of it; a test runs every word.
 """
 
 import re
 from collections.abc import Mapping
 from typing import Final
 
-#: G functions that are executed, by group: one of each group may stand in a block.
-GROUPS: Final[Mapping[str, tuple[str, ...]]] = {
-    "motion": ("G0", "G1", "G2", "G3", "CIP", "CT", "BSPLINE"),
-    "dwell": ("G4",),
-    "fixed point": ("G75",),
-    "plane": ("G17", "G18", "G19"),
-    "frame": ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR"),
-    "compensation": ("G40", "G41", "G42"),
-    "feed on arcs": ("CFC", "CFTCP", "CFIN"),
-    "offset": ("G500", "G54", "G55", "G56", "G57", *(f"G{number}" for number in range(505, 600))),
-    "suppression": ("G53", "G153", "SUPA"),
-    "exact stop": ("G60", "G64", "G641", "G642", "G643", "G644", "G645"),
-    "exact stop of the block": ("G9",),
-    "units": ("G70", "G71", "G700", "G710"),
-    "distance": ("G90", "G91"),
-    "feed mode": ("G93", "G94", "G95"),
-    "pole": ("G110", "G111", "G112"),
-    "transformation": ("TRAORI", "TRAFOOF"),
-    "orientation reference": ("ORIWKS", "ORIMKS"),
-    "orientation path": ("ORIAXES", "ORIVECT", "ORIPLANE"),
+#: G functions that are executed, by group -> what each does; one of each group may stand in a block.
+GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
+    "motion": {
+        "G0": "rapid traverse",
+        "G1": "straight move",
+        **dict.fromkeys(
+            ("G2", "G3"), "arc, clockwise (G2) or counter-clockwise (G3): I J K, CR=, AR=, polar; TURN= further turns"
+        ),
+        "CIP": "arc through the intermediate point I1= J1= K1=, in any plane",
+        "CT": "arc in the plane, tangent to the last motion",
+        "BSPLINE": "B-spline that starts at the tool, with control points in its blocks",
+    },
+    "dwell": {"G4": "dwell: F seconds, or S turns of the spindle"},
+    "fixed point": {
+        "G75": "rapid traverse to [home] of the machine file: FP=1 g28, FP=2 g30 *(unverified for a given machine)*"
+    },
+    "plane": dict.fromkeys(("G17", "G18", "G19"), "planes XY, ZX, YZ"),
+    "frame": {
+        **dict.fromkeys(("TRANS", "ROT", "SCALE", "MIRROR"), "programmable frame, in place of the one before"),
+        **dict.fromkeys(("ATRANS", "AROT", "ASCALE", "AMIRROR"), "programmable frame, added to the one in force"),
+    },
+    "compensation": dict.fromkeys(
+        ("G40", "G41", "G42"), "cutter compensation off, left, right, with the radius of the tool table"
+    ),
+    "feed on arcs": dict.fromkeys(("CFC", "CFTCP", "CFIN"), "where F holds on arcs under G41 and G42"),
+    "offset": {
+        "G500": "the machine's zero",
+        **dict.fromkeys(("G54", "G55", "G56", "G57"), "work offsets"),
+        **dict.fromkeys(
+            (f"G{number}" for number in range(505, 600)),
+            "further work offsets: --wcs G58, G59, G59.1 to G59.3 for 505 to 509, then G54.1P1 and so on",
+        ),
+    },
+    "suppression": dict.fromkeys(
+        ("G53", "G153", "SUPA"), "machine coordinates, for the block; the tool length counts until D0"
+    ),
+    "exact stop": {
+        "G60": "a stop at the end of every block",
+        **dict.fromkeys(("G64", "G641", "G642", "G643", "G644", "G645"), "corners are blended"),
+    },
+    "exact stop of the block": {"G9": "a stop at the end of the block"},
+    "units": {**dict.fromkeys(("G70", "G71"), "inch, mm"), **dict.fromkeys(("G700", "G710"), "inch, mm, also for F")},
+    "distance": dict.fromkeys(("G90", "G91"), "absolute, incremental"),
+    "feed mode": dict.fromkeys(("G93", "G94", "G95"), "inverse time, per minute, per turn; a change sets F to 0"),
+    "pole": dict.fromkeys(("G110", "G111", "G112"), "pole, from the last position, from zero, from the last pole"),
+    "transformation": dict.fromkeys(("TRAORI", "TRAFOOF"), "tool-centre-point control on and off"),
+    "orientation reference": dict.fromkeys(
+        ("ORIWKS", "ORIMKS"), "the tool axis goes along a great circle, or A and C go linearly"
+    ),
+    "orientation path": dict.fromkeys(
+        ("ORIAXES", "ORIVECT", "ORIPLANE"),
+        "the motion of the tool axis, where orientation_by_group of the settings file is true",
+    ),
+}
+#: How a value of an axis is meant, where G90 and G91 do not say.
+VALUE_MODES: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("AC", "IC"), "one value absolute, incremental: X=AC(5)"),
+    **dict.fromkeys(("DC", "ACP", "ACN"), "rotary axes: the shortest way, up, down"),
+}
+#: Words with a value that are executed.
+ADDRESSES: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("X", "Y", "Z", "A", "C"), "places"),
+    **dict.fromkeys(("B", "U", "V", "W"), "read, then refused: the machine has no such axes (VP011)"),
+    **dict.fromkeys(("I", "J", "K"), "centre of an arc, from its start or with AC()"),
+    **dict.fromkeys(("I1", "J1", "K1"), "intermediate point of CIP"),
+    "CR": "radius of an arc",
+    "AR": "angle of an arc, with its centre or its end",
+    "TURN": "further turns of an arc",
+    "AP": "polar angle, also incremental, kept until the next pole or plane",
+    "RP": "polar radius, absolute",
+    "RPL": "rotation in the plane, of ROT and AROT",
+    "PL": "knot interval of BSPLINE",
+    "PW": "weight of BSPLINE",
+    "SD": "degree of BSPLINE",
+    **dict.fromkeys(("A3", "B3", "C3"), "the tool axis at the end of the block"),
+    "F": "feed rate",
+    **dict.fromkeys(("S", "S1"), "spindle speed"),
+    **dict.fromkeys(
+        ("T", "T1"), 'tool: T5, T="name". Length and radius hold from M6 on. An empty spindle has no length'
+    ),
+    "D": "length and radius of the tool off (D0) and on (D1)",
+    "CUTMOD": "0: cutting edges as in the tool table; other values are refused",
+    "H": "an auxiliary function, which is only shown",
+    **dict.fromkeys(("M", "M1"), "M functions; M1= is that of the spindle"),
+    "G": "G functions as G=...",
+    "L": "L10: subprogram",
+    "P": "how often a subprogram runs",
+    "N": "block number",
+    "ADIS": "length of the blends of G641",
+    "CTOL": "tolerance of the tip at corners",
+    "OTOL": "tolerance of the tool axis at corners",
+    "SPOS": "orients the spindle, also SPOS[1]=DC(90)",
+    **dict.fromkeys(("FP", "X1", "Y1", "Z1", "A1", "C1"), "point and axes of G75"),
+    "RND": "rounding before the next line or arc: its radius",
+    "RNDM": "rounding of all corners until RNDM=0: its radius",
+    "CHF": "chamfer before the next line or arc: its length",
+    "CHR": "chamfer: its length on each line",
+    "FRC": "feed rate of the corner",
+}
+#: M functions that are executed, by group; one of each group may stand in a block, but for coolant.
+M_FUNCTIONS: Final[Mapping[str, Mapping[int, str]]] = {
+    "stopping": {0: "stop", 1: "stop under --optional-stop", **dict.fromkeys((2, 30), "end of the program")},
+    "tool change": {6: "loads the tool of T"},
+    "spindle": {**dict.fromkeys((3, 4, 5), "spindle clockwise, counter-clockwise, off"), 19: "orients the spindle"},
+    "coolant": dict.fromkeys((7, 8, 9), "mist, flood, coolant off"),
+    "gear": {40: "no effect: the control chooses the gear"},
+}
+#: Control statements that are executed.
+STATEMENTS: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("IF", "ELSE", "ENDIF"), "branches"),
+    **dict.fromkeys(("GOTO", "GOTOF", "GOTOB", "GOTOC"), "jumps to labels, block numbers, computed texts"),
+    "CASE": "jump by a value",
+    **dict.fromkeys(("FOR", "ENDFOR", "WHILE", "ENDWHILE", "LOOP", "ENDLOOP"), "loops"),
+    **dict.fromkeys(("REPEAT", "UNTIL"), "a loop; or REPEAT A B P=n repeats lines"),
+    "REPEATB": "repeats a line",
+    "DEF": "variables",
+    "PROC": "head of a subprogram",
+    **dict.fromkeys(("RET", "M17"), "end of a subprogram"),
+    "EXTCALL": "calls a subprogram; of a path only the name counts",
+    "MCALL": "a drilling cycle, POCKET3, POCKET4, CYCLE76, CYCLE77 or a subprogram after every block with axes; "
+    "its values are read once",
+    "MSG": "message",
+    "SETAL": "alarm; 60000 to 61999 and 65500 to 67999 stop (VP027)",
+}
+#: Cycles that are executed.
+CYCLES: Final[Mapping[str, str]] = {
+    **dict.fromkeys(
+        ("CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE85", "CYCLE86", "CYCLE89", "CYCLE840"), "drilling"
+    ),
+    **dict.fromkeys(("HOLES1", "HOLES2", "CYCLE801"), "rows, circles, grids of places, each with the cycle of MCALL"),
+    "CYCLE800": "tilted planes",
+    "CYCLE832": "tolerances of corners",
+    "WORKPIECE": "the stock: drawn by `report`, named by the summary and --meta",
+    **dict.fromkeys(("POCKET1", "POCKET2", "POCKET3", "POCKET4"), "pockets: see Milling cycles"),
+    **dict.fromkeys(("SLOT1", "SLOT2", "LONGHOLE"), "slots: see Milling cycles"),
+    **dict.fromkeys(("CYCLE61", "CYCLE71"), "faces: see Milling cycles"),
+    **dict.fromkeys(("CYCLE76", "CYCLE77"), "spigots: see Milling cycles"),
+    **dict.fromkeys(("CYCLE62", "CYCLE72"), "contours: see Milling along a contour"),
 }
 #: Words that change how a control moves or watches, not the path, or that are always so here: see `dump moves`.
 NO_EFFECT: Final[Mapping[str, str]] = {
@@ -54,7 +173,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND"), "marks of the editor"),
 }  # fmt: skip
 #: Words that are known and not executed.
-REFUSED: Final[Mapping[str, str]] = {
+REFUSED_WORDS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("ASPLINE", "CSPLINE", "BAUTO", "BNAT", "BTAN", "EAUTO", "ENAT", "ETAN"), "splines through points: each control computes them in its own way; BSPLINE is executed"),
     **dict.fromkeys(("POLY", "PO", "POLYPATH", "INVCW", "INVCCW"), "polynomials and involutes"),
     **dict.fromkeys(("DIAMON", "DIAM90", "DIAMCYCOF", "DIAMCHAN", "LIMS", "G96", "G961", "G962", "G97", "G971", "G972", "G973", "SCC"), "lathe words"),
@@ -96,24 +215,8 @@ REFUSED: Final[Mapping[str, str]] = {
     "CONTOUR": "milling of contours by cycles; let the CAM system write the moves",
     **dict.fromkeys(("CYCLE87", "CYCLE88"), "cycles that stop for a person in the hole; write the moves with M5 and M0"),
 }  # fmt: skip
-#: Cycles that are executed.
-CYCLES: Final = (
-    "CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE85", "CYCLE86", "CYCLE89", "CYCLE840", "HOLES1", "HOLES2", "CYCLE801", "CYCLE800", "CYCLE832", "WORKPIECE",
-    "POCKET1", "POCKET2", "POCKET3", "POCKET4", "SLOT1", "SLOT2", "LONGHOLE", "CYCLE61", "CYCLE71", "CYCLE76", "CYCLE77", "CYCLE62", "CYCLE72",
-)  # fmt: skip
 #: Functions whose value is a frame.
 FRAME_FUNCTIONS: Final = ("CTRANS", "CROT", "CSCALE", "CMIRROR")
-#: Control statements that are executed.
-STATEMENTS: Final = (
-    "IF", "ELSE", "ENDIF", "FOR", "ENDFOR", "WHILE", "ENDWHILE", "LOOP", "ENDLOOP", "REPEAT", "REPEATB", "UNTIL", "GOTO", "GOTOF", "GOTOB", "GOTOC", "CASE",
-    "DEF", "PROC", "RET", "M17", "MCALL", "EXTCALL", "MSG", "SETAL",
-)  # fmt: skip
-#: Words with a value that are executed.
-ADDRESSES: Final = (
-    "X", "Y", "Z", "A", "B", "C", "U", "V", "W", "I", "J", "K", "I1", "J1", "K1", "CR", "AR", "AP", "RP", "TURN", "RPL", "PL", "PW", "SD", "A3", "B3", "C3", "F", "S", "T", "D",
-    "CUTMOD", "H", "M", "G", "L", "P", "N", "ADIS", "CTOL", "OTOL", "SPOS", "S1", "M1", "T1", "FP", "X1", "Y1", "Z1", "A1", "C1",
-    "RND", "RNDM", "CHF", "CHR", "FRC",
-)  # fmt: skip
 #: Names that stand for numbers of CYCLE832.
 CONSTANTS: Final[Mapping[str, float]] = {
     "_OFF": 0.0, "_FINISH": 1.0, "_SEMIFIN": 2.0, "_ROUGH": 3.0, "_PRECISION": 4.0, "_ORI_FINISH": 11.0, "_ORI_SEMIFIN": 12.0, "_ORI_ROUGH": 13.0, "_ORI_PRECISION": 14.0,
@@ -126,8 +229,8 @@ GROUP_OF: Final[Mapping[str, str]] = {word: group for group, words in GROUPS.ite
 
 def explain_refusal(name: str) -> str | None:
     """Why a word is not executed; None where it is, or is not known."""
-    if name in REFUSED:
-        return REFUSED[name]
+    if name in REFUSED_WORDS:
+        return REFUSED_WORDS[name]
     if _MANY_CYCLES.match(name) and name not in CYCLES:
         return "this cycle; let the CAM system write the moves"
     return None

@@ -18,12 +18,11 @@ from verne_post.gcode.siemens.vocabulary import (
     GROUP_OF,
     NO_EFFECT,
     STATEMENTS,
+    VALUE_MODES,
     explain_refusal,
 )
 
-#: How a value of an axis is meant, where G90 and G91 do not say.
-_MODES: Final = ("AC", "IC", "DC", "ACP", "ACN")
-#: Words that may have them.
+#: Words whose values may be meant otherwise than G90 and G91 say.
 MODAL_ADDRESSES: Final = (
     "X",
     "Y",
@@ -135,7 +134,7 @@ class WordReader:
             With the column of what does not fit, or is not executed.
         """
         words = Words(line)
-        while not cursor.ended:
+        while not cursor.is_at_end:
             self._read_word(cursor, words)
         return words
 
@@ -177,7 +176,7 @@ class WordReader:
     def _read_address(self, name: str, cursor: Cursor, at: int) -> Word:
         """The value of an address after ``=``."""
         mode = cursor.peek_name()
-        if mode in _MODES and name in MODAL_ADDRESSES:
+        if mode is not None and mode in VALUE_MODES and name in MODAL_ADDRESSES:
             begin = cursor.at
             cursor.name()
             if cursor.take("("):
@@ -337,12 +336,12 @@ def read_arguments(cursor: Cursor) -> tuple[Argument, ...]:
     begin = cursor.at
     cursor.expect("(", "")
     found: list[Argument] = []
-    depth, start, quoted, text = 0, cursor.at, False, cursor.text
+    depth, start, in_quotes, text = 0, cursor.at, False, cursor.text
     for at in range(cursor.at, len(text)):
         character = text[at]
         if character == '"':
-            quoted = not quoted
-        elif quoted:
+            in_quotes = not in_quotes
+        elif in_quotes:
             continue
         elif character in "([":
             depth += 1
@@ -366,6 +365,6 @@ def read_argument_values(arguments: tuple[Argument, ...], variables: Variables) 
             continue
         cursor = argument.make_cursor()
         values.append(read_value(cursor, variables))
-        if not cursor.ended:
+        if not cursor.is_at_end:
             raise cursor.error("VP001", "expected ',' or ')' after a value")
     return values

@@ -1,12 +1,14 @@
 """The senses of the joints of a chain in words: a wrong one passes every other check."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.kinematics.chain.carried import CarriedMachine
+from verne_post.kinematics.chain.hexapod import HexapodMachine
 from verne_post.kinematics.chain.sliding import SlidingMachine
 from verne_post.model.machine import Column, Machine
 
@@ -17,11 +19,22 @@ _STILL: Final = 1e-9
 
 
 def describe_senses(machine: Machine) -> Iterator[str]:
-    """What a positive step of each joint does, a line each, from joints at 0, or from home with struts or sliders."""
+    """What a positive step of each joint does, a line each, from joints at 0, or from home with struts or sliders.
+
+    Words that are no joints are those of the head that they mean.
+    """
     five_axis = machine.five_axis
-    still = five_axis.home if isinstance(five_axis, CarriedMachine | SlidingMachine) else np.zeros(len(machine.columns))
+    still = np.zeros(len(machine.columns))
+    if isinstance(five_axis, CarriedMachine | SlidingMachine | HexapodMachine):
+        still = five_axis.home
+    words = five_axis.nominal_chain if isinstance(five_axis, HexapodMachine) else None
     for k, column in enumerate(machine.columns):
-        yield f"{column.joint.upper()} {_STEP:+g}: {describe_sense(machine, still, k)}"
+        if column.driven or words is None:
+            sense = describe_sense(machine, still, k)
+        else:
+            columns = (*machine.columns[:3], *machine.columns[-2:])
+            sense = describe_sense(replace(machine, five_axis=words, columns=columns), np.zeros(5), k - len(still) + 5)
+        yield f"{column.joint.upper()} {_STEP:+g}: {sense}"
 
 
 def describe_sense(machine: Machine, here: Array, joint: int) -> str:

@@ -153,7 +153,12 @@ def find_errors(line: JointPath) -> tuple[str, ...]:
 
 
 def find_legal_branches(line: JointPath) -> Iterator[Branch]:
-    """Other branches on which the whole line keeps every limit, nearest first: the other table solution, turns of C."""
+    """Other branches on which the whole line keeps every limit, nearest first: the other table solution, turns of C.
+
+    None where no joint turns: then all branches are the same pose.
+    """
+    if not line.machine.columns[-1].driven:
+        return
     limited = bool(np.isfinite([line.machine.limits.lower[-1], line.machine.limits.upper[-1]]).any())
     turns = sorted(range(-TURNS, TURNS + 1), key=abs) if limited else [0]
     for flip, turn in sorted(product((0, 1), turns), key=lambda one: (abs(one[1]), one[0])):

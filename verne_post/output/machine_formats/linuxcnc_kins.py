@@ -1,4 +1,4 @@
-"""For LinuxCNC 2.9: the machine as a kinematics component in C, and a simulation of it (INI, HAL, tool table).
+"""For LinuxCNC 2.9 and 2.10: the machine as a kinematics component in C, and a simulation of it (INI, HAL, tool table).
 
 The C stands in ``kins/`` as it is compiled. Only ``machine.h`` is written here: the numbers of the machine file under
 their own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls.
@@ -49,6 +49,7 @@ def write_component(machine: Machine) -> dict[str, str]:
         "joints": "\n\n".join(_describe_joints(machine, ideal)),
         "velocity": repr(float(machine.limits.velocity[:3].min())),
         "acceleration": repr(float(machine.limits.acceleration[:3].min())),
+        "jerk": _ask_for_jerk(machine),
         "tip": repr(machine.accuracy.tip),
         "period": round(1e9 * machine.cycle),
         "loops": "\n".join(f"net motor{k} joint.{k}.motor-pos-cmd => joint.{k}.motor-pos-fb" for k in range(5)),
@@ -131,7 +132,23 @@ def _describe_axes(machine: Machine) -> Iterator[str]:
         ]
         lines.append(f"MAX_VELOCITY = {scale * limits.velocity[group].min():.12g}")
         lines.append(f"MAX_ACCELERATION = {scale * limits.acceleration[group].min():.12g}")
+        lines += _limit_jerk(scale * limits.jerk[group].min())
         yield "\n".join(lines)
+
+
+def _ask_for_jerk(machine: Machine) -> str:
+    """Lines of [TRAJ] with which LinuxCNC 2.10 keeps jerk: of every axis, or it takes none for an axis without."""
+    jerk = machine.limits.jerk
+    if not np.isfinite(jerk).all():
+        return "# an axis has no jerk limit in the machine file: the planner keeps none\nPLANNER_TYPE = 0"
+    return (
+        f"# 1: S-curve, in LinuxCNC 2.10; 2.9 reads no jerk\nPLANNER_TYPE = 1\nMAX_LINEAR_JERK = {jerk[:3].min():.12g}"
+    )
+
+
+def _limit_jerk(jerk: float) -> list[str]:
+    """The jerk limit of an axis or joint; an unlimited one has none."""
+    return [f"MAX_JERK = {jerk:.12g}"] if np.isfinite(jerk) else []
 
 
 def _describe_joints(machine: Machine, ideal: HybridMachine) -> Iterator[str]:
@@ -141,17 +158,13 @@ def _describe_joints(machine: Machine, ideal: HybridMachine) -> Iterator[str]:
         scale = abs(column.factor)
         yield "\n".join(
             [
-                f"# {column.joint}"
-                + (
-                    f"; its jerk limit, {scale * limits.jerk[k]:.12g}, is not known to LinuxCNC 2.9"
-                    if np.isfinite(limits.jerk[k])
-                    else ""
-                ),
+                f"# {column.joint}",
                 f"[JOINT_{k}]",
                 f"TYPE = {'LINEAR' if k < 3 else 'ANGULAR'}",
                 *_bound(low[k], high[k]),
                 f"MAX_VELOCITY = {scale * limits.velocity[k]:.12g}",
                 f"MAX_ACCELERATION = {scale * limits.acceleration[k]:.12g}",
+                *_limit_jerk(scale * limits.jerk[k]),
                 f"FERROR = {_FERROR}",
                 f"MIN_FERROR = {_FERROR}",
                 f"HOME = {home[k]:.12g}",

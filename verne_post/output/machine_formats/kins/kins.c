@@ -1,4 +1,4 @@
-/* Kinematics component for LinuxCNC 2.9: sudo halcompile --install FILE.c, beside machine.h, model.h and carrier.h.
+/* Kinematics component for LinuxCNC 2.9 and 2.10: sudo halcompile --install FILE.c, beside machine.h, model.h and carrier.h.
  *
  * Types of motion.switchkins-type: 0 tool-centre-point control (the world is the part on the table), 1 joints (x, y,
  * z, a, c are the five joints). Pins of the component:

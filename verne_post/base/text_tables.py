@@ -1,0 +1,25 @@
+"""Tables as aligned text and as HTML, as results print themselves at a prompt and in a notebook."""
+
+import html
+from collections.abc import Sequence
+
+
+def format_table(rows: Sequence[Sequence[str]]) -> str:
+    """Rows as aligned text."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    )
+
+
+def format_html_table(rows: Sequence[Sequence[str]]) -> str:
+    """Rows as an HTML table for notebooks, the first one the header; numbers stand to the right."""
+    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in rows[0])
+    body = "".join(
+        "<tr>" + "".join(f'<td style="text-align: {_align(cell)}">{html.escape(cell)}</td>' for cell in row) + "</tr>" for row in rows[1:]
+    )  # fmt: skip
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _align(cell: str) -> str:
+    return "right" if cell.replace(".", "").removeprefix("-").isdecimal() else "left"

@@ -1,0 +1,346 @@
+"""A platform that six legs hold: struts of variable length, or rods of fixed length on sliders, one actuator to a leg.
+
+Leg k goes from its joint b_k on the base, or on the slider at 0, to a_k on the platform. With the platform at P, turned by R:
+
+    away_k = P + R a_k - b_k,      strut: q_k = |away_k|,      rod: |away_k - q_k u_k| = L_k,
+
+    q_k = away_k.u_k - s_k sqrt(L_k^2 - |away_k|^2 + (away_k.u_k)^2)      on the side s_k on which home has the rod.
+
+So the inverse is closed form. Forward is Newton from home, or along the way of the actuators from home where that does not close.
+What counts is closed, has its rods on their sides and the sign of the Jacobian of home, and is turned no farther from home than the
+bound: sides and sign alone do not exclude other assemblies. Base frame of the file; mm, rad.
+"""
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import product
+from typing import Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array, Mask
+from verne_post.base.units import RAD_PER_DEG
+
+#: Legs may miss their lengths by this, mm: a Newton step on from there changes nothing that setpoints show.
+CLOSED: Final = 1e-9
+#: Newton ends where no step is longer than this share of the platform's mean radius.
+STILL: Final = 1e-14
+#: Newton steps at most, and the longest turn of one, rad: longer ones leave the assembly.
+STEPS: Final = 30
+LONGEST_TURN: Final = 0.3
+#: Steps of the actuators from home where Newton at once does not close.
+WALK: Final = 16
+#: Smallest measure of the Jacobian at home: a singular one is some 1e-17.
+SINGULAR: Final = 1e-6
+#: A rotation vector shorter than this, rad, turns by its first two orders: the third is beyond double precision.
+SMALL_TURN: Final = 1e-6
+#: How far from home the legs are tried when a machine is loaded: a share of the shortest leg, and a turn about each axis, rad.
+TRIED: Final = (-0.1, 0.0, 0.1)
+
+
+class SixLegs(Struct, frozen=True, dict=True, eq=False):
+    """Six legs.
+
+    Attributes
+    ----------
+    home : sequence of float
+        P (3,) where the platform has the directions of the base.
+    ends, feet : sequence of sequence of float
+        Joints on the platform, and on the base or on the sliders at 0, (6, 3).
+    largest_turn_deg : float
+        Assemblies that are turned farther from home are not the machine's.
+    rails : sequence of sequence of float or None
+        Directions of the rails (6, 3), of any length; None for struts.
+    rods : sequence of float or None
+        Lengths of the rods (6,); None for struts.
+    home_mm : sequence of float or None
+        About where the sliders are at home (6,): they choose the side of each rod on its rail.
+
+    Raises
+    ------
+    ValueError
+        In a sentence: at home a rod does not reach or the Jacobian is singular; around home the way there leads to another pose.
+    """
+
+    home: Sequence[float]
+    ends: Sequence[Sequence[float]]
+    feet: Sequence[Sequence[float]]
+    largest_turn_deg: float
+    rails: Sequence[Sequence[float]] | None = None
+    rods: Sequence[float] | None = None
+    home_mm: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        home, still = np.array(self.home, dtype=float), np.eye(3)
+        _values, drops2 = self.find_values(home, still)
+        if not (drops2 > 0).all():
+            k = int(np.argmin(drops2))
+            missing = math.sqrt(-drops2[k])
+            raise ValueError(
+                f"rods.{k}: at home it is {missing:.6g} mm too short to reach its rail"
+                if self.rods
+                else f"struts.{k} has no length at home"
+            )
+        measure = abs(float(self._measure(home, still)))
+        if not measure > SINGULAR:
+            raise ValueError(
+                f"at home the legs leave the platform free to move: their Jacobian is singular ({measure:.1g}); expected joints "
+                "or a home with which the legs hold it"
+            )
+        self._try_around_home()
+
+    def _try_around_home(self) -> None:
+        """Refuse legs whose actuators lead to another pose around home than the way from home does."""
+        steps = np.array(list(product(TRIED, repeat=6)))
+        steps = steps[np.abs(steps).sum(axis=-1) < 0.35]  # up to three of the six at once
+        position = self.home + self._shortest * steps[:, :3]
+        turn = turn_by(steps[:, 3:])
+        values, ok = self.inverse(position, turn)
+        position, turn, values = position[ok], turn[ok], values[ok]
+        for found, turned, reached in (self._follow(values), self.forward(values)):
+            if not reached.all() or max(np.abs(found - position).max(), np.abs(turned - turn).max()) > 1e3 * CLOSED:
+                raise ValueError(
+                    "around home the same actuators hold the platform in more than one place: home is no working pose"
+                )
+
+    # --- legs ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _ends(self) -> Array:
+        return np.array(self.ends, dtype=float)
+
+    @cached_property
+    def _feet(self) -> Array:
+        return np.array(self.feet, dtype=float)
+
+    @cached_property
+    def _rails(self) -> Array:
+        """Unit vectors along the rails (6, 3); 0 for struts."""
+        if self.rails is None:
+            return np.zeros((6, 3))
+        rails = np.array(self.rails, dtype=float)
+        return np.asarray(rails / np.linalg.norm(rails, axis=-1, keepdims=True))
+
+    @cached_property
+    def _sides(self) -> Array:
+        """1 where home has the platform's end ahead of the slider's along the rail, else -1; (6,)."""
+        along = ((np.array(self.home) + self._ends - self._feet) * self._rails).sum(axis=-1)
+        return np.where(along >= np.array(self.home_mm or np.zeros(6)), 1.0, -1.0)
+
+    @cached_property
+    def arm(self) -> float:
+        """Mean distance of the platform's joints from their middle, mm: what a turn counts by."""
+        return float(np.linalg.norm(self._ends - self._ends.mean(axis=0), axis=-1).mean())
+
+    @cached_property
+    def _shortest(self) -> float:
+        """Of the legs at home, mm."""
+        return float(np.linalg.norm(self.find_vectors(np.array(self.home, dtype=float), np.eye(3)), axis=-1).min())
+
+    def _turn_arms(self, turn: Array) -> Array:
+        """R a_k (..., 6, 3)."""
+        flat = turn.reshape(-1, 3) @ self._ends.T  # one product of many rows
+        return np.swapaxes(flat.reshape(*turn.shape[:-1], 6), -1, -2)
+
+    def _find_away(self, position: Array, turn: Array) -> Array:
+        return position[..., None, :] + self._turn_arms(turn) - self._feet
+
+    def find_values(self, position: Array, turn: Array) -> tuple[Array, Array]:
+        """Actuators (..., 6) at P (..., 3) turned by R (..., 3, 3), and squared drops of rods along their rails, or lengths of struts."""
+        return self._place_actuators(self._find_away(position, turn))
+
+    def _place_actuators(self, away: Array) -> tuple[Array, Array]:
+        """:meth:`find_values` of away (..., 6, 3)."""
+        square = sum_squares(away)
+        if self.rods is None:
+            return np.sqrt(square), square
+        x, y, z = self._rails.T
+        along = away[..., 0] * x + away[..., 1] * y + away[..., 2] * z
+        drops2 = np.array(self.rods) ** 2 - square + along**2
+        return along - self._sides * np.sqrt(np.maximum(drops2, 0.0)), drops2
+
+    def find_vectors(self, position: Array, turn: Array, values: Array | None = None) -> Array:
+        """Vectors along the legs (..., 6, 3), to the platform, with the actuators where the pose has them or at ``values`` (..., 6)."""
+        if values is None:
+            values = self.find_values(position, turn)[0]
+        return np.asarray(self._find_away(position, turn) - values[..., None] * self._rails)
+
+    def find_legs(self, position: Array, turn: Array, values: Array) -> tuple[Array, Array]:
+        """Ends of the legs at base and platform, each (..., 6, 3), with the actuators at ``values`` (..., 6)."""
+        foot = self._feet + values[..., None] * self._rails
+        return foot, foot + self.find_vectors(position, turn, values)
+
+    def find_rates(self, position: Array, turn: Array) -> Array:
+        """Derivatives (..., 6, 6) of the actuators by the platform's motion: velocity of P, and of turning, rad."""
+        unit, arms = self._find_units(position, turn)
+        rows = np.concatenate([unit, np.cross(arms, unit)], axis=-1)
+        return rows if self.rods is None else rows / (unit * self._rails).sum(axis=-1, keepdims=True)
+
+    def _find_units(self, position: Array, turn: Array) -> tuple[Array, Array]:
+        """Unit vectors along the legs, and arms R a_k, each (..., 6, 3)."""
+        arms = self._turn_arms(turn)
+        away = position[..., None, :] + arms - self._feet
+        return self._shorten(away, self._place_actuators(away)[0]), np.broadcast_to(arms, away.shape)
+
+    def _shorten(self, away: Array, values: Array) -> Array:
+        """Unit vectors along legs whose actuators stand at values (..., 6)."""
+        vectors = away if self.rods is None else away - values[..., None] * self._rails
+        return np.asarray(vectors / np.sqrt(sum_squares(vectors))[..., None])
+
+    # --- which poses are the machine's -------------------------------------------------------------------------------
+
+    def _scale_jacobian(self, position: Array, turn: Array) -> Array:
+        """Derivatives (..., 6, 6) of the legs' lengths by the platform's motion, turns about the middle of its joints times its radius."""
+        return self._scale_rows(*self._find_units(position, turn))
+
+    def _scale_rows(self, unit: Array, arms: Array) -> Array:
+        """:meth:`_scale_jacobian` of unit vectors along the legs and arms, (..., 6, 3)."""
+        rows = np.empty((*unit.shape[:-1], 6))
+        rows[..., :3] = unit
+        (a, b, c), (x, y, z) = (np.moveaxis(one, -1, 0) for one in (arms - arms.mean(axis=-2, keepdims=True), unit))
+        rows[..., 3], rows[..., 4], rows[..., 5] = b * z - c * y, c * x - a * z, a * y - b * x
+        rows[..., 3:] /= self.arm
+        return rows
+
+    def _measure(self, position: Array, turn: Array) -> Array:
+        """1 over the norm of the scaled Jacobian's inverse, with its sign: smooth through 0, at most its smallest singular value."""
+        matrix = self._scale_jacobian(position, turn)
+        determinant = np.linalg.det(matrix)
+        sound = np.isfinite(determinant) & (determinant != 0.0)
+        try:
+            inverse = np.linalg.inv(np.where(sound[..., None, None], matrix, np.eye(6)))
+        except np.linalg.LinAlgError:  # as singular as digits tell
+            return np.zeros(determinant.shape)
+        size = np.sqrt((inverse**2).sum(axis=(-2, -1)))
+        return np.where(sound, np.sign(determinant) / size, np.where(determinant == 0.0, 0.0, np.nan))
+
+    def measure(self, position: Array, turn: Array) -> Array:
+        """The same (...) with the sign against home."""
+        return self._home_sign * self._measure(position, turn)
+
+    @cached_property
+    def _home_sign(self) -> float:
+        return float(np.sign(self._measure(np.array(self.home, dtype=float), np.eye(3))))
+
+    def measure_conditioning(self, position: Array, turn: Array) -> tuple[Array, Array]:
+        """Reciprocal condition numbers of the scaled Jacobian, and of the rods' shares along the rails (1 for struts), each (...)."""
+        singular = np.linalg.svd(self._scale_jacobian(position, turn), compute_uv=False)
+        parallel = singular[..., -1] / singular[..., 0]
+        if self.rods is None:
+            return parallel, np.ones_like(parallel)
+        shares = np.abs((self._find_units(position, turn)[0] * self._rails).sum(axis=-1))
+        return parallel, shares.min(axis=-1) / shares.max(axis=-1)
+
+    def is_within(self, position: Array, turn: Array) -> Mask:
+        """Whether every leg reaches, and the platform is turned less from home than its bound."""
+        return self._is_within(turn, self.find_values(position, turn)[1])
+
+    def _is_within(self, turn: Array, drops2: Array) -> Mask:
+        cosine = 0.5 * (turn[..., 0, 0] + turn[..., 1, 1] + turn[..., 2, 2] - 1.0)
+        return np.asarray((drops2 > 0).all(axis=-1) & (cosine > math.cos(RAD_PER_DEG * self.largest_turn_deg)))
+
+    @np.errstate(all="ignore")
+    def inverse(self, position: Array, turn: Array) -> tuple[Array, Mask]:
+        """Actuators (..., 6) at P (..., 3) turned by R (..., 3, 3), NaN where not ok, and ok (...): the assembly of home."""
+        arms = self._turn_arms(turn)
+        away = position[..., None, :] + arms - self._feet
+        values, drops2 = self._place_actuators(away)
+        sign = np.linalg.det(self._scale_rows(self._shorten(away, values), np.broadcast_to(arms, away.shape)))
+        ok = self._is_within(turn, drops2) & np.isfinite(values).all(axis=-1) & (sign * self._home_sign > 0)
+        return np.where(ok[..., None], values, np.nan), np.asarray(ok)
+
+    def measure_cones(self, position: Array, turn: Array) -> tuple[Array, Array]:
+        """How far legs are turned from home in their joints, rad: on the base or slider, and on the platform, each (..., 6)."""
+        legs = self.find_vectors(position, turn)
+        first = self.find_vectors(np.array(self.home, dtype=float), np.eye(3))
+        return _measure_angles(legs, first), _measure_angles(legs @ turn, first)
+
+    # --- forward ---------------------------------------------------------------------------------------------------
+
+    def forward(self, values: Array) -> tuple[Array, Array, Mask]:
+        """P (..., 3), R (..., 3, 3) and ok (...) of actuators (..., 6): the assembly that home leads to; NaN where not ok."""
+        values = np.asarray(values, dtype=float)
+        flat = values.reshape(-1, 6)
+        with np.errstate(all="ignore"):
+            position, turn = self._assemble(*self._begin(len(flat)), flat)
+            ok = self._is_closed(position, turn, flat)
+            far = np.flatnonzero(~ok & np.isfinite(flat).all(axis=-1))
+            if len(far):
+                position[far], turn[far], ok[far] = self._follow(flat[far])
+        position[~ok], turn[~ok] = np.nan, np.nan
+        shape = values.shape[:-1]
+        return position.reshape(*shape, 3), turn.reshape(*shape, 3, 3), ok.reshape(shape)
+
+    def _begin(self, n: int) -> tuple[Array, Array]:
+        """P and R of home, n times."""
+        return np.tile(np.array(self.home, dtype=float), (n, 1)), np.tile(np.eye(3), (n, 1, 1))
+
+    @np.errstate(all="ignore")
+    def _follow(self, end: Array) -> tuple[Array, Array, Mask]:
+        """P, R and ok at actuators (n, 6), led there from home in steps from the actuators of home."""
+        position, turn = self._begin(len(end))
+        start = self.find_values(position, turn)[0]
+        for share in np.arange(1, WALK + 1) / WALK:
+            position, turn = self._assemble(position, turn, start + share * (end - start))
+        return position, turn, self._is_closed(position, turn, end)
+
+    def _is_closed(self, position: Array, turn: Array, values: Array) -> Mask:
+        """Whether poses (n,) are those of the actuators (n, 6), with every rod on the side of home, and the machine's."""
+        own, ok = self.inverse(position, turn)
+        vectors = self.find_vectors(position, turn, values)
+        lengths = np.linalg.norm(vectors, axis=-1)
+        if self.rods is None:
+            return np.asarray(ok & (np.abs(own - values) <= CLOSED).all(axis=-1))
+        on_side = ((vectors * self._rails).sum(axis=-1) * self._sides > 0).all(axis=-1)
+        return np.asarray(ok & on_side & (np.abs(lengths - np.array(self.rods)) <= CLOSED).all(axis=-1))
+
+    @np.errstate(all="ignore")
+    def _assemble(self, position: Array, turn: Array, values: Array) -> tuple[Array, Array]:
+        """Newton on the legs from poses (n,) on; rows that cannot move on stay."""
+        going, position, turn = np.arange(len(position)), position.copy(), turn.copy()
+        for _ in range(STEPS):
+            vectors = self.find_vectors(position[going], turn[going], values[going])
+            lengths = np.linalg.norm(vectors, axis=-1)
+            unit = vectors / lengths[..., None]
+            arms = self._turn_arms(turn[going])
+            rows = np.concatenate([unit, np.cross(arms, unit) / self.arm], axis=-1)
+            misfit = lengths - (values[going] if self.rods is None else np.array(self.rods))
+            determinant = np.linalg.det(rows)
+            sound = np.isfinite(determinant) & (determinant != 0.0)
+            going = going[sound]
+            step = np.linalg.solve(rows[sound], misfit[sound, :, None])[..., 0]
+            spin = np.linalg.norm(step[:, 3:], axis=-1, keepdims=True) / self.arm
+            step *= np.minimum(1.0, LONGEST_TURN / np.maximum(spin, SMALL_TURN))
+            position[going] -= step[:, :3]
+            turn[going] = turn_by(-step[:, 3:] / self.arm) @ turn[going]
+            going = going[np.abs(step).max(axis=-1, initial=0.0) > STILL * self.arm]
+            if not len(going):
+                break
+        return position, turn
+
+
+def turn_by(vector: Array) -> Array:
+    """Rotations (..., 3, 3) about and by vectors (..., 3), rad."""
+    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
+    small = angle < SMALL_TURN
+    safe = np.where(small, 1.0, angle)
+    x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
+    still = np.zeros_like(x)
+    rows = ((still, -z, y), (z, still, -x), (-y, x, still))
+    cross = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    first = np.where(small, 1.0, np.sin(safe) / safe)
+    second = np.where(small, 0.5, 2.0 * (np.sin(0.5 * safe) / safe) ** 2)
+    return np.asarray(np.eye(3) + first * cross + second * cross @ cross)
+
+
+def sum_squares(vector: Array) -> Array:
+    """Squared lengths (...) of vectors (..., 3)."""
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    return np.asarray(x * x + y * y + z * z)
+
+
+def _measure_angles(one: Array, other: Array) -> Array:
+    """Angles (...) between vectors (..., 3), rad."""
+    return np.arctan2(np.linalg.norm(np.cross(one, other), axis=-1), (one * other).sum(axis=-1))
