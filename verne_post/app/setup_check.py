@@ -48,7 +48,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
 
 
 def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
-    """VP505: cuts whose corners may be off by more than any machine tool has as a tolerance, because the program says so."""
+    """VP505: cuts with a programmed corner tolerance that is larger than any machine tool has."""
     for number, control in enumerate(moves.controls):
         for value, name in ((control.tolerance, "tip"), (control.axis_deg, "axis")):
             plausible = PLAUSIBLE[f"{name} tolerance"]

@@ -85,8 +85,8 @@ def _count_stops_within(contour: Contour) -> StopsWithin:
 def list_tool_lengths(program: Program) -> tuple[tuple[tuple[int, float], ...], bool]:
     """Number and length (mm) of each tool in the order of their use, and whether some rapids have no length.
 
-    Programs go to a tool change without a length, and come from it before the next G43: that is said once, and is no length
-    of the tool. A length 0 is, where the tool feeds with it or has no other.
+    Programs go to a tool change without a length, and come from it before the next G43. The summary reports that once;
+    it is no length of the tool. A length 0 is one where the tool feeds with it or has no other.
     """
     path, moves = program.path, program.moves
     feeds: dict[tuple[int, float], bool] = {}

@@ -55,7 +55,7 @@ def _check_rods(value: list[CarrierRodFile] | None) -> None:
 
 
 class CarrierFile(Table, frozen=True, kw_only=True):
-    """[carrier]: three struts and a central leg; six rods on three sliders; or six struts, or six rods on sliders of their own."""
+    """[carrier]: three struts and a central leg; six rods on three sliders; six struts; or six rods and sliders."""
 
     checks: ClassVar[Checks] = {"rods": _check_rods}
 

@@ -205,15 +205,15 @@ def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterat
                "and part = []; a central leg over a rotary table is not executed yet")  # fmt: skip
 
 
-#: What the two angles of a machine without rotary joints may do, per s, s2, s3: nothing drives them, so more than any program asks
-#: for but where the tool passes upright.
+#: Limits of the two angles of a machine without rotary joints, per s, s2, s3. Nothing drives them, so they exceed what
+#: any program needs, except where the tool passes upright.
 _ANGLE_VELOCITY: Final = 1e4
 _ANGLE_ACCELERATION: Final = 1e7
 _ANGLE_JERK: Final = 1e10
 
 
 def _add_words(file: ChainMachineFile) -> tuple[list[str], dict[str, JointFile]]:
-    """``chain.tool`` and the joints, with words that are no joints as those of a head through the gauge point: C, and A or B on it."""
+    """``chain.tool`` and the joints, with words as joints of a head through the gauge point: C, and A or B on it."""
     chain = file.chain
     if chain.words is None:
         return chain.tool, file.joints

@@ -1,6 +1,7 @@
 """Modal groups of G and M codes, what each code does, and the words that it uses. G numbers are times ten.
 
-A code that is in no group cannot be executed. docs/make_words.py makes the tables of docs/gcode.md of this. Another dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
+A code that is in no group cannot be executed. docs/make_words.py makes the tables of docs/gcode.md from this. Another
+dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
 """
 
 from collections.abc import Iterable, Mapping

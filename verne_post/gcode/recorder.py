@@ -278,7 +278,7 @@ class Recorder(Struct):
         return row
 
     def add_run(self, modes: Modes, line: int, kind: MoveKind, end: RunEnds, feed: float, *, is_counted: bool) -> None:
-        """Record straight moves that differ only in their ends, of lines from ``line`` on (``is_counted``) or of one."""
+        """Record straight moves that differ only in their ends, of lines from ``line`` (``is_counted``) or of one."""
         if len(self.rows) > _KEPT_ROWS:
             self._flush(len(self.rows))
         shared_columns = (kind, feed, *self._record_modes(modes), -1, -1, modes.tool_axis or _NO_TOOL_AXIS, np.nan)

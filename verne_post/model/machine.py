@@ -20,9 +20,8 @@ from verne_post.model.vibration import Vibration
 class Column:
     """How an actuated joint is written: ``file value = inside value * factor``.
 
-    The factor carries the unit (degrees) and the sense of the machine file (sign); ``code`` is the
-    finding code of this joint's travel. Where a machine has no joint of that name, and the number only says where the tool
-    points, it is not ``driven``.
+    The factor carries the unit (degrees) and the sense of the machine file (sign); ``code`` is the finding code of this
+    joint's travel. A column that is not ``driven`` is no joint: its number only tells where the tool points.
     """
 
     joint: str

@@ -122,7 +122,7 @@ def _choose_remedy(item: Finding) -> str:
 
 
 def _name_program(remedy: str, program: str) -> str:
-    """Put the program where a remedy has INPUT, so that the command can be pasted; standard input has no name to put there."""
+    """Put the program in place of a remedy's INPUT, to be pasted; standard input has no name to put there."""
     if program == "<stdin>":
         return remedy
     remedy = remedy.replace("setup INPUT", f"setup {shlex.quote(program)}")

@@ -159,10 +159,10 @@ def _seek_least(
     cells: Cells, normals: Array, motions: tuple[Motion, ...], body: tuple[int, str] | tuple[()], seen: Spot,
     accelerate: bool,
 ) -> tuple[Spot, float]:  # fmt: skip
-    """The place of cells that is nearest to one body that touches them, or to all, and what none of them is nearer than.
+    """The place of cells nearest to one body that touches them, or to all, and a lower bound of the distance.
 
-    What is ``seen`` is improved by looking again where it may be nearer. Nothing is sought below what no place can reach, nor for
-    less than a share of the depth.
+    ``seen`` is improved where cells may be nearer. The search stops at the deepest possible place, and at a gain below
+    a share of the depth.
     """
     own, parts = ((motions[body[0]],), (body[1],)) if body else (motions, ())
     pieces = [piece for motion in own for piece in motion.pieces if not parts or piece.part in parts]

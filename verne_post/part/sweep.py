@@ -71,8 +71,8 @@ def find_nearest(
     parts : tuple of str
         Parts of the tool that count; all where empty.
     slack : float
-        Distances may be above the least ones by this, mm. Under a face that is slid along, thousands of rows are equally near but
-        for the rounding of rows, and need not all be looked at.
+        Distances may be above the least ones by this, mm. Below a face that the tool slides along, thousands of rows
+        are equally near except for rounding, and need not all be looked at.
     accelerate : bool
         Use numba where it is installed.
     """
@@ -206,7 +206,7 @@ def _drop_far(
 def bound_stretches(
     motion: Motion, piece: Piece, point: Array, level: Level, owner: Ints, node: Ints
 ) -> tuple[Array, list[tuple[Ints, Array]]]:
-    """Lower bounds (m,) of the distance over whole nodes, by tangents to the straight motion between their ends and how it is bent.
+    """Lower bounds (m,) of the distance over whole nodes, by tangents to their straight motion and its bend.
 
     -inf where that is much. Also both ends: their rows (m,), and the distances there (m,).
     """
@@ -222,7 +222,7 @@ def bound_stretches(
 
 
 def bound_bend(level: Level, node: Ints, move: Array, turn: Array, far: Array) -> Array:
-    """By how much points no farther than ``far`` (m,) from the tip may be off their straight relative path over nodes, mm."""
+    """Bound, mm, of how far points within ``far`` (m,) of the tip are off their straight relative path over nodes."""
     length, angle = np.linalg.norm(move, axis=1), np.linalg.norm(turn, axis=1)
     bent = level.tip_bend[node] + level.chord_bend[node] * (far + level.tip_bend[node])
     return bent + BOW_SHARE * (2.0 * length * angle + angle * angle * far)
@@ -284,7 +284,7 @@ def find_crossing(f0: Array, g0: Array, f1: Array, g1: Array, width: Array) -> A
 
 
 def find_lowest(f0: Array, g0: Array, f1: Array, g1: Array) -> Array:
-    """The least value (m,) that a convex function with these tangents at both ends of an interval of length 1 can have."""
+    """The least value (m,) of a convex function on [0, 1] with these values and tangents at both ends."""
     between = f0 + g0 * find_crossing(f0, g0, f1, g1, np.ones(len(f0)))
     return np.where(g0 >= 0, f0, np.where(g1 <= 0, f1, between))
 

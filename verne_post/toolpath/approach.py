@@ -70,7 +70,7 @@ def find_joints_of_place(machine: Machine, place: Place, option: str) -> Array:
 
 
 def _require_own_turn(machine: Machine, q: Array, option: str) -> None:
-    """Refuse actuators (n_joints,) that turn the platform about the tool otherwise than rows do: they would jump at the first one."""
+    """Refuse actuators (n_joints,) with another turn about the tool axis than rows have: they would jump at once."""
     tip, angles, ok = machine.five_axis.find_nominal_pose(q, 0.0)
     own = machine.five_axis.find_joints(tip, angles, 0.0)
     n = len(machine.actuators)

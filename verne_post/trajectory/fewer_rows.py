@@ -25,7 +25,7 @@ PLACES_IN_STEP: Final = 64
 def try_fewer_rows(task: SectionTask, s: Array, most: int = tuning.FEW_ROWS, rounds: int = 1) -> Array:
     """Path parameters of as few rows as are found inside every limit, from such rows s (n,), from rest to rest.
 
-    Sections of more than ``most`` rows stay as they are. Rows that are spread over a cycle less are shifted in ``rounds``.
+    Sections of more than ``most`` rows stay as they are. Rows spread over a cycle less are shifted in ``rounds``.
     """
     crowded = len(task.section.breaks) - 1 > tuning.CROWDED_ELEMENTS * len(s)
     while HELD_ROWS < len(s) <= most:

@@ -25,7 +25,7 @@ _PLACES: Final = 8
 SLACK_SHARE: Final = 0.9
 #: A stretch of at least so many rows that cannot be made faster whole is tried in halves.
 _SPLIT_ROWS: Final = 8
-#: Two stretches that lose less than a row each are tried as one over at most so many rows: a longer block has 1 % to spare.
+#: Two stretches that lose less than a row each are tried as one of at most so many rows; longer ones can lose 1 %.
 _JOINED_ROWS: Final = 200
 #: A change of the feed rate is evened out over so many rows, tried in turn: fewer lose less time, more take less jerk.
 EVEN_ROWS: Final = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
@@ -47,7 +47,7 @@ def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
 
 
 def _list_stretches(task: SectionTask, z: Array, timed: Mask) -> list[tuple[int, int]]:
-    """First and last rows of stretches of z (n,) that are slower than the feed rate, on ``timed`` elements (m,) alone."""
+    """First and last rows of stretches of z (n,) slower than the feed rate, on ``timed`` elements (m,) alone."""
     rows = JointRows.build(task, z)
     step = np.diff(z)
     slow = step < tuning.FEED_REACHED * task.cycle * rows.cap
@@ -62,7 +62,7 @@ def _list_stretches(task: SectionTask, z: Array, timed: Mask) -> list[tuple[int,
 
 
 def _shorten(task: SectionTask, z: Array, stretches: list[tuple[int, int]], split: int) -> Array:
-    """Rows z (n,) in which each stretch, or halves of those with ``split`` rows and more, has as few rows as are found legal."""
+    """Rows z (n,) with as few rows as are legal in each stretch, or in halves from ``split`` rows on."""
     parts, done = list[Array](), 0
     stretches = stretches[::-1]
     while stretches:

@@ -1,8 +1,8 @@
 """Rows of rest where one section ends and the next begins: as few as the joints need where the feed rate is a time.
 
-Differences reach over four rows. With three rows at the standstill none of them sees the end of one motion and the beginning
-of the next, so both are planned by themselves. But two cycles of rest are all that a block with a time may be late. There
-the joints are looked at across the standstill, and rows that they do not need are left out.
+Differences reach over four rows. With three rows at the standstill none of them covers the end of one motion and the
+beginning of the next, so both are planned by themselves. But a block with a time may be late by two cycles of rest at
+most. There the joints are checked across the standstill, and rows that they do not need are left out.
 """
 
 from collections.abc import Callable

@@ -80,9 +80,9 @@ class Effort(Struct, frozen=True, kw_only=True):
 #: less. With a coarser end, a sharp corner between long lines was up to 24 ms slower than a stop, depending on the
 #: places of the knots. A profile near the second-order bound has little to gain. Without the second pass, finely
 #: divided programs take 11 % less CPU; of 400 random ones none takes more than 0.13 % longer (0.5 % where
-#: ``near_bound`` is 1.2). A single sharp corner between long lines loses 0.1 to 0.8 ms more. With ``hopeless`` rows given
-#: up, random moves of 0.2 to 5 mm take 13 % less CPU at cycles of 4 to 10 ms, and 0 to 0.8 % less time; with 1.1, another
-#: 0.1 to 0.4 % less time, and as much CPU as without.
+#: ``near_bound`` is 1.2). A single sharp corner between long lines loses 0.1 to 0.8 ms more. With ``hopeless`` rows
+#: given up, random moves of 0.2 to 5 mm take 13 % less CPU at cycles of 4 to 10 ms, and 0 to 0.8 % less time; with 1.1,
+#: another 0.1 to 0.4 % less time, and as much CPU as without.
 NORMAL: Final = Effort(
     passes=(
         PassSettings(

@@ -137,7 +137,7 @@ class Outline:
             yield self._make_symbol(name, lsp.SymbolKind.Event, begin, after - 1)
 
     def _find_head(self, change: int, operations: Sequence[lsp.DocumentSymbol]) -> int:
-        """Where the lines of a tool begin: at the remark before its change, where all motion of that operation comes after."""
+        """The begin of a tool's lines: the remark before its change, if all motion of that operation comes after."""
         of_change = next((one.range for one in operations if one.range.start.line < change <= one.range.end.line), None)
         if of_change is None:
             return change

@@ -27,7 +27,8 @@ _Builder = Callable[["KlartextPaths", Statement, Words, "Target"], Arc | None]
 class Target(Struct):
     """Where a path function leads.
 
-    ``start`` and ``end`` are nine axes of the frame (mm, degrees); ``axes`` those that are named, ``turns``: a rotary one is.
+    ``start`` and ``end`` are nine axes of the frame (mm, degrees); ``axes`` are named; ``turns``: a rotary one is
+    named.
     """
 
     start: list[float]

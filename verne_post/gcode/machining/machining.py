@@ -100,7 +100,7 @@ class Machining:
     # --- feed --------------------------------------------------------------------------------------
 
     def find_lacking(self, *, given: bool = True, turns_itself: bool = False) -> Lacking | None:
-        """What a feed move would lack: feed rate, tool length; per revolution also a constant or turning spindle.
+        """What a feed move would lack: feed rate, tool length; per revolution also a constant, turning spindle.
 
         The language says it in its own words. ``given``: its block has an F of its own, as inverse-time feed needs it;
         ``turns_itself``: a cycle that switches the spindle on.
@@ -141,7 +141,7 @@ class Machining:
         self.state.arc_feed = rule
 
     def find_arc_feed_share(self, on_contour: float) -> float:
-        """Feed rate of the tool's centre over F on an arc, by the rule in force; ``on_contour`` is F's there."""
+        """Feed rate of the tool's centre over F on an arc, by the rule in force; ``on_contour``: with F there."""
         share = self.state.arc_feed.share(on_contour)
         self.recorder.note_arc_feed(self.state.arc_feed, share)
         return share

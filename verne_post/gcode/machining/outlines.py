@@ -20,7 +20,7 @@ _HALF: Final = 180.0
 
 
 class Leg(Struct, frozen=True):
-    """A line or arc of a path: its end; an arc turns about ``center`` by ``sweep`` degrees, positive to the left."""
+    """A line or arc to ``end``; an arc turns about ``center`` by ``sweep`` degrees, counter-clockwise positive."""
 
     end: Point
     center: Point | None = None

@@ -94,8 +94,8 @@ def record_carried(
     """Record a RAPID or FEED move that turns the table; at a feed rate it takes as long as ``size`` at F.
 
     ``size`` is in mm or degrees. The move is straight if ``points`` (n, 9), at even shares of it, are within
-    ROTARY_CHORD_MM of the straight line, else of the kind ``carried_kind``. ``held_axis`` is the point that stands still
-    in a SWING, mm.
+    ROTARY_CHORD_MM of the straight line, else of the kind ``carried_kind``. ``held_axis`` is the point that stands
+    still in a SWING, mm.
     """
     state = core.state
     tip, shares = points[:, :3], np.linspace(0.0, 1.0, len(points))[:, None]

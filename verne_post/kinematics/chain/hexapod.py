@@ -1,17 +1,19 @@
-"""A five-axis machine without rotary joints: a platform that six legs hold carries the spindle, and the part stands still.
+"""A five-axis machine without rotary joints: six legs hold the platform with the spindle; the part stands still.
 
-A program says five of the platform's six motions. The sixth, a turn about the tool axis that no tool shows, is resolved once for
-all: with w0 the tool axis at home and w where the program wants it, both in the base frame, and s a constant of the machine file,
+A program gives five of the platform's six motions. The sixth, a turn about the tool axis that no tool shows, is fixed
+once for all: with w0 the tool axis at home and w the programmed one, both in the base frame, and s a constant of the
+machine file,
 
     R = R(w0 -> w) R(w0, s),      R(w0 -> w) v = v + k x v + k x (k x v) / (1 + w0.w),      k = w0 x w,
 
-the shortest turn from home. It is smooth but for w opposite to w0, which the bound on turn excludes. The gauge point G of the tool
-says P = G - R g, and each leg then has its actuator in closed form.
+the shortest turn from home. It is smooth except for w opposite to w0, which the bound on turn excludes. The gauge point
+G of the tool gives P = G - R g, and each leg then has its actuator in closed form.
 
-Words are those of a head with both rotary joints through the gauge point, on linear axes along those of the part: machine
-coordinates are where the gauge point is, and A and C where the tool points. The last two joint values are these two angles; nothing
-drives them, and the legs alone say where the tool is. All vectors are in the polar frame of the two words, as in
-:mod:`~verne_post.kinematics.chain.machine`, but for those of the legs, which are in the base frame of the file. mm and rad.
+Words are those of a head with both rotary joints through the gauge point, on linear axes along those of the part:
+machine coordinates are the place of the gauge point, and A and C the direction of the tool. The last two joint values
+are these two angles; nothing drives them, and the legs alone determine the place of the tool. Vectors are in the polar
+frame of the two words, as in :mod:`~verne_post.kinematics.chain.machine`; those of the legs are in the base frame of
+the file. mm and rad.
 """
 
 from functools import cached_property
@@ -32,7 +34,7 @@ from verne_post.model.protocols import Margin, WholeSolution
 
 
 class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
-    """Implements the ``FiveAxis`` protocol and ``RodModule``; joints are six actuators, and the angles of the two words.
+    """Implements ``FiveAxis`` and ``RodModule``; joints are six actuators, and the angles of the two words.
 
     Attributes
     ----------
@@ -142,13 +144,13 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
         return q, self._draw_platform(position, turn), ok
 
     def explain_unreachable(self, tip: Array, angles: Array, tool_length: Array | float) -> list[str]:
-        """Finding codes of poses (m, 3), (m, 2) without a solution: beyond a singularity within the bound on turn, or out of reach."""
+        """Finding codes of poses (m, 3), (m, 2) without a solution: VP203 beyond a singularity, VP110 out of reach."""
         with np.errstate(all="ignore"):
             within = self.legs.is_within(*self._find_platform_pose(tip, np.asarray(angles, dtype=float), tool_length))
         return ["VP203" if one else "VP110" for one in within]
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
-        """The solution in use of one pose (3,), (3,) in the polar frame; other turns about the tool axis are no solutions of the machine."""
+        """The used solution of a pose (3,), (3,) in the polar frame; turns about the tool axis are no solutions."""
         tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         q, _position, _turn, ok = self._solve(tip, np.array([tilt, turn]), tool_length)
@@ -162,11 +164,11 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
         q, _position, _turn, ok = self._solve(*convert_axis_to_angles(tip, axis, tool_length), tool_length)
         return q, ok
 
-    # --- joints to poses ------------------------------------------------------------------------------------------------
+    # --- joints to poses -----------------------------------------------------------------------------------
 
     @np.errstate(all="ignore")
     def measure(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Array, Mask]:
-        """Tip (..., 3), nominal angles (..., 2) with A in [0, pi], tool axis (..., 3), and ok (...) of joint values (..., 8).
+        """Tip (..., 3), nominal angles (..., 2) with A in [0, pi], tool axis (..., 3) and ok (...) of q (..., 8).
 
         The legs say it all; the last two values choose the turn of C, and C itself where the tool stands upright.
         """
@@ -219,7 +221,7 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
         rates[..., 6, 3] = rates[..., 7, 4] = 1.0
         return rates
 
-    # --- bodies and pictures: z down, the part stands still ---------------------------------------------------------------
+    # --- bodies and pictures: z down, the part stands still -------------------------------------------------
 
     def _draw_platform(self, position: Array, turn: Array) -> Platform:
         gauge = (position + turn @ self._arm - self.part_zero) @ self.to_polar.T
@@ -315,5 +317,5 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
         return first, last
 
     def sketch(self, q: Array, platform: Platform) -> Array:
-        """Legs (n, 6, 2, 3) for a picture, base frame with z down; sliders stand where q has them, whatever the rods reach."""
+        """Legs (n, 6, 2, 3) for a picture, base frame with z down; sliders stand at q, whatever the rods reach."""
         return np.stack(self.find_rod_ends(q[..., :6], platform), axis=-2)

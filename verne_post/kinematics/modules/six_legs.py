@@ -1,14 +1,16 @@
 """A platform that six legs hold: struts of variable length, or rods of fixed length on sliders, one actuator to a leg.
 
-Leg k goes from its joint b_k on the base, or on the slider at 0, to a_k on the platform. With the platform at P, turned by R:
+Leg k goes from its joint b_k on the base, or on the slider at 0, to a_k on the platform. With R turning the platform at
+P,
 
     away_k = P + R a_k - b_k,      strut: q_k = |away_k|,      rod: |away_k - q_k u_k| = L_k,
 
     q_k = away_k.u_k - s_k sqrt(L_k^2 - |away_k|^2 + (away_k.u_k)^2)      on the side s_k on which home has the rod.
 
-So the inverse is closed form. Forward is Newton from home, or along the way of the actuators from home where that does not close.
-What counts is closed, has its rods on their sides and the sign of the Jacobian of home, and is turned no farther from home than the
-bound: sides and sign alone do not exclude other assemblies. Base frame of the file; mm, rad.
+So the inverse is closed form. The forward solution is Newton from home, or along the way of the actuators from home
+where that does not close. A solution counts if it closes, has its rods on their sides and the sign of the Jacobian of
+home, and is turned no farther from home than the bound: sides and sign alone do not exclude other assemblies. Base
+frame of the file; mm, rad.
 """
 
 import math
@@ -36,7 +38,7 @@ WALK: Final = 16
 SINGULAR: Final = 1e-6
 #: A rotation vector shorter than this, rad, turns by its first two orders: the third is beyond double precision.
 SMALL_TURN: Final = 1e-6
-#: How far from home the legs are tried when a machine is loaded: a share of the shortest leg, and a turn about each axis, rad.
+#: Distances from home at which loading tries the legs: a share of the shortest leg, and a turn about each axis, rad.
 TRIED: Final = (-0.1, 0.0, 0.1)
 
 
@@ -61,7 +63,8 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
     Raises
     ------
     ValueError
-        In a sentence: at home a rod does not reach or the Jacobian is singular; around home the way there leads to another pose.
+        In a sentence: at home a rod does not reach or the Jacobian is singular; or the way around home leads to another
+        pose.
     """
 
     home: Sequence[float]
@@ -148,7 +151,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         return position[..., None, :] + self._turn_arms(turn) - self._feet
 
     def find_values(self, position: Array, turn: Array) -> tuple[Array, Array]:
-        """Actuators (..., 6) at P (..., 3) turned by R (..., 3, 3), and squared drops of rods along their rails, or lengths of struts."""
+        """Actuators (..., 6) at P (..., 3) turned by R (..., 3, 3); squared drops of rods, or lengths of struts."""
         return self._place_actuators(self._find_away(position, turn))
 
     def _place_actuators(self, away: Array) -> tuple[Array, Array]:
@@ -162,7 +165,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         return along - self._sides * np.sqrt(np.maximum(drops2, 0.0)), drops2
 
     def find_vectors(self, position: Array, turn: Array, values: Array | None = None) -> Array:
-        """Vectors along the legs (..., 6, 3), to the platform, with the actuators where the pose has them or at ``values`` (..., 6)."""
+        """Vectors along the legs (..., 6, 3), to the platform, with actuators of the pose or at ``values`` (..., 6)."""
         if values is None:
             values = self.find_values(position, turn)[0]
         return np.asarray(self._find_away(position, turn) - values[..., None] * self._rails)
@@ -192,7 +195,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
     # --- which poses are the machine's -------------------------------------------------------------------------------
 
     def _scale_jacobian(self, position: Array, turn: Array) -> Array:
-        """Derivatives (..., 6, 6) of the legs' lengths by the platform's motion, turns about the middle of its joints times its radius."""
+        """Derivatives (..., 6, 6) of leg lengths by the platform's motion, turns about the joints' middle scaled."""
         return self._scale_rows(*self._find_units(position, turn))
 
     def _scale_rows(self, unit: Array, arms: Array) -> Array:
@@ -205,7 +208,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         return rows
 
     def _measure(self, position: Array, turn: Array) -> Array:
-        """1 over the norm of the scaled Jacobian's inverse, with its sign: smooth through 0, at most its smallest singular value."""
+        """Signed 1 over the norm of the scaled Jacobian's inverse, at most its least singular value; smooth at 0."""
         matrix = self._scale_jacobian(position, turn)
         determinant = np.linalg.det(matrix)
         sound = np.isfinite(determinant) & (determinant != 0.0)
@@ -225,7 +228,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         return float(np.sign(self._measure(np.array(self.home, dtype=float), np.eye(3))))
 
     def measure_conditioning(self, position: Array, turn: Array) -> tuple[Array, Array]:
-        """Reciprocal condition numbers of the scaled Jacobian, and of the rods' shares along the rails (1 for struts), each (...)."""
+        """Reciprocal condition numbers (...) of the scaled Jacobian, and of rod shares along rails (1 for struts)."""
         singular = np.linalg.svd(self._scale_jacobian(position, turn), compute_uv=False)
         parallel = singular[..., -1] / singular[..., 0]
         if self.rods is None:
@@ -243,7 +246,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
 
     @np.errstate(all="ignore")
     def inverse(self, position: Array, turn: Array) -> tuple[Array, Mask]:
-        """Actuators (..., 6) at P (..., 3) turned by R (..., 3, 3), NaN where not ok, and ok (...): the assembly of home."""
+        """Actuators (..., 6) of home's assembly at P (..., 3) turned by R (..., 3, 3), NaN if not ok; and ok (...)."""
         arms = self._turn_arms(turn)
         away = position[..., None, :] + arms - self._feet
         values, drops2 = self._place_actuators(away)
@@ -252,7 +255,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         return np.where(ok[..., None], values, np.nan), np.asarray(ok)
 
     def measure_cones(self, position: Array, turn: Array) -> tuple[Array, Array]:
-        """How far legs are turned from home in their joints, rad: on the base or slider, and on the platform, each (..., 6)."""
+        """Turns of legs in their joints from home, rad: on the base or slider, and on the platform, each (..., 6)."""
         legs = self.find_vectors(position, turn)
         first = self.find_vectors(np.array(self.home, dtype=float), np.eye(3))
         return _measure_angles(legs, first), _measure_angles(legs @ turn, first)
@@ -260,7 +263,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
     # --- forward ---------------------------------------------------------------------------------------------------
 
     def forward(self, values: Array) -> tuple[Array, Array, Mask]:
-        """P (..., 3), R (..., 3, 3) and ok (...) of actuators (..., 6): the assembly that home leads to; NaN where not ok."""
+        """P (..., 3), R (..., 3, 3) and ok (...) of actuators (..., 6), in the assembly of home; NaN if not ok."""
         values = np.asarray(values, dtype=float)
         flat = values.reshape(-1, 6)
         with np.errstate(all="ignore"):
@@ -287,7 +290,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         return position, turn, self._is_closed(position, turn, end)
 
     def _is_closed(self, position: Array, turn: Array, values: Array) -> Mask:
-        """Whether poses (n,) are those of the actuators (n, 6), with every rod on the side of home, and the machine's."""
+        """Whether poses (n,) belong to actuators (n, 6), with every rod on its side at home, and are the machine's."""
         own, ok = self.inverse(position, turn)
         vectors = self.find_vectors(position, turn, values)
         lengths = np.linalg.norm(vectors, axis=-1)
