@@ -52,7 +52,7 @@ class Language:
         return 0
 
     @classmethod
-    def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
+    def leave_to_reader(cls, text: bytes, words: WordTable, setup: Setup) -> Ints:
         """Lines of a chunk, from 0, that mean more than their words, so that only the exact reader can read them."""
         return np.empty(0, dtype=np.int32)
 
@@ -195,7 +195,7 @@ class ProgramText(ChunkedText):
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
         """Split the lines of a chunk into words."""
         words = split_words(first_line, text)
-        words.plain[self.language.leave_to_reader(text, self.setup)] = False
+        words.plain[self.language.leave_to_reader(text, words, self.setup)] = False
         return Chunk(first_line, text, PlainLines(words, self.setup, others=plain_arcs.WORDS), words)
 
     def read_line(self, line: int) -> bytes:

@@ -111,22 +111,7 @@ def read_cycle(s: Statement) -> Cycle:
     ProgramError
         For a kind or a word that is not known, or a number that is missing.
     """
-    words = list(s.words)
-    kind = words.pop(0).upper() if words else ""
-    kind = _OTHER_NAMES.get(kind, kind)
-    if kind == "DRILL" and words and words[0].upper() in _KINDS:  # CYCLE/DRILL,DEEP
-        kind = words.pop(0).upper()
-    if kind not in _KINDS:
-        raise ProgramError(
-            "VP002", f"CYCLE/{kind} is not executed; expected {', '.join(_KINDS)} or OFF", s.find_column(kind)
-        )
-    way = words.pop(0).upper() if kind == "TAP" and words and words[0].upper() in _TAPS else ""
-    if way == "BRKCHP":
-        raise ProgramError(
-            "VP002",
-            "CYCLE/TAP,BRKCHP is not executed: the post-processor decides how far the tap goes back; write TAP, or TAP,DEEP",
-            s.find_column(way),
-        )
+    kind, way, words = _read_kind(s)
     meanings = _MEANINGS | _OF_THREADS if kind == "TAP" else _MEANINGS
     words = _name_numbers(words, of_thread=kind == "TAP")
     values: dict[str, float] = {}
@@ -169,6 +154,27 @@ def read_cycle(s: Statement) -> Cycle:
         values["DWELL"] = 0.0
     thread = _read_thread(values, floats=way == "FLOAT") if kind == "TAP" else None
     return Cycle(kind, depth, clear, retract, values.get("FIRST", step), step, values.get("DWELL"), feed, thread)
+
+
+def _read_kind(s: Statement) -> tuple[str, str, list[str]]:
+    """The kind of a cycle, in which way a thread is tapped, and the words after them."""
+    words = list(s.words)
+    kind = words.pop(0).upper() if words else ""
+    kind = _OTHER_NAMES.get(kind, kind)
+    if kind == "DRILL" and words and words[0].upper() in _KINDS:  # CYCLE/DRILL,DEEP
+        kind = words.pop(0).upper()
+    if kind not in _KINDS:
+        raise ProgramError(
+            "VP002", f"CYCLE/{kind} is not executed; expected {', '.join(_KINDS)} or OFF", s.find_column(kind)
+        )
+    way = words.pop(0).upper() if kind == "TAP" and words and words[0].upper() in _TAPS else ""
+    if way == "BRKCHP":
+        raise ProgramError(
+            "VP002",
+            "CYCLE/TAP,BRKCHP is not executed: the post-processor decides how far the tap goes back; write TAP, or TAP,DEEP",
+            s.find_column(way),
+        )
+    return kind, way, words
 
 
 def _name_numbers(words: list[str], *, of_thread: bool) -> list[str]:

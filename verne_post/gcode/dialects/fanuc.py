@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.block import Block
+from verne_post.gcode.block import Block, read_block
 from verne_post.gcode.codes import TAKES_AXES, CodeTable, spell_g_code
 from verne_post.gcode.dialect import Dialect, build_dialect_of_blocks
 from verne_post.gcode.execution import Execution, StopConditions
@@ -47,7 +47,6 @@ from verne_post.gcode.rs274.fanuc_planes import FanucPlanes
 from verne_post.gcode.rs274.fanuc_points import (
     INCREMENT,
     find_length_without_unit,
-    find_lines,
     find_lines_without_point,
     find_mixture,
     find_unrounded,
@@ -72,6 +71,7 @@ from verne_post.gcode.rs274.run import execute_blocks
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import read_whole
 from verne_post.gcode.setup import Setup
+from verne_post.gcode.words import WordTable
 from verne_post.model.control_keys import FanucKeys, read_keys
 from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
@@ -87,11 +87,8 @@ _NO_MOTION: Final = (
 _MACRO: Final = re.compile(
     r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
 )
-#: What the words of a block do not say: calls, and whether factors, and the time P, have a decimal point.
-_READ: Final = re.compile(rb"G[ \t]*0*(?:6[ \t]*[56]|5[ \t]*1)(?![0-9.])|P[ \t]*[-+]?[0-9 \t]*\.")
-#: For a first look: what _READ finds cannot stand in a text that has none of these when blanks and zeros are left out.
-_CAPITALS: Final = bytes(range(256)).upper()
-_SIGNS_OF_CALLS: Final = (b"P", b"G65", b"G66", b"G51")
+#: Calls of macros, G51: what the words of their blocks do not say; nor do they whether the time P has a decimal point.
+_BY_TEXT: Final = (51.0, 65.0, 66.0)
 _TIME: Final = re.compile(r"\([^)]*\)|;.*|(?<![A-Z])(P)[ \t]*[-+]?[0-9 \t]*\.", re.IGNORECASE)
 _FACTOR: Final = re.compile(r"(?<![A-Z])[PIJK][ \t]*[-+]?[ \t]*(?:[0-9 \t]*\.|[#\[])", re.IGNORECASE)
 #: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
@@ -146,14 +143,13 @@ class FanucInterpreter(Rs274):
         self.core.set_arc_feed(ArcFeed("[fanuc] inside_arc_percent", least, 1.0, assumed=not given))
 
     @classmethod
-    def leave_to_reader(cls, text: bytes, setup: Setup) -> Ints:
-        """Calls of macros; and words without a decimal point, where they count increments."""
+    def leave_to_reader(cls, text: bytes, words: WordTable, setup: Setup) -> Ints:
+        """Calls of macros, scales and times; and words without a decimal point, where they count increments."""
+        codes = np.flatnonzero(words.letter == ord("G"))
+        codes = codes[np.isin(words.value[codes], _BY_TEXT)]
+        lines = words.row[np.concatenate([codes, np.flatnonzero(words.letter == ord("P"))])].astype(np.int32)
         conventional = setup.control.get("fanuc", {}).get("decimal_point") == "conventional"
-        short = text.translate(_CAPITALS, b" \t0")
-        may_call = any(sign in short for sign in _SIGNS_OF_CALLS)
-        calls = [match.start() for match in _READ.finditer(text.upper())] if may_call else []
-        other_lines = find_lines(text, calls) if calls else super().leave_to_reader(text, setup)
-        return np.union1d(other_lines, find_lines_without_point(text)) if conventional else other_lines
+        return np.union1d(lines, find_lines_without_point(text)) if conventional else lines
 
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """As RS274/NGC; says what it does where R is above the tool."""
@@ -184,8 +180,10 @@ class FanucInterpreter(Rs274):
 
     def read(self, text: str, line: int) -> Block:
         """Read a line: words, or a statement of a custom macro."""
-        nested_comment, text = NESTED_COMMENT.search(text, 0, text.rfind(")") + 1), self.prepare(text)
-        if number := end_of_number(text):
+        nested_comment = NESTED_COMMENT.search(text, 0, text.rfind(")") + 1) if ")" in text else None
+        if ")" in text or ":" in text or "/" in text:
+            text = prepare_line(text)
+        if ("O" in text or "o" in text) and (number := end_of_number(text)):
             text = " " * number + text[number:]
         self._text = text
         if _MACRO.match(text) and (statement := read_statement(text, self.parameters)) is not None:
@@ -195,8 +193,8 @@ class FanucInterpreter(Rs274):
         try:
             if "," in text:
                 text, corner = read_corner(text, self.parameters)
-            head, arguments = read_macro_call(text, self.parameters, self.keys)
-            block = super().read(head, line)
+            head, arguments = read_macro_call(text, self.parameters, self.keys) if "6" in text else (text, None)
+            block = read_block(head, line, self.parameters)
         except ProgramError as error:
             if (
                 nested_comment is None
@@ -273,7 +271,8 @@ class FanucInterpreter(Rs274):
     def execute(self, block: Block) -> None:
         """Execute one block, in the words of RS274/NGC."""
         self.call = None
-        self.corners.prepare(block, self.modes)
+        if block.corner is not None or not self.corners.is_idle:
+            self.corners.prepare(block, self.modes)
         if block.comment is None and not block.settings and self._is_plain() and self.execute_plain_motion(block):
             return
         if block.settings and not block.codes and not block.words and self._is_plain():

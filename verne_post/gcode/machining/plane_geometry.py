@@ -42,10 +42,14 @@ def measure_sweep(start: Point, end: Point, center: Point, sense: float) -> floa
 
 
 def turn_point(point: Point, center: Point, angle: float) -> Point:
-    """A point turned about a centre."""
+    """A point turned about a centre by an angle in degrees."""
+    return turn_way(center, (point[0] - center[0], point[1] - center[1]), angle)
+
+
+def turn_way(center: Point, way: Point, angle: float) -> Point:
+    """Where a way from a centre leads that is turned by an angle in degrees."""
     c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-    dx, dy = point[0] - center[0], point[1] - center[1]
-    return center[0] + c * dx - s * dy, center[1] + s * dx + c * dy
+    return center[0] + c * way[0] - s * way[1], center[1] + s * way[0] + c * way[1]
 
 
 def find_tangent_sweep(t: Point, chord: Point) -> float:

@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.machining.outlines import ROUNDING_SHARE, Leg, Outline, Path, spread_offsets
-from verne_post.gcode.machining.plane_geometry import Point
+from verne_post.gcode.machining.plane_geometry import Point, turn_way
 from verne_post.gcode.machining.strokes import Pace, Stroke
 
 #: Strokes that the cycles of one block may have: more is a wrong infeed.
@@ -260,13 +260,8 @@ def _shorten(path: Path, most: float) -> Path:
         ]
         return Path(ends[0], (Leg(ends[1]),))
     rest = 0.5 * (1.0 - share) * leg.sweep
-    first, last = (turn_point(end, angle) for end, angle in ((start, rest), (leg.end, -rest)))
+    first, last = (turn_way((0.0, 0.0), end, angle) for end, angle in ((start, rest), (leg.end, -rest)))
     return Path(first, (Leg(last, leg.center, share * leg.sweep),))
-
-
-def turn_point(point: Point, degrees: float) -> Point:
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return c * point[0] - s * point[1], s * point[0] + c * point[1]
 
 
 def _follow_all(paths: Iterable[Path], height: float, pace: Pace) -> Iterator[Stroke]:

@@ -36,9 +36,14 @@ class FanucCorners:
         """The corner that needs the next block."""
         return self._queue.corner
 
+    @property
+    def is_idle(self) -> bool:
+        """True where no block before leaves anything to do."""
+        return self.corner is None and self._queue.corner is None
+
     def add_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight, as :meth:`~verne_post.gcode.machining.machining.Machining.go_straight`."""
-        if self.corner is None and self.waiting is None:
+        if self.is_idle:
             self.core.go_straight(at, kind, end, axes, absolute=absolute)
             return
         state = self.core.state
@@ -48,7 +53,7 @@ class FanucCorners:
         self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True
     ) -> None:
         """Move on an arc, as :meth:`~verne_post.gcode.machining.machining.Machining.go_on_arc`."""
-        if self.corner is None and self.waiting is None:
+        if self.is_idle:
             self.core.go_on_arc(at, start, end, arc, axes, absolute=absolute)
             return
         feed = self.core.state.feed

@@ -115,17 +115,7 @@ class CycleCodes:
         here = state.position[normal]
         series = self.modes.cycle if self.modes.cycle is not None and self.modes.cycle.normal == normal else None
         if series is not None:
-            lengths = {"R", letter, *("Q" if motion in _NEEDS_STEP else ""), *("IJK" if motion == 870 else "")}
-            level = series.start_inch != self.modes.inch and (
-                self.modes.initial_level
-                or not self.modes.absolute
-                or series.start < self.values.convert_length(block.words.get("R", here)) < here
-            )
-            if level or (before is not None and before.inch != self.modes.inch and not lengths <= set(block.words)):
-                raise ProgramError(
-                    "VP017", f"{name} after a change of units among the cycles: kept lengths, and the level where they began, would be "
-                    "read in the other unit; write G80 before G20 or G21",
-                )  # fmt: skip
+            self._refuse_other_unit(block, motion, series, before)
         start = here if series is None else series.start
         if "R" not in block.words and before is None:
             raise ProgramError("VP005", f"{name} needs R, the height from which it feeds")
@@ -152,17 +142,7 @@ class CycleCodes:
         dwell = self.values.read_dwell(block) if "P" in block.words else before.dwell if before else None
         if motion in self.traits.needs_dwell and dwell is None:
             raise ProgramError("VP005", f"{name} needs P, the dwell at the bottom")
-        shift = before.shift if before else None
-        if motion == _FINE_BORING:
-            shift = self._find_way_out(block, step, shift, name)
-        is_other_mode = before is not None and before.absolute != self.modes.absolute
-        if motion == 870 and (shift is None or is_other_mode or any(axis in block.words for axis in "IJK")):
-            for axis in "IJK":
-                if axis not in block.words:
-                    raise ProgramError(
-                        "VP005", f"G87 needs {axis}{', G90 or G91 having changed' if is_other_mode else ''}"
-                    )
-            shift = tuple(self.values.convert_length(block.words[axis]) for axis in "IJK")
+        shift = self._read_way_out(block, motion, step, before)
         of_start = self.modes.inch if series is None else series.start_inch
         return Cycle(
             normal,
@@ -180,6 +160,39 @@ class CycleCodes:
             falling,
             (before is not None and before.dwells) or (motion in _NEEDS_STEP and "P" in block.words),
         )
+
+    def _refuse_other_unit(self, block: Block, motion: int, series: Cycle, before: Cycle | None) -> None:
+        """Refuse (VP017) lengths that are kept from a cycle, and the level where a series began, in another unit."""
+        letter = AXES[series.normal]
+        here = self.state.position[series.normal]
+        lengths = {"R", letter, *("Q" if motion in _NEEDS_STEP else ""), *("IJK" if motion == 870 else "")}
+        level = series.start_inch != self.modes.inch and (
+            self.modes.initial_level
+            or not self.modes.absolute
+            or series.start < self.values.convert_length(block.words.get("R", here)) < here
+        )
+        if level or (before is not None and before.inch != self.modes.inch and not lengths <= set(block.words)):
+            raise ProgramError(
+                "VP017", f"{spell_g_code(motion)} after a change of units among the cycles: kept lengths, and the level where they began, would be "
+                "read in the other unit; write G80 before G20 or G21",
+            )  # fmt: skip
+
+    def _read_way_out(
+        self, block: Block, motion: int, step: float | None, before: Cycle | None
+    ) -> tuple[float, ...] | None:
+        """How the tool goes away from the wall of the hole, mm, in cycles with an oriented stop."""
+        shift = before.shift if before else None
+        if motion == _FINE_BORING:
+            shift = self._find_way_out(block, step, shift, spell_g_code(motion))
+        is_other_mode = before is not None and before.absolute != self.modes.absolute
+        if motion == 870 and (shift is None or is_other_mode or any(axis in block.words for axis in "IJK")):
+            for axis in "IJK":
+                if axis not in block.words:
+                    raise ProgramError(
+                        "VP005", f"G87 needs {axis}{', G90 or G91 having changed' if is_other_mode else ''}"
+                    )
+            shift = tuple(self.values.convert_length(block.words[axis]) for axis in "IJK")
+        return shift
 
     def _read_falling_pecks(self, block: Block, name: str) -> tuple[float, float, float]:
         """I J K of G73 and G83 of Haas, mm."""

@@ -78,11 +78,7 @@ def _report_mixture(line: int, column: int, word: str, pointed_line: int) -> Fin
 
 def find_lines_without_point(text: bytes) -> Ints:
     """Lines of a chunk, from 0, that have a word without a decimal point, other than 0."""
-    return find_lines(text, [match.start() for match in _BARE.finditer(text) if match[1] is not None])
-
-
-def find_lines(text: bytes, places: list[int]) -> Ints:
-    """Lines of a chunk, from 0, in which places of the text lie."""
+    places = [match.start() for match in _BARE.finditer(text) if match[1] is not None]
     ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
     return np.unique(np.searchsorted(ends, places)).astype(np.int32)
 

@@ -68,8 +68,8 @@ def is_fanuc(begin: bytes) -> bool:
 
 def prepare_line(text: str) -> str:
     """``:1000`` is O1000, ``/2`` is ``/``, ``(a (b))`` is one comment; every character keeps its column."""
-    end = text.rfind(")") + 1  # after it every parenthesis would be tried up to the end of the line
-    if end:
+    if ")" in text:
+        end = text.rfind(")") + 1  # after it every parenthesis would be tried up to the end of the line
         code = NESTED_COMMENT.sub(
             lambda match: f"({match[1].translate(_BLANK)}){match[2].translate(_BLANK)}", text[:end]
         )
@@ -82,7 +82,7 @@ def prepare_line(text: str) -> str:
 
 def end_of_number(text: str) -> int:
     """Where the program number of a prepared line ends that has words beside it; 0 where there is none."""
-    match = _NUMBER_AND_WORDS.match(text) if "O" in text or "o" in text else None
+    match = _NUMBER_AND_WORDS.match(text)
     return 0 if match is None else match.end(1)
 
 

@@ -25,6 +25,7 @@ _STANDING: Final = (100, 520, 920, SCALE_OFF, MIRROR_OFF, *OF_FRAMES)
 _ALARM: Final = 3000
 _ALARMS: Final = (_ALARM, 3006)
 _WITHOUT_EFFECT: Final = (3001, 3002, 3003, 3004, 3011, 3012)
+_OF_CONTROL: Final = frozenset((*_ALARMS, *_WITHOUT_EFFECT))
 
 
 def read_macro_call(text: str, values: Values, keys: FanucKeys) -> tuple[str, Arguments | None]:
@@ -82,7 +83,7 @@ def find_local_call(block: Block, subprograms: list[int]) -> Call | None:
 
 def set_control_variable(core: Machining, line: int, key: int | str, value: float, column: int, text: str) -> bool:
     """Set a variable of the control: an alarm, a stop, or none with an effect here; False for any other variable."""
-    if key not in (*_ALARMS, *_WITHOUT_EFFECT):
+    if key not in _OF_CONTROL:
         return False
     comment = strip_comments(text)[2]
     if key in _WITHOUT_EFFECT or not value:

@@ -15,8 +15,8 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.outlines import Leg, Path
-from verne_post.gcode.machining.plane_geometry import Point
-from verne_post.gcode.machining.pockets import MAX_STROKES, MillingError, spread_levels, turn_point
+from verne_post.gcode.machining.plane_geometry import Point, turn_way
+from verne_post.gcode.machining.pockets import MAX_STROKES, MillingError, spread_levels
 from verne_post.gcode.machining.strokes import Pace, Stroke, list_stops
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder, Row
@@ -373,7 +373,7 @@ class _Work:
             return Path((beside[0] + away * t[0], beside[1] + away * t[1]), (Leg(beside),))
         center = beside[0] + size * n[0], beside[1] + size * n[1]
         sweep = -forward * side * (90.0 if shape == 2 else 180.0)
-        from_center = turn_point((beside[0] - center[0], beside[1] - center[1]), -sweep)
+        from_center = turn_way((0.0, 0.0), (beside[0] - center[0], beside[1] - center[1]), -sweep)
         return Path((center[0] + from_center[0], center[1] + from_center[1]), (Leg(beside, center, sweep),))
 
 
