@@ -11,6 +11,7 @@ Samples have six decimals: that alone shows up to 0.4 of the jerk limit of A. Th
 import argparse
 import re
 import tempfile
+import textwrap
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -270,7 +271,7 @@ def main() -> None:
         print(streamed, flush=True)
         text, section = said + compare(given.only), "linuxcnc planner"
         cause = find_cause() if given.only is None else ""
-        text = f"{text}\n\n{cause}\n\nStreamed: {streamed}."
+        text = f"{text}\n\n{cause}\n\n{textwrap.fill(f'Streamed: {streamed}.', 118)}"
     if given.write:
         write_section(section, text)
     print(text)

@@ -5,6 +5,7 @@ component is seen beside LinuxCNC's own in a mount of this process alone. A Linu
 where its scripts/rip-environment has been read.
 """
 
+import fcntl
 import json
 import os
 import shutil
@@ -91,7 +92,9 @@ def build(machine: Machine, folder: Path) -> str:
 def run_isolated(folder: Path, command: str, seconds: float) -> str:
     """Run a shell command where the component is beside LinuxCNC's; returns what it printed."""
     inside = f"mount --bind '{folder}/modules' {MODULES} && script -qec '{command}' /dev/null"
-    with tempfile.TemporaryDirectory() as shared:
+    # a machine runs one LinuxCNC at a time: tests that run side by side wait for each other
+    with Path(tempfile.gettempdir(), "verne-post-linuxcnc").open("w") as turn, tempfile.TemporaryDirectory() as shared:
+        fcntl.flock(turn, fcntl.LOCK_EX)
         Path(shared).chmod(0o777)  # realtime parts of root run as nobody
         environment = os.environ | {"HOME": str(folder), "RTAPI_UID": "65534", "RTAPI_FIFO_PATH": f"{shared}/fifo"}
         with subprocess.Popen(
@@ -107,7 +110,12 @@ def run_isolated(folder: Path, command: str, seconds: float) -> str:
 
 
 def run_program(
-    machine: Machine, folder: Path, program: str, seconds: float = 120.0, ini: dict[str, str] | None = None
+    machine: Machine,
+    folder: Path,
+    program: str,
+    seconds: float = 120.0,
+    ini: dict[str, str] | None = None,
+    newton: bool = False,
 ) -> Run:
     """Run a program in LinuxCNC with the machine's kinematics, in an empty folder.
 
@@ -115,8 +123,10 @@ def run_program(
     ----------
     ini : dict of str
         Lines of machine.ini that are to be replaced: "KINEMATICS = verne_kins" -> "KINEMATICS = ...".
+    newton : bool
+        Whether the component's pin of that name is set.
     """
-    build(machine, folder)
+    component = build(machine, folder)
     (folder / "program.ngc").write_text(program, encoding="utf-8")
     drive = folder / "drive.py"
     drive.write_text(f"#!/usr/bin/python3\n{DRIVE.read_text(encoding='utf-8')}", encoding="utf-8")
@@ -129,7 +139,7 @@ def run_program(
     (folder / "machine.ini").write_text(settings, encoding="utf-8")
     wires = "\n".join(f"net at{k} joint.{k}.pos-cmd => sampler.0.pin.{k}" for k in range(5))
     with (folder / "machine.hal").open("a", encoding="utf-8") as hal:
-        hal.write(_SAMPLER.format(wires=wires))
+        hal.write(_SAMPLER.format(wires=wires) + f"setp {component}.newton {int(newton)}\n")
     printed = run_isolated(folder, "linuxcnc machine.ini", seconds)
     try:
         result = json.loads((folder / "result.json").read_text(encoding="utf-8"))

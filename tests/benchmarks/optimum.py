@@ -134,9 +134,11 @@ def peer_row(name: str, got: Comparison) -> list[str]:
     """Row of the second table."""
     ours = [f"{got.cpu_s:.2f}", f"{1e3 * got.planned_s:.0f}"]
     if got.peer is None:
-        return [name, *ours, "-", "none found", "-", "-"]
+        return [name, *ours, "-", "none found", *["-"] * 4]
     over = f"{100 * (got.peer.time_s / got.least_s - 1):.1f} %"
-    return [name, *ours, f"{got.peer.cpu_s:.2f}", f"{1e3 * got.peer.time_s:.1f}", over, f"{got.peer.jerk_ratio:.2f}"]
+    changes = [f"{got.peer.programs}", f"{100 * got.peer.last_change:.2f} %"]
+    found = [f"{got.peer.cpu_s:.2f}", f"{1e3 * got.peer.time_s:.1f}", over, f"{got.peer.jerk_ratio:.2f}"]
+    return [name, *ours, *found, *changes]
 
 
 def main() -> None:
@@ -161,6 +163,8 @@ def main() -> None:
         "its ms",
         "over the least",
         "jerk of its rows",
+        "programs",
+        "last change",
     ]
     text = "\n\n".join(
         [

@@ -24,16 +24,20 @@ STATIONS_PER_MM: Final = 100
 #: Linear programs follow each other until the time changes by less than this share, as many as MOST_PROGRAMS.
 SETTLED: Final = 1e-3
 MOST_PROGRAMS: Final = 20
+#: Steps that a program may take: the seventh of the blade needs more than the 200 of Clarabel.
+MOST_STEPS: Final = 1000
 #: A joint that moves less, m or rad, has no part in it.
 LEAST_MOVE: Final = 1e-9
 
 
 class PeerProfile(Struct, frozen=True):
-    """Time, s; the largest joint jerk of its rows over the limit; and what it took, CPU s."""
+    """Time, s; the largest joint jerk of its rows over the limit; what it took, CPU s; programs, and what the last changed."""
 
     time_s: float
     jerk_ratio: float
     cpu_s: float
+    programs: int
+    last_change: float
 
 
 def find_profile(section: ContourSection, limits: Limits, cycle: float) -> PeerProfile | None:
@@ -60,16 +64,19 @@ def find_profile(section: ContourSection, limits: Limits, cycle: float) -> PeerP
         second.Problem(constraints, idx_s_interval=(0, len(s) - 1), a_boundary=(0.0, 0.0)), second.Options()
     )
     third = copp_py.solver.topp3_lp
+    options = third.Options(clarabel_settings=copp_py.clarabel.ClarabelSettings(max_iter=MOST_STEPS))
     acceleration, profile, total = None, None, np.inf
+    programs, change = 0, np.inf
     for _ in range(MOST_PROGRAMS):
         problem = third.Problem(constraints, squared_speed, b_linearization=acceleration)
         try:
-            profile = third.solve(problem)
+            profile = third.solve(problem, options)
         except copp_py.CoppError:
             break  # what the program before has found still stands
         squared_speed, acceleration, before = np.asarray(profile.a), np.asarray(profile.b), total
         total, arrivals = copp_py.interpolation.s_to_t_topp3(s, profile)
-        if abs(before - total) < SETTLED * total:
+        programs, change = programs + 1, abs(before - total) / total
+        if change < SETTLED:
             break
     if profile is None:
         return None
@@ -77,4 +84,4 @@ def find_profile(section: ContourSection, limits: Limits, cycle: float) -> PeerP
     rows = copp_py.interpolation.t_to_s_topp3_uniform(s, profile, arrivals, cycle, include_final=True)
     at_rest = np.concatenate([np.zeros(3), rows, np.full(3, section.length)])
     jerk = np.diff(path(at_rest), n=3, axis=0) / cycle**3
-    return PeerProfile(total, float(np.abs(jerk / limits.jerk[moving]).max()), spent)
+    return PeerProfile(total, float(np.abs(jerk / limits.jerk[moving]).max()), spent, programs, change)

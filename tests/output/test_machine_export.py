@@ -356,16 +356,21 @@ M2
 
 
 @pytest.mark.skipif(why_not() is not None, reason=f"LinuxCNC: {why_not()}")
-def test_linuxcnc_runs_a_program_with_the_component(tmp_path: Path):
+@pytest.mark.parametrize(
+    ("kind", "newton"), [("verne", True), ("linear_delta", False), ("serial", False), ("built verne", True)]
+)
+def test_linuxcnc_runs_a_program_with_the_component(kind: str, newton: bool, tmp_path: Path):
     """Poses under tool-centre-point control, joints beside them, and back: each stands where Python says."""
-    machine = built((ROOT / "machine_configs" / "verne.toml").read_text(encoding="utf-8"))
+    *words, name = kind.split()
+    text = (ROOT / f"machine_configs/{name}.toml").read_text(encoding="utf-8")
+    machine = built(text) if words else build_machine(text.encode(), name)
     factors = np.array([column.factor for column in machine.columns])
 
     def joints(tip: list[float], a: float, c: float) -> NDArray[np.float64]:
         return machine.five_axis.find_joints(np.array(tip), np.radians([a, c]), 100.0) * factors
 
     first, beside, last = joints([20, 15, 50], 10, 20), joints([22, 16, 55], 11, 21), joints([0, 0, 50], 0, 0)
-    run = run_program(machine, tmp_path, PROGRAM.format(*beside), 120)
+    run = run_program(machine, tmp_path, PROGRAM.format(*beside), 120, newton=newton)
     assert run.said == []
     assert run.done
     for place in (first, beside, last):
