@@ -76,6 +76,9 @@ def test_parts_meet_and_rest(job: Path, run: Callable[..., Any], more: tuple[str
     assert lines[2] <= {20}
     verdict = run("verify", "two.index.json", "--against", "two.nc", *PLACE, *more, "--split-at-stops")
     assert verdict.code == 0, verdict.err
+    alone = run("verify", "two.1.csv", "--against", "two.nc", *PLACE, *more, "--split-at-stops")
+    assert alone.code == 1
+    assert "two.1.csv is one part of several; verify all of them: verne-post verify two.index.json" in alone.err
 
 
 def test_the_index_says_what_is_to_do(job: Path, run: Callable[..., Any]) -> None:
@@ -114,7 +117,7 @@ def test_a_setup_that_cuts_needs_a_name_for_the_files(job: Path, run: Callable[.
     refused = run("convert", "two.nc", *PLACE)
     assert refused.code == 2
     assert refused.out == ""
-    assert "several files; give their name with -o" in refused.err
+    assert "several files; give their name: -o axes.csv" in refused.err
     assert run("convert", "two.nc", *PLACE, "-o", "two.csv").code == 0
     assert [Path(name).is_file() for name in FILES] == [True] * len(FILES)
 

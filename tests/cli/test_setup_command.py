@@ -110,6 +110,19 @@ def test_the_first_own_program_runs_once_its_setup_is_filled_in(
     assert vp.convert(program, "verne").ok  # the Python API reads the same file
 
 
+def test_codes_without_a_meaning_are_one_finding(run: Run, tmp_path: Path) -> None:
+    """As CAM systems clamp and unclamp the table; the one finding names all codes and all keys."""
+    program = tmp_path / "part.nc"
+    program.write_text(FANUC.replace("N45 M11", "N45 M11\nM13\nM10").replace("N110 G55", "N110 M11 G55"))
+    told = json.loads(run("check", program, "--output-format", "json").out)["programs"][0]["findings"]
+    (found,) = [item for item in told if item["code"] == "VP002"]
+    assert found["message"].startswith("M11, M13 and M10: no meaning in this language")
+    assert (found["count"], found["settled_by"]) == (4, ["remap.M11", "remap.M13", "remap.M10"])
+    assert run("check", program).out.count("Fill in its meaning in ") == 1
+    assert run("setup", program).code == 0
+    assert set(tomllib.loads(Path(f"{program}.toml").read_text())["remap"]) == {"M10", "M11", "M13"}
+
+
 def test_rigid_tapping_is_a_choice_of_the_set_up(run: Run, tmp_path: Path) -> None:
     """It is asked for with all the rest; what is written refuses it, until a person chooses."""
     program, written = tmp_path / "tap.nc", tmp_path / "tap.nc.toml"

@@ -93,7 +93,10 @@ class Outputs(Struct, frozen=True):
         from verne_post.output.parts import is_derived
 
         if self.rows is None:
-            raise click.UsageError("--split-at-stops writes several files; give their name with -o")
+            raise click.UsageError(
+                "the setpoints are cut at stops (--split-at-stops, or split_at_stops of the set-up), which makes several files; give their name: "
+                "-o axes.csv"
+            )
         if self.file_format != DEFAULT_FORMAT:
             raise click.UsageError(
                 f"--split-at-stops writes {DEFAULT_FORMAT}; --format {self.file_format} is for whole programs"

@@ -92,7 +92,7 @@ def command(
     from verne_post.app.constraints import check_program
     from verne_post.app.row_format import find_drives
     from verne_post.app.verify import verify_setpoints
-    from verne_post.output.parts import list_parts, read_parts
+    from verne_post.output.parts import find_index, list_parts, read_parts
     from verne_post.output.setpoints import read_csv
     from verne_post.output.side_car import read_side_car, report_changes
     from verne_post.output.summary import describe_following, format_verdict
@@ -133,6 +133,11 @@ def command(
     status = find_exit_status(findings)
     if not quiet:
         say(format_verdict(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
+    if status != ExitStatus.CLEAN and not is_dash(setpoints) and (index := find_index(Path(setpoints))) is not None:
+        echo(
+            f"{name} is one part of several; verify all of them: verne-post verify {show_name(str(index))} ...",
+            err=True,
+        )
     if log is not None and measured is not None:
         followed, source_lines = log
         echo(

@@ -67,6 +67,12 @@ def describe_remap(code: str) -> str:
     return f'[remap] of the set-up, or of verne-post.toml, can give it a meaning: {key} = "ignore", or "event"'
 
 
+def make_unknown_function(code: int, column: int | None) -> ProgramError:
+    """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles."""
+    text = f'M{code}: no meaning in this language; [remap] of the set-up, or of verne-post.toml, can give one: "ignore" or "event"'
+    return ProgramError("VP002", text, column, about=f"M{code}", settled_by=("remap", f"M{code}"))
+
+
 def read_m_code(table: CodeTable, number: float, column: int) -> int:
     """The M code of a number.
 
@@ -87,6 +93,8 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
     if code in table.refused_m:
         text = f"M{code} is not executed ({table.refused_m[code]}); {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
+    if code not in table.group_of_m and code not in _KINEMATICS:
+        raise make_unknown_function(code, column)
     if code not in table.group_of_m:
         text = f"M{code} is not a code of this language; {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))

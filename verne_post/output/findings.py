@@ -114,7 +114,7 @@ def _choose_remedy(item: Finding) -> str:
     """The remedy of the code; where one key of a set-up is missing, with that key."""
     remedy = CODES[item.code].remedy
     match item.settled_by:
-        case (("remap", _code),):
+        case (("remap", _code), *_more):
             return _GIVE_MEANING
         case (("wcs", system),):
             return remedy.replace("wcs.G54", f"wcs.{quote_key(system)}").replace("--wcs G54", f"--wcs {system}")

@@ -78,6 +78,16 @@ def list_parts(index_file: Path) -> list[Path]:
         raise InputError(make_finding("VP020", f"{index_file}: not an index of parts: {error}")) from None
 
 
+def find_index(part: Path) -> Path | None:
+    """The index beside a setpoint file that names it as one of several parts."""
+    index = part.with_name(f"{re.sub(r'[.][0-9]+$', '', part.stem)}.index.json")
+    try:
+        listed = list_parts(index)
+    except InputError:
+        return None
+    return index if len(listed) > 1 and part in listed else None
+
+
 def read_parts(
     path: Path, columns: tuple[Column, ...], cycle: float, stop_lines: Sequence[int], drives: tuple[Drive, ...]
 ) -> Iterator[SetpointBlock]:

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from msgspec.structs import replace
 
-from verne_post.gcode.codes import RS274, describe_remap
+from verne_post.gcode.codes import RS274, make_unknown_function
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.frames import KlartextFrames
@@ -199,10 +199,7 @@ class KlartextFunctions:
                 raise ProgramError("VP002", f"M{number} is not executed ({REFUSED_FUNCTIONS[number]})", word.column)
             is_known = number in FUNCTIONS or number in FUNCTIONS_WITHOUT_EFFECT
             if not is_known and self.core.auxiliary.find_user_meaning("M", number) is None:
-                raise ProgramError(
-                    "VP002", f"M{number} is not a function of the language; {describe_remap(f'M{number}')}",
-                    word.column, settled_by=("remap", f"M{number}"),
-                )  # fmt: skip
+                raise make_unknown_function(number, word.column)
 
     def begin_functions(self, words: Words) -> None:
         """What M functions do at the beginning of their block; S of the block."""
