@@ -146,6 +146,14 @@ def test_the_steps_of_changes_name_files_that_are_there():
     assert len(places) > 30
     for place in places:
         assert any((folder / place).is_file() for folder in (CHECKOUT, PACKAGE, PACKAGE / "gcode")), place
+    text = "\n".join(
+        path.read_text("utf-8") for folder in (PACKAGE, CHECKOUT / "tests") for path in folder.rglob("*.py")
+    )
+    names = {name for name in re.findall(r"`([A-Za-z_][\w.]+)(?:\(\))?`", steps) if "NAME" not in name}
+    words = set(re.findall(r"\w+", text))
+    files = (".toml", ".css", ".html", ".js", ".py")
+    unknown = [name for name in names if not name.endswith(files) and not words.issuperset(name.split("."))]
+    assert len(names) > 60 and not unknown, unknown
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
