@@ -181,7 +181,7 @@ class FanucInterpreter(Rs274):
     def read(self, text: str, line: int) -> Block:
         """Read a line: words, or a statement of a custom macro."""
         nested_comment = NESTED_COMMENT.search(text, 0, text.rfind(")") + 1) if ")" in text else None
-        if ")" in text or ":" in text or "/" in text:
+        if ")" in text or text[:1] in ":/ \t":
             text = prepare_line(text)
         if ("O" in text or "o" in text) and (number := end_of_number(text)):
             text = " " * number + text[number:]

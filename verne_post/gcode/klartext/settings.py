@@ -147,12 +147,6 @@ class KlartextSettings:
         outer.shift = (x, y, z)
         outer.set("shift", active=any(outer.shift))
 
-    def _shift(self, statement: Statement, head: Head) -> None:
-        self.shift_datum(statement, head.rest)
-
-    def _mirror(self, statement: Statement, head: Head) -> None:
-        self.mirror(statement, head.rest)
-
     def mirror(self, statement: Statement, text: str) -> None:
         """``X Y``: the axes that are mirrored."""
         self._change_maps("a mirror image")
@@ -169,9 +163,6 @@ class KlartextSettings:
         layer.set("mirror", active=bool(letters))
         self.frames.refresh_frame()
 
-    def _set_rotation(self, statement: Statement, head: Head) -> None:
-        self.rotate(statement, head.rest)
-
     def rotate(self, statement: Statement, text: str) -> None:
         """``ROT+30``: about Z of the input system."""
         self._change_maps("a rotation")
@@ -182,9 +173,6 @@ class KlartextSettings:
         layer.angle = read_value(match.group(2), self.q) + (layer.angle if match.group(1) else 0.0)
         layer.set("rotation", active=layer.angle % 360.0 != 0.0)
         self.frames.refresh_frame()
-
-    def _set_scaling(self, statement: Statement, head: Head) -> None:
-        self.scale(statement, head.rest)
 
     def scale(self, statement: Statement, text: str) -> None:
         """``SCL0.5``: all three axes."""
@@ -309,6 +297,11 @@ class KlartextSettings:
         self.functions.spindle_angle = read_value(match.group(1), self.q)
 
 
+def _take_rest(action: Callable[[KlartextSettings, Statement, str], None]) -> _Handler:
+    """A line of a cycle that means what its text after the number does."""
+    return lambda settings, statement, head: action(settings, statement, head.rest)
+
+
 #: TRANS functions: what they do, and with which text where the program gives none.
 _TRANS: Final[Mapping[str, tuple[Callable[[KlartextSettings, Statement, str], None], str | None]]] = {
     "DATUM RESET": (KlartextSettings.shift_datum, "X0 Y0 Z0"), "DATUM AXIS": (KlartextSettings.shift_datum, None),
@@ -319,7 +312,13 @@ _TRANS: Final[Mapping[str, tuple[Callable[[KlartextSettings, Statement, str], No
 }  # fmt: skip
 #: Cycles that set modes.
 SETTINGS: Final[Mapping[int, _Handler]] = {
-    7: KlartextSettings._shift, 8: KlartextSettings._mirror, 9: KlartextSettings._dwell_time, 10: KlartextSettings._set_rotation,
-    11: KlartextSettings._set_scaling, 13: KlartextSettings._orient, 19: KlartextSettings._set_working_plane,
-    32: KlartextSettings._set_tolerance, 247: KlartextSettings._preset,
-}  # fmt: skip
+    7: _take_rest(KlartextSettings.shift_datum),
+    8: _take_rest(KlartextSettings.mirror),
+    9: KlartextSettings._dwell_time,
+    10: _take_rest(KlartextSettings.rotate),
+    11: _take_rest(KlartextSettings.scale),
+    13: KlartextSettings._orient,
+    19: KlartextSettings._set_working_plane,
+    32: KlartextSettings._set_tolerance,
+    247: KlartextSettings._preset,
+}

@@ -171,8 +171,9 @@ class MotionCodes:
             self._move_straight(block, kind, end, axes)
 
     def _move_straight(self, block: Block, kind: MoveKind, end: list[float], axes: list[int]) -> None:
-        is_retracted = not _ROTARY.isdisjoint(axes) and _Z not in axes and self.is_retracted()
-        before = find_machine_place(self.core) if is_retracted or self._is_turned_alone(axes) else None
+        turns = not _ROTARY.isdisjoint(axes)
+        is_retracted = turns and _Z not in axes and self.is_retracted()
+        before = find_machine_place(self.core) if is_retracted or (turns and self._is_turned_alone(axes)) else None
         self.draw_line(block, kind, end, axes, absolute=self.modes.absolute)
         if before is not None:
             warn_of_unnamed(self.core, block, before, axes, "where no Z of the tip is programmed, as after G53 and G28" if is_retracted
