@@ -94,7 +94,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("DEF AXIS Q", "VP002", "AXIS"), ("X=R[1.5]", "VP007", "whole"), ("SUPA G91 X1", "VP017", "absolute"), ("SUPA G2 X1", "VP017", "G0 or G1"), ("AP=5", "VP005", "AP="), ("RP=5 AP=5 X3", "VP003", "one way"), ("CYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,5)", "VP007", "_DIR"),
     ("TRANS X1\nCYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,1)", "VP017", "TRANS"), ("CYCLE832(0.1,25)", "VP002", "_TOLM"), ("CYCLE832(0.1,5)", "VP002", "last digit"), ("CYCLE832(0.1,3000001)", "VP002", "_TOLM"), ("CYCLE832(0.1,112021)", "VP002", "_TOLM"), ("CUTMOD=2", "VP002", "CUTMOD=2"), ("CUTMOD", "VP001", "CUTMOD"), ("SPOS=IC(90)", "VP002", "DC()"), ("SPOS[2]=90", "VP002", "SPOS"), ("M40=1", "VP002", "spindle 40"), ("M41", "VP002", "gears"), ("CYCLE82(10)", "VP005", "RFP"), ("CYCLE82(10,10,1,,5)", "VP007", "same height"), ("CYCLE82(10,10,1,5,0,0,0,1,1)", "VP007", "same height"), ("CYCLE82(10,10,1,10)", "VP007", "wrong side"), ("CYCLE82(10,0,1,5)", "VP007", "wrong side"),
     ("Z-5\nCYCLE82(10,0,1,-9)", "VP017", "below"), ("CYCLE83(10,0,1,-9,,-20)", "VP007", "first depth"), ("CYCLE82(1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)", "VP005", "values"), ("CYCLE85(10,0,1,-5,,0)", "VP009", "FFR"), ("PROC X1", "VP001", "first block"), ("%", "VP001", "begins a program"),
-    ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"), ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"), ("EXTCALL \"A\"", "VP023", "A.SPF"),
+    ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"), ("FGROUP(C)\nG1 X1 C9 F9", "VP002", "write G93"), ("FGROUP(A,C)", "VP002", "FGROUP(A,C)"), ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"), ("EXTCALL \"A\"", "VP023", "A.SPF"),
 ])  # fmt: skip
 def test_what_is_not_executed_is_an_error_at_its_line(view, line, code, part):
     found = view(f"{HEAD}{line}\nM30", dialect="siemens", max_repeats=300)[1]
@@ -344,3 +344,13 @@ def test_messages_name_words_of_the_language(view, text, said):
     found = view(f"{HEAD}{text}\nM30", dialect="siemens", tools=None)[1]
     assert said in found[0].message
     assert not re.search(r"I J K|G41\.1|G42\.1|G43|G49|G10|G53", found[0].message)
+
+
+@pytest.mark.parametrize(("group", "noted"), [
+    ("FGROUP(X,Y,Z)", False), ("FGROUP()", False), ("FGROUP(X,Y)", False), ("FGROUP(X,Y,Z,A,C)", True),
+])  # fmt: skip
+def test_f_of_a_group_with_rotary_axes_is_told(view, group, noted):
+    """On a control a turn beside a move slows it down; FGROUP(C) with 20 degrees at F600 took 0.1 s in place of 2 s, without a word."""
+    moves, _findings = view(f"{group}\nG1 X1 C9 F9\n{group}\nM30\n", dialect="siemens")
+    found = [(item.code, item.severity, item.line) for item in moves.findings]
+    assert found == ([("VP039", "note", 1)] if noted else [])

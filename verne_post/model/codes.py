@@ -294,8 +294,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP039",
         "executed in another way by some controls",
         "note",
-        "Controls differ in how they execute a word or a cycle of this Fanuc program. The message says what is done here. Each "
-        "case is reported once.",
+        "Controls differ in how they execute a word or a cycle of this program, or count something beside. The message says what "
+        "is done here. Each case is reported once.",
         "No action is needed if this is what is meant.",
     ),
     (

@@ -147,9 +147,24 @@ def _space_rows_evenly(edges: Array, pace: Array, cycle: float, reach: float, be
         beside = 4 * half if np.isfinite(begin) else 0
         speed = np.concatenate([np.full(beside, begin), speed, np.full(beside, end)])
         lowest = find_lowest_around(speed**2, 2 * half)
-        even = np.sqrt(np.maximum(average_around(average_around(lowest, half), half), lowest.min()))
+        even = np.maximum(average_around(average_around(lowest, half), half), lowest.min())
         even = even[beside : len(even) - beside]
-        edges = np.interp(at, time, edges)
-        time = np.append(0.0, np.cumsum(np.diff(edges) / even))
+        # a cell may last several rows: the acceleration is even within each
+        even = np.sqrt(np.concatenate([even[:1], 0.5 * (even[1:] + even[:-1]), even[-1:]]))
+        return _sample_rows(np.interp(at, time, edges), even, cycle)
     count = int(np.ceil(time[-1] / cycle - WHOLE_CYCLE))
     return np.interp(np.linspace(0.0, time[-1], count + 1), time, edges)
+
+
+def _sample_rows(edges: Array, speed: Array, cycle: float) -> Array:
+    """Rows (n,) from the first of edges (m,) to the last, at speeds (m,) with an even acceleration between."""
+    lasts = 2.0 * np.diff(edges) / (speed[1:] + speed[:-1])
+    time = np.append(0.0, np.cumsum(lasts))
+    count = int(np.ceil(time[-1] / cycle - WHOLE_CYCLE))
+    at = np.linspace(0.0, time[-1], count + 1)
+    cell = np.minimum(np.searchsorted(time, at, side="right") - 1, len(lasts) - 1)
+    since = at - time[cell]
+    gained = np.diff(speed)[cell] * since / np.maximum(lasts[cell], np.finfo(float).tiny)
+    rows = edges[cell] + since * (speed[cell] + 0.5 * gained)
+    rows[-1] = edges[-1]
+    return np.clip(rows, edges[0], edges[-1])

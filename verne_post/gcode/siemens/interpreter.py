@@ -31,6 +31,8 @@ _TOLERANCES: Final = ("ADIS", "CTOL", "OTOL")
 #: Words of auxiliary functions, and groups that have to do with motion alone.
 _AUXILIARY: Final = frozenset(("S", "T", "SPOS", "H", "D", "CUTMOD"))
 _OF_MOTION: Final = frozenset(("motion",))
+#: What FGROUP with rotary axes beside linear ones means here.
+_TIP_ALONE: Final = "F is the speed of the tip alone; a control counts the turns of the rotary axes too, and is slower"
 
 
 class SiemensInterpreter:
@@ -62,6 +64,8 @@ class SiemensInterpreter:
         self.motion.has_feed = False
         for name, _column in words.no_effect:
             self.recorder.record_event(words.line, "without effect", word=name)
+        if words.counts_turns:
+            self.recorder.note_once("VP039", f"{words.counts_turns}: {_TIP_ALONE}", words.line)
         self.splines.end_spline(words)
         self.motion.corners.begin_block(words, self.modes)
         self.motion.note_numbers()

@@ -155,7 +155,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("FFWON", "FFWOF"), "feedforward of the drives"),
     **dict.fromkeys(("COMPON", "COMPCURV", "COMPCAD", "COMPSURF", "COMPOF"), "compressor: --smoothing takes its place"),
     **dict.fromkeys(("DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH", "DYNPREC"), "dynamics: the machine file gives the limits"),
-    **dict.fromkeys(("UPATH", "SPATH", "FGROUP", "FGREF"), "F is always the speed of the tip, or deg/min where only A and C turn"),
+    **dict.fromkeys(("UPATH", "SPATH", "FGROUP", "FGREF"), "F is always the speed of the tip, or deg/min where only A and C turn; a note (VP039) names an FGROUP with rotary axes, and one of these alone is refused"),
     **dict.fromkeys(("FNORM", "RTLION", "RTLIOF", "G62", "G621", "FENDNORM"), "the machine file limits rapid traverse and feed"),
     **dict.fromkeys(("STOPRE", "STARTFIFO", "STOPFIFO", "FIFOCTRL"), "nothing is read ahead"),
     **dict.fromkeys(("WALIMON", "WALIMOF"), "working area: the machine file gives the limits"),

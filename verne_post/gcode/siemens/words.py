@@ -93,6 +93,7 @@ class Words(Struct):
     m: list[tuple[int, int]] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
     no_effect: list[tuple[str, int]] = field(default_factory=list)
+    counts_turns: str = ""  # FGROUP that names rotary axes beside others
     modal_call: int | None = None  # column of MCALL
     used_words: set[str] = field(default_factory=set)
 
@@ -252,6 +253,8 @@ class WordReader:
         arguments = read_arguments(cursor)
         if name == "SETMS" and arguments[0].text.strip() not in ("", "1"):
             raise cursor.error("VP002", f"SETMS({arguments[0].text.strip()}): there is one spindle", at)
+        if name == "FGROUP":
+            words.counts_turns = _read_feed_group(arguments, cursor, at)
         if name in NO_EFFECT:
             words.no_effect.append((name, at + 1))
         elif name in ("TRAORI", "TRAFOOF"):
@@ -368,3 +371,14 @@ def read_argument_values(arguments: tuple[Argument, ...], variables: Variables) 
         if not cursor.is_at_end:
             raise cursor.error("VP001", "expected ',' or ')' after a value")
     return values
+
+
+def _read_feed_group(arguments: tuple[Argument, ...], cursor: Cursor, at: int) -> str:
+    """An FGROUP that counts rotary axes beside X, Y or Z; empty where F is the speed of the tip on a control too."""
+    axes = [argument.text.strip().upper() for argument in arguments]
+    rotary = [axis for axis in axes if axis in ("A", "B", "C")]
+    text = f"FGROUP({','.join(axes)})"
+    if rotary and len(rotary) == len(axes):
+        why = "F would be that of rotary axes alone, also where X Y Z move; write G93, or leave FGROUP out"
+        raise cursor.error("VP002", f"{text}: {why}", at)
+    return text if rotary else ""
