@@ -206,7 +206,7 @@ def validate(name: str) -> int:
 
 
 @command.command("import")
-@click.argument("configuration", type=FILE, metavar="INI")
+@click.argument("configuration", type=FILE, metavar="FILE")
 @click.option(
     "-o",
     "--output",
@@ -216,12 +216,14 @@ def validate(name: str) -> int:
     help='The machine file; "-" prints it.',
 )
 def import_(configuration: Path, output: Path) -> int:
-    """Write the machine file of a LinuxCNC configuration: kinematics, offsets, travels and speeds from its INI and HAL files.
+    """Write the machine file of another control's configuration: kinematics, offsets, travels and speeds.
 
-    Kinematics: xyzac-trt-kins, xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins, maxkins.
+    LinuxCNC: the INI file, with its HAL files; xyzac-trt-kins, xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins, maxkins. SINUMERIK: machine
+    data as an archive or initial.ini lists them; TRAORI of the generic types 24, 40, 56, 72, or an orientable tool carrier.
     """
     from verne_post.config.linuxcnc import convert_linuxcnc
     from verne_post.config.load import build_machine
+    from verne_post.config.sinumerik import convert_sinumerik, is_machine_data
     from verne_post.kinematics.chain.senses import describe_senses
     from verne_post.model.findings import InputError
 
@@ -232,7 +234,8 @@ def import_(configuration: Path, output: Path) -> int:
         return files.read(path, f"{name}: {named}") if path.is_file() else None
 
     try:
-        made = convert_linuxcnc(files.read(configuration, "INI"), name, read)
+        raw = files.read(configuration, "FILE")
+        made = convert_sinumerik(raw, name) if is_machine_data(raw) else convert_linuxcnc(raw, name, read)
         machine = build_machine(made.text.encode("utf-8"), f"from {name}")
     except InputError as error:
         refuse(name, error)
