@@ -91,10 +91,17 @@ def list_() -> int:
     "--plot", type=FILE, metavar="OUT.png|OUT.svg", help="Draw a slice of the workspace in place of printing the file."
 )
 @click.option("--tool-length", type=NUMBER, metavar="MM", help="Of the slice: gauge line to tip; default 0.")
-@click.option("--tilt", type=NUMBER, metavar="DEG", help="Of the slice: A as a program would say it; default 0.")
-@click.option("--rotary", type=NUMBER, metavar="DEG", help="Of the slice: C as a program would say it; default 0.")
 @click.option(
-    "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the table frame; default xy."
+    "--tilt", type=NUMBER, metavar="DEG", help="Of the slice: the word that tilts the tool, A or B; default 0."
+)
+@click.option(
+    "--rotary",
+    type=NUMBER,
+    metavar="DEG",
+    help="Of the slice: the word that turns it about its pole, mostly C; default 0.",
+)
+@click.option(
+    "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the part frame; default xy."
 )
 @click.option("--at", type=NUMBER, metavar="MM", help="Where the slice cuts the third axis; default 0.")
 @click.option("--iso-alpha", is_flag=True, help="Draw curves of equal tilt of the platform in place of a slice.")
@@ -146,6 +153,7 @@ def _draw(
     """Write a picture of a machine."""
     import numpy as np
 
+    from verne_post.model.moves import AXES, Frame
     from verne_post.model.protocols import IsoAlpha
     from verne_post.output import plots
 
@@ -156,12 +164,9 @@ def _draw(
     if isinstance(machine.module, IsoAlpha) and iso_alpha:
         files.write(plot, "--plot", [plots.picture(plots.draw_iso_alpha(machine, machine.module), suffix)])
         return
-    factors = {column.joint: column.factor for column in machine.columns}
-    if not {"a", "c"} <= set(factors) or not np.array_equal(machine.coordinates.part_frame, np.eye(3)):
-        raise click.UsageError(
-            "--plot: a slice is drawn in the table frame of a tilt A about x that carries a C; this machine has other rotary axes"
-        )
-    angles = np.array([float(of_slice[key] or 0.0) / factors[joint] for key, joint in (("tilt", "a"), ("rotary", "c"))])
+    words = np.zeros(len(AXES))
+    words[list(machine.coordinates.rotary)] = [float(of_slice[key] or 0.0) for key in ("tilt", "rotary")]
+    _tip, angles = machine.coordinates.map_to_table(words, Frame())
     plane, at, length = (
         str(of_slice["plane"] or "xy"),
         float(of_slice["at"] or 0.0),
