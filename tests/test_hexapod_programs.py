@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import verne_post
 from tests.kinematics.test_carrier_descriptions import read
 from tests.kinematics.test_hexapod import NAMES, judge
 
@@ -166,3 +167,21 @@ def test_explain_and_machine_show(run: Runner, tmp_path: Path) -> None:
     senses = run("machine", "show", "hexapod").out
     assert "# A +10: the tool leans towards -y of the part" in senses
     assert "# C +10: with A +10, the tool leans from -y towards +x of the part" in senses
+
+
+def test_axis_check_moves_the_six_alone(run: Runner, tmp_path: Path) -> None:
+    """A and C are no axes to move; what one strut does to nose and tool is that of the machine's forward kinematics."""
+    machine, folder = verne_post.load_machine("hexapod"), tmp_path / "check"
+    at = [1060.0, 1065.0, 1062.0, 1058.0, 1061.0, 1059.0, 0.0, 0.0]
+    answer = run("machine", "axis-check", "--machine", "hexapod", "--at", ",".join(map(str, at)), "-o", folder)
+    assert answer.code == 0, answer.err
+    names = sorted(path.name for path in folder.glob("*.csv"))
+    assert names == [f"{k + 6 * n + 1:02d}_l{k + 1}_{mm}mm.csv" for n, mm in enumerate((1, 10)) for k in range(6)]
+    text = " ".join(
+        " ".join(path.read_text(encoding="utf-8") for path in folder.glob("*.*") if path.suffix != ".csv").split()
+    )
+    tip, axis, _ok = machine.forward(np.array([at, [1070.0, *at[1:]]]), 0.0)
+    x, y, _z = tip[1] - tip[0]
+    leaned = np.degrees(np.linalg.norm(axis[1] - axis[0]))
+    assert f"{x:+.4f} mm in x, {y:+.4f} mm in y" in text
+    assert f"The tool leans by {leaned:.4f} deg towards" in text

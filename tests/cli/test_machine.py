@@ -267,7 +267,26 @@ def test_a_kind_without_equal_tilt_is_refused(serial: None, run: Callable[..., A
     assert "kind 'serial' has no curves of equal tilt" in answer.err
 
 
-def test_other_rotary_axes_have_no_slice(run: Callable[..., Any], tmp_path: Path) -> None:
-    answer = run("machine", "show", "bc_trunnion", "--plot", tmp_path / "a.png")
-    assert (answer.code, answer.out) == (2, "")
-    assert "this machine has other rotary axes" in answer.err
+@pytest.mark.parametrize("name", ["hexapod", "ca_fork_head", "bc_trunnion"])
+def test_a_slice_of_any_machine_is_one_of_its_part_frame(name: str, run: Callable[..., Any], tmp_path: Path) -> None:
+    """Tips that count as reached are those whose joints, by the machine's inverse in the part frame, keep every travel."""
+    from verne_post.model.moves import AXES, Frame
+    from verne_post.output.plots import reach_of_slice, slice_grid
+
+    machine = verne_post.load_machine(name)
+    words = np.zeros(len(AXES))
+    words[list(machine.coordinates.rotary)] = (12.0, 25.0)
+    _tip, angles = machine.coordinates.map_to_table(words, Frame())
+    across, up, reach = reach_of_slice(machine, "xy", -30.0 if name == "ca_fork_head" else 40.0, angles, 70.0)
+    tips = slice_grid("xy", -30.0 if name == "ca_fork_head" else 40.0, across, up)
+    axis = np.broadcast_to(machine.coordinates.find_tool_axis(words.tolist(), Frame()), tips.shape)
+    q, ok = machine.inverse(tips, axis, 70.0)
+    n = len(machine.actuators)
+    inside = ok & ((q >= machine.limits.lower) & (q <= machine.limits.upper))[:, :n].all(axis=1)
+    assert (inside | ~reach.reached).all()
+    assert reach.reached.sum() > 100
+    if name != "hexapod":  # which has cones and a Jacobian too
+        assert (inside == reach.reached).all()
+    answer = run("machine", "show", name, "--plot", tmp_path / "a.png", "--tilt", "12", "--rotary", "25", "--at", "40")
+    assert answer.code == 0, answer.err
+    assert "reached: x from" in answer.out

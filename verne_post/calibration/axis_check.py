@@ -15,7 +15,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.rotations import rotate_x, rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.kinematics.chain.senses import describe_sense
+from verne_post.kinematics.chain.senses import describe_sense, name_direction
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding, InputError, SolverError, make_finding
 from verne_post.model.machine import Machine
@@ -68,8 +68,9 @@ def plan_axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointF
     factor = np.array([column.factor for column in columns])
     here = convert_positions(np.array([numbers]), fmt)[0] / factor
     _require_place(machine, here, "the position of --at")
+    driven = [(joint, column) for joint, column in enumerate(columns) if column.driven]
     for distance in DISTANCES:
-        for joint, column in enumerate(columns):
+        for joint, column in driven:
             step = np.zeros(len(columns))
             step[joint] = distance / factor[joint]
             for sign in (1.0, -1.0):
@@ -78,7 +79,7 @@ def plan_axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointF
                 )
     number = 0
     for distance in DISTANCES:
-        for joint, column in enumerate(columns):
+        for joint, column in driven:
             number += 1
             step = np.zeros(len(columns))
             step[joint] = distance / factor[joint]
@@ -205,6 +206,9 @@ def _describe_nose(machine: Machine, here: Array, step: Array) -> str:
     moved = (nose[1] - nose[0]) @ machine.coordinates.part_frame
     against = "" if machine.module is not None else " against the part"
     text = f"the spindle nose moves {_describe_displacement(moved)}{against}."
+    if not machine.columns[-1].driven:  # the legs turn the platform in every direction
+        leans = np.diff(machine.forward(q, 0.0)[1], axis=0)[0]
+        return f"{text} The tool leans by {DEG_PER_RAD * float(np.linalg.norm(leans)):.4f} deg towards {name_direction(leans)} of the part."
     turned = DEG_PER_RAD * float(np.diff(platform.alpha)[0])
     return text + (f" The platform tilts by {turned:+.4f} deg about x." if abs(turned) > SEEN_DEG else "")
 

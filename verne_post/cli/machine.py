@@ -93,10 +93,17 @@ def list_() -> int:
     "--plot", type=FILE, metavar="OUT.png|OUT.svg", help="Draw a slice of the workspace in place of printing the file."
 )
 @click.option("--tool-length", type=NUMBER, metavar="MM", help="Of the slice: gauge line to tip; default 0.")
-@click.option("--tilt", type=NUMBER, metavar="DEG", help="Of the slice: A as a program would say it; default 0.")
-@click.option("--rotary", type=NUMBER, metavar="DEG", help="Of the slice: C as a program would say it; default 0.")
 @click.option(
-    "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the table frame; default xy."
+    "--tilt", type=NUMBER, metavar="DEG", help="Of the slice: the word that tilts the tool, A or B; default 0."
+)
+@click.option(
+    "--rotary",
+    type=NUMBER,
+    metavar="DEG",
+    help="Of the slice: the word that turns it about its pole, mostly C; default 0.",
+)
+@click.option(
+    "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the part frame; default xy."
 )
 @click.option("--at", type=NUMBER, metavar="MM", help="Where the slice cuts the third axis; default 0.")
 @click.option("--iso-alpha", is_flag=True, help="Draw curves of equal tilt of the platform in place of a slice.")
@@ -148,6 +155,7 @@ def _draw(
     """Write a picture of a machine."""
     import numpy as np
 
+    from verne_post.model.moves import AXES, Frame
     from verne_post.model.protocols import IsoAlpha
     from verne_post.output import plots
 
@@ -158,12 +166,9 @@ def _draw(
     if isinstance(machine.module, IsoAlpha) and iso_alpha:
         files.write(plot, "--plot", [plots.picture(plots.draw_iso_alpha(machine, machine.module), suffix)])
         return
-    factors = {column.joint: column.factor for column in machine.columns}
-    if not {"a", "c"} <= set(factors) or not np.array_equal(machine.coordinates.part_frame, np.eye(3)):
-        raise click.UsageError(
-            "--plot: a slice is drawn in the table frame of a tilt A about x that carries a C; this machine has other rotary axes"
-        )
-    angles = np.array([float(of_slice[key] or 0.0) / factors[joint] for key, joint in (("tilt", "a"), ("rotary", "c"))])
+    words = np.zeros(len(AXES))
+    words[list(machine.coordinates.rotary)] = [float(of_slice[key] or 0.0) for key in ("tilt", "rotary")]
+    _tip, angles = machine.coordinates.map_to_table(words, Frame())
     plane, at, length = (
         str(of_slice["plane"] or "xy"),
         float(of_slice["at"] or 0.0),
@@ -210,7 +215,7 @@ def validate(name: str) -> int:
 
 
 @command.command("import")
-@click.argument("configuration", type=FILE, metavar="INI")
+@click.argument("configuration", type=FILE, metavar="FILE")
 @click.option(
     "-o",
     "--output",
@@ -220,13 +225,15 @@ def validate(name: str) -> int:
     help='The machine file; "-" prints it.',
 )
 def import_(configuration: Path, output: Path) -> int:
-    """Write the machine file of a LinuxCNC configuration: kinematics, offsets, travels and speeds from its INI and HAL
-    files.
+    """Write the machine file of another control's configuration: kinematics, offsets, travels and speeds.
 
-    Kinematics: xyzac-trt-kins, xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins, maxkins.
+    LinuxCNC: the INI file, with its HAL files; xyzac-trt-kins, xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins, maxkins.
+    SINUMERIK: machine data as an archive or initial.ini lists them; TRAORI of the generic types 24, 40, 56, 72, or an
+    orientable tool carrier.
     """
     from verne_post.config.linuxcnc import convert_linuxcnc
     from verne_post.config.load import build_machine
+    from verne_post.config.sinumerik import convert_sinumerik, is_machine_data
     from verne_post.kinematics.chain.senses import describe_senses
     from verne_post.model.findings import InputError
 
@@ -237,7 +244,8 @@ def import_(configuration: Path, output: Path) -> int:
         return files.read(path, f"{name}: {named}") if path.is_file() else None
 
     try:
-        made = convert_linuxcnc(files.read(configuration, "INI"), name, read)
+        raw = files.read(configuration, "FILE")
+        made = convert_sinumerik(raw, name) if is_machine_data(raw) else convert_linuxcnc(raw, name, read)
         machine = build_machine(made.text.encode("utf-8"), f"from {name}")
     except InputError as error:
         refuse(name, error)

@@ -4,16 +4,15 @@ Kinematics with their pins, units, travels and speeds of the joints, and the ser
 the meaning of the kinematics; findings (VP509) name what is left out.
 """
 
-import json
 import re
 from collections.abc import Callable, Iterator
 from typing import Final
 
 from msgspec import Struct
 
-from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import escape_unprinted
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.config.toml_text import ImportedMachine, quote, show_list, show_number
+from verne_post.model.findings import InputError, make_finding
 
 #: Reads a file that the INI names, relative to it; None where there is none.
 Read = Callable[[str], bytes | None]
@@ -63,8 +62,8 @@ _KINEMATICS: Final = {
 _DEFAULTS: Final = {("5axiskins", "pivot-length"): 250.0, ("maxkins", "pivot-length"): 0.666}
 #: Why others are refused; the table of docs/machines.md in short.
 _REFUSED: Final = {
-    "genhexkins": "a hexapod: six struts without a rotary joint are not executed",
-    "genhex": "a hexapod: six struts without a rotary joint are not executed",
+    "genhexkins": "a hexapod whose words are roll, pitch and yaw of the platform: start from hexapod, whose words say where the tool points",
+    "genhex": "a hexapod whose words are roll, pitch and yaw of the platform: start from hexapod, whose words say where the tool points",
     "pentakins": "five struts on rings about the tool are not executed",
     "lineardeltakins": "three axes; kind = 'linear_delta' has this carrier over a tilting table: start from linear_delta",
     "rotarydeltakins": "arms that turn in place of sliders are not executed",
@@ -211,13 +210,6 @@ class Pins:
 # --- converting -------------------------------------------------------------------------------------------------
 
 
-class ImportedMachine(Struct, frozen=True):
-    """A machine file as text, and what was left out or has to be looked at."""
-
-    text: str
-    findings: tuple[Finding, ...]
-
-
 def convert_linuxcnc(raw: bytes, name: str, read: Read) -> ImportedMachine:
     """The machine file of a LinuxCNC configuration.
 
@@ -326,8 +318,8 @@ def _place_rotary(
     through = [one + lengths.get(f"{axis}-offset", 0.0) for axis, one in zip("xyz", point, strict=True)]
     if component == "xyzab_tdr_kins":  # b carries a, and both turn the part left-handed
         rotary = [
-            ("b", f'turns = [0.0, 1.0, 0.0]\nthrough = {_show_list(point)}\npositive = "tool"'),
-            ("a", f'turns = [1.0, 0.0, 0.0]\nthrough = {_show_list(through)}\npositive = "tool"'),
+            ("b", f'turns = [0.0, 1.0, 0.0]\nthrough = {show_list(point)}\npositive = "tool"'),
+            ("a", f'turns = [1.0, 0.0, 0.0]\nthrough = {show_list(through)}\npositive = "tool"'),
         ]
         return [*head, 'tool = ["x", "y", "z"]', 'part = ["b", "a"]', *tail], rotary
     if component.endswith("trt-kins"):
@@ -335,11 +327,11 @@ def _place_rotary(
         positive = f'positive = "{"tool" if conventional else "part"}"'
         direction = [1.0, 0.0, 0.0] if tilt == "a" else [0.0, 1.0, 0.0]
         rotary = [
-            (tilt, f"turns = {direction}\nthrough = {_show_list(through)}\n{positive}"),
-            ("c", f"turns = [0.0, 0.0, 1.0]\nthrough = {_show_list(point)}\n{positive}"),
+            (tilt, f"turns = {direction}\nthrough = {show_list(through)}\n{positive}"),
+            ("c", f"turns = [0.0, 0.0, 1.0]\nthrough = {show_list(point)}\n{positive}"),
         ]
         return [*head, 'tool = ["x", "y", "z"]', f'part = ["{tilt}", "c"]', *tail], rotary
-    pivot = _show_list([0.0, 0.0, lengths["pivot-length"]])
+    pivot = show_list([0.0, 0.0, lengths["pivot-length"]])
     if component == "5axiskins":
         rotary = [
             ("c", "turns = [0.0, 0.0, 1.0]\nthrough = [0.0, 0.0, 0.0]"),
@@ -352,21 +344,6 @@ def _place_rotary(
         ("c", 'turns = [0.0, 0.0, 1.0]\nthrough = [0.0, 0.0, 0.0]\npositive = "tool"'),
     ]
     return [*head, 'tool = ["x", "y", "z", "b"]', 'part = ["c"]', *tail], rotary
-
-
-def _show_list(values: list[float]) -> str:
-    return f"[{', '.join(_show(value) for value in values)}]"
-
-
-def _show(value: float) -> str:
-    """A number of TOML: nine decimals of a length are finer than any machine."""
-    text = format_fixed(value, 9).rstrip("0")
-    return f"{text}0" if text.endswith(".") else text
-
-
-def _quote(text: str) -> str:
-    """A string of TOML."""
-    return json.dumps(escape_unprinted(text), ensure_ascii=False)
 
 
 def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: str = "") -> str:
@@ -398,22 +375,22 @@ def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: st
                 ini.name,
                 f"[{section}]{key} of {letter} is {'missing' if value is None else f'{value:g}'}; expected a number above 0",
             )
-        speeds.append(f"{name} = {_show(scale * value)}")
+        speeds.append(f"{name} = {show_number(scale * value)}")
     unit_vector = [float(one == letter) for one in "xyz"]
-    travel = [] if endless else [f"{what} = {_show_list(ends)}"]
+    travel = [] if endless else [f"{what} = {show_list(ends)}"]
     return "\n".join([f"[joints.{letter}]", rotary or f"slides = {unit_vector}", *travel, *speeds, ""])
 
 
 def _write_head(ini: IniFile, component: str) -> list[str]:
     title = (ini.find("EMC", "MACHINE") or (component, ""))[0] or component
     return [f"# From {escape_unprinted(ini.name)}, a configuration of LinuxCNC with {component}. Keys: docs/machine-file.md, schema 2.",
-            "schema = 2", f"name = {_quote(title)}", ""]  # fmt: skip
+            "schema = 2", f"name = {quote(title)}", ""]  # fmt: skip
 
 
 def _write_tail(ini: IniFile, name: str) -> list[str]:
     """[control] and [provenance]."""
     period = ini.read_number("EMCMOT", "SERVO_PERIOD")
     cycle = 0.001 if period is None else period * _NANO
-    source = _quote(f"specified in {name}")
-    return ["[control]", f"cycle_s = {_show(cycle)}", "", "[provenance]",
+    source = quote(f"specified in {name}")
+    return ["[control]", f"cycle_s = {show_number(cycle)}", "", "[provenance]",
             *(f"{group} = {source}" for group in ("chain", "joints", "control")), ""]  # fmt: skip

@@ -9,6 +9,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.workspace import Reach, classify
 from verne_post.model.machine import Machine
+from verne_post.model.moves import Frame
 from verne_post.model.protocols import IsoAlpha
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def picture(figure: "Figure", suffix: str) -> bytes:
 
 
 def slice_grid(plane: str, at: float, across: Array, up: Array) -> Array:
-    """Tips (len(up) * len(across), 3) of a slice of the table frame, row by row."""
+    """Tips (len(up) * len(across), 3) of a slice of the part frame, row by row."""
     i, j, k = PLANES[plane]
     tip = np.empty((len(up), len(across), 3))
     tip[..., i], tip[..., j], tip[..., k] = across[None, :], up[:, None], at
@@ -60,7 +61,7 @@ def slice_grid(plane: str, at: float, across: Array, up: Array) -> Array:
 def reach_of_slice(
     machine: Machine, plane: str, at: float, angles: Array, tool_length: float
 ) -> tuple[Array, Array, Reach]:
-    """Classify a plane of the table frame, on a grid that just contains what the machine reaches there.
+    """Classify a plane of the part frame, on a grid that just contains what the machine reaches there.
 
     Parameters
     ----------
@@ -83,8 +84,9 @@ def reach_of_slice(
     ------
     NothingReached
     """
+    to_table = machine.coordinates.part_frame.T
     steps = np.arange(-SEARCH, SEARCH + SEARCH_STEP / 2, SEARCH_STEP)
-    rough = classify(machine, slice_grid(plane, at, steps, steps), angles, tool_length)
+    rough = classify(machine, slice_grid(plane, at, steps, steps) @ to_table, angles, tool_length)
     rows, columns = np.nonzero(rough.reached.reshape(len(steps), len(steps)))
     if not len(rows):
         raise NothingReached(f"no tip with |{plane[0]}|, |{plane[1]}| up to {SEARCH:g} mm is reached in this plane")
@@ -94,7 +96,7 @@ def reach_of_slice(
         border = _BORDER * (high - low)
         sides.append(np.linspace(low - border, high + border, RESOLUTION))
     across, up = sides
-    return across, up, classify(machine, slice_grid(plane, at, across, up), angles, tool_length)
+    return across, up, classify(machine, slice_grid(plane, at, across, up) @ to_table, angles, tool_length)
 
 
 def draw_workspace(
@@ -125,12 +127,17 @@ def draw_workspace(
     axes.contour(across, up, broken < 0, levels=[0.5], colors="black", linewidths=0.9)
     _draw_table(axes, machine, plane, at)
     i, j, k = PLANES[plane]
-    axes.set(xlabel=f"{'xyz'[i]} on the table, mm", ylabel=f"{'xyz'[j]} on the table, mm", aspect="equal")
+    where = "on the table" if machine.table_radius else "of the part"
+    axes.set(xlabel=f"{'xyz'[i]} {where}, mm", ylabel=f"{'xyz'[j]} {where}, mm", aspect="equal")
     axes.set_xlim(extent[0], extent[1])
     axes.set_ylim(extent[2], extent[3])
-    a, c = (_convert_shown_angle(machine, joint, angle) for joint, angle in zip("ac", angles, strict=True))
+    program = machine.coordinates.map_from_table(np.zeros(3), angles, Frame())
+    tilt, turn = (
+        f"{letter}{round(float(program[axis]), 9) + 0.0:g}"
+        for letter, axis in zip(machine.rotary_letters, machine.coordinates.rotary, strict=True)
+    )
     axes.set_title(
-        f"{machine.name}: tips reached, tool {tool_length:g} mm, A{a:g} C{c:g}, {'xyz'[k]} = {at:g} mm",
+        f"{machine.name}: tips reached, tool {tool_length:g} mm, {tilt} {turn}, {'xyz'[k]} = {at:g} mm",
         fontsize=11,
         parse_math=False,
     )
@@ -143,17 +150,13 @@ def draw_workspace(
     return figure, (across, up, reach)
 
 
-def _convert_shown_angle(machine: Machine, joint: str, angle: float) -> float:
-    """An angle in the words of a program."""
-    factor = next(column.factor for column in machine.columns if column.joint == joint)
-    return round(float(angle * factor), 9) + 0.0
-
-
 def _draw_table(axes: Any, machine: Machine, plane: str, at: float) -> None:
     """Outline of the table face where the slice meets it or looks at it from above."""
     from matplotlib.patches import Circle
 
     radius = machine.table_radius
+    if not radius:
+        return
     if plane == "xy":
         axes.add_patch(Circle((0, 0), radius, fill=False, color="white", linestyle="--", linewidth=1.2))
     elif abs(at) < radius:

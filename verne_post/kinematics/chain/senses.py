@@ -46,16 +46,16 @@ def describe_sense(machine: Machine, here: Array, joint: int) -> str:
     tip, axis, _ok = machine.forward(here, 0.0)
     there, leans, _ok = machine.forward(_step(here, joint, column), 0.0)
     if column.unit == "mm":
-        return f"the tool moves towards {_name_direction(there - tip)} of the part"
+        return f"the tool moves towards {name_direction(there - tip)} of the part"
     if np.linalg.norm(leans - axis) > _STILL:
-        return f"the tool leans towards {_name_direction(leans - axis)} of the part"
+        return f"the tool leans towards {name_direction(leans - axis)} of the part"
     tilt = len(here) - 2
     tilted = _step(here, tilt, machine.columns[tilt])
     before = machine.forward(tilted, 0.0)[1]
     after = machine.forward(_step(tilted, joint, column), 0.0)[1]
     return (
-        f"with {machine.columns[tilt].joint.upper()} {_STEP:+g}, the tool leans from {_name_direction(before - axis)} towards "
-        f"{_name_direction(after - before)} of the part"
+        f"with {machine.columns[tilt].joint.upper()} {_STEP:+g}, the tool leans from {name_direction(before - axis)} towards "
+        f"{name_direction(after - before)} of the part"
     )
 
 
@@ -65,7 +65,7 @@ def _step(here: Array, joint: int, column: Column) -> Array:
     return moved
 
 
-def _name_direction(vector: Array) -> str:
+def name_direction(vector: Array) -> str:
     """The axis of the part nearest to a direction."""
     largest = int(np.argmax(np.abs(vector)))
     return f"{'+' if vector[largest] > 0 else '-'}{'xyz'[largest]}"
