@@ -141,7 +141,9 @@ def _ask_for_jerk(machine: Machine) -> str:
     jerk = machine.limits.jerk
     if not np.isfinite(jerk).all():
         return "# an axis has no jerk limit in the machine file: the planner keeps none\nPLANNER_TYPE = 0"
-    return f"# 1: S-curve, in LinuxCNC 2.10; 2.9 reads no jerk\nPLANNER_TYPE = 1\nMAX_LINEAR_JERK = {jerk[:3].min():.12g}"
+    return (
+        f"# 1: S-curve, in LinuxCNC 2.10; 2.9 reads no jerk\nPLANNER_TYPE = 1\nMAX_LINEAR_JERK = {jerk[:3].min():.12g}"
+    )
 
 
 def _limit_jerk(jerk: float) -> list[str]:
