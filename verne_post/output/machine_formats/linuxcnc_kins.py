@@ -140,7 +140,7 @@ def _ask_for_jerk(machine: Machine) -> str:
     """Lines of [TRAJ] with which LinuxCNC 2.10 keeps jerk: of every axis, or it takes none for an axis without."""
     jerk = machine.limits.jerk
     if not np.isfinite(jerk).all():
-        return "# an axis has no jerk limit in the machine file: the planner keeps none\nPLANNER_TYPE = 0"
+        return "# without jerk: the machine file does not limit that of every axis\nPLANNER_TYPE = 0"
     return (
         f"# 1: S-curve, in LinuxCNC 2.10; 2.9 reads no jerk\nPLANNER_TYPE = 1\nMAX_LINEAR_JERK = {jerk[:3].min():.12g}"
     )
