@@ -49,7 +49,7 @@ def write_component(machine: Machine) -> dict[str, str]:
         "joints": "\n\n".join(_describe_joints(machine, ideal)),
         "velocity": repr(float(machine.limits.velocity[:3].min())),
         "acceleration": repr(float(machine.limits.acceleration[:3].min())),
-        "jerk": _ask_for_jerk(machine),
+        "planner": _choose_planner(machine),
         "tip": repr(machine.accuracy.tip),
         "period": round(1e9 * machine.cycle),
         "loops": "\n".join(f"net motor{k} joint.{k}.motor-pos-cmd => joint.{k}.motor-pos-fb" for k in range(5)),
@@ -136,8 +136,8 @@ def _describe_axes(machine: Machine) -> Iterator[str]:
         yield "\n".join(lines)
 
 
-def _ask_for_jerk(machine: Machine) -> str:
-    """Lines of [TRAJ] with which LinuxCNC 2.10 keeps jerk: of every axis, or it takes none for an axis without."""
+def _choose_planner(machine: Machine) -> str:
+    """Lines of [TRAJ]: the planner of LinuxCNC 2.10 that keeps jerk, where every joint has a limit of it."""
     jerk = machine.limits.jerk
     if not np.isfinite(jerk).all():
         return "# without jerk: the machine file does not limit that of every axis\nPLANNER_TYPE = 0"
