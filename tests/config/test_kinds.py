@@ -97,6 +97,7 @@ def test_a_jerk_that_is_absent_is_not_limited_and_told(name):
     if machine.kind != "chain":  # which no format takes
         texts = "".join([*mtconnect.write_device(machine).values(), *linuxcnc_kins.write_component(machine).values()])
         assert "jerk limit" not in texts
+        assert "MAX_JERK =" not in texts
     bound = machine.limits.bound_jerk(0.002)
     assert np.array_equal(bound.jerk, 1000.0 * machine.limits.acceleration)
 

@@ -1,8 +1,8 @@
 """For LinuxCNC 2.9 and 2.10: the machine as a kinematics component in C, and a simulation of it (INI, HAL, tool table).
 
-The C stands in ``kins/`` as it is compiled. Only ``machine.h`` is written here: the numbers of the machine file under
-their own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls.
-The whole machine around it is ``kins/ideal.h``, or ``kins/as_built.h`` where the file has [as_built].
+The C stands in ``kins/`` as it is compiled; only ``machine.h`` is written here, the numbers of the machine file under their
+own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls; the
+whole machine around it is ``kins/ideal.h``, or ``kins/as_built.h`` where the file has [as_built].
 """
 
 from collections.abc import Iterator, Mapping
@@ -49,7 +49,7 @@ def write_component(machine: Machine) -> dict[str, str]:
         "joints": "\n\n".join(_describe_joints(machine, ideal)),
         "velocity": repr(float(machine.limits.velocity[:3].min())),
         "acceleration": repr(float(machine.limits.acceleration[:3].min())),
-        "jerk": _write_jerk_limit(machine),
+        "planner": _choose_planner(machine),
         "tip": repr(machine.accuracy.tip),
         "period": round(1e9 * machine.cycle),
         "loops": "\n".join(f"net motor{k} joint.{k}.motor-pos-cmd => joint.{k}.motor-pos-fb" for k in range(5)),
@@ -86,7 +86,7 @@ def _fill(name: str, values: Mapping[str, object]) -> str:
 
 
 def _write_numbers(machine: Machine, ideal: HybridMachine) -> str:
-    """C definitions of all numbers of the equations, by the names of the machine file or of ``AsBuiltGeometry``."""
+    """C definitions of everything that the equations need, by the names of the machine file or of ``AsBuiltGeometry``."""
     a, c = (column.factor for column in machine.columns[3:])
     whole = machine.five_axis
     assert isinstance(ideal.module, Struct)  # as every module that has C
@@ -136,11 +136,11 @@ def _describe_axes(machine: Machine) -> Iterator[str]:
         yield "\n".join(lines)
 
 
-def _write_jerk_limit(machine: Machine) -> str:
-    """Lines of [TRAJ] with which LinuxCNC 2.10 keeps jerk: of every axis, or it takes none for an axis without."""
+def _choose_planner(machine: Machine) -> str:
+    """Lines of [TRAJ]: the planner of LinuxCNC 2.10 that keeps jerk, where every joint has a limit of it."""
     jerk = machine.limits.jerk
     if not np.isfinite(jerk).all():
-        return "# an axis has no jerk limit in the machine file: the planner keeps none\nPLANNER_TYPE = 0"
+        return "# without jerk: the machine file does not limit that of every axis\nPLANNER_TYPE = 0"
     return (
         f"# 1: S-curve, in LinuxCNC 2.10; 2.9 reads no jerk\nPLANNER_TYPE = 1\nMAX_LINEAR_JERK = {jerk[:3].min():.12g}"
     )
