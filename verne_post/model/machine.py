@@ -10,6 +10,7 @@ from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding
 from verne_post.model.moves import AXES, Frame
+from verne_post.model.part_setup import FixtureMesh
 from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
 from verne_post.model.vibration import Vibration
 
@@ -120,7 +121,8 @@ class Machine:
     sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the file
     does not name them; ``bodies`` are the sizes that ``clearance`` is computed from, ``rod_places`` where the rods are along x.
     ``tolerances`` are standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built machine;
-    ``warnings`` are values that no machine tool has (VP505); ``vibration`` names modes for input shapers.
+    ``warnings`` are values that no machine tool has (VP505); ``vibration`` names modes for input shapers; ``meshes`` are
+    bodies in the platform frame, by name, that keep out of fixtures.
     """
 
     name: str
@@ -143,6 +145,7 @@ class Machine:
     tolerances: Array = field(default_factory=lambda: np.empty(0))
     warnings: tuple[Finding, ...] = ()
     vibration: Vibration | None = None
+    meshes: tuple[FixtureMesh, ...] = ()
 
     @property
     def assumed(self) -> tuple[str, ...]:
