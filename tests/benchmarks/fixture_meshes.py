@@ -75,7 +75,7 @@ def main() -> None:
         options = Options(tool_length=110.0, tool_shapes={1: SHAPE}, wcs={"G54": (0.0, -40.0, 30.0)}, keep_out=(jaw,))
         program = assemble(source, machine, options)
         joints = guard_joints(program)
-        keep_out = joints.keep_out.select(meshes=True)
+        keep_out = joints.keep_out.select("mesh")
         seconds = []
         for _ in range(2):
             began = time.process_time()

@@ -6,12 +6,8 @@ import pytest
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program
 from verne_post.base.rotations import find_axis_of_angles
-from verne_post.kinematics.checks.bodies import (
-    _bound_flat_end_to_table,
-    _measure_to_table,
-    measure_between_segments,
-    measure_point_to_segment,
-)
+from verne_post.base.segments import measure_between_segments, measure_point_to_segment
+from verne_post.kinematics.checks.bodies import _bound_flat_end_to_table, _measure_to_table
 from verne_post.kinematics.checks.clearance import check_clearance, find_straight
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options

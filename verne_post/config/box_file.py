@@ -37,6 +37,13 @@ def _check_corners(low: Sequence[float], high: Sequence[float]) -> None:
             raise ValueError(f"{letter} of min, {first:g}, must be below that of max, {last:g}")
 
 
+class BodyFile(Table, frozen=True, kw_only=True):
+    """[bodies.NAME] of a machine file: a mesh in the platform frame."""
+
+    file: Annotated[str, Meta(min_length=1)]
+    unit: Unit = "mm"
+
+
 class FixtureFile(Table, frozen=True, kw_only=True):
     """[keep_out.NAME] and [stock]: a box in the table frame or in a work system of --wcs; or a file in its place."""
 

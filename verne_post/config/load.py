@@ -36,6 +36,7 @@ from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Accuracy, Bodies, Column, Limits, Machine
 from verne_post.model.moves import Frame
+from verne_post.model.part_setup import FixtureMesh
 from verne_post.model.protocols import FiveAxis, RodModule
 
 if TYPE_CHECKING:
@@ -67,26 +68,23 @@ def load_machine(
 
     raw = read(path, f"machine file {str(name_or_path)!r}", suggest_names(path.name))
 
-    def read_named(name: str) -> bytes:
+    def read_named(name: str, key: str = "as_built.file") -> bytes:
         try:
-            found = find_file_beside(path.parent, name, "as_built.file", "put it there")
+            found = find_file_beside(path.parent, name, key, "put it there")
         except ValueError as error:
             raise InputError(make_finding("VP501", f"{path.name}: {error}")) from None
-        return read(found, f"{path.name}: as_built.file {name!r}")
+        return read(found, f"{path.name}: {key} {name!r}")
 
     return build_machine(raw, path.name, read_named)
 
 
-def _refuse_files(name: str) -> bytes:
-    raise InputError(
-        make_finding(
-            "VP501", f"as_built.file = {name!r}: a machine that is not read from a file has no files beside it"
-        )
-    )
+def _refuse_files(name: str, key: str = "as_built.file") -> bytes:
+    text = f"{key} = {name!r}: a machine that is not read from a file has no files beside it"
+    raise InputError(make_finding("VP501", text))
 
 
-def build_machine(raw: bytes, file_name: str, read: Callable[[str], bytes] = _refuse_files) -> Machine:
-    """Build a machine from the bytes of its file; ``read`` gives the bytes of files that it names."""
+def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refuse_files) -> Machine:
+    """Build a machine from the bytes of its file; ``read`` gives the bytes of a file that it names, and of the key that does."""
     try:
         data = read_toml(raw)
     except ValueError as error:
@@ -137,10 +135,13 @@ def build_machine(raw: bytes, file_name: str, read: Callable[[str], bytes] = _re
         five_axis = build_as_built(nominal, places, as_built[0], threshold, joint_limits, file_name)
         provenance["as_built"] = as_built[0].source
     clearance = _make_clearance(content, five_axis, nominal, rods, places)
+    meshes = _read_bodies(content, read)
     return Machine(
         name=escape_unprinted(content.name),
         kind=content.kind,
-        sha256=hashlib.sha256(raw + (as_built[1] if as_built else b"")).hexdigest(),
+        sha256=hashlib.sha256(
+            raw + (as_built[1] if as_built else b"") + b"".join(one.raw for one in meshes)
+        ).hexdigest(),
         module=module,
         five_axis=five_axis,
         coordinates=table,
@@ -158,7 +159,26 @@ def build_machine(raw: bytes, file_name: str, read: Callable[[str], bytes] = _re
         warnings=tuple(find_implausible(data, kind.group)),
         tolerances=_convert_tolerances(content.tolerances or TolerancesFile()),
         vibration=convert_vibration(content.vibration),
+        meshes=meshes,
     )
+
+
+def _read_bodies(content: MachineFile, read: Callable[..., bytes]) -> tuple[FixtureMesh, ...]:
+    """The bodies that are meshes.
+
+    Raises
+    ------
+    InputError
+        VP506 where a file is no STL of one closed body.
+    """
+    meshes = []
+    for name, one in (content.bodies or {}).items():
+        mesh = FixtureMesh(name, read(one.file, f"bodies.{name}.file"), unit=one.unit, file=one.file)
+        from verne_post.part.fixture import load_fixture  # few machine files have meshes
+
+        load_fixture(mesh.raw, mesh.shown, mesh.unit)
+        meshes.append(mesh)
+    return tuple(meshes)
 
 
 def _convert_tolerances(file: TolerancesFile) -> np.ndarray:

@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal, cast
 
 from msgspec import Meta, defstruct
 
+from verne_post.config.box_file import BodyFile
 from verne_post.config.sentences import Checks, Table
 from verne_post.model.drives import STEEPEST_ERROR
 from verne_post.model.vibration import Shaper
@@ -331,6 +332,7 @@ class ProvenanceFile(Table, frozen=True, kw_only=True):
     drives: Source | None = None
     accuracy: Source | None = None
     vibration: Source | None = None
+    bodies: Source | None = None
 
 
 class MachineFile(Table, frozen=True, kw_only=True):
@@ -349,12 +351,13 @@ class MachineFile(Table, frozen=True, kw_only=True):
     as_built: object = None
     tolerances: TolerancesFile | None = None
     clearance: ClearanceFile | None = None
+    bodies: dict[Literal["spindle", "platform"], BodyFile] | None = None
     drives: dict[str, DriveFile] | None = None
     vibration: VibrationFile | None = None
     control: ControlFile
     provenance: ProvenanceFile
 
     def check_together(self) -> None:
-        for group in ("home", "accuracy", "rods", "tolerances", "clearance", "drives", "vibration"):
+        for group in ("home", "accuracy", "rods", "tolerances", "clearance", "bodies", "drives", "vibration"):
             if getattr(self, group) is not None and getattr(self.provenance, group) is None:
                 raise ValueError(f"provenance.{group} is missing: every group says where it is from")

@@ -12,6 +12,7 @@ from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding
 from verne_post.model.moves import AXES, Frame
+from verne_post.model.part_setup import FixtureMesh
 from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
 from verne_post.model.vibration import Vibration
 
@@ -124,6 +125,7 @@ class Machine:
     file does not name them. ``clearance`` is computed from the sizes ``bodies``; ``rod_places`` says where the rods are
     along x. ``tolerances`` are standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built
     machine. ``warnings`` are values that no machine tool has (VP505); ``vibration`` names modes for input shapers.
+    ``meshes`` are bodies in the platform frame, by name, that keep out of fixtures.
     """
 
     name: str
@@ -146,6 +148,7 @@ class Machine:
     tolerances: Array = field(default_factory=lambda: np.empty(0))
     warnings: tuple[Finding, ...] = ()
     vibration: Vibration | None = None
+    meshes: tuple[FixtureMesh, ...] = ()
 
     def _make_text_rows(self) -> list[list[str]]:
         """Its joints with their limits, in the units and senses of setpoint files."""

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.segments import measure_between_segments
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Bodies
@@ -18,8 +19,6 @@ from verne_post.model.protocols import Margin, RodModule
 
 #: Ternary steps on a convex distance along a line segment: the bracket ends at (2/3)^60 of it.
 CONVEX_STEPS: Final = 60
-#: Squared length (mm2) below which a line segment counts as a point: its direction would be noise.
-POINT: Final = 1e-18
 
 
 class Clearance:
@@ -171,36 +170,6 @@ def _list_leg_pairs(module: RodModule) -> list[tuple[str, str]]:
     legs = list(dict.fromkeys(module.rod_legs))
     pairs = [(leg, leg) for leg in legs if leg not in module.parallelograms]
     return pairs + [(a, b) for i, a in enumerate(legs) for b in legs[i + 1 :]]
-
-
-def measure_between_segments(a0: Array, a1: Array, b0: Array, b1: Array) -> Array:
-    """Distance of two line segments, each given by its ends (n, 3): (n,), mm.
-
-    The squared distance is convex in both parameters: the unconstrained optimum, if it is inside, and otherwise the
-    best of the four edges, each a point against a line segment.
-    """
-    u, v, w = a1 - a0, b1 - b0, a0 - b0
-    uu, uv, vv = (u * u).sum(-1), (u * v).sum(-1), (v * v).sum(-1)
-    uw, vw = (u * w).sum(-1), (v * w).sum(-1)
-    best = np.minimum(
-        np.minimum(measure_point_to_segment(a0, b0, b1), measure_point_to_segment(a1, b0, b1)),
-        np.minimum(measure_point_to_segment(b0, a0, a1), measure_point_to_segment(b1, a0, a1)),
-    )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        determinant = uu * vv - uv**2
-        s, t = (uv * vw - vv * uw) / determinant, (uu * vw - uv * uw) / determinant
-        inside = (determinant > 0) & (s > 0) & (s < 1) & (t > 0) & (t < 1)
-        crossing = np.linalg.norm(w + s[:, None] * u - t[:, None] * v, axis=-1)
-    return np.where(inside, np.minimum(crossing, best), best)
-
-
-def measure_point_to_segment(point: Array, start: Array, end: Array) -> Array:
-    """Distance of points from line segments, all (n, 3): (n,), mm."""
-    along = end - start
-    square = (along * along).sum(-1)
-    share = ((point - start) * along).sum(-1) / np.where(square > POINT, square, 1.0)
-    share = np.where(square > POINT, np.clip(share, 0.0, 1.0), 0.0)
-    return np.linalg.norm(point - start - share[:, None] * along, axis=-1)
 
 
 def _measure_to_table(start: Array, end: Array, radius: float) -> Array:

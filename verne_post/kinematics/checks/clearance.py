@@ -16,7 +16,7 @@ from verne_post.base.team import ALONE, Team
 from verne_post.kinematics.checks.cover import WORST_DEPTH, Spans, cover_elements, split_elements
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.checks.limits import JointBounds, check_limits
-from verne_post.kinematics.checks.mesh_contacts import check_meshes
+from verne_post.kinematics.checks.mesh_contacts import check_meshes, check_rigid
 from verne_post.kinematics.checks.violations import Check, Worst, report_limit
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
@@ -39,8 +39,9 @@ def check_constraints(
     for model in list_clearances(joints):
         findings += check_clearance(joints, model)
     if isinstance(joints.keep_out, KeepOut):
-        meshes = joints.keep_out.select(meshes=True)
-        findings += check_meshes(joints, meshes, build_clearance_checks(meshes, 0)) if meshes.obstacles else []
+        meshes, rigid = joints.keep_out.select("mesh"), joints.keep_out.select("rigid")
+        for check, pairs in ((check_meshes, meshes), (check_rigid, rigid)):
+            findings += check(joints, pairs, build_clearance_checks(pairs, 0)) if pairs.pairs else []
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
@@ -48,7 +49,7 @@ def list_clearances(joints: JointPath, *, meshes: bool = False) -> list[Clearanc
     """The models of distances in single poses: between bodies of the machine, from boxes (or meshes) on the table."""
     bodies = joints.keep_out if isinstance(joints.keep_out, KeepOut) else None
     if bodies is not None and not meshes:
-        bodies = bodies.select(meshes=False)
+        bodies = bodies.select("box")
     return [model for model in (joints.machine.clearance, bodies) if model is not None and model.names]
 
 

@@ -6,7 +6,8 @@ the table, so whole motions are checked as in ``check_clearance``. Against meshe
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from functools import lru_cache
+from typing import Final, Literal
 
 import numpy as np
 from msgspec import Struct
@@ -30,11 +31,37 @@ from verne_post.part.bodies import check_tool
 from verne_post.part.clearance import TOUCH_MM
 from verne_post.part.dexels import Dexels
 from verne_post.part.fixture import load_fixture
-from verne_post.part.stl import Mesh
+from verne_post.part.rigid import CORNERS, Balls, build_balls, find_distances
+from verne_post.part.stl import Mesh, build_mesh
 from verne_post.part.stock_forms import make_cylinder, read_stock
 
+#: Corners of the facets of a box, counter-clockwise from outside.
+_BOX_FACETS: Final = np.array(
+    [
+        (a, *pair)
+        for a, b, c, d in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
+        for pair in ((b, c), (c, d))
+    ]
+)
 #: Bodies farther from a box than this, beyond what it asks for, are not measured exactly, mm.
 NEAR_MM: Final = 25.0
+
+
+#: How a body and an obstacle are held against each other.
+Kind = Literal["box", "mesh", "rigid"]
+KINDS: Final[tuple[Kind, ...]] = ("box", "mesh", "rigid")
+
+
+@lru_cache(maxsize=64)
+def _make_box(x: float, y: float, z: float) -> Mesh:
+    """The mesh of a box about zero with these half sizes."""
+    corner = (2.0 * CORNERS - 1.0) * (x, y, z)
+    return build_mesh("box", corner[_BOX_FACETS])
+
+
+@lru_cache(maxsize=64)
+def _make_balls(mesh: Mesh) -> Balls:
+    return build_balls(mesh)
 
 
 class Placed(Struct, frozen=True, eq=False):
@@ -74,6 +101,16 @@ class Placed(Struct, frozen=True, eq=False):
         """Points (n, 3) of the table frame in its own frame."""
         return rotate_z(point - self.middle, -self.turn)
 
+    @property
+    def surface(self) -> Mesh:
+        """Its mesh, or that of the box, in its own frame."""
+        return self.mesh if self.mesh is not None else _make_box(*self.half.tolist())
+
+    @property
+    def balls(self) -> Balls:
+        """The tree of that mesh."""
+        return _make_balls(self.surface)
+
     def move(self, shift: Array) -> "Placed":
         """The same elsewhere on the table by ``shift`` (3,), mm."""
         form = None if self.form is None else self.form.move(shift, 0.0)
@@ -94,12 +131,22 @@ class KeepOut:
     obstacles : sequence of Placed
     entering : ndarray of bool, shape (n_segments,)
         Whether a cutter in the stock is a mistake on the segment.
+    kinds : sequence of {"box", "mesh", "rigid"}
+        Which pairs: bodies of revolution and boxes, those and meshes, or meshes of the machine and both.
     """
 
-    def __init__(self, obstacles: Sequence[Placed], moving: Moving, entering: Mask) -> None:
+    def __init__(
+        self, obstacles: Sequence[Placed], moving: Moving, entering: Mask, kinds: Sequence[Kind] = KINDS
+    ) -> None:  # fmt: skip
         self.obstacles, self.moving, self.entering, self.slack = tuple(obstacles), moving, entering, TOUCH_MM
         self.boxes = tuple(one for one in self.obstacles if one.mesh is None)
-        self.pairs = [(body, one) for one in self.obstacles for body in moving.known]
+        self.kinds = kinds
+        self.pairs = [
+            (body, one)
+            for one in self.obstacles
+            for body in moving.list_bodies(stock=one.stock)
+            if _find_kind(body, one, moving) in kinds
+        ]
         self.names: tuple[Margin, ...] = tuple(
             Margin(f"distance of the {body} from {one.name}{_describe_when(body, one)}", "VP216" if one.stock else "VP215", None,
                    "mm", one.distance, one.distance)
@@ -116,12 +163,12 @@ class KeepOut:
     def move_part(self, shift: Array) -> "KeepOut":
         """The same with the part moved on the table by ``shift`` (3,), mm: bodies of work systems go with it."""
         obstacles = [one.move(shift) if one.with_part else one for one in self.obstacles]
-        return KeepOut(obstacles, self.moving, self.entering)
+        return KeepOut(obstacles, self.moving, self.entering, self.kinds)
 
-    def select(self, *, meshes: bool) -> "KeepOut":
-        """The same of the meshes alone, or of the boxes."""
-        kept = [one for one in self.obstacles if (one.mesh is not None) is meshes]
-        return KeepOut(kept, self.moving, self.entering)
+    def select(self, kind: Kind) -> "KeepOut":
+        """The same of one kind of pairs alone."""
+        kept = dict.fromkeys(one for body, one in self.pairs if _find_kind(body, one, self.moving) == kind)
+        return KeepOut(tuple(kept), self.moving, self.entering, (kind,))
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
         """Margins (n, m) of poses, and by group the points (n, p, 3), table frame, whose motion bounds their change.
@@ -134,14 +181,27 @@ class KeepOut:
             for one in self.obstacles
             if one.mesh is not None
         }
+        corners = self.moving.carry_corners(pose)
         columns = []
         for body, one in self.pairs:
+            if _find_kind(body, one, self.moving) == "rigid":
+                corner = one.map_inside(corners[body])
+                distance = find_distances(self.moving.rigid[body], one.balls, corner, one.distance + NEAR_MM)
+                columns.append(np.where(np.isnan(distance), FAR_MM, distance))
+                continue
             if one.mesh is not None:
                 columns.append(meshes[one.name][body])
                 continue
             there = self.entering[pose.segment] if one.stock and body == "cutter" else None
             columns.append(np.min([_measure_to_box(one, bar, there) for bar in bars[body]], axis=0))
         return np.stack(columns, axis=1), points
+
+
+def _find_kind(body: str, one: Placed, moving: Moving) -> Kind:
+    """How a body and an obstacle are held against each other."""
+    if body in moving.rigid and not one.stock:
+        return "rigid"
+    return "box" if one.mesh is None else "mesh"
 
 
 def _measure_to_box(box: Placed, bar: Bar, there: Mask | None) -> Array:

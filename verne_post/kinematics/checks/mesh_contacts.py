@@ -22,9 +22,10 @@ from verne_post.kinematics.checks.violations import Check, Worst, report_limit
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 from verne_post.model.poses import Pose
-from verne_post.part.clearance import find_contacts
+from verne_post.part.clearance import TOUCH_MM, find_contacts
 from verne_post.part.compare import is_inside
 from verne_post.part.motion import BOW_SHARE, Motion, build_motion
+from verne_post.part.rigid import build_way, find_inside, find_lines
 from verne_post.part.stl import Mesh
 
 #: No point of a body is farther than this from where its chord says, mm; what chords bow counts as well.
@@ -56,12 +57,42 @@ def check_meshes(joints: JointPath, keep_out: KeepOut, checks: list[Check]) -> l
         One for each of its pairs of body and mesh.
     """
     worst = {(body, mesh.name): Worst() for body, mesh in keep_out.pairs}
-    for rows in _sample(joints, keep_out.moving):
+    for rows in sample_chords(joints, keep_out.moving):
         motions = list(_list_motions(keep_out.moving, rows))
         for mesh in keep_out.obstacles:
             assert mesh.mesh is not None
             for body, element, value in _find_touching(mesh, mesh.mesh, motions):
-                worst[body, mesh.name].note(element, value - mesh.distance, value)
+                if (body, mesh.name) in worst:
+                    worst[body, mesh.name].note(element, value - mesh.distance, value)
+    return report_pairs(joints, keep_out, checks, worst)
+
+
+def check_rigid(joints: JointPath, keep_out: KeepOut, checks: list[Check]) -> list[Finding]:
+    """VP215 of bodies that are meshes, from boxes and meshes: as :func:`check_meshes`, of the pairs of ``keep_out`` alone.
+
+    Touching counts, and there is no depth: the distance is 0 where surfaces meet, or one is inside the other.
+    """
+    worst = {(body, one.name): Worst() for body, one in keep_out.pairs}
+    for rows in sample_chords(joints, keep_out.moving):
+        for body, corner in keep_out.moving.carry_corners(rows.pose).items():
+            solved = np.flatnonzero(np.isfinite(corner).all(axis=(1, 2)))
+            if not len(solved):
+                continue
+            linked = np.append(rows.linked[solved[:-1]] & (np.diff(solved) == 1), False)
+            for one in keep_out.obstacles:
+                way = build_way(one.map_inside(corner[solved]), rows.element[solved], linked)
+                limit = max(one.distance - TOUCH_MM, 0.0) + CHORD_MM
+                element, value = find_lines(keep_out.moving.rigid[body], one.balls, way, limit)
+                worst[body, one.name].note(element, value - one.distance, value)
+                inside = find_inside(keep_out.moving.rigid[body], one.surface, way)
+                worst[body, one.name].note(way.line[inside], np.full(len(inside), -one.distance), np.zeros(len(inside)))
+    return report_pairs(joints, keep_out, checks, worst)
+
+
+def report_pairs(
+    joints: JointPath, keep_out: KeepOut, checks: list[Check], worst: dict[tuple[str, str], Worst]
+) -> list[Finding]:
+    """Findings of pairs of bodies and fixtures, with their checks."""
     return [
         item
         for check, pair in zip(checks, worst.values(), strict=True)
@@ -95,7 +126,7 @@ def _list_motions(moving: Moving, rows: _Rows) -> Iterator[Motion]:
                 )
 
 
-def _sample(joints: JointPath, moving: Moving) -> Iterator[_Rows]:
+def sample_chords(joints: JointPath, moving: Moving) -> Iterator[_Rows]:
     """The motion as chords, so many at a time."""
     waiting: list[tuple[Ints, Array, Mask]] = []
     chunks = list(split_elements(len(joints.contour)))
@@ -124,6 +155,9 @@ def _count_chords(joints: JointPath, moving: Moving, part: Spans) -> Ints:
         # a chord of both ends, then the axis made a unit vector again; and what the chord itself bows
         chord = bend / 8.0 + 2.0 * one.far * sway / 8.0
         off = np.fmax(off, chord + BOW_SHARE * turn * (2.0 * shift + turn * one.far))
+    for corner in moving.carry_corners(joints.place_bodies(owner, joints.solve(owner, w.ravel()))).values():
+        for k in range(corner.shape[1]):  # every place of a body is between the corners of the box around it
+            off = np.fmax(off, _bound_rates(corner[:, k].reshape(*w.shape, 3))[1] / 8.0)
     return np.clip(np.ceil(np.sqrt(np.nan_to_num(off) / CHORD_MM)), 1, _MOST_CHORDS).astype(np.int64)
 
 

@@ -1,6 +1,7 @@
 """What moves over the table: the tool and its holder, spindle, platform, and the rods of the legs."""
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -12,6 +13,8 @@ from verne_post.model.machine import Machine
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
 from verne_post.model.poses import Pose
 from verne_post.part.bodies import Piece, build_capsule, build_pieces
+from verne_post.part.fixture import load_fixture
+from verne_post.part.rigid import Body, build_body
 
 #: Stands for the distance of a body that is not there, or may be there, mm.
 FAR_MM: Final = 1e6
@@ -37,6 +40,11 @@ class Carried(Struct, frozen=True, eq=False):
     origin: Array
     axis: Array
     far: float
+
+
+@lru_cache(maxsize=8)
+def _load_body(raw: bytes, name: str, unit: str) -> Body:
+    return build_body(load_fixture(raw, name, unit))
 
 
 class Moving:
@@ -69,6 +77,8 @@ class Moving:
         known = np.isfinite(self.parts[:, :, 2]).any(axis=0)
         self.known = [part for part in TOOL_PARTS if known[_select_columns(part)].any()]
         self.module = machine.clearance.module if isinstance(machine.clearance, Clearance) else None
+        #: Meshes of the machine, in the platform frame: against fixtures they stand for the capsule of the same name.
+        self.rigid: dict[str, Body] = {one.name: _load_body(one.raw, one.shown, one.unit) for one in machine.meshes}
         #: Numbers of the rods of a leg.
         self.legs: dict[str, list[int]] = {}
         if self.bodies is not None:
@@ -80,6 +90,23 @@ class Moving:
                 for k, leg in enumerate(self.module.rod_legs):
                     self.legs.setdefault(f"leg {leg}", []).append(k)
         self.known += self.legs
+
+    def list_bodies(self, *, stock: bool) -> list[str]:
+        """Bodies that keep out of the stock, or of fixtures."""
+        return self.known if stock else list(dict.fromkeys([*self.known, *self.rigid]))
+
+    def carry_corners(self, pose: Pose) -> dict[str, Array]:
+        """Corners (n, 8, 3) on the table of the boxes around the meshes of the machine."""
+        return {
+            name: np.stack(
+                [
+                    self.machine.five_axis.carry_to_table(pose.platform.position + pose.platform.turn(corner), pose.q)
+                    for corner in body.list_corners()
+                ],
+                axis=1,
+            )
+            for name, body in self.rigid.items()
+        }
 
     def group_of(self, body: str) -> str:
         """Which points of :meth:`place` carry a body."""

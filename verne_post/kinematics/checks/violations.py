@@ -115,7 +115,7 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
         for group in _split_stretches(elements) if cause is None else _split_causes(elements, cause):
             at = min(group, key=lambda element: check.sign * value_of[element])
             value, bound = value_of[at] * check.factor, limit * check.factor
-            side = "below" if value < bound else "above"
+            side = "below" if value <= bound else "above"
             message = (
                 f"{what} {format_fixed(value, 6)}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
             )
