@@ -84,7 +84,7 @@ def _refuse_files(name: str, key: str = "as_built.file") -> bytes:
 
 
 def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refuse_files) -> Machine:
-    """Build a machine from the bytes of its file; ``read`` gives the bytes of a file that it names, and of the key that does."""
+    """Build a machine from the bytes of its file; ``read`` gives the bytes of a file that a key names."""
     try:
         data = read_toml(raw)
     except ValueError as error:

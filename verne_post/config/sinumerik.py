@@ -1,16 +1,16 @@
-"""Machine files from machine data of a SINUMERIK: lines ``N24100 $MC_TRAFO_TYPE_1=24`` of an archive or an ``initial.ini``.
+"""Machine files from machine data of a SINUMERIK: lines ``N24100 $MC_TRAFO_TYPE_1=24`` of archive or ``initial.ini``.
 
-Read are the generic five-axis transformations (types 24, 40 and 56 of MD24100, or 72 with the data of a tool carrier), or without
-one an orientable tool carrier ($TC_CARR); names of the axes, software limits, speeds, and the interpolation cycle. With the tool
-adapter at machine zero and all rotary axes at 0, their vectors mean (Siemens, SINUMERIK Operate (IM9), commissioning manual, offset
-vectors I1 to I4; the transformations have the same under other names):
+Read are the generic five-axis transformations (types 24, 40 and 56 of MD24100, or 72 with the data of a tool carrier),
+or without one an orientable tool carrier ($TC_CARR); names of the axes, software limits, speeds, and the interpolation
+cycle. With the tool adapter at machine zero and all rotary axes at 0, their vectors mean (Siemens, SINUMERIK Operate
+(IM9), commissioning manual, offset vectors I1 to I4; the transformations have the same under other names):
 
     head (T, 24):   I3 from the tool adapter to axis 2, I2 from axis 2 to axis 1, I1 closes;      axis 2 sits on axis 1
     table (P, 40):  I2 from machine zero to axis 1, I3 from axis 1 to axis 2, I4 closes;          axis 2 sits on axis 1
     mixed (M, 56):  I2 from the tool adapter to axis 1 of the head, I3 from machine zero to axis 2 of the table
 
-V1 and V2 are the directions about which an axis turns what it carries, right-handed: the manual reverses them where the workpiece is
-moved. What is left out is said in findings (VP509).
+V1 and V2 are the directions about which an axis turns what it carries, right-handed: the manual reverses them where
+the workpiece is moved. What is left out is said in findings (VP509).
 """
 
 import re
@@ -64,7 +64,7 @@ def is_machine_data(raw: bytes) -> bool:
 
 
 class MachineData:
-    """Values of machine data with the line that each stands in; those of a channel by its number. What is named twice counts last."""
+    """Values of machine data with their lines; those of a channel by its number. The last of two values counts."""
 
     def __init__(self, raw: bytes, name: str) -> None:
         self.name, self.channel = name, 1
@@ -82,7 +82,7 @@ class MachineData:
                 self._values[of, found["name"].upper(), index] = found["value"].strip('"'), f"{name}:{number}"
 
     def find(self, name: str, *indices: str | int) -> tuple[str, str] | None:
-        """The value under the first index that has one ("" without indices), and file and line; None where it is missing."""
+        """The value under the first index that has one ("" without indices), with file and line; None without one."""
         of = self.channel if name.startswith("MC_") else 0
         for index in indices or ("",):
             if (found := self._values.get((of, name, str(index).upper()))) is not None:
@@ -115,7 +115,7 @@ class MachineData:
 
 
 class Pair(Struct, frozen=True):
-    """The rotary axes of a machine: what turns ("T", "P", "M"), their vectors, where they stand in the file, and slot of TRAORI or 0."""
+    """The rotary axes: what turns ("T", "P", "M"), vectors, places in the file, and the slot of TRAORI or 0."""
 
     kind: str
     offsets: dict[str, Array]

@@ -1,9 +1,9 @@
-"""A mesh that moves rigidly, against one that stands: in which lines they come nearer than a limit, certain between rows.
+"""A mesh that moves rigidly, against one that stands: lines in which they come too near, certain between rows.
 
-The pose of the body is where the corners of the box around it are; between two rows these go straight (whoever divides the
-motion sees to that). Time is the way of the corner that goes farthest, so that no point of the body moves by more than the
-time that passes. Balls about facets of both, over a stretch of time, are divided, the largest of the three first, until the
-gap says that they keep off, or two facets are found that do not.
+The pose of the body is where the corners of the box around it are; between two rows these go straight (whoever
+divides the motion sees to that). Time is the way of the corner that goes farthest, so that no point of the body moves
+by more than the time that passes. Balls about facets of both, over a stretch of time, are divided, the largest of the
+three first, until the gap says that they keep off, or two facets are found that do not.
 """
 
 from typing import Any, Final
@@ -71,7 +71,7 @@ def build_balls(mesh: Mesh) -> Balls:
 
 
 class Body(Struct, frozen=True, eq=False):
-    """A mesh that moves, ``balls`` as shares (0 to 1) of the box around it from ``low`` to ``high`` (3,), radii in mm."""
+    """A mesh that moves; ``balls`` as shares (0 to 1) of its box from ``low`` to ``high`` (3,), radii in mm."""
 
     mesh: Mesh
     balls: Balls
@@ -92,7 +92,7 @@ def build_body(mesh: Mesh) -> Body:
 
 
 class Way(Struct, frozen=True, eq=False):
-    """Rows (n,) of a body: ``corner`` (n, 8, 3) of its box, mm, ``line``, and ``time`` (n,): mm that its farthest corner has gone.
+    """Rows (n,) of a body: ``corner`` (n, 8, 3) of its box, ``line``, and ``time``: way of its farthest corner, mm.
 
     Unlinked rows are 1 apart in time.
     """
@@ -114,8 +114,8 @@ def build_way(corner: Array, line: Ints, linked: Mask) -> Way:
 def find_lines(body: Body, fixture: Balls, way: Way, limit: float) -> tuple[Ints, Array]:
     """Lines (k,) in which a body comes as near to a fixture as the limit, mm, and a distance (k,) at which each does.
 
-    Those that are not named keep off for all time, between rows too. Bodies inside each other whose surfaces do not meet are
-    not found: see :func:`find_inside`.
+    Those that are not named keep off for all time, between rows too. Bodies inside each other whose surfaces do not
+    meet are not found: see :func:`find_inside`.
     """
     line, group = np.unique(way.line, return_inverse=True)
     group = group.reshape(-1)
@@ -201,7 +201,7 @@ def _divide(body: Body, fixture: Balls, pairs: tuple[Any, ...]) -> list[tuple[An
 
 
 def find_distances(body: Body, fixture: Balls, corner: Array, near: float) -> Array:
-    """Distances (n,) of a body from a fixture in poses, mm: 0 where their surfaces meet, ``near`` where they are farther apart.
+    """Distances (n,) of a body from a fixture in poses, mm: 0 where surfaces meet, ``near`` where they are farther.
 
     ``corner`` (n, 8, 3) is where the box around the body has its corners.
     """
@@ -227,7 +227,7 @@ def find_distances(body: Body, fixture: Balls, corner: Array, near: float) -> Ar
 
 
 def find_inside(body: Body, fixture: Mesh, way: Way) -> Ints:
-    """Rows (k,) at which a motion begins with the body in a fixture, or the fixture in the body, by one vertex of each."""
+    """Rows (k,) at which a motion begins with one of body and fixture inside the other, by one vertex of each."""
     found = []
     for row in np.flatnonzero(np.append(True, ~way.linked[:-1])).tolist():
         sides = way.corner[row, [1, 2, 4]] - way.corner[row, 0]
@@ -266,8 +266,8 @@ def _measure_gap_on_way(body: Body, fixture: Balls, start: Array, end: Array, b:
 def _bound_facets(start: Array, end: Array, other: Array) -> Array:
     """Lower bound (n,) of the distance of facets (n, 3, 3) from others while they go straight from a start to an end.
 
-    In a fixed direction the gap is concave in time, so that its least value is at an end. Directions are the normals of both,
-    in their planes those of their edges, and those that are square to an edge of each.
+    In a fixed direction the gap is concave in time, so that its least value is at an end. Directions are the normals of
+    both, in their planes those of their edges, and those that are square to an edge of each.
     """
     sides = [one - np.roll(one, 1, axis=1) for one in (0.5 * (start + end), other)]
     square = np.cross(sides[0][:, :, None], sides[1][:, None, :]).reshape(len(start), 9, 3)

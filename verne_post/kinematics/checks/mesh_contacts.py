@@ -68,7 +68,7 @@ def check_meshes(joints: JointPath, keep_out: KeepOut, checks: list[Check]) -> l
 
 
 def check_rigid(joints: JointPath, keep_out: KeepOut, checks: list[Check]) -> list[Finding]:
-    """VP215 of bodies that are meshes, from boxes and meshes: as :func:`check_meshes`, of the pairs of ``keep_out`` alone.
+    """VP215 of bodies that are meshes, from boxes and meshes: as :func:`check_meshes`, of the pairs of ``keep_out``.
 
     Touching counts, and there is no depth: the distance is 0 where surfaces meet, or one is inside the other.
     """

@@ -1,8 +1,8 @@
 """For LinuxCNC 2.9 and 2.10: the machine as a kinematics component in C, and a simulation of it (INI, HAL, tool table).
 
-The C stands in ``kins/`` as it is compiled; only ``machine.h`` is written here, the numbers of the machine file under their
-own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls; the
-whole machine around it is ``kins/ideal.h``, or ``kins/as_built.h`` where the file has [as_built].
+The C stands in ``kins/`` as it is compiled; only ``machine.h`` is written here, the numbers of the machine file under
+their own names. A new kind of machine needs a header ``kins/KIND.h`` with the functions that ``kins/model.h`` calls;
+the whole machine around it is ``kins/ideal.h``, or ``kins/as_built.h`` where the file has [as_built].
 """
 
 from collections.abc import Iterator, Mapping
@@ -86,7 +86,7 @@ def _fill(name: str, values: Mapping[str, object]) -> str:
 
 
 def _write_numbers(machine: Machine, ideal: HybridMachine) -> str:
-    """C definitions of everything that the equations need, by the names of the machine file or of ``AsBuiltGeometry``."""
+    """C definitions of all that the equations need, by the names of the machine file or of ``AsBuiltGeometry``."""
     a, c = (column.factor for column in machine.columns[3:])
     whole = machine.five_axis
     assert isinstance(ideal.module, Struct)  # as every module that has C
