@@ -29,6 +29,8 @@ _SPLIT_ROWS: Final = 8
 _JOINED_ROWS: Final = 200
 #: A change of the feed rate is evened out over so many rows, tried in turn: fewer lose less time, more take less jerk.
 EVEN_ROWS: Final = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+#: Of the largest feed rate of a stretch, these shares are tried in turn: a short block may have no time to reach it.
+_PEAK_SHARES: Final = (1.0, 0.6, 0.4, 0.3, 0.2)
 #: ... and to so many rows the fewest are sought.
 _REACH_STEP: Final = 0.25
 
@@ -89,9 +91,9 @@ def _find_stretches(slow: Mask) -> Iterator[tuple[int, int]]:
 
 def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Array | None:
     """Fewer rows than ``first`` to ``last`` (both included) of z (n,), between the same ends and inside all limits."""
-    edges, pace = _find_paces(task, z[first], z[last])
+    edges, fastest = _find_paces(task, z[first], z[last])
 
-    def find_legal(reach: float, begin: float, end: float) -> Array | None:
+    def find_legal(pace: Array, reach: float, begin: float, end: float) -> Array | None:
         rows = _space_rows_evenly(edges, pace, task.cycle, reach, begin, end)
         if len(rows) > last - first:
             return None
@@ -102,20 +104,22 @@ def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Arra
         return rows if too_fast <= 1.0 else None
 
     step = np.diff(z[first - 1 : last + 2]) / task.cycle
-    for begin, end in (np.inf, np.inf), (step[:2].max(), step[-2:].max()):
-        shorter = 0.0
-        for reach in EVEN_ROWS:
-            found = find_legal(reach, begin, end)
-            if found is not None:
-                while reach - shorter > _REACH_STEP:
-                    middle = 0.5 * (reach + shorter)
-                    better = find_legal(middle, begin, end)
-                    if better is None:
-                        shorter = middle
-                    else:
-                        reach, found = middle, better
-                return found
-            shorter = reach
+    for share in _PEAK_SHARES:
+        pace = np.maximum(fastest, fastest.min() / share)
+        for begin, end in (np.inf, np.inf), (step[:2].max(), step[-2:].max()):
+            shorter = 0.0
+            for reach in EVEN_ROWS:
+                found = find_legal(pace, reach, begin, end)
+                if found is not None:
+                    while reach - shorter > _REACH_STEP:
+                        middle = 0.5 * (reach + shorter)
+                        better = find_legal(pace, middle, begin, end)
+                        if better is None:
+                            shorter = middle
+                        else:
+                            reach, found = middle, better
+                    return found
+                shorter = reach
     return None
 
 
