@@ -25,6 +25,8 @@ _PLACES: Final = 8
 SLACK_SHARE: Final = 0.9
 #: A stretch of at least so many rows that cannot be made faster whole is tried in halves.
 _SPLIT_ROWS: Final = 8
+#: A long stretch is as slow as its slowest change of speed needs; the next pass finds its parts that are still slow.
+_PASSES: Final = 2
 #: Two stretches that lose less than a row each are tried as one of at most so many rows; longer ones can lose 1 %.
 _JOINED_ROWS: Final = 200
 #: A change of the feed rate is evened out over so many rows, tried in turn: fewer lose less time, more take less jerk.
@@ -43,7 +45,8 @@ def follow_feed(task: SectionTask, s: Array, timed: Mask) -> Array:
     stretches that lose a share of a row each lose a whole one together.
     """
     z = add_rest(s)
-    z = _shorten(task, z, _list_stretches(task, z, timed), _SPLIT_ROWS)
+    for _ in range(_PASSES):
+        z = _shorten(task, z, _list_stretches(task, z, timed), _SPLIT_ROWS)
     joined = [(a, d) for (a, _b), (_c, d) in pairwise(_list_stretches(task, z, timed)) if d - a < _JOINED_ROWS]
     return _shorten(task, z, joined, _JOINED_ROWS)[REST_ROWS:-REST_ROWS]
 
