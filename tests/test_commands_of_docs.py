@@ -18,6 +18,7 @@ import pytest
 from .builders import ROOT, load_maker
 from .cli.test_machined import FLOOR, SHAPES, TABLE, plate
 from .config.test_linuxcnc_import import write_ini
+from .config.test_sinumerik_import import write_data
 
 MAKER = load_maker("make_transcripts")
 TEXTS: Final = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in MAKER.PAGES}
@@ -69,6 +70,7 @@ def fill(folder: Path, page: str) -> None:
         verne.replace("[provenance]", f'{DRIVES}\n[provenance]\ndrives = "measured"'), encoding="utf-8"
     )
     (folder / "mymill.ini").write_text(write_ini("xyzac-trt-kins"), encoding="utf-8")
+    (folder / "initial.ini").write_text(write_data("P"), encoding="utf-8")
     shutil.copy(ROOT / "tests" / "reference" / "table_iii.csv", folder / "MEASURED.csv")
     (folder / "lean.nc").write_text(FLOOR, encoding="utf-8")
     (folder / "lean.nc.toml").write_text(SETUP, encoding="utf-8")
