@@ -78,7 +78,8 @@ def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array], hopeless:
     """Rows inside every limit, made from rows z (n,) that nearly are; None where that takes too many rounds.
 
     The given rows have rows of rest at both ends (:func:`add_rest`), the result does not. ``over`` says which of them
-    are :func:`find_exceeding` a limit. Repair gives up where one is more than ``hopeless`` times a limit after a round.
+    are :func:`find_exceeding` a limit. Repair gives up where more than one in
+    ``tuning.ROWS_PER_FAR_ROW`` is beyond ``hopeless`` times a limit after a round.
     """
     z, (bad, ratio) = _show_path(task, z, over)
     reach = max(round(tuning.REPAIR_REACH * task.unit / task.cycle), 8)
@@ -96,7 +97,7 @@ def repair_rows(task: SectionTask, z: Array, over: tuple[Ints, Array], hopeless:
         )
         more = np.maximum.reduceat(added, np.searchsorted(bad, low)) * (high - low > 2 * HELD_ROWS)
         z, bad, ratio = _repair_stretches(z, low, high, more, reach, task)
-        if len(ratio) and ratio.max() > hopeless:
+        if tuning.ROWS_PER_FAR_ROW * np.count_nonzero(ratio > hopeless) > len(z):
             break
     return None
 

@@ -65,7 +65,7 @@ class Effort(Struct, frozen=True, kw_only=True):
     near_bound : float
         Passes before the last one stop when the profile takes less than so many times the second-order bound.
     hopeless : float
-        Rows that are still so far beyond a limit after a round of repair are planned anew.
+        A section is planned anew where many rows are still so far beyond a limit after a round of repair.
     """
 
     passes: tuple[PassSettings, ...]
