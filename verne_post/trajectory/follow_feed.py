@@ -5,7 +5,8 @@ profile changes its speed over some twenty units (``tuning.VIRTUAL_JERK``), whic
 joints would allow it from one row to the next. So where a profile is slower than the feed rate, faster rows are tried.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import pairwise
 from typing import Final
 
@@ -96,7 +97,7 @@ def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Arra
     """Fewer rows than ``first`` to ``last`` (both included) of z (n,), between the same ends and inside all limits."""
     edges, fastest = _find_paces(task, z[first], z[last])
 
-    def find_legal(pace: Array, reach: float, begin: float, end: float) -> Array | None:
+    def find_legal(pace: Array, begin: float, end: float, reach: float) -> Array | None:
         rows = _space_rows_evenly(edges, pace, task.cycle, reach, begin, end)
         if len(rows) > last - first:
             return None
@@ -110,19 +111,28 @@ def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Arra
     for share in _PEAK_SHARES:
         pace = np.maximum(fastest, fastest.min() / share)
         for begin, end in (np.inf, np.inf), (step[:2].max(), step[-2:].max()):
-            shorter = 0.0
-            for reach in EVEN_ROWS:
-                found = find_legal(pace, reach, begin, end)
-                if found is not None:
-                    while reach - shorter > _REACH_STEP:
-                        middle = 0.5 * (reach + shorter)
-                        better = find_legal(pace, middle, begin, end)
-                        if better is None:
-                            shorter = middle
-                        else:
-                            reach, found = middle, better
-                    return found
-                shorter = reach
+            found = _find_least_reach(partial(find_legal, pace, begin, end))
+            if found is not None:
+                return found
+    return None
+
+
+def _find_least_reach(find_legal: Callable[[float], Array | None]) -> Array | None:
+    """The rows that ``find_legal`` gives for the least reach in rows for which it gives any, to _REACH_STEP."""
+    shorter = 0.0
+    for reach in EVEN_ROWS:
+        found = find_legal(reach)
+        if found is None:
+            shorter = reach
+            continue
+        while reach - shorter > _REACH_STEP:
+            middle = 0.5 * (reach + shorter)
+            better = find_legal(middle)
+            if better is None:
+                shorter = middle
+            else:
+                reach, found = middle, better
+        return found
     return None
 
 
