@@ -62,6 +62,11 @@ def rotate_z_rate(vector: Array, angle: Array | float) -> Array:
     return np.stack([-turned[..., 1], turned[..., 0], np.zeros_like(turned[..., 0])], axis=-1)
 
 
+def measure_angles(one: Array, other: Array) -> Array:
+    """Angles (...) between vectors (..., 3) of any length, rad."""
+    return np.asarray(np.arctan2(np.linalg.norm(np.cross(one, other), axis=-1), (one * other).sum(axis=-1)))
+
+
 def wrap_angle(angle: Array | float) -> Array:
     """The same direction in (-pi, pi]."""
     return np.pi - np.mod(np.pi - np.asarray(angle, dtype=float), 2 * np.pi)

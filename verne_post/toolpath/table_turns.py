@@ -6,7 +6,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import iterate_blocks
-from verne_post.base.rotations import wrap_angle
+from verne_post.base.rotations import measure_angles, wrap_angle
 from verne_post.base.tolerances import POLE_SINE, ZERO_ANGLE
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
@@ -53,7 +53,7 @@ def _turn_of_direction(path: ToolPath, rows: Ints) -> Array:
     tip, _angles = evaluate_pose(path, np.repeat(rows[curved], len(u)), np.tile(u, len(curved)))
     chord = np.diff(tip.reshape(len(curved), len(u), 3), axis=1)
     a, b = chord[:, :-1], chord[:, 1:]
-    bend = np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))
+    bend = measure_angles(a, b)
     turn[curved] = bend.sum(axis=-1) * _CHORDS / (_CHORDS - 1)  # half a chord is missing at each end
     return turn
 

@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import asdict, replace
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.conditioning import find_reciprocal_condition
 from verne_post.base.rotations import solve_angles_of_axis, wrap_angle
 from verne_post.base.tolerances import CORRECTION_STEP, DIFFERENCE_STEP
 from verne_post.kinematics.as_built import inverse, margins
@@ -402,9 +403,8 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         sliders = np.zeros((len(rows), 6, 3))
         sliders[:, np.arange(6), LEG] = -(rows * self.geometry.guides).sum(axis=-1)
         both = (np.concatenate([part, moments], axis=-1) for part in (rows, sliders))
-        values = [np.linalg.svd(matrix, compute_uv=False) for matrix in both]
         shape = np.shape(q)[:-1]
-        parallel, serial = ((value[:, -1] / value[:, 0]).reshape(shape) for value in values)
+        parallel, serial = (find_reciprocal_condition(matrix).reshape(shape) for matrix in both)
         return parallel, serial
 
 

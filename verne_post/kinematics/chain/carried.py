@@ -106,7 +106,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         inside = (np.swapaxes(self._find_turn(position), -1, -2) @ axis[..., None])[..., 0]
         near = find_nominal_turn(angles)
         tilt, turn = solve_angles_of_axis(inside)
-        turn = np.where(np.sin(tilt) > POLE_SINE, near + wrap_angle(turn - near), near)
+        turn = choose_turn(tilt, turn, near)
         q = np.empty((*position.shape[:-1], 5))
         q[..., :3] = self.leg.find_lengths(position)
         q[..., 3:] = self.nominal_chain.pair.find_joints(np.stack([tilt, turn], axis=-1))
@@ -164,7 +164,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         tip = wrist - (np.asarray(tool_length, dtype=float) + self.nose)[..., None] * axis
         tilt, turn = solve_angles_of_axis(axis)
         near = find_nominal_turn(own)
-        turn = np.where(np.sin(tilt) > POLE_SINE, near + wrap_angle(turn - near), near)
+        turn = choose_turn(tilt, turn, near)
         ok = ok & np.isfinite(tip).all(axis=-1) & np.isfinite(axis).all(axis=-1)
         return tip, np.stack([tilt, turn], axis=-1), axis, np.asarray(ok)
 
@@ -303,3 +303,8 @@ class CarriedMachine(Struct, frozen=True, eq=False):
 def find_nominal_turn(angles: Array) -> Array:
     """C (...) of the same tool axis with A > 0, of angles (..., 2): half a turn on where A < 0."""
     return np.asarray(angles[..., 1] + np.where(np.sin(angles[..., 0]) < -POLE_SINE, np.pi, 0.0))
+
+
+def choose_turn(tilt: Array, turn: Array, near: Array) -> Array:
+    """C (...) less than half a turn from ``near``, of ``turn`` (-pi, pi]; ``near`` itself where the tool is upright."""
+    return np.where(np.sin(tilt) > POLE_SINE, near + wrap_angle(turn - near), near)

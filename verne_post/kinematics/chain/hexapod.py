@@ -22,10 +22,9 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.rotations import find_axis_of_angles, solve_angles_of_axis, wrap_angle
-from verne_post.base.tolerances import POLE_SINE
+from verne_post.base.rotations import find_axis_of_angles, solve_angles_of_axis
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.kinematics.chain.carried import find_nominal_turn
+from verne_post.kinematics.chain.carried import choose_turn, find_nominal_turn
 from verne_post.kinematics.chain.machine import MIRROR, ChainMachine, find_platform_angles
 from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.six_legs import SixLegs, turn_by
@@ -179,8 +178,7 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
         tip = gauge - np.asarray(tool_length, dtype=float)[..., None] * axis
         tilt, c = solve_angles_of_axis(axis)
         near = find_nominal_turn(self.nominal_chain.pair.find_angles(q[..., 6:]))
-        c = np.where(np.sin(tilt) > POLE_SINE, near + wrap_angle(c - near), near)
-        return tip, np.stack([tilt, c], axis=-1), axis, ok & np.isfinite(tip).all(axis=-1)
+        return tip, np.stack([tilt, choose_turn(tilt, c, near)], axis=-1), axis, ok & np.isfinite(tip).all(axis=-1)
 
     def find_nominal_pose(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """As :meth:`measure`, without the tool axis."""

@@ -11,6 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.rotations import measure_angles
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.machine import MIRROR, ChainMachine
 from verne_post.kinematics.modules.rods import RodsModule
@@ -173,7 +174,7 @@ class SlidingMachine(Struct, frozen=True, eq=False):
         rods = self.module.find_vectors(position, upright, q[..., :3])[..., self.module.distinct, :]
         home = np.array(self.module.home, dtype=float)
         first = self.module.find_rod_directions(home)[0][self.module.distinct]
-        turned = np.arctan2(np.linalg.norm(np.cross(rods, first), axis=-1), (rods * first).sum(axis=-1))
+        turned = measure_angles(rods, first)
         return np.concatenate([margins, self.cone - DEG_PER_RAD * turned], axis=-1)
 
     def name_margins(self, serial_singularity: float, parallel_singularity: float) -> tuple[Margin, ...]:

@@ -24,6 +24,8 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.conditioning import find_reciprocal_condition, measure_singularity
+from verne_post.base.rotations import measure_angles
 from verne_post.base.units import RAD_PER_DEG
 
 #: Struts may miss their lengths by this, mm: a Newton step on from there changes nothing that setpoints show.
@@ -178,17 +180,11 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
 
     def measure(self, position: Array) -> Array:
         """Signed 1 over the norm of the inverse of :meth:`find_rates`, positive as at home: smooth through 0."""
-        matrix = self.find_rates(position)
-        determinant = np.linalg.det(matrix) * self._home_sign
-        sound = np.isfinite(determinant) & (determinant != 0.0)
-        inverse = np.linalg.inv(np.where(sound[..., None, None], matrix, np.eye(3)))
-        size = np.sqrt((inverse**2).sum(axis=(-2, -1)))
-        return np.where(sound, np.sign(determinant) / size, determinant)
+        return self._home_sign * measure_singularity(self.find_rates(position))
 
     def measure_conditioning(self, position: Array) -> Array:
         """Reciprocal condition number of :meth:`find_rates`, (...)."""
-        singular = np.linalg.svd(self.find_rates(position), compute_uv=False)
-        return np.asarray(singular[..., -1] / singular[..., 0])
+        return find_reciprocal_condition(self.find_rates(position))
 
     def measure_cones(self, position: Array) -> tuple[Array, Array]:
         """How far struts are turned from home in their joints, rad: on the base and on the platform, each (..., 3)."""
@@ -198,7 +194,7 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
         )
         rod, first = end - foot, first_end - first_foot
         of_platform = rod @ self.find_turn(position)  # in its own directions, which are those of the base at home
-        return _measure_angles(rod, first), _measure_angles(of_platform, first)
+        return measure_angles(rod, first), measure_angles(of_platform, first)
 
     # --- forward ---------------------------------------------------------------------------------------------------
 
@@ -246,8 +242,3 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
             if not len(going):
                 break
         return position
-
-
-def _measure_angles(one: Array, other: Array) -> Array:
-    """Angles (...) between vectors (..., 3), rad."""
-    return np.arctan2(np.linalg.norm(np.cross(one, other), axis=-1), (one * other).sum(axis=-1))

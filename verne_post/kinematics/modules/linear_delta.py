@@ -18,6 +18,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.conditioning import find_reciprocal_condition
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.modules.solutions import build_determinant_margin, drop_margins, make_triple, place_upright
 from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
@@ -193,9 +194,9 @@ class LinearDeltaModule(Struct, frozen=True):
 
     def measure_conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the rods' directions and of their drops, each (...)."""
-        singular = np.linalg.svd(self._compute_rods(position, rho), compute_uv=False)
-        drops = np.abs(self._compute_rods(position, rho)[..., 2])
-        return singular[..., -1] / singular[..., 0], drops.min(axis=-1) / drops.max(axis=-1)
+        rods = self._compute_rods(position, rho)
+        drops = np.abs(rods[..., 2])
+        return find_reciprocal_condition(rods), drops.min(axis=-1) / drops.max(axis=-1)
 
     # --- margins ---------------------------------------------------------------------------------
 

@@ -22,6 +22,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.conditioning import find_reciprocal_condition, measure_singularity
 from verne_post.base.rotations import rotate_x, rotate_x_rate
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.modules.rod_geometry import CLOSED, RodGeometry
@@ -261,12 +262,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
 
     def _measure(self, position: Array, alpha: Array, rho: Array) -> Array:
         """Signed 1 over the norm of the scaled Jacobian's inverse, at most its least singular value; smooth at 0."""
-        matrix = self._scale_jacobian(position, alpha, rho)
-        determinant = np.linalg.det(matrix)
-        sound = np.isfinite(determinant) & (determinant != 0.0)
-        inverse = np.linalg.inv(np.where(sound[..., None, None], matrix, np.eye(6)))
-        size = np.sqrt((inverse**2).sum(axis=(-2, -1)))
-        return np.where(sound, np.sign(determinant) / size, np.where(determinant == 0.0, 0.0, np.nan))
+        return measure_singularity(self._scale_jacobian(position, alpha, rho))
 
     def find_jacobians(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Closure of the six rod lengths, projected on the four motions: (..., 4, 4) by pose, (..., 4, 3) by rho."""
@@ -278,9 +274,9 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
 
     def measure_conditioning(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Reciprocal condition numbers of the scaled Jacobian and of the rods' shares along the rails, each (...)."""
-        singular = np.linalg.svd(self._scale_jacobian(position, alpha, rho), compute_uv=False)
+        parallel = find_reciprocal_condition(self._scale_jacobian(position, alpha, rho))
         shares = np.abs((self.find_vectors(position, alpha, rho) * self.rails).sum(axis=-1)) / self.rod_lengths
-        return singular[..., -1] / singular[..., 0], shares.min(axis=-1) / shares.max(axis=-1)
+        return parallel, shares.min(axis=-1) / shares.max(axis=-1)
 
     def find_geometry_margins(self, position: Array, alpha: Array) -> Array:
         """Drops of rods along their rails (mm), one of each set of parallel rods, then the Jacobian's measure."""

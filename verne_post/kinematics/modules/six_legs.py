@@ -23,6 +23,8 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
+from verne_post.base.conditioning import find_reciprocal_condition, measure_singularity
+from verne_post.base.rotations import measure_angles
 from verne_post.base.units import RAD_PER_DEG
 
 #: Legs may miss their lengths by this, mm: a Newton step on from there changes nothing that setpoints show.
@@ -209,15 +211,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
 
     def _measure(self, position: Array, turn: Array) -> Array:
         """Signed 1 over the norm of the scaled Jacobian's inverse, at most its least singular value; smooth at 0."""
-        matrix = self._scale_jacobian(position, turn)
-        determinant = np.linalg.det(matrix)
-        sound = np.isfinite(determinant) & (determinant != 0.0)
-        try:
-            inverse = np.linalg.inv(np.where(sound[..., None, None], matrix, np.eye(6)))
-        except np.linalg.LinAlgError:  # as singular as digits tell
-            return np.zeros(determinant.shape)
-        size = np.sqrt((inverse**2).sum(axis=(-2, -1)))
-        return np.where(sound, np.sign(determinant) / size, np.where(determinant == 0.0, 0.0, np.nan))
+        return measure_singularity(self._scale_jacobian(position, turn))
 
     def measure(self, position: Array, turn: Array) -> Array:
         """The same (...) with the sign against home."""
@@ -229,8 +223,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
 
     def measure_conditioning(self, position: Array, turn: Array) -> tuple[Array, Array]:
         """Reciprocal condition numbers (...) of the scaled Jacobian, and of rod shares along rails (1 for struts)."""
-        singular = np.linalg.svd(self._scale_jacobian(position, turn), compute_uv=False)
-        parallel = singular[..., -1] / singular[..., 0]
+        parallel = find_reciprocal_condition(self._scale_jacobian(position, turn))
         if self.rods is None:
             return parallel, np.ones_like(parallel)
         shares = np.abs((self._find_units(position, turn)[0] * self._rails).sum(axis=-1))
@@ -258,7 +251,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         """Turns of legs in their joints from home, rad: on the base or slider, and on the platform, each (..., 6)."""
         legs = self.find_vectors(position, turn)
         first = self.find_vectors(np.array(self.home, dtype=float), np.eye(3))
-        return _measure_angles(legs, first), _measure_angles(legs @ turn, first)
+        return measure_angles(legs, first), measure_angles(legs @ turn, first)
 
     # --- forward ---------------------------------------------------------------------------------------------------
 
@@ -342,8 +335,3 @@ def sum_squares(vector: Array) -> Array:
     """Squared lengths (...) of vectors (..., 3)."""
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     return np.asarray(x * x + y * y + z * z)
-
-
-def _measure_angles(one: Array, other: Array) -> Array:
-    """Angles (...) between vectors (..., 3), rad."""
-    return np.arctan2(np.linalg.norm(np.cross(one, other), axis=-1), (one * other).sum(axis=-1))

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.conditioning import find_reciprocal_condition
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 
 #: Slider of each rod equation, and the side of the platform (sign of y of its attachment at alpha = 0).
@@ -120,8 +121,7 @@ def measure_conditioning(geometry: VerneGeometry, position: Array, alpha: Array,
     rod, arm = find_scales(geometry)
     parallel = parallel / rod[:, None] / np.array([1.0, 1.0, 1.0, arm])
     serial = np.concatenate([serial / rod[:, None], parallel[..., 3:]], axis=-1)
-    values = [np.linalg.svd(matrix, compute_uv=False) for matrix in (parallel, serial)]
-    return values[0][..., -1] / values[0][..., 0], values[1][..., -1] / values[1][..., 0]
+    return find_reciprocal_condition(parallel), find_reciprocal_condition(serial)
 
 
 def compute_parallel_determinant(
