@@ -11,7 +11,7 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.base.printable import escape_unprinted
-from verne_post.config.toml_text import ImportedMachine, quote, show_list, show_number
+from verne_post.config.toml_text import ImportedMachine, quote, show_list, show_number, write_end
 from verne_post.model.findings import InputError, make_finding
 
 #: Reads a file that the INI names, relative to it; None where there is none.
@@ -245,8 +245,10 @@ def convert_linuxcnc(raw: bytes, name: str, read: Read) -> ImportedMachine:
     notes.append("[home] and [table] are left out: the configuration does not say them")
     if without := [joint.split("]", 1)[0][1:] for joint in joints if "\njerk = " not in joint]:
         notes.append(f"{', '.join(without)}: no MAX_JERK; the setpoints jerk as far as the accelerations allow")
+    period = ini.read_number("EMCMOT", "SERVO_PERIOD")
+    cycle = 0.001 if period is None else period * _NANO
     return ImportedMachine(
-        "\n".join([*_write_head(ini, component), *chain, "", *joints, *_write_tail(ini, name)]),
+        "\n".join([*_write_head(ini, component), *chain, "", *joints, *write_end(cycle, name)]),
         tuple(make_finding("VP509", f"{name}: {text}") for text in notes),
     )
 
@@ -385,12 +387,3 @@ def _write_head(ini: IniFile, component: str) -> list[str]:
     title = (ini.find("EMC", "MACHINE") or (component, ""))[0] or component
     return [f"# From {escape_unprinted(ini.name)}, a configuration of LinuxCNC with {component}. Keys: docs/machine-file.md, schema 2.",
             "schema = 2", f"name = {quote(title)}", ""]  # fmt: skip
-
-
-def _write_tail(ini: IniFile, name: str) -> list[str]:
-    """[control] and [provenance]."""
-    period = ini.read_number("EMCMOT", "SERVO_PERIOD")
-    cycle = 0.001 if period is None else period * _NANO
-    source = quote(f"specified in {name}")
-    return ["[control]", f"cycle_s = {show_number(cycle)}", "", "[provenance]",
-            *(f"{group} = {source}" for group in ("chain", "joints", "control")), ""]  # fmt: skip

@@ -22,7 +22,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.printable import escape_unprinted
-from verne_post.config.toml_text import ImportedMachine, quote, show_list, show_number
+from verne_post.config.toml_text import ImportedMachine, quote, show_list, show_number, write_end
 from verne_post.model.findings import InputError, make_finding
 
 _LINE: Final = re.compile(
@@ -164,14 +164,12 @@ def convert_sinumerik(raw: bytes, name: str) -> ImportedMachine:
         notes.append(
             "$MN_SYSCLOCK_CYCLE_TIME and $MN_IPO_SYSCLOCK_TIME_RATIO are not both there: cycle_s is taken as 0.001"
         )
-    source = quote(f"specified in {name}")
     text = "\n".join([
         f"# From {escape_unprinted(name)}, machine data of a SINUMERIK: {pair.source}. Keys: docs/machine-file.md, schema 2.",
         "schema = 2", f"name = {quote(f'{name}: {pair.source}')}", "",
         "[chain]                             # all joints at 0; mm, base frame: that of the machine's coordinates, z up",
         f"tool = {tool}", f"part = {part}", "gauge = [0.0, 0.0, 0.0]", "axis = [0.0, 0.0, 1.0]", "part_zero = [0.0, 0.0, 0.0]", "",
-        *joints, "[control]", f"cycle_s = {show_number(cycle or 0.001)}", "", "[provenance]",
-        *(f"{group} = {source}" for group in ("chain", "joints", "control")), "",
+        *joints, *write_end(cycle or 0.001, name),
     ])  # fmt: skip
     return ImportedMachine(text, tuple(make_finding("VP509", f"{name}: {note}") for note in notes))
 

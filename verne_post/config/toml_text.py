@@ -47,6 +47,13 @@ def show_list(values: Iterable[float]) -> str:
     return f"[{', '.join(show_number(value) for value in values)}]"
 
 
+def write_end(cycle: float, name: str) -> list[str]:
+    """Lines of [control], cycle in s, and of the [provenance] of a machine that the file ``name`` specifies."""
+    source = quote(f"specified in {name}")
+    groups = [f"{group} = {source}" for group in ("chain", "joints", "control")]
+    return ["[control]", f"cycle_s = {show_number(cycle)}", "", "[provenance]", *groups, ""]
+
+
 def quote(text: str) -> str:
     """A string."""
     return json.dumps(escape_unprinted(text), ensure_ascii=False)
