@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from verne_post.trajectory import reachability
+from verne_post.model.machine import Limits
+from verne_post.trajectory import reachability, tuning
+from verne_post.trajectory.initial_profile import bound_second_order_time
 from verne_post.trajectory.reachability import _find_rising_in_x, _lower_to_possible
 from verne_post.trajectory.section_path import Grid, build_grid_along
 
@@ -171,3 +173,21 @@ def test_no_span_reaches_over_the_end_of_a_rapid_or_a_slow_element() -> None:
     grid, alone = build_grid_along(Mixed()), build_grid_along(Mixed(), 0, 300)
     assert np.array_equal(grid.s[1 : len(alone.s) - 1], alone.s[1:-1])
     assert np.count_nonzero(grid.s > 35.0) >= 4 * 150
+
+
+def test_a_long_grid_is_solved_stretch_by_stretch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the number of its points: the time stays, and few of them are worked on together."""
+    section, top = wavy(400.0, 60.0, 60.0), limits(3)
+    sizes: list[int] = []
+
+    def solve(grid: Grid, top: Limits, *, start: float) -> np.ndarray:
+        sizes.append(len(grid.s))
+        return reachability.solve(grid, top, start=start)
+
+    whole = bound_second_order_time(section, top, solve)
+    points = sizes.pop()
+    monkeypatch.setattr(tuning, "GRID_POINTS", points // 5)
+    divided = bound_second_order_time(section, top, solve)
+    assert len(sizes) in (5, 6)
+    assert max(sizes) <= 1.5 * (points // 5) + 6
+    assert divided == pytest.approx(whole, rel=1e-12)

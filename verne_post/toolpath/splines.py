@@ -133,11 +133,21 @@ def _convert_to_bezier(points: Array, weights: Array, knots: Array) -> tuple[Arr
 def make_spline_segments(pieces: Splines, line: Ints) -> SplineSegments:
     """Find what is derived from placed pieces (m,) of source lines (m,).
 
+    A bent piece has dozens of parts: few pieces are worked on together, and what is long goes to files.
+
     Raises
     ------
     InputError
         VP031 where a curve stops or turns back at a point.
     """
+    segments = GrowingSplineSegments()
+    for some in split_slices(len(pieces)):
+        segments.extend(_divide_pieces(pieces.select(np.arange(len(pieces))[some]), line[some]))
+    return segments.freeze()
+
+
+def _divide_pieces(pieces: Splines, line: Ints) -> SplineSegments:
+    """What :func:`make_spline_segments` finds of few pieces."""
     m = len(pieces)
     length, turn = np.zeros(m), np.zeros(m)
     controls, count = np.zeros((len(pieces.points), 6)), np.zeros(m, dtype=np.int64)

@@ -4,7 +4,6 @@ A section of any length is taken part by part.
 """
 
 from collections.abc import Callable, Iterator
-from itertools import islice
 
 import numpy as np
 from msgspec import Struct
@@ -15,7 +14,7 @@ from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.model.machine import Limits
 from verne_post.trajectory import reachability, tuning
 from verne_post.trajectory.cruise import find_cruise
-from verne_post.trajectory.section_path import Grid, Section, build_grid_along, join_grids
+from verne_post.trajectory.section_path import Grid, Section, build_grid_along, divide_grid, join_grids
 from verne_post.trajectory.spline_profile import Profile
 
 #: Solvers of the second-order problem: grid, limits, and the x to start with; see ``reachability.solve``.
@@ -25,17 +24,17 @@ Solver = Callable[..., Array]
 def bound_second_order_time(section: Section, limits: Limits, solver: Solver, team: Team = ALONE) -> float:
     """Time of the second-order optimum of a section, s; the processes of a ``team`` evaluate its joints."""
     bound, x_end = 0.0, 0.0
-    for _first, last, grid in _build_grids(section, team):
+    for end, grid in _build_grids(section, team):
         x = solver(grid, limits, start=x_end)
-        seconds, x_end = _find_least_seconds(section, grid, limits, x, last)
+        seconds, x_end = _find_least_seconds(grid, limits, x, end)
         bound += seconds
     return bound
 
 
-def _find_least_seconds(section: Section, grid: Grid, limits: Limits, x: Array, last: int) -> tuple[float, float]:
-    """Time of the second-order optimum x = sd^2 (n,) up to element ``last``, s, and x there."""
-    s, fastest = _keep_before(section, grid, x, last)
-    _s, steepest = _keep_before(section, grid, reachability.find_accelerations(grid, limits, x), last)
+def _find_least_seconds(grid: Grid, limits: Limits, x: Array, end: float) -> tuple[float, float]:
+    """Time of the second-order optimum x = sd^2 (n,) up to ``end`` by s, in seconds, and x there."""
+    s, fastest = _keep_before(grid, x, end)
+    _s, steepest = _keep_before(grid, reachability.find_accelerations(grid, limits, x), end)
     return reachability.bound_duration(s, fastest, steepest), float(fastest[-1])
 
 
@@ -61,16 +60,14 @@ def plan_initial_profile(
     smooth.add(np.zeros(tuning.START_SMOOTH))
     t_end, bound, x_end = 0.0, 0.0, 0.0
     cruise = []
-    for first, last, grid in _build_grids(section, team):
+    for end, grid in _build_grids(section, team):
         x = solver(grid, limits, start=x_end)
-        cruise.append(np.minimum(find_cruise(grid, x, limits, unit), section.breaks[last]))
-        seconds, x_end = _find_least_seconds(section, grid, limits, x, last)
+        cruise.append(np.minimum(find_cruise(grid, x, limits, unit), end))
+        seconds, x_end = _find_least_seconds(grid, limits, x, end)
         bound += seconds
-        s, x = _keep_before(
-            section, grid, np.minimum(x, tuning.START_JERK_EXCESS * reachability.limit_jerk(grid, limits)), last
-        )
+        s, x = _keep_before(grid, np.minimum(x, tuning.START_JERK_EXCESS * reachability.limit_jerk(grid, limits)), end)
         x = x / tuning.START_SLOWER**2
-        if not first:
+        if len(cruise) == 1:
             unit *= min(
                 max(
                     (reachability.find_duration(s, x) / unit + tuning.SHORT_SECTION) / tuning.LONG_SECTION,
@@ -103,25 +100,25 @@ class _Smooth:
         self.last = known[-len(self.kernel) + 1 :]
 
 
-def _build_grids(section: Section, team: Team) -> Iterator[tuple[int, int, Grid]]:
-    """First and last element of every part, the latter excluded, and the grid along it and what it looks ahead to."""
+def _build_grids(section: Section, team: Team) -> Iterator[tuple[float, Grid]]:
+    """How far every part reaches (s, mm), and the grid along it and what it looks ahead to."""
 
     def make_grid(piece: tuple[int, int]) -> Grid:
         release_memory()
         return build_grid_along(section, *piece)
 
-    pieces = split_evenly(len(section.breaks) - 1, tuning.GRID_ELEMENTS)
-    grids, known = team.map(make_grid, pieces), list[Grid]()
-    for number in range(0, len(pieces), tuning.GRID_PIECES):
-        known += islice(grids, tuning.GRID_PIECES + 1 - len(known))
-        part = pieces[number : number + tuning.GRID_PIECES]
-        yield part[0][0], part[-1][1], join_grids(known)
-        known = known[tuning.GRID_PIECES :]
+    part: list[Grid] = []
+    for grid in team.map(make_grid, split_evenly(len(section.breaks) - 1, tuning.GRID_ELEMENTS)):
+        for piece in divide_grid(grid, tuning.GRID_POINTS // 2):
+            if len(part) == tuning.GRID_PIECES or sum(len(each.s) - 2 for each in (*part, piece)) > tuning.GRID_POINTS:
+                yield float(piece.s[0]), join_grids([*part, piece])
+                part = []
+            part.append(piece)
+    yield section.length, join_grids(part)
 
 
-def _keep_before(section: Section, grid: Grid, x: Array, last: int) -> tuple[Array, Array]:
-    """Grid points s and x = sd^2 of a profile, without what it does beyond element ``last``, where it looks ahead."""
-    end = float(section.breaks[last])
+def _keep_before(grid: Grid, x: Array, end: float) -> tuple[Array, Array]:
+    """Grid points s and x = sd^2 of a profile, without what it does beyond ``end``, where it looks ahead."""
     kept = grid.s < end
     # even acceleration between grid points: x is linear in s
     return np.append(grid.s[kept], end), np.append(x[kept], np.interp(end, grid.s, x))

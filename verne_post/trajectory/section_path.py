@@ -157,6 +157,14 @@ def build_grid_along(section: Section, first: int = 0, last: int | None = None) 
     )
 
 
+def divide_grid(grid: Grid, most: int) -> list[Grid]:
+    """A grid as stretches of at most ``most`` points, and one more on either side: :func:`join_grids` joins them."""
+    return [
+        Grid(*(getattr(grid, name)[first - 1 : first + most + 1] for name in Grid.__struct_fields__))
+        for first in range(1, len(grid.s) - 1, most)
+    ]
+
+
 def join_grids(pieces: list[Grid]) -> Grid:
     """Grids along stretches that follow each other, as one."""
     first, last = pieces[0], pieces[-1]
