@@ -275,6 +275,9 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
         if item["severity"] == "error" and item["line"] is not None and item["line"] <= case.line <= item["last_line"]
     }  # fmt: skip
     codes["check"] = answer.code
+    answer = run("check", "part.nc", *words, "--limits-only")
+    said["check --limits-only"], codes["check --limits-only"] = in_text(answer.out, case.line), answer.code
+    assert ("VP421" in answer.out) == (answer.code == 0)
     answer = run("convert", "part.nc", *words, "-o", "part.csv")
     said["convert"], codes["convert"] = in_text(answer.err, case.line), answer.code
     assert Path("part.csv").exists() == (answer.code == 0)

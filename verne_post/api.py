@@ -105,9 +105,12 @@ def convert(
 
 def check(
     source: Source, machine: MachineLike, options: Options | None = None, progress: Progress | None = None, *,
-    setup: Setup = "beside",
+    setup: Setup = "beside", limits_only: bool = False,
 ) -> Result:  # fmt: skip
     """Check a program against every limit, without making setpoints; arguments and result as of :func:`convert`.
+
+    With ``limits_only`` the limits of joints and the obstacles are checked, and nothing is planned: no summary, no
+    machining time, a note VP421, and about a third of the time that a conversion takes.
 
     Examples
     --------
@@ -122,7 +125,7 @@ def check(
         text, chosen = _read_program(source, options, setup)
     except InputError as error:
         return refuse_program(error)
-    return check_source(text, _load_machine(machine), chosen, progress)
+    return check_source(text, _load_machine(machine), chosen, progress, limits_only=limits_only)
 
 
 def explain(

@@ -122,10 +122,11 @@ OTHER_VALUES: dict[str, tuple[Any, ...]] = {
     "STOP_TO_STOP_SHARE": (1.0 - 1e-4, 1.0),
 }
 #: Constants of other purposes, which change neither time nor CPU of these programs by what they are: what the summary counts;
-#: those that are varied piece by piece, and those of the input shaper, which these programs do not have (docs/vibration.md).
+#: those that are varied piece by piece, those of the input shaper, which these programs do not have (docs/vibration.md), and
+#: how many points a grid may have, which they do not reach.
 NOT_VARIED = {
     "FEED_REACHED", "ALL_ROWS", "QUALITY", "PLANNED_SHARES", "NORMAL", "SHAPER_SHARE", "SHAPER_ATTEMPTS",
-    "SHAPER_MARGIN",
+    "SHAPER_MARGIN", "GRID_POINTS",
 }  # fmt: skip
 #: Factors of the settings of a pass.
 PASS_FACTORS: dict[str, tuple[float, ...]] = {

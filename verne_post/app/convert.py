@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.machined import load_part
 from verne_post.app.machined_stock import judge_blocks
-from verne_post.app.plan import Plan, plan_or_refuse
+from verne_post.app.plan import Plan, check_or_refuse, plan_or_refuse
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
@@ -214,9 +214,10 @@ class Inspection(Struct):
 
 
 def check_source(
-    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None
-) -> Result:
-    """Check a program against every limit, and plan it.
+    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None, *,
+    limits_only: bool = False,
+) -> Result:  # fmt: skip
+    """Check a program against every limit, and plan it; with ``limits_only`` nothing is planned, which VP421 says.
 
     Returns
     -------
@@ -228,7 +229,23 @@ def check_source(
     UsageError
         Options that no program can have.
     """
+    if limits_only:
+        return _assemble_then(source, machine, options, lambda program: _check_limits(source, program, progress))
     return check_and_keep(source, machine, options, progress).result
+
+
+def _check_limits(source: Text, program: Program, progress: Progress | None) -> Result:
+    """Check an assembled program against the limits of joints and the obstacles."""
+    try:
+        format_of(program.machine, program.options, program.cycle)
+        if load_part(program) is not None:
+            text = "--limits-only plans no rows, and the nominal part is compared with rows: leave out one of the two"
+            raise InputError(make_finding("VP018", text))
+        findings = check_or_refuse(source, program, progress if program.team.leads else None)
+    except InputError as error:
+        return refuse_program(error)
+    text = "limits and obstacles were checked at every point; speeds, machining time and rows were not planned"
+    return Result((*findings, make_finding("VP421", text)))
 
 
 def check_and_keep(

@@ -5,7 +5,8 @@ tolerance to it. Where that is not enough, on tight arcs and fast corners, and w
 along the path are lowered until the shaped rows themselves keep tolerance and feed rate.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Final
 
 import numpy as np
@@ -55,12 +56,45 @@ def plan_or_refuse(source: Text, program: Program, progress: Progress | None = N
     ------
     InputError
     """
-    try:
+    with _try_remedies(source, program):
         return plan_program(program, progress)
+
+
+def check_or_refuse(source: Text, program: Program, progress: Progress | None = None) -> list[Finding]:
+    """What :func:`check_limits` finds, of a source; what refuses it names the remedies that were tried.
+
+    Raises
+    ------
+    InputError
+    """
+    with _try_remedies(source, program):
+        return check_limits(program, progress)[1]
+
+
+@contextmanager
+def _try_remedies(source: Text, program: Program) -> Iterator[None]:
+    """Add the remedies that were tried to what refuses a program."""
+    try:
+        yield
     except InputError as error:
         from verne_post.app.tried_remedies import add_remedies  # for refused programs alone
 
         raise InputError(*add_remedies(source, program, error.findings)) from None
+
+
+def check_limits(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
+    """:func:`~verne_post.app.constraints.check_program`, and whether the rows can be too many.
+
+    Raises
+    ------
+    InputError
+        With all findings when one of them is an error; VP035: more rows than the options allow.
+    """
+    bounds, findings = check_program(program, progress)
+    if find_worst(findings) == "error":
+        raise InputError(*findings)
+    _require_rows(program, _compute_least_seconds(program) / program.cycle)
+    return bounds, findings
 
 
 def plan_program(program: Program, progress: Progress | None = None) -> Plan:
@@ -75,10 +109,7 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     """
     options = program.options
     played = build_feed_override(options.override, options.slow_start, program.machine.limits)
-    bounds, findings = check_program(program, progress)
-    if find_worst(findings) == "error":
-        raise InputError(*findings)
-    _require_rows(program, _compute_least_seconds(program) / program.cycle)
+    bounds, findings = check_limits(program, progress)
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("planning", done, total)
     planning = PlanningOptions(

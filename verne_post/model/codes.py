@@ -562,6 +562,13 @@ CODES: Final[dict[str, Code]] = _make_table(
         "The solver found no feasible velocity profile for a section; there is no verdict on the program.",
         "Report the program; a longer control cycle or a simpler path may help.",
     ),
+    (
+        "VP421",
+        "not planned",
+        "note",
+        "check --limits-only ends after the limits of joints and the obstacles: speeds, machining time and rows are not planned.",
+        "Leave out --limits-only before the program is run.",
+    ),
     # --- VP5xx: machine file ----------------------------------------------------------------
     (
         "VP501",

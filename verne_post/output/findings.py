@@ -42,11 +42,15 @@ class Report(Struct, frozen=True):
 
 
 def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:
-    """``FILE: can run: 0 errors, 1 warning``, or refused; errors that a policy does not count are named."""
+    """``FILE: can run: 0 errors, 1 warning``, refused, or within limits where nothing was planned.
+
+    Errors that a policy does not count are named.
+    """
     errors, warnings = count_findings(findings)
     hidden = errors_not_counted
     not_counted = f"not refused, {_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
-    verdict = "refused" if errors else not_counted if hidden else "can run"
+    within = any(item.code == "VP421" for item in findings)
+    verdict = "refused" if errors else not_counted if hidden else "within limits" if within else "can run"
     return f"{make_printable(program)}: {verdict}: {_count(errors, 'error')}, {_count(warnings, 'warning')}"
 
 

@@ -316,8 +316,8 @@ UNEVEN_RATIO: Final = 2.0
 
 #: Elements, sections, rows or times that are worked on together.
 AT_A_TIME: Final = 1 << 14
-#: Elements of a section in the grid of one process. Spans end where such a piece does: with 41 elements the time changes
-#: by up to 0.2 %. So many pieces are scanned at a time, and at most so many points, with one more piece as look-ahead.
+#: Elements of a section in the grid of one process. Spans end where such a piece does: with 41 elements the time
+#: changes by up to 0.2 %. So many pieces are scanned at a time, and so many points, with one more piece as look-ahead.
 GRID_ELEMENTS: Final = 1 << 12
 GRID_PIECES: Final = 4
 GRID_POINTS: Final = 3 << 15
