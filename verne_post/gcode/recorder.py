@@ -306,8 +306,9 @@ class Recorder(Struct):
         before = self.warnings.get((line, code))
         self.warnings[line, code] = (
             make_finding(code, message, line=line, last_line=line, worst_line=line, column=column)
-            if before is None else dataclasses.replace(before, count=before.count + 1)
-        )  # fmt: skip
+            if before is None
+            else dataclasses.replace(before, count=before.count + 1)
+        )
 
     def note_once(self, code: str, message: str, line: int) -> None:
         """Record a warning at the first place alone."""
