@@ -223,8 +223,9 @@ def machined(
         raise UsageError("distance", f"{distance!r}: expected mm, 0 or more")
     for key, word, allowed in (
         *(("system", one, ("table", *SYSTEM_NUMBERS)) for one in (system, *(place for _file, place in fixtures))),
-        ("unit", unit, UNITS), ("datum", datum, get_args(Datum)),
-    ):  # fmt: skip
+        ("unit", unit, UNITS),
+        ("datum", datum, get_args(Datum)),
+    ):
         if word not in allowed:
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
     text, chosen = _read_program(source, options, setup)

@@ -172,9 +172,11 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
 def view_moves_plainly(source: Text, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
     """Moves as a plain interpreter sees them (``dump moves``), up to the first error, and the errors."""
     setup = gcode.build_plain_setup(
-        tools=options.tools, tool_length=options.tool_length,
-        origins={system: offset.origin_mm for system, offset in options.wcs.items()}, **_select_text_options(options),
-    )  # fmt: skip
+        tools=options.tools,
+        tool_length=options.tool_length,
+        origins={system: offset.origin_mm for system, offset in options.wcs.items()},
+        **_select_text_options(options),
+    )
     return interpret_until_error(source, setup)
 
 

@@ -134,11 +134,15 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
         yield f"  G92, G52             p = program coordinates + ({shown})"
     origin = np.array(machine.find_origin_on_table(frame))
     turn = frame.turn + frame.part_turn
-    yield (f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {format_mm(origin)}, c = {format_number(turn)} deg; "
-           "tip = o + Rz(c) p")  # fmt: skip
+    yield (
+        f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {format_mm(origin)}, c = {format_number(turn)} deg; "
+        "tip = o + Rz(c) p"
+    )
     wanted = machine.coordinates.map_to_table(end, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
-        yield f"  table                {' and '.join(machine.rotary_letters)} stand on another branch than the words name"
+        yield (
+            f"  table                {' and '.join(machine.rotary_letters)} stand on another branch than the words name"
+        )
 
 
 def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> Iterator[str]:
@@ -149,10 +153,13 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
     axis = find_axis_of_angles(angles[0], angles[1])
     gauge = machine.five_axis.find_platform_gauge(tip, angles, tool)
     yield f"  tip on the table     {format_mm(tip)}"
-    yield (f"  tool axis            k = (sin A sin C, sin A cos C, cos A) = "
-           f"({', '.join(format_fixed(value, 6) for value in axis)})")  # fmt: skip
-    yield (f"  nominal angles       A {format_degrees(angles[0])} deg, C {format_degrees(angles[1])} deg "
-           "(workpiece sense)")  # fmt: skip
+    yield (
+        f"  tool axis            k = (sin A sin C, sin A cos C, cos A) = "
+        f"({', '.join(format_fixed(value, 6) for value in axis)})"
+    )
+    yield (
+        f"  nominal angles       A {format_degrees(angles[0])} deg, C {format_degrees(angles[1])} deg (workpiece sense)"
+    )
     yield f"  gauge point          g = Rx(A) (rotary_offset + Rz(C) tip) + (0, 0, l) = {format_mm(gauge)}"
     q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
@@ -162,8 +169,10 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
     if isinstance(machine.five_axis, AxisCorrecting):
         yield from _describe_as_built_steps(machine, machine.five_axis, tip, angles, tool)
         return
-    yield (f"  platform             P = pivot + F Rx(alpha) g = {format_mm(platform.position)}, "
-           f"platform tilt alpha {format_degrees(float(platform.alpha))} deg")  # fmt: skip
+    yield (
+        f"  platform             P = pivot + F Rx(alpha) g = {format_mm(platform.position)}, "
+        f"platform tilt alpha {format_degrees(float(platform.alpha))} deg"
+    )
     names = ", ".join(machine.actuators)
     a, c = (
         f"-({text})" if column.factor < 0 else text
@@ -223,8 +232,10 @@ def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
     n = len(joints.contour)
     which = f" of part {place.element + 1} of {n}" if n > 1 else ""
     from_ = "first at" if first else "at"
-    return (f"{from_} {100 * place.w:.4g} % of the way{which}: tip {format_mm(tip[0])} on the table, "
-            f"A {format_degrees(angles[0, 0])} deg, C {format_degrees(angles[0, 1])} deg")  # fmt: skip
+    return (
+        f"{from_} {100 * place.w:.4g} % of the way{which}: tip {format_mm(tip[0])} on the table, "
+        f"A {format_degrees(angles[0, 0])} deg, C {format_degrees(angles[0, 1])} deg"
+    )
 
 
 def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:

@@ -97,8 +97,10 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
         rows.append((solution, in_use, reasons))
     usable = sum(not reasons for _solution, _own, reasons in rows)
     by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)
-    yield (f"every solution of the whole machine: {len(rows)}, of which {usable} possible, {by_geometry} refused by "
-           f"geometry, {len(rows) - usable - by_geometry} by other limits")  # fmt: skip
+    yield (
+        f"every solution of the whole machine: {len(rows)}, of which {usable} possible, {by_geometry} refused by "
+        f"geometry, {len(rows) - usable - by_geometry} by other limits"
+    )
     for other in (_has_negative_tilt(angles), not _has_negative_tilt(angles)):
         listed = [row for row in rows if row[0].other_table == other]
         if not listed:

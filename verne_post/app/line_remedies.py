@@ -98,8 +98,11 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
             joints.machine.coordinates.map_from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[at]
             for a in (angles[0, 0], tilt)
         )
-        text = (f"the line ended at {letter} {format_number(then, 3)} in place of {letter} {format_number(now, 6)}, tip and "
-                f"{joints.machine.rotary_letters[1]} as they are")  # fmt: skip
+        text = (
+            f"the line ended at {letter} {format_number(then, 3)} in place of {letter} "
+            f"{format_number(now, 6)}, tip and "
+            f"{joints.machine.rotary_letters[1]} as they are"
+        )
         yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(now)))
 
 
@@ -113,8 +116,10 @@ def _propose_branches(line: Line, error: bool) -> Iterator[Remedy]:
         tilt, turn = joints.machine.rotary_letters
         a, c = (format_number(words[axis]) for axis in joints.machine.coordinates.rotary)
         name = "the other table solution" if branch.flip else f"another turn of {turn}"
-        yield Remedy(f"{name}: the line ends at {tilt} {a}, {turn} {c} with the same tool axis "
-                     "(the table must begin the line on that side)")  # fmt: skip
+        yield Remedy(
+            f"{name}: the line ends at {tilt} {a}, {turn} {c} with the same tool axis "
+            "(the table must begin the line on that side)"
+        )
         return  # the nearest one
 
 
@@ -151,7 +156,8 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
             now = line.moves.end[line.move]
             at = AXES.index(letter)
             ends.append(
-                f"{letter} {format_number(words[at], 4)} in place of {format_number(now[at])} mm{_describe_remaining(one)}"
+                f"{letter} {format_number(words[at], 4)} in place of {format_number(now[at])} "
+                f"mm{_describe_remaining(one)}"
             )
         if ends:
             yield f"the line ended elsewhere: {', or '.join(ends)}"

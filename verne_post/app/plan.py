@@ -179,7 +179,8 @@ def _require_rows(program: Program, rows: float) -> None:
     seconds = np.append(_replace_infinite(path.feed_time), path.dwell_seconds)
     slowest = int(np.argmax(seconds))
     text = (
-        f"the program takes more than {rows:.4g} rows of {program.cycle:g} s; --max-rows allows {program.options.max_rows}; "
+        f"the program takes more than {rows:.4g} rows of {program.cycle:g} s; --max-rows allows "
+        f"{program.options.max_rows}; "
         f"the longest line takes {seconds[slowest]:.4g} s"
     )
     line = int(lines[slowest])

@@ -110,9 +110,11 @@ class Setpoints:
         n = len(self)
         shown = range(n) if n <= 2 * _SHOWN_ROWS else [*range(_SHOWN_ROWS), -1, *range(n - _SHOWN_ROWS, n)]
         rows = [
-            ["..."] * len(self.columns) if k < 0 else [f"{self.t[k]:g}", *(f"{v:.6g}" for v in self.values[k]), str(self.line[k])]
+            ["..."] * len(self.columns)
+            if k < 0
+            else [f"{self.t[k]:g}", *(f"{v:.6g}" for v in self.values[k]), str(self.line[k])]
             for k in shown
-        ]  # fmt: skip
+        ]
         return [list(self.columns), *rows]
 
     def __repr__(self) -> str:

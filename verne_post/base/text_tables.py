@@ -16,8 +16,9 @@ def format_html_table(rows: Sequence[Sequence[str]]) -> str:
     """Rows as an HTML table for notebooks, the first one the header; numbers stand to the right."""
     head = "".join(f"<th>{html.escape(cell)}</th>" for cell in rows[0])
     body = "".join(
-        "<tr>" + "".join(f'<td style="text-align: {_align(cell)}">{html.escape(cell)}</td>' for cell in row) + "</tr>" for row in rows[1:]
-    )  # fmt: skip
+        "<tr>" + "".join(f'<td style="text-align: {_align(cell)}">{html.escape(cell)}</td>' for cell in row) + "</tr>"
+        for row in rows[1:]
+    )
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 

@@ -83,8 +83,9 @@ def plan_axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointF
             number += 1
             step = np.zeros(len(columns))
             step[joint] = distance / factor[joint]
-            values, written = round_setpoints(here + _plan_there_and_back(machine, joint, abs(step[joint]), fmt.cycle)[:, None] * step,
-                                      machine, fmt)  # fmt: skip
+            values, written = round_setpoints(
+                here + _plan_there_and_back(machine, joint, abs(step[joint]), fmt.cycle)[:, None] * step, machine, fmt
+            )
             block = SetpointBlock(0, values, np.zeros(len(values), dtype=np.int32), fmt, written)
             _require_slow(machine, block, joint)
             peak = float(np.abs(np.diff(values[:, joint])).max() / fmt.cycle)
@@ -99,9 +100,11 @@ def _plan_there_and_back(machine: Machine, joint: int, distance: float, cycle: f
     """Shares of a distance (mm or rad) row by row: 0, +1, 0, -1, 0, standing at each."""
     limits = machine.limits.bound_jerk(cycle)
     durations, jerks = plan_rest_to_rest(
-        np.array([distance]), SPEED * limits.velocity[[joint]], SPEED**2 * limits.acceleration[[joint]],
+        np.array([distance]),
+        SPEED * limits.velocity[[joint]],
+        SPEED**2 * limits.acceleration[[joint]],
         SPEED**3 * limits.jerk[[joint]],
-    )  # fmt: skip
+    )
     if not np.isfinite(durations).all():
         raise SolverError(
             make_finding("VP420", f"no feasible velocity profile for a motion of {machine.columns[joint].joint}")
@@ -237,10 +240,14 @@ def _describe_displacement(moved: Array) -> str:
 def write_instructions(machine: Machine, moves: Sequence[AxisMove]) -> str:
     """What to do with the files, and what one must see at each."""
     head = (
-        f"Axis check of {machine.name}: run the files one by one, in this order, without a tool, one hand on the stop. Each moves one "
-        "actuator to its positive side, back, to its negative side and back, as at an override of 2 %, and stands for a second at each end. "
-        "Before every file all drives must read what the first row says. x, y and up are directions of the machine with z up: those of the table at A = C = 0. "
-        "Stop at the first difference, correct sign, zero or scale, and begin again with new files. Only when all small motions were right, run the large ones."
+        f"Axis check of {machine.name}: run the files one by one, in this order, without a tool, one "
+        "hand on the stop. Each moves one "
+        "actuator to its positive side, back, to its negative side and back, as at an override of 2 %, "
+        "and stands for a second at each end. "
+        "Before every file all drives must read what the first row says. x, y and up are directions of "
+        "the machine with z up: those of the table at A = C = 0. "
+        "Stop at the first difference, correct sign, zero or scale, and begin again with new files. "
+        "Only when all small motions were right, run the large ones."
     )
     parts = [textwrap.fill(head, width=100)]
     for move in moves:

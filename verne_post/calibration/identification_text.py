@@ -91,8 +91,10 @@ def _describe_separation(result: Identification) -> Iterator[str]:
     close = sorted((pair for pair in pairs if abs(pair[2]) >= CORRELATED), key=lambda pair: -abs(pair[2]))
     yield "correlations of the estimates:"
     for name in names[1:]:
-        cells = "".join(f"{result.correlation[order.index(name), order.index(other)]:>15.3f}"
-                        for other in names[: names.index(name)])  # fmt: skip
+        cells = "".join(
+            f"{result.correlation[order.index(name), order.index(other)]:>15.3f}"
+            for other in names[: names.index(name)]
+        )
         yield f"  {name:<14}{cells}"
     yield f"  {'':<14}" + "".join(f"{name:>15}" for name in names[:-1])
     if close:

@@ -112,7 +112,8 @@ def command(
         for name in one.left:
             echo(
                 make_printable(
-                    f"{name}: not removed: batch did not make this file, or it was changed since; it is not of {one.program} as it is now"
+                    f"{name}: not removed: batch did not make this file, or it was changed since; it is not of "
+                    f"{one.program} as it is now"
                 ),
                 err=True,
             )

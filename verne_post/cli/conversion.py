@@ -94,7 +94,8 @@ class Outputs(Struct, frozen=True):
 
         if self.rows is None:
             raise click.UsageError(
-                "the setpoints are cut at stops (--split-at-stops, or split_at_stops of the set-up), which makes several files; give their name: "
+                "the setpoints are cut at stops (--split-at-stops, or split_at_stops of the set-up), which "
+                "makes several files; give their name: "
                 "-o axes.csv"
             )
         if self.file_format != DEFAULT_FORMAT:

@@ -30,12 +30,14 @@ if TYPE_CHECKING:
     "ranges",
     multiple=True,
     metavar="X=LOW,HIGH",
-    help="Where the zero may be, mm of the table frame or degrees for c; default: over the table, nothing below its face.",
+    help="Where the zero may be, mm of the table frame or degrees for c; default: over the table, "
+    "nothing below its face.",
 )
 @click.option(
     "--minimise",
     type=click.Choice(["move", "time"]),
-    help="Seek the smallest move of the part that makes the program legal (the default), or the least time, with a small margin to every limit.",
+    help="Seek the smallest move of the part that makes the program legal (the default), or the least "
+    "time, with a small margin to every limit.",
 )
 @click.option(
     "--maximise", type=click.Choice(["margin"]), help="Seek the place with the largest margin to every limit."

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     "format_name",
     type=click.Choice([name.replace("_", "-") for name in MACHINE_FORMATS]),
     required=True,
-    help="linuxcnc-kins: kinematics component in C and a simulation for LinuxCNC; mtconnect: a device for machine monitoring.",
+    help="linuxcnc-kins: kinematics component in C and a simulation for LinuxCNC; mtconnect: a device "
+    "for machine monitoring.",
 )
 @click.option(
     "-o",
@@ -61,7 +62,8 @@ def export(name: str, format_name: str, output: Path) -> int:
     for file_name, text in made.items():
         files.write(output / file_name, "-o", [text])
     echo(
-        f"{output}: {machine.name} ({machine.kind}), {len(made)} {'file' if len(made) == 1 else 'files'}; next, there: {chosen.how(machine)}"
+        f"{output}: {machine.name} ({machine.kind}), {len(made)} "
+        f"{'file' if len(made) == 1 else 'files'}; next, there: {chosen.how(machine)}"
     )
     return 0
 
@@ -161,7 +163,8 @@ def _draw(
 
     if iso_alpha and not isinstance(machine.module, IsoAlpha):
         raise click.UsageError(
-            f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal tilt; leave the option out for a slice"
+            f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal tilt; leave the option "
+            "out for a slice"
         )
     if isinstance(machine.module, IsoAlpha) and iso_alpha:
         files.write(plot, "--plot", [plots.picture(plots.draw_iso_alpha(machine, machine.module), suffix)])
@@ -385,7 +388,8 @@ def identify_(
         )
     if isinstance(machine.five_axis, AxisCorrecting):
         raise click.UsageError(
-            f"--machine {machine_name}: identify fits the lengths as drawn, and this file has [as_built]; use machine calibrate, "
+            f"--machine {machine_name}: identify fits the lengths as drawn, and this file has [as_built]; "
+            "use machine calibrate, "
             "or a file without [as_built]"
         )
     present = {key: float(getattr(module, key)) for key in module.length_names}

@@ -166,7 +166,8 @@ def tolerances(
     "--simulate",
     type=MACHINE,
     metavar="NAME|FILE",
-    help="With --plan: fill the readings in as this machine would, with noise of --sigma-mm, --sigma-rho, --sigma-angle-mrad.",
+    help="With --plan: fill the readings in as this machine would, with noise of --sigma-mm, "
+    "--sigma-rho, --sigma-angle-mrad.",
 )
 @click.option("--seed", type=Whole(min=0), metavar="N", help="Of the noise of --simulate; default 0.")
 @click.option(

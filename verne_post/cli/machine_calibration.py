@@ -81,7 +81,8 @@ def _make_prior(files: RunFiles, opened: OpenedMachine, tolerances: Array, given
     path = Path(name) if name is not None else place_covariance_file(opened.path)
     if name is None and not path.exists():
         raise click.UsageError(
-            f"--touch-up: {path} is missing, which machine calibrate writes beside a machine file; name it with --covariance"
+            f"--touch-up: {path} is missing, which machine calibrate writes beside a machine file; name it "
+            "with --covariance"
         )
     before = opened.as_built.deviations.pack_vector()
     try:

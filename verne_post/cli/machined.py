@@ -165,7 +165,8 @@ def command(
     with_stock = stock_from is not None or options.stock is not None
     if not places and not with_stock:
         raise click.UsageError(
-            "say what the rows are compared with: --nominal PART.STL@G54, --fixture VISE.STL@G54, a stock (--stock, --stock-from), or several"
+            "say what the rows are compared with: --nominal PART.STL@G54, --fixture VISE.STL@G54, a stock "
+            "(--stock, --stock-from), or several"
         )
     if left_place is not None and not with_stock:
         raise click.UsageError("--stock-left is about a stock: name it with --stock or --stock-from")

@@ -188,6 +188,7 @@ def main(arguments: list[str]) -> int:
             raise
         echo(
             f"verne-post: internal error: {type(error).__name__}: {error}\nPlease report it with the program; "
-            "VERNE_POST_TRACEBACK=1 shows where it happened.", err=True,
-        )  # fmt: skip
+            "VERNE_POST_TRACEBACK=1 shows where it happened.",
+            err=True,
+        )
         return ExitStatus.INTERNAL_ERROR

@@ -82,7 +82,8 @@ class CarrierFile(Table, frozen=True, kw_only=True):
     def check_together(self) -> None:
         if len(self.actuators) not in {3, 6}:
             raise ValueError(
-                f"{len(self.actuators)} actuators: expected 3 that carry a rotary pair, or 6 that hold the platform alone"
+                f"{len(self.actuators)} actuators: expected 3 that carry a rotary pair, or 6 that hold the "
+                "platform alone"
             )
         of_rods = {"rods", "home_actuators_mm", "smallest_drop_mm"}
         wanted = {"struts"} if self.rods is None else of_rods
@@ -96,8 +97,10 @@ class CarrierFile(Table, frozen=True, kw_only=True):
         spare = sorted(key for key in other if getattr(self, key) is not None)
         if missing or spare:
             raise ValueError(
-                f"{len(self.actuators)} actuators with {'struts' if self.rods is None else 'rods'} need {', '.join(sorted(wanted))}, and do "
-                f"not take {', '.join(sorted(other))}; {'missing: ' + ', '.join(missing) if missing else 'too many: ' + ', '.join(spare)}"
+                f"{len(self.actuators)} actuators with {'struts' if self.rods is None else 'rods'} need "
+                f"{', '.join(sorted(wanted))}, and do "
+                f"not take {', '.join(sorted(other))}; "
+                f"{'missing: ' + ', '.join(missing) if missing else 'too many: ' + ', '.join(spare)}"
             )
         moved = [strut.length for strut in self.struts or ()] or [rod.by for rod in self.rods or ()]
         each = self.struts is not None or self.is_hexapod
@@ -108,7 +111,8 @@ class CarrierFile(Table, frozen=True, kw_only=True):
             )
         if self.home_actuators_mm is not None and len(self.home_actuators_mm) != len(self.actuators):
             raise ValueError(
-                f"home_actuators_mm has {len(self.home_actuators_mm)} values for {len(self.actuators)} actuators; expected one each"
+                f"home_actuators_mm has {len(self.home_actuators_mm)} values for {len(self.actuators)} "
+                "actuators; expected one each"
             )
         if self.central is not None and not any(self.central.first_axis):
             raise ValueError("central.first_axis = [0, 0, 0]: expected a direction")
@@ -123,8 +127,10 @@ def describe_refused_carrier(carrier: object, schema: object) -> str | None:
     if schema == 2 and ("rods" in keys or "struts" in keys):
         return None
     return (
-        "carrier: what it describes is not executed; a carrier in a chain (schema 2) has three struts of variable length and a central "
-        "leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; over the tilting rotary table "
+        "carrier: what it describes is not executed; a carrier in a chain (schema 2) has three struts "
+        "of variable length and a central "
+        "leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; over "
+        "the tilting rotary table "
         "(schema 1) there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'"
     )
 
@@ -142,7 +148,8 @@ def build_carrier_machine(
     module = RodsModule(file.home, sliders, rods, file.largest_turn_deg, tuple(file.actuators))
     if module.tilts:
         raise ValueError(
-            "the rods of a slider do not stay parallel, so that the platform turns as it moves; in a chain the rods of each slider "
+            "the rods of a slider do not stay parallel, so that the platform turns as it moves; in a chain "
+            "the rods of each slider "
             "are parallel and equal; a platform that tilts about x is the [module] of a file of schema 1, kind = 'rods'"
         )
     cones = [cone for cone in (file.base_cone_deg, file.platform_cone_deg) if cone is not None]

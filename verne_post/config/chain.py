@@ -92,7 +92,8 @@ class JointFile(Table, frozen=True, kw_only=True):
             raise ValueError("a joint that slides has travel_mm, and neither travel_deg nor through")
         if self.turns is not None and (self.through is None or self.travel_mm is not None):
             raise ValueError(
-                "a joint that turns has through, a point of its axis, and no travel_mm; without travel_deg it is endless"
+                "a joint that turns has through, a point of its axis, and no travel_mm; without travel_deg it "
+                "is endless"
             )
 
 
@@ -154,33 +155,46 @@ def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str
     """What is wrong with a chain, but for the directions of its joints."""
     named = [*chain.tool, *chain.part]
     if sorted(named) != sorted(joints):
-        yield (f"chain.tool and chain.part name {', '.join(named) or 'no joint'}, and the joints are {', '.join(joints)}; expected every "
-               "joint once")  # fmt: skip
+        yield (
+            f"chain.tool and chain.part name {', '.join(named) or 'no joint'}, and the joints are "
+            f"{', '.join(joints)}; expected every "
+            "joint once"
+        )
     bare = [name for name in named if joints[name].slides is joints[name].turns is None]
     if bare:
         yield f"joints.{bare[0]}: expected one of slides and turns, a direction"
     slides = [name for name in named if joints[name].slides is not None]
     turns = [name for name in named if name not in slides]
     if sorted(slides) != list(_LINEAR) or len(turns) != 2 or not set(turns) <= set(_ROTARY):
-        yield f"the joints slide: {', '.join(slides)}, and turn: {', '.join(turns)}; expected x, y, z, and two of a, b, c"
+        yield (
+            f"the joints slide: {', '.join(slides)}, and turn: {', '.join(turns)}; expected x, y, z, and two of a, b, c"
+        )
     for side in (chain.tool, chain.part):
         kinds = [name in turns for name in side]
         if kinds != sorted(kinds):
-            yield (f"{side[kinds.index(True)]} turns {side[len(kinds) - 1 - kinds[::-1].index(False)]}: a rotary joint that carries a linear "
-                   "one is not executed yet")  # fmt: skip
+            yield (
+                f"{side[kinds.index(True)]} turns {side[len(kinds) - 1 - kinds[::-1].index(False)]}: a rotary "
+                "joint that carries a linear "
+                "one is not executed yet"
+            )
 
 
 def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterator[str]:
     """What is wrong with the joints of a carrier and its rotary pair, or of six legs, which have none."""
     turns = [name for name, joint in file.joints.items() if joint.turns is not None]
     if carrier.is_hexapod and turns:
-        yield (f"the joints turn: {', '.join(turns)}; six actuators hold the platform in every direction, so expected none; a rotary table "
-               "under them is not executed yet")  # fmt: skip
+        yield (
+            f"the joints turn: {', '.join(turns)}; six actuators hold the platform in every direction, so "
+            "expected none; a rotary table "
+            "under them is not executed yet"
+        )
     elif not carrier.is_hexapod and (len(turns) != 2 or not set(turns) <= set(_ROTARY)):
         yield f"the joints turn: {', '.join(turns) or 'none'}; expected two of a, b, c"
     if set(carrier.actuators) != set(file.joints) - set(turns):
-        yield (f"carrier.actuators are {', '.join(carrier.actuators)}, and the joints that do not turn are "
-               f"{', '.join(name for name in file.joints if name not in turns)}; expected the same")  # fmt: skip
+        yield (
+            f"carrier.actuators are {', '.join(carrier.actuators)}, and the joints that do not turn are "
+            f"{', '.join(name for name in file.joints if name not in turns)}; expected the same"
+        )
     for name in carrier.actuators:
         if file.joints[name].slides is not None:
             value = "a strut is its length" if carrier.rods is None else "a slider is its place on the rails"
@@ -195,14 +209,20 @@ def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterat
         return
     if carrier.rods is not None:
         if file.chain.tool[:1] != ["carrier"] or sorted([*file.chain.tool[1:], *file.chain.part]) != sorted(turns):
-            yield (f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in tool, then the rotary "
-                   "joints of the tool, and those of the part in part")  # fmt: skip
+            yield (
+                f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in "
+                "tool, then the rotary "
+                "joints of the tool, and those of the part in part"
+            )
         return
     if file.table is not None:
         yield "table: the part of a carrier with a wrist stands still, so it has no face that turns; leave [table] out"
     if file.chain.part or file.chain.tool[:1] != ["carrier"] or sorted(file.chain.tool[1:]) != sorted(turns):
-        yield (f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in tool, then both rotary joints, "
-               "and part = []; a central leg over a rotary table is not executed yet")  # fmt: skip
+        yield (
+            f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in "
+            "tool, then both rotary joints, "
+            "and part = []; a central leg over a rotary table is not executed yet"
+        )
 
 
 #: Limits of the two angles of a machine without rotary joints, per s, s2, s3. Nothing drives them, so they exceed what
@@ -312,7 +332,8 @@ def _check_travel(nutation: Nutation, name: str, travel: list[float] | None, sig
     slack = DEG_PER_RAD * RIGHT_ANGLE
     if travel is None or travel[0] < low - slack or travel[1] > high + slack:
         raise ValueError(
-            f"joints.{name}.travel_deg = {travel if travel else 'absent'}: the pair nutates, and its solutions meet at {name} {low:.6g} and "
+            f"joints.{name}.travel_deg = {travel if travel else 'absent'}: the pair nutates, and its "
+            f"solutions meet at {name} {low:.6g} and "
             f"{high:.6g}, its folds; expected a travel between them"
         )
 

@@ -63,14 +63,16 @@ def _interpolate_errors(table: list[list[float]], travel: list[float], where: st
         raise InputError(
             make_finding(
                 "VP501",
-                f"{where}: this joint has no limits; expected one turn of 360 degrees, with the same error at both ends",
+                f"{where}: this joint has no limits; expected one turn of 360 degrees, with the same error at "
+                "both ends",
             )
         )
     if not endless and not (place[0] <= travel[0] and place[-1] >= travel[1]):
         raise InputError(
             make_finding(
                 "VP501",
-                f"{where} reaches from {place[0]:g} to {place[-1]:g}; it must cover the travel from {travel[0]:g} to {travel[1]:g}",
+                f"{where} reaches from {place[0]:g} to {place[-1]:g}; it must cover the travel from "
+                f"{travel[0]:g} to {travel[1]:g}",
             )
         )
     return CubicSpline(

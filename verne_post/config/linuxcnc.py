@@ -62,15 +62,19 @@ _KINEMATICS: Final = {
 _DEFAULTS: Final = {("5axiskins", "pivot-length"): 250.0, ("maxkins", "pivot-length"): 0.666}
 #: Why others are refused; the table of docs/machines.md in short.
 _REFUSED: Final = {
-    "genhexkins": "a hexapod whose words are roll, pitch and yaw of the platform: start from hexapod, whose words say where the tool points",
-    "genhex": "a hexapod whose words are roll, pitch and yaw of the platform: start from hexapod, whose words say where the tool points",
+    "genhexkins": "a hexapod whose words are roll, pitch and yaw of the platform: start from hexapod, whose words "
+    "say where the tool points",
+    "genhex": "a hexapod whose words are roll, pitch and yaw of the platform: start from hexapod, whose words "
+    "say where the tool points",
     "pentakins": "five struts on rings about the tool are not executed",
-    "lineardeltakins": "three axes; kind = 'linear_delta' has this carrier over a tilting table: start from linear_delta",
+    "lineardeltakins": "three axes; kind = 'linear_delta' has this carrier over a tilting table: start from "
+    "linear_delta",
     "rotarydeltakins": "arms that turn in place of sliders are not executed",
     "tripodkins": "three wires hold no tool axis",
     "xyzacb_trsrn": "three rotary joints: a chain has two",
     "xyzbca_trsrn": "three rotary joints: a chain has two",
-    "trivkins": "joints without a relation of tool and part: start from the shipped file that has the machine's rotary joints",
+    "trivkins": "joints without a relation of tool and part: start from the shipped file that has the machine's "
+    "rotary joints",
 }
 
 
@@ -281,8 +285,11 @@ def _find_notes(ini: IniFile, pins: Pins, component: str, coordinates: str) -> I
         yield "the kinematics are those of its type 1, with tool-centre-point control; type 0 has none"
     for pin in kinematics.tool:
         if not pins.is_connected(f"{component}.{pin}"):
-            yield (f"{component}.{pin} is not connected to motion.tooloffset.z: LinuxCNC then compensates no tool length; the file "
-                   "does")  # fmt: skip
+            yield (
+                f"{component}.{pin} is not connected to motion.tooloffset.z: LinuxCNC then compensates no tool "
+                "length; the file "
+                "does"
+            )
     spare = [
         letter.upper()
         for letter in dict.fromkeys(coordinates)
@@ -365,7 +372,8 @@ def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: st
     if not endless and not (-_NO_LIMIT < ends[0] < ends[1] < _NO_LIMIT):
         raise _refuse(
             ini.name,
-            f"[{section}]: MIN_LIMIT and MAX_LIMIT of {letter} do not bound its travel; expected both, the smaller first",
+            f"[{section}]: MIN_LIMIT and MAX_LIMIT of {letter} do not bound its travel; expected both, the "
+            "smaller first",
         )
     speeds = []
     for key, name in (("MAX_VELOCITY", "velocity"), ("MAX_ACCELERATION", "acceleration"), ("MAX_JERK", "jerk")):
@@ -375,7 +383,8 @@ def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: st
         if value is None or value <= 0:
             raise _refuse(
                 ini.name,
-                f"[{section}]{key} of {letter} is {'missing' if value is None else f'{value:g}'}; expected a number above 0",
+                f"[{section}]{key} of {letter} is {'missing' if value is None else f'{value:g}'}; expected a "
+                "number above 0",
             )
         speeds.append(f"{name} = {show_number(scale * value)}")
     unit_vector = [float(one == letter) for one in "xyz"]

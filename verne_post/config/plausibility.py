@@ -75,5 +75,7 @@ def _check_ramps(limits: dict[str, object], axis: str) -> Iterator[str]:
         for high, low in values:
             seconds = high / low
             if not shortest <= seconds <= longest:
-                yield (f"limits.{axis}_{upper} and {axis}_{lower}: from rest to the full {upper} takes {seconds:.3g} s; "
-                       f"expected {shortest:g} to {longest:g} s")  # fmt: skip
+                yield (
+                    f"limits.{axis}_{upper} and {axis}_{lower}: from rest to the full {upper} takes {seconds:.3g} s; "
+                    f"expected {shortest:g} to {longest:g} s"
+                )

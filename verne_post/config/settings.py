@@ -85,9 +85,10 @@ class Settings(Struct, frozen=True):
         path = program.resolve()
         inside = path.relative_to(self.folder) if path.is_relative_to(self.folder) else None
         return [
-            setup for glob, setup in self.setups.items()
+            setup
+            for glob, setup in self.setups.items()
             if fnmatch(path.name, glob) or (inside is not None and fnmatch(inside.as_posix(), glob))
-        ]  # fmt: skip
+        ]
 
 
 def find_settings(folder: Path) -> Path | None:

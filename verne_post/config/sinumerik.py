@@ -294,8 +294,11 @@ def _find_notes(data: MachineData, pair: Pair) -> Iterator[str]:
     for names in sums:
         left = sum((pair.offsets[name] for name in names), np.zeros(3))
         if np.abs(left).max() > _NONE_MM:
-            yield (f"{' + '.join(names)} = {show_list(left)}: the chain does not close, so that with the transformation on the control counts "
-                   "from another zero; work offsets here count from machine zero")  # fmt: skip
+            yield (
+                f"{' + '.join(names)} = {show_list(left)}: the chain does not close, so that with the "
+                "transformation on the control counts "
+                "from another zero; work offsets here count from machine zero"
+            )
     if pair.source.startswith("tool carrier"):
         number = int(pair.source.rsplit(" ", 1)[1])
         if any(data.find_number(f"TC_CARR{parameter}", number) for parameter in _FINE):
@@ -366,7 +369,8 @@ def _write_joint(data: MachineData, axis: Axis, geometry: str, *, rotary: bool) 
     if rotary and not find("ROT_IS_MODULO") and unlimited:
         raise _refuse(
             data.name,
-            f"$MA_POS_LIMIT_MINUS and _PLUS of {letter} do not bound it, and $MA_ROT_IS_MODULO is not TRUE: expected one",
+            f"$MA_POS_LIMIT_MINUS and _PLUS of {letter} do not bound it, and $MA_ROT_IS_MODULO is not TRUE: "
+            "expected one",
         )
     endless = rotary and (bool(find("ROT_IS_MODULO")) or unlimited)
     if not endless and (low is None or high is None or unlimited or low >= high):

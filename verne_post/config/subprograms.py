@@ -123,9 +123,11 @@ def _find_files(root: Path, places: list[Path]) -> dict[str, Path]:
         with os.scandir(place) as entries:
             # only a link can lead out of a folder that lies inside
             files = sorted(
-                Path(entry.path) for entry in entries if os.path.isfile(entry.path)  # False for a circle of links
+                Path(entry.path)
+                for entry in entries
+                if os.path.isfile(entry.path)  # False for a circle of links
                 and (not entry.is_symlink() or Path(entry.path).resolve().is_relative_to(root))
-            )  # fmt: skip
+            )
         for ending in ENDINGS:
             for file in files:
                 if file.suffix.lower() == ending:

@@ -97,7 +97,8 @@ def build_arc_from_radius(
         raise ProgramError(
             "VP008",
             f"an arc with R needs an end point other than its start; they are {2 * half:.2g} mm apart, and less than "
-            f"{ARC_CHORD_MM:g} mm does not determine the centre; write a full circle with I, J, K, or leave the block out",
+            f"{ARC_CHORD_MM:g} mm does not determine the centre; write a full circle with I, J, K, or leave "
+            "the block out",
         )
     short = half - abs(radius)
     if short > ARC_R_TOO_SMALL_MM or radius == 0.0:

@@ -87,7 +87,8 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
     settles = describe_remap(f"M{code}")
     if code in _KINEMATICS:
         settles = (
-            f"LinuxCNC switches kinematics with it, and [remap] of the set-up, or of verne-post.toml, says to which: M{code} = "
+            "LinuxCNC switches kinematics with it, and [remap] of the set-up, or of verne-post.toml, says "
+            f"to which: M{code} = "
             f'"tcp on" or "tcp off" (in its examples "{_KINEMATICS[code]}")'
         )
     if code in table.refused_m:

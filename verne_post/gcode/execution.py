@@ -79,10 +79,12 @@ class Execution(Struct):
             item.settled_by if settled_by in item.settled_by or not settled_by else (*item.settled_by, settled_by)
         )
         self.errors[at] = replace(
-            item, last_line=max(item.last_line or line, line), count=item.count + 1,
+            item,
+            last_line=max(item.last_line or line, line),
+            count=item.count + 1,
             message=words.replace("\0", _join_names(things)).replace(ONE_TOOL if len(things) > 1 else "\0", ""),
             settled_by=all_settled_by,
-        )  # fmt: skip
+        )
 
 
 def _join_names(things: list[str]) -> str:

@@ -1,6 +1,7 @@
 """The recorder: turns executed motion, dwells and events into a Moves table."""
 
 import dataclasses
+import math
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from itertools import groupby
@@ -178,10 +179,9 @@ class Recorder(Struct):
             arc_row = self.settled_arcs + len(self.arcs)
             self.arcs.append(arc)
         if seconds is None:
-            is_timed = (
-                modes.feed_mode == FeedMode.INVERSE and kind not in (MoveKind.RAPID, MoveKind.DWELL) and modes.feed
-            )
-            seconds = SECONDS_PER_MINUTE / modes.feed if is_timed else np.nan
+            seconds = math.nan
+            if modes.feed_mode == FeedMode.INVERSE and kind not in (MoveKind.RAPID, MoveKind.DWELL) and modes.feed:
+                seconds = SECONDS_PER_MINUTE / modes.feed
         axis = modes.tool_axis or _NO_TOOL_AXIS
         self._keep(Row(line, kind, end, feed, *self._record_modes(modes), arc_row, spline, axis, seconds))
 
@@ -306,8 +306,9 @@ class Recorder(Struct):
         before = self.warnings.get((line, code))
         self.warnings[line, code] = (
             make_finding(code, message, line=line, last_line=line, worst_line=line, column=column)
-            if before is None else dataclasses.replace(before, count=before.count + 1)
-        )  # fmt: skip
+            if before is None
+            else dataclasses.replace(before, count=before.count + 1)
+        )
 
     def note_once(self, code: str, message: str, line: int) -> None:
         """Record a warning at the first place alone."""

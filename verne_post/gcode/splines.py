@@ -290,7 +290,8 @@ def _is_straight(points: Array) -> bool:
 
 def _refuse_singular(points: Array, line: int) -> ProgramError:
     text = (
-        f"the spline stops or turns back at a point between {_name_place(points[0])} and {_name_place(points[-1])}: it has no "
+        f"the spline stops or turns back at a point between {_name_place(points[0])} and "
+        f"{_name_place(points[-1])}: it has no "
         "direction there. Control points that coincide, or a closing loop, cause this"
     )
     return ProgramError("VP031", text, None, line)

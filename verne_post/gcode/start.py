@@ -112,9 +112,10 @@ class _Opening:
         turned_rows = [
             axis
             for axis in self.setup.rotary
-            if AXES[axis] in self.setup.axes and axis not in self.unnamed_axes
+            if AXES[axis] in self.setup.axes
+            and axis not in self.unnamed_axes
             and abs(machine[axis]) > ZERO_ANGLE * DEG_PER_RAD
-        ]  # fmt: skip
+        ]
         if not turned_rows:
             return None
         other = position.copy()
@@ -132,7 +133,8 @@ class _Opening:
         letters = " and ".join(AXES[axis] for axis in axes)
         stands = " ".join(f"{AXES[axis]}{position[axis]:.6g}" for axis in axes)
         text = (
-            f"the program cuts before it names {letters}: the table is taken to start at {stands}, where line {named_line} "
+            f"the program cuts before it names {letters}: the table is taken to start at {stands}, where "
+            f"line {named_line} "
             f"puts it; name {letters} before"
         )
         return text, first

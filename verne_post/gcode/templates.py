@@ -68,14 +68,15 @@ def read_by_template(text: str, values: Values) -> Words | None:
     parts = _NUMBER.split(text)
     numbers = parts[1::2]
     key = (*parts[::2], values.custom_macro)
-    if key not in _templates:
+    try:
+        template = _templates[key]  # one look: the hash of such a key costs a tenth of reading the line
+    except KeyError:
         if len(_templates) >= _MOST_KEPT:
             _templates.clear()
-        _templates[key] = _find_template(text, len(numbers), values.custom_macro)
-    template = _templates[key]
+        template = _templates[key] = _find_template(text, len(numbers), values.custom_macro)
     if template is None or (len(text) > _MAX_DIGITS and any(len(number) > _MAX_DIGITS for number in numbers)):
         return None
-    n = [float(number) for number in numbers]
+    n = list(map(float, numbers))
     try:
         words = {letter: node(n, values) for letter, node in template.words}
         codes = [(letter, node(n, values), at) for letter, node, at in template.codes]

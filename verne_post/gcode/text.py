@@ -362,6 +362,8 @@ class _Opened:
             item = self._open[-1]
             ends = {"sub": "endsub", "if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
             raise ProgramError(
-                "VP023", f"o{item.label} {item.kind} is never closed; expected o{item.label} {ends[item.kind]}",
-                item.column, line=item.line,
-            )  # fmt: skip
+                "VP023",
+                f"o{item.label} {item.kind} is never closed; expected o{item.label} {ends[item.kind]}",
+                item.column,
+                line=item.line,
+            )

@@ -28,7 +28,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "unreadable block",
         "error",
         "The block does not consist of words of its language. A word of G-code is a letter and a number.",
-        "Correct the characters at the column of the message. In G-code, write a letter and a number; write comments in ( ) on "
+        "Correct the characters at the column of the message. In G-code, write a letter and a number; "
+        "write comments in ( ) on "
         "one line, or after a ;.",
     ),
     (
@@ -78,7 +79,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP009",
         "feed rate missing",
         "error",
-        "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, where each block needs "
+        "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, "
+        "where each block needs "
         "it.",
         "Give F.",
     ),
@@ -94,14 +96,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "axis that the machine lacks",
         "error",
         "The program names an axis that this machine does not have.",
-        "Post the program for the rotary axes of the machine, A and C on a tilting table, or with tool axes (G43.5, APT), which name no rotary axis.",
+        "Post the program for the rotary axes of the machine, A and C on a tilting table, or with tool "
+        "axes (G43.5, APT), which name no rotary axis.",
     ),
     (
         "VP012",
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give --tool-length or --tool-table; the program may say "
+        "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give --tool-length "
+        "or --tool-table; the program may say "
         "it too (G10 L1, $TC_DP3, TOOL DEF).",
     ),
     (
@@ -116,20 +120,23 @@ CODES: Final[dict[str, Code]] = _make_table(
         "stop for a person",
         "error",
         "M0, M6, M60, G88 or a waiting M66 after the motion has begun: a stream of setpoints cannot wait.",
-        "Write one file of setpoints for each part between two stops: --split-at-stops, or split_at_stops = true in the set-up.",
+        "Write one file of setpoints for each part between two stops: --split-at-stops, or "
+        "split_at_stops = true in the set-up.",
     ),
     (
         "VP015",
         "machine coordinates unknown",
         "error",
-        "A motion to a reference position (G28, G30, G75, M92, a retract of CYCLE800, GOHOME) needs a [home] position in the machine file, or its words do not fit the state.",
+        "A motion to a reference position (G28, G30, G75, M92, a retract of CYCLE800, GOHOME) needs a "
+        "[home] position in the machine file, or its words do not fit the state.",
         "Add [home] to the machine file, or go to machine coordinates: G53, SUPA, M91.",
     ),
     (
         "VP016",
         "tool length changed under tilt",
         "error",
-        "After a change of the tool length offset with the table tilted, the next move must be a rapid traverse in absolute "
+        "After a change of the tool length offset with the table tilted, the next move must be a rapid "
+        "traverse in absolute "
         "coordinates.",
         "Program a rapid traverse (G0, FMAX) to the position after the change.",
     ),
@@ -168,7 +175,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "O words do not match",
         "error",
         "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be.",
-        "Close what is open, in reverse order, with the same label; define a subroutine before the program calls it, or put its file beside the program or into a folder of --subroutine-path.",
+        "Close what is open, in reverse order, with the same label; define a subroutine before the "
+        "program calls it, or put its file beside the program or into a folder of --subroutine-path.",
     ),
     (
         "VP024",
@@ -217,7 +225,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP030",
         "canned cycle words of the other distance mode",
         "warning",
-        "A canned cycle continues after a change between G90 and G91, with an R or a depth from before. The number now has "
+        "A canned cycle continues after a change between G90 and G91, with an R or a depth from before. "
+        "The number now has "
         "another meaning, or it is kept although another control would read it again. The message has both depths.",
         "Give R and the bottom of the hole again after every change of G90 and G91.",
     ),
@@ -225,8 +234,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP031",
         "impossible spline",
         "error",
-        "The control points, weights and knots of a spline do not make a curve that can be followed: their numbers do not fit, "
-        "knots fall, a weight is not positive, the curve does not begin at the tool, or it stops or turns back at a point of "
+        "The control points, weights and knots of a spline do not make a curve that can be followed: "
+        "their numbers do not fit, "
+        "knots fall, a weight is not positive, the curve does not begin at the tool, or it stops or "
+        "turns back at a point of "
         "its own (a cusp).",
         "Post the curve again from its source, or write straight moves or arcs where the message says.",
     ),
@@ -234,14 +245,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP032",
         "program in another language",
         "error",
-        "The text cannot be read. It has words of another control or of another kind of file, or hardly any word of a program.",
+        "The text cannot be read. It has words of another control or of another kind of file, or hardly "
+        "any word of a program.",
         "Post the program for one of the controller dialects that the message names.",
     ),
     (
         "VP033",
         "no work offset",
         "warning",
-        "The program uses a work system that neither --wcs nor the program has placed: its origin is the rotary centre on the "
+        "The program uses a work system that neither --wcs nor the program has placed: its origin is "
+        "the rotary centre on the "
         "table face.",
         "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
@@ -251,14 +264,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "no tool length",
         "warning",
         "The program cuts with tool length 0: no length is in force (after G49 or D0), or the tool table gives 0.",
-        "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give --tool-length. If the gauge line is"
+        "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give "
+        "--tool-length. If the gauge line is"
         " meant, give --tool-length 0.",
     ),
     (
         "VP035",
         "motion takes too long",
         "error",
-        "With its feed rates and dwells the program makes more rows than --max-rows allows: most often a feed rate is in "
+        "With its feed rates and dwells the program makes more rows than --max-rows allows: most often "
+        "a feed rate is in "
         "another unit.",
         "Correct F or the dwell. If the program is meant to take so long, raise --max-rows.",
     ),
@@ -266,35 +281,44 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP036",
         "A or C not named before the first cut",
         "warning",
-        "The program cuts before it names A or C, and names them later with another angle than 0. The table is assumed to be at"
+        "The program cuts before it names A or C, and names them later with another angle than 0. The "
+        "table is assumed to be at"
         " that angle from the start.",
-        "Name A and C in a G0 before the first cut: G0 A0 C0 if the table is to be level. If the table really is at the angle "
+        "Name A and C in a G0 before the first cut: G0 A0 C0 if the table is to be level. If the table "
+        "really is at the angle "
         "of the message, name that angle.",
     ),
     (
         "VP037",
         "tool-centre-point control not requested",
         "warning",
-        "G-code cuts while A or C is turned, and no active code says in which directions X Y Z count. Here they are places of "
-        "the part, as under G43.4. A control without tool-centre-point control reads them in the directions of the machine.",
-        "If places of the part are meant, write G43.4 instead of G43, or post with G68.2. If the control has another code for "
-        'this, give that code the meaning "tcp on" in [remap]. If directions of the machine are meant, post the program again '
+        "G-code cuts while A or C is turned, and no active code says in which directions X Y Z count. "
+        "Here they are places of "
+        "the part, as under G43.4. A control without tool-centre-point control reads them in the "
+        "directions of the machine.",
+        "If places of the part are meant, write G43.4 instead of G43, or post with G68.2. If the "
+        "control has another code for "
+        'this, give that code the meaning "tcp on" in [remap]. If directions of the machine are meant, '
+        "post the program again "
         "with G43.4 or G68.2.",
     ),
     (
         "VP038",
         "decimal points mixed",
         "warning",
-        "A Fanuc program has lengths, angles or dwells with a decimal point and others without. A setting of the control "
+        "A Fanuc program has lengths, angles or dwells with a decimal point and others without. A "
+        "setting of the control "
         "decides whether a number without a point has its face value, or counts least input increments (0.001 mm).",
-        'Write the points, or give the setting of the control: [fanuc] decimal_point = "calculator" or "conventional" in the '
+        'Write the points, or give the setting of the control: [fanuc] decimal_point = "calculator" or '
+        '"conventional" in the '
         "settings file.",
     ),
     (
         "VP039",
         "executed in another way by some controls",
         "note",
-        "Controls differ in how they execute a word or a cycle of this program, or count something beside. The message says what "
+        "Controls differ in how they execute a word or a cycle of this program, or count something "
+        "beside. The message says what "
         "is done here. Each case is reported once.",
         "No action is needed if this is what is meant.",
     ),
@@ -302,7 +326,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP045",
         "spindle speed is not known",
         "warning",
-        "G96 asks for a constant surface speed, as on a lathe: the control sets the spindle speed by the distance of the tool "
+        "G96 asks for a constant surface speed, as on a lathe: the control sets the spindle speed by "
+        "the distance of the tool "
         "from X0. Setpoints have no spindle speed; the events have S and D.",
         "If the program is for a mill, write G97 and S, the turns a minute.",
     ),
@@ -310,31 +335,42 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP046",
         "unnamed axes move",
         "warning",
-        "A block moves axes that it does not name. First case: no tool length is in force (before G43, after G49), or a retract"
-        " in machine coordinates came before, and the block turns the table. The spindle then moves along to keep the tip at "
-        "its place of the part; a control without tool-centre-point control keeps these axes still. Second case: the tool "
-        "length has changed, and the next block does not name Z. Under a tilted table the tip goes to the place that was "
-        "programmed before. Under a level table it continues where it is, which is below that place with a longer tool.",
-        "Name X, Y and Z in the block, turn the table in machine coordinates (G53, SUPA, M91), or retract before. In a Fanuc "
+        "A block moves axes that it does not name. First case: no tool length is in force (before G43, "
+        "after G49), or a retract"
+        " in machine coordinates came before, and the block turns the table. The spindle then moves "
+        "along to keep the tip at "
+        "its place of the part; a control without tool-centre-point control keeps these axes still. "
+        "Second case: the tool "
+        "length has changed, and the next block does not name Z. Under a tilted table the tip goes to "
+        "the place that was "
+        "programmed before. Under a level table it continues where it is, which is below that place "
+        "with a longer tool.",
+        "Name X, Y and Z in the block, turn the table in machine coordinates (G53, SUPA, M91), or "
+        "retract before. In a Fanuc "
         "program (--dialect fanuc) the axes do not move while no length is in force.",
     ),
     (
         "VP047",
         "tapping as feed moves",
         "warning",
-        "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest and full speed, and at an "
+        "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest "
+        "and full speed, and at an "
         "override, the axis is slower than that: only a spindle that follows the axis cuts the thread.",
-        "Let the control couple the spindle to the axis, from the event at the beginning of the first move to the event at the "
+        "Let the control couple the spindle to the axis, from the event at the beginning of the first "
+        "move to the event at the "
         "end of the last.",
     ),
     (
         "VP048",
         "rigid tapping needs a choice",
         "error",
-        "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how far the spindle has "
+        "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how "
+        "far the spindle has "
         "turned.",
-        "If the control that executes the setpoints couples the spindle to the axis, give --tapping feed, or tapping = 'feed' in the "
-        "set-up. Otherwise tap with a floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a separate program.",
+        "If the control that executes the setpoints couples the spindle to the axis, give --tapping "
+        "feed, or tapping = 'feed' in the "
+        "set-up. Otherwise tap with a floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a "
+        "separate program.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
@@ -348,7 +384,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP102",
         "tilt range",
         "error",
-        "The rotary axis that tilts the tool leaves its travel: A of a tilting table (programmed tilt plus platform tilt "
+        "The rotary axis that tilts the tool leaves its travel: A of a tilting table (programmed tilt "
+        "plus platform tilt "
         "alpha), or the one of a chain.",
         "Use less tilt. check and explain name a tilt, or another table solution, that was tried and is legal.",
     ),
@@ -356,14 +393,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP103",
         "rotary range",
         "error",
-        "The rotary axis that turns the tool about its pole leaves its travel: C, or the one nearest the part of a chain.",
+        "The rotary axis that turns the tool about its pole leaves its travel: C, or the one nearest "
+        "the part of a chain.",
         "Rewind it in the program, or use a machine file without this limit.",
     ),
     (
         "VP110",
         "out of reach",
         "error",
-        "The inverse kinematics has no real solution: the rods are too short for this pose, or the joints of a nutating pair do not point the "
+        "The inverse kinematics has no real solution: the rods are too short for this pose, or the "
+        "joints of a nutating pair do not point the "
         "tool there.",
         "Move the part towards the middle of the workspace (--wcs), or use a shorter tool.",
     ),
@@ -380,8 +419,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "near a serial singularity",
         "warning",
         "The vertical drop of a rod (the root of a radicand of equations 11 to 13) comes close to zero. "
-        "Error below the machine file's limits.serial_singularity_mm, warning up to twice that. Or a great circle comes to the fold of a "
-        "nutating rotary pair, where both of its solutions meet, or the tool to the leg of a carrier, where its wrist has a pole.",
+        "Error below the machine file's limits.serial_singularity_mm, warning up to twice that. Or a "
+        "great circle comes to the fold of a "
+        "nutating rotary pair, where both of its solutions meet, or the tool to the leg of a carrier, "
+        "where its wrist has a pole.",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (
@@ -417,14 +458,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP213",
         "spindle or tool too close to the table",
         "error",
-        "The spindle or the end of the largest tool comes closer to the table than the machine file's clearance.minimum_mm.",
+        "The spindle or the end of the largest tool comes closer to the table than the machine file's "
+        "clearance.minimum_mm.",
         "Raise the work offset (--wcs), or use a longer tool.",
     ),
     (
         "VP214",
         "ball joint beyond its cone",
         "error",
-        "A rod leaves the cone that its ball joint allows (rods.slider_cone_deg, rods.platform_cone_deg of the machine file).",
+        "A rod leaves the cone that its ball joint allows (rods.slider_cone_deg, rods.platform_cone_deg "
+        "of the machine file).",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (
@@ -432,14 +475,17 @@ CODES: Final[dict[str, Code]] = _make_table(
         "too close to a fixture",
         "error",
         "Tool, spindle or platform comes closer to a keep-out box than its clearance, or reaches into it.",
-        "Change the motion or the tilt, use a longer or thinner tool, or move the fixture; the message has the distance.",
+        "Change the motion or the tilt, use a longer or thinner tool, or move the fixture; the message "
+        "has the distance.",
     ),
     (
         "VP216",
         "in the stock",
         "error",
-        "In rapid traverse the cutter reaches into the stock, or at any time shank, holder or spindle do, or the platform "
-        "reaches into the box of the stock. The stock is the one that is left at that time. A warning means that the distance "
+        "In rapid traverse the cutter reaches into the stock, or at any time shank, holder or spindle "
+        "do, or the platform "
+        "reaches into the box of the stock. The stock is the one that is left at that time. A warning "
+        "means that the distance "
         "is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm.",
         "Move the rapid traverse above the stock, or cut the place first; use a longer or thinner tool.",
     ),
@@ -447,7 +493,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP217",
         "uncorrected tool axis error",
         "error",
-        "On the as-built machine the tool axis is off by more than the machine file's accuracy.uncorrected_axis_deg: the "
+        "On the as-built machine the tool axis is off by more than the machine file's "
+        "accuracy.uncorrected_axis_deg: the "
         "table's tilt cannot correct this component, and C stays as programmed.",
         "Let C correct its share (--correct-axis), or accept a larger error in the machine file.",
     ),
@@ -456,20 +503,23 @@ CODES: Final[dict[str, Code]] = _make_table(
         "gouge",
         "error",
         "Cutter, shank or holder cut into the nominal part, deeper than --gouge, or gouge_mm of a set-up's [part].",
-        "The message has place, depth along the normal, body and line: look at the tool, its length and the work offset of that line first.",
+        "The message has place, depth along the normal, body and line: look at the tool, its length and "
+        "the work offset of that line first.",
     ),
     (
         "VP219",
         "excess left on the part",
         "warning",
-        "More material than --excess, or excess_mm of a set-up's [part], stays on a facet of the nominal part that the cutter came near.",
+        "More material than --excess, or excess_mm of a set-up's [part], stays on a facet of the "
+        "nominal part that the cutter came near.",
         "The message has the place and the nearest line: take a smaller stepover or a smaller cutter there.",
     ),
     (
         "VP220",
         "not decided",
         "error",
-        "For some facets it is not certain that there is no gouge deeper than --gouge. The message has the depth that is "
+        "For some facets it is not certain that there is no gouge deeper than --gouge. The message has "
+        "the depth that is "
         "certainly not exceeded. It is a warning if a gouge was found elsewhere.",
         "Accept a larger --gouge (gouge_mm), or look at the places that the message and --csv of machined name.",
     ),
@@ -477,7 +527,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP221",
         "stock left around the part",
         "warning",
-        "Stock stays beside or over the nominal part, farther from it than --excess or excess_mm, where no cutter has been: a ridge between strips, or what this set-up does not machine.",
+        "Stock stays beside or over the nominal part, farther from it than --excess or excess_mm, where "
+        "no cutter has been: a ridge between strips, or what this set-up does not machine.",
         "The message has volume, height and place: bring the strips nearer together, or leave it to the next set-up.",
     ),
     # --- VP3xx: branches ------------------------------------------------------------------------
@@ -485,9 +536,12 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP301",
         "flip, rewind or another branch",
         "error",
-        "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave the programmed A and C."
-        " It is a warning where C turns under a standing, vertical tool, or by more than half a turn in a feed move with a "
-        "tilted tool. With --allow-rewind a change between feed moves is a warning too: a retract, a turn and a return are "
+        "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave "
+        "the programmed A and C."
+        " It is a warning where C turns under a standing, vertical tool, or by more than half a turn in "
+        "a feed move with a "
+        "tilted tool. With --allow-rewind a change between feed moves is a warning too: a retract, a "
+        "turn and a return are "
         "added.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
@@ -582,7 +636,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "readings",
         "error",
         "A file of readings has a missing column, a value that is no number, or too little data.",
-        "Correct the line and column that the message names; docs/calibration.md and docs/as-built.md show valid files.",
+        "Correct the line and column that the message names; docs/calibration.md and docs/as-built.md "
+        "show valid files.",
     ),
     (
         "VP503",
@@ -595,23 +650,27 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP504",
         "tool shapes or measured values",
         "error",
-        "The file of tool shapes, of measured work offsets or of tool lengths cannot be read, or has an impossible value.",
+        "The file of tool shapes, of measured work offsets or of tool lengths cannot be read, or has an "
+        "impossible value.",
         "Correct the key or row that the message names (docs/setpoints.md).",
     ),
     (
         "VP505",
         "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the command line, of the "
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the "
+        "command line, of the "
         "set-up or of the program is legal, but hardly intended: most often it is in another unit.",
-        "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post machine "
+        "Compare the value with its unit in docs/machine-file.md, docs/commands.md or "
+        "docs/setpoints.md; `verne-post machine "
         "validate` prints how long moves take.",
     ),
     (
         "VP506",
         "unusable mesh",
         "error",
-        "A mesh is no STL file, has an implausible size for its unit, or is not the surface of a body: open, flipped or inside "
+        "A mesh is no STL file, has an implausible size for its unit, or is not the surface of a body: "
+        "open, flipped or inside "
         "out.",
         "Export the body again as a closed STL, and give its unit. The message says what is wrong.",
     ),
@@ -619,7 +678,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP507",
         "unreadable configuration of another control",
         "error",
-        "A file given to `machine import`, or one that it names, has a line, a number, a unit or a limit that cannot be read or is missing.",
+        "A file given to `machine import`, or one that it names, has a line, a number, a unit or a "
+        "limit that cannot be read or is missing.",
         "Mend the line or key that the message names; docs/machines.md says what is read.",
     ),
     (

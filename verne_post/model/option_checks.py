@@ -251,7 +251,8 @@ def check_shapes(value: object) -> dict[int, ToolShape]:
                 raise ValueError(f"tool {key}, {one.part}: {mistake}")
             if one.length is None and at < len(parts) - 1:
                 raise ValueError(
-                    f"tool {key}: {one.part} needs a length: only the last part may reach up to the gauge line without one"
+                    f"tool {key}: {one.part} needs a length: only the last part may reach up to the gauge line "
+                    "without one"
                 )
         places = [TOOL_PARTS.index(one.part) for one in parts]
         if places != sorted(places) or any(places.count(place) > 1 for place in (0, 1)):

@@ -281,7 +281,8 @@ class Options:
         if self.from_line is not None and self.approach is None:
             raise UsageError(
                 "from_line",
-                f"{self.from_line} needs a start (--from, in Python approach): the approach to the middle of a program is computed and checked",
+                f"{self.from_line} needs a start (--from, in Python approach): the approach to the middle of a "
+                "program is computed and checked",
             )
         if self.air_along != "tool" and not self.air:
             raise UsageError("air_along", f"{self.air_along} needs the height by which to lift (--air)")
@@ -292,7 +293,8 @@ class Options:
         if self.solver != "reachability" and importlib.util.find_spec("toppra") is None:
             raise UsageError(
                 "solver",
-                f"{self.solver} needs toppra, which is not installed; on Linux x86-64 pip install toppra has it ready, elsewhere "
+                f"{self.solver} needs toppra, which is not installed; on Linux x86-64 pip install toppra has it "
+                "ready, elsewhere "
                 "it is built from source and needs a C++ compiler. The solver reachability needs nothing",
             )
 

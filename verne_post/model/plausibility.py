@@ -60,7 +60,7 @@ PLAUSIBLE: Final = {
     "tool length": Plausible(2.0, 2e3, "mm", "m", 1e3, "tool"),
     "work offset": Plausible(1.0, 2e4, "mm", "m", 1e3, "set-up"),
     "box": Plausible(1.0, 2e4, "mm", "m", 1e3, "set-up"),
-}  # fmt: skip
+}
 
 
 def compare(key: str, value: float, name: str, what: str = "") -> Iterator[str]:

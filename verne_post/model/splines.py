@@ -60,8 +60,10 @@ class Splines(Struct, frozen=True, eq=False):
     def select(self, piece: Ints) -> "Splines":
         """Some of the pieces, in any order, without what only others need."""
         degree = self.degree[piece]
-        point, knot = (_spread(first[piece], count) for first, count in
-                       ((self.first_point, degree + 1), (self.first_knot, 2 * degree)))  # fmt: skip
+        point, knot = (
+            _spread(first[piece], count)
+            for first, count in ((self.first_point, degree + 1), (self.first_knot, 2 * degree))
+        )
         return Splines(
             degree,
             _make_begins(degree + 1),
@@ -101,9 +103,10 @@ class GrowingSplines:
     def extend(self, pieces: Splines) -> None:
         """Add pieces."""
         self._pieces.extend(
-            degree=pieces.degree, first_point=pieces.first_point + self._points,
+            degree=pieces.degree,
+            first_point=pieces.first_point + self._points,
             first_knot=pieces.first_knot + self._knots,
-        )  # fmt: skip
+        )
         self._controls.extend(points=pieces.points, weights=pieces.weights)
         self._knot_values.extend(knots=pieces.knots)
         self.count += len(pieces)

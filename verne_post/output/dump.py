@@ -92,15 +92,19 @@ def dump_joints(joint_path: JointPath) -> Iterator[str]:
                 for j, column in enumerate(machine.columns)
             }
             travel = {
-                f"travel of {column.joint}": blank_nonfinite(abs(column.factor) * float(min(
-                    solved.q[k, j] - machine.limits.lower[j], machine.limits.upper[j] - solved.q[k, j])))
+                f"travel of {column.joint}": blank_nonfinite(
+                    abs(column.factor)
+                    * float(min(solved.q[k, j] - machine.limits.lower[j], machine.limits.upper[j] - solved.q[k, j]))
+                )
                 for j, column in enumerate(machine.columns)
-            }  # fmt: skip
+            }
             clearances = {name: blank_nonfinite(margins[k, j]) for j, name in enumerate(names)}
             alpha = (
                 {} if machine.module is None else {"alpha_deg": blank_nonfinite(DEG_PER_RAD * solved.platform.alpha[k])}
             )
-            yield _write_line({"line": int(line[k]), "s": float(s[k]), "q": q, **alpha, "margins": {**travel, **clearances}})  # fmt: skip
+            yield _write_line(
+                {"line": int(line[k]), "s": float(s[k]), "q": q, **alpha, "margins": {**travel, **clearances}}
+            )
 
 
 def _sample_points(

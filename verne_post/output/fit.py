@@ -74,7 +74,8 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
     if fits and proposal.aim != "margin":
         largest = proposal.largest
         yield (
-            f"The largest margin, {_format_margin(largest.smallest)}, is with the part {_move_text(proposal, largest.place)}: "
+            f"The largest margin, {_format_margin(largest.smallest)}, is with the part "
+            f"{_move_text(proposal, largest.place)}: "
             f"--wcs {_write_wcs_option(proposal, largest.place)} (--maximise margin)."
         )
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"

@@ -90,7 +90,8 @@ def _find_columns(
             at = next((header.index(one) for one in names if one in header), None)
             if at is None:
                 raise _make_error(
-                    f"{name}: no column {' or '.join(names)} for {joint}; say which with --columns {joint}=NAME. There are {', '.join(header)}"
+                    f"{name}: no column {' or '.join(names)} for {joint}; say which with --columns {joint}=NAME. "
+                    f"There are {', '.join(header)}"
                 )
             indices.append(at)
         return indices

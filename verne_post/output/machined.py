@@ -30,7 +30,8 @@ def describe_comparisons(name: str, machined: Machined) -> str:
         first, motions = machined.judged[0].comparison, machined.judged[0].motions
         rows, tools = sum(len(one.tip) for one in motions), ", ".join(one.name for one in motions)
         lines.append(
-            f"{name}: {rows} poses of {tools} against {first.mesh.name}: {len(first.state)} facets, {len(first.cells.facet)} sample places, at most {first.wanted.grid:g} mm from any point of the surface"
+            f"{name}: {rows} poses of {tools} against {first.mesh.name}: {len(first.state)} facets, "
+            f"{len(first.cells.facet)} sample places, at most {first.wanted.grid:g} mm from any point of the surface"
         )
         lines += [f"  {note}" for note in machined.notes]
         lines += [f"  {text}" for text in describe_judged(machined)]
@@ -45,7 +46,8 @@ def describe_comparisons(name: str, machined: Machined) -> str:
             else f"never nearer than {touched.allowed:g} mm"
         )
         lines.append(
-            f"{name}: {touched.mesh.name}, {len(touched.mesh.facets)} facets: {verdict}; nearest place seen {touched.least:.3f} mm"
+            f"{name}: {touched.mesh.name}, {len(touched.mesh.facets)} facets: {verdict}; nearest place seen "
+            f"{touched.least:.3f} mm"
         )
     return "\n".join(lines) + "\n"
 
@@ -73,11 +75,13 @@ def _describe_one(judged: Judged) -> str:
     if len(found.gouges.depth):
         worst = int(found.gouges.depth.argmax())
         parts.append(
-            f"gouged {found.gouges.depth[worst]:.3f} mm deep at {describe_place(found.gouges.place[worst])}, {int((found.state == GOUGE).sum())} facets"
+            f"gouged {found.gouges.depth[worst]:.3f} mm deep at {describe_place(found.gouges.place[worst])}, "
+            f"{int((found.state == GOUGE).sum())} facets"
         )
     if undecided := int((found.state == UNDECIDED).sum()):
         parts.append(
-            f"{undecided} facets not decided (none gouged deeper than {found.deepest[found.state == UNDECIDED].max():.3f} mm)"
+            f"{undecided} facets not decided (none gouged deeper than "
+            f"{found.deepest[found.state == UNDECIDED].max():.3f} mm)"
         )
     if not parts:
         parts.append(f"clear of gouges deeper than {found.wanted.gouge:g} mm")
@@ -148,7 +152,8 @@ def encode_ply(judged: Judged) -> bytes:
     found = judged.comparison
     count = len(found.cells.facet)
     header = (
-        "ply\nformat binary_little_endian 1.0\ncomment deviation along the normal in mm: below 0 cut into, above 0 left; nan untouched\n"
+        "ply\nformat binary_little_endian 1.0\ncomment deviation along the normal in mm: below 0 cut "
+        "into, above 0 left; nan untouched\n"
         f"element vertex {3 * count}\nproperty float x\nproperty float y\nproperty float z\nelement face {count}\n"
         "property list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
         "property float deviation\nend_header\n"
@@ -179,7 +184,8 @@ def draw_map(judged: Judged, suffix: str) -> bytes:
         axes.view_init(elev=elevation, azim=turn)
     wanted = found.wanted
     figure.suptitle(
-        f"{found.mesh.name}, {judged.machine} machine: red cut deeper than {wanted.gouge:g} mm, blue more than {wanted.excess:g} mm left, "
+        f"{found.mesh.name}, {judged.machine} machine: red cut deeper than {wanted.gouge:g} mm, blue "
+        f"more than {wanted.excess:g} mm left, "
         "brown untouched, yellow not decided",
         fontsize=9,
     )

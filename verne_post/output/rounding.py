@@ -52,9 +52,10 @@ def choose_setpoint_format(
     ):
         if noise > limit and (whole[index] or decimals is not None):
             text = (
-                f"drives.{column.joint} wants whole numbers of {fmt.quanta[index]:g} {column.unit}: rounding" if whole[index]
+                f"drives.{column.joint} wants whole numbers of {fmt.quanta[index]:g} {column.unit}: rounding"
+                if whole[index]
                 else f"--decimals {decimals}: rounding {name_column(column, drives, index)}"
-            )  # fmt: skip
+            )
             remedy = "use --units joint" if whole[index] else "use --decimals auto"
             text += f" alone makes a jerk of {noise:g} {column.unit}/s3, over {'its limit' if np.isfinite(machine.limits.jerk[index]) else 'what its acceleration allows,'} {limit:g}; {remedy}, or --accept-rounding"
             raise InputError(make_finding("VP018", text))

@@ -74,7 +74,8 @@ def format_verdict(name: str, verdict: Verification, machine: Machine, *, passes
     word = "passes" if passes else "FAILS"
     return (
         f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_describe_worst_ratios(verdict, machine)}, "
-        f"feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} deg "
+        f"feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis "
+        f"{verdict.axis_deviation_deg:.6f} deg "
         f"from the programmed path{_describe_true_axis(verdict)}{_describe_block_times(verdict)}."
     )
 
@@ -87,7 +88,8 @@ def _describe_block_times(verdict: Verification) -> str:
     if latest is None:
         return f"; all {verdict.timed_blocks} blocks with a programmed time take it"
     return (
-        f"; {verdict.late_blocks} of {verdict.timed_blocks} blocks with a programmed time take longer; line {latest.line} is the worst: "
+        f"; {verdict.late_blocks} of {verdict.timed_blocks} blocks with a programmed time take longer; "
+        f"line {latest.line} is the worst: "
         f"{latest.spent_s:.3f} s for {latest.asked_s:.3f} s (nearest limit: {latest.reason})"
     )
 
@@ -118,7 +120,8 @@ def describe_following(
     return _wrap(
         f"{name}: {following.rows} rows, {delay} rows ({delay * cycle:g} s) later than the setpoints. "
         f"Following error of the joints at most: {joints}. "
-        f"The tip was at most {following.tip_worst:.6f} mm from the position commanded for that time ({describe_row(following.tip_row)}), "
+        f"The tip was at most {following.tip_worst:.6f} mm from the position commanded for that time "
+        f"({describe_row(following.tip_row)}), "
         f"and {following.path_worst:.6f} mm from the commanded path ({describe_row(following.path_row)}); "
         f"the axis at most {DEG_PER_RAD * following.axis_worst:.6f} deg ({describe_row(following.axis_row)})."
     )
@@ -213,8 +216,9 @@ def _describe_limits(summary: Summary) -> Facts:
     allowed = (
         ("velocity", verdict.velocity_ratio.max(), VELOCITY_RATIO),
         ("acceleration", verdict.acceleration_ratio.max(), ACCELERATION_RATIO),
-        ("jerk", verdict.jerk_ratio.max(), JERK_RATIO), ("feed", verdict.feed_ratio, FEED_RATIO),
-    )  # fmt: skip
+        ("jerk", verdict.jerk_ratio.max(), JERK_RATIO),
+        ("feed", verdict.feed_ratio, FEED_RATIO),
+    )
     text = f"largest share of each: {_describe_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f}"
     beyond = [f"{most:g} of {what}" for what, ratio, most in allowed if ratio > 1.0]
     if beyond:
@@ -224,9 +228,11 @@ def _describe_limits(summary: Summary) -> Facts:
 
 def _describe_tolerance(summary: Summary) -> Facts:
     tip, axis = summary.tolerance
-    texts = [
-        ("tolerance", f"{summary.n_blended} corners blended within {tip:g} mm and {DEG_PER_RAD * axis:g} deg")
-    ] if summary.n_blended else []  # fmt: skip
+    texts = (
+        [("tolerance", f"{summary.n_blended} corners blended within {tip:g} mm and {DEG_PER_RAD * axis:g} deg")]
+        if summary.n_blended
+        else []
+    )
     if (verdict := summary.verification) is not None:
         texts.append(
             ("path", f"at most {verdict.tip_deviation_mm:.6f} mm and {verdict.axis_deviation_deg:.6f} deg from the programmed one")
@@ -284,7 +290,8 @@ def _describe_free_turn(summary: Summary) -> Facts:
     else:
         old = format_fixed(turn.margin_before, 3) if np.isfinite(turn.margin_before) else "out of reach"
         text = (
-            f"C is at {format_fixed(turn.chosen * factor, 3)} deg: the smallest margin is {format_fixed(turn.margin, 3)} ({turn.nearest}), "
+            f"C is at {format_fixed(turn.chosen * factor, 3)} deg: the smallest margin is "
+            f"{format_fixed(turn.margin, 3)} ({turn.nearest}), "
             f"instead of {old} at C {format_fixed(turn.before * factor, 3)} (0 at a limit, 1 in the middle of a travel)"
         )
     return [("free C", text)]

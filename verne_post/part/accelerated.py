@@ -256,7 +256,9 @@ def _view_between(x, y, z, n, tip, axis, i, j, s):
     ux, uy, uz = ux / long, uy / long, uz / long
     along = ux * tx + uy * ty + uz * tz
     vx, vy, vz = (tx - ux * along) / long, (ty - uy * along) / long, (tz - uz * along) / long
-    return _view(x, y, z, n, tip[i, 0] + s * mx, tip[i, 1] + s * my, tip[i, 2] + s * mz, ux, uy, uz, mx, my, mz, vx, vy, vz)  # fmt: skip
+    return _view(
+        x, y, z, n, tip[i, 0] + s * mx, tip[i, 1] + s * my, tip[i, 2] + s * mz, ux, uy, uz, mx, my, mz, vx, vy, vz
+    )
 
 
 @_compile
@@ -500,7 +502,9 @@ def _touch(
                         continue
                     found = min(f0, f1)
                     if found > limit:
-                        g0 = _find_slope(dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz)  # fmt: skip
+                        g0 = _find_slope(
+                            dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz
+                        )
                         g1 = _find_slope(ex, ey, ez, r1, h1, by_r1, by_h1, axis[i + 1, 0], axis[i + 1, 1], axis[i + 1, 2], mx, my, mz, tx, ty, tz)  # fmt: skip
                         if g0 < 0 and g1 > 0:
                             found = _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, min(found, limit + d + bow), limit)  # fmt: skip

@@ -123,7 +123,7 @@ def _check_above(motion: Motion, piece: Piece, point: Array, normal: Array, delt
 
 def are_spans_above(
     motion: Motion, piece: Piece, facets: tuple[Array, Array, Array], owner: Ints, row: Ints, limit: float
-) -> Mask:  # fmt: skip
+) -> Mask:
     """Whether phi stays above a limit over facets (n,), points, normals and delta, in their spans from rows (m,)."""
     point, normal, delta = facets
     clear = np.ones(len(point), dtype=bool)

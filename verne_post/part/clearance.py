@@ -83,7 +83,7 @@ class Contacts(Struct, frozen=True, eq=False):
 
 def find_contacts(
     mesh: Mesh, motions: tuple[Motion, ...], allowed: float, *, with_least: bool = False, accelerate: bool = True
-) -> Contacts:  # fmt: skip
+) -> Contacts:
     """Find where tools come nearer to a closed mesh than ``allowed``; a body that is not named keeps off for all time.
 
     Parameters

@@ -133,7 +133,7 @@ class Comparison(Struct, frozen=True, eq=False):
 
 def compare(
     mesh: Mesh, motions: tuple[Motion, ...], wanted: Wanted, watch: Watch | None = None, *, accelerate: bool = True
-) -> Comparison:  # fmt: skip
+) -> Comparison:
     """Compare a nominal surface with the moving tools.
 
     Parameters

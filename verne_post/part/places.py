@@ -70,7 +70,9 @@ def list_lines(motion: Motion) -> Marks:
     group = group.reshape(-1)
     begin = np.append(0, np.cumsum(np.bincount(group)))
     k = len(line)
-    left = [np.add.reduceat(np.ones(len(group), dtype=np.int64), _list_firsts(motion, size)) for size in _list_sizes(motion)]  # fmt: skip
+    left = [
+        np.add.reduceat(np.ones(len(group), dtype=np.int64), _list_firsts(motion, size)) for size in _list_sizes(motion)
+    ]
     return Marks(
         line, group, np.argsort(group, kind="stable"), begin, np.zeros(k, dtype=bool), np.full(k, np.inf), np.full((k, 3), np.nan),
         np.full(k, -1), np.concatenate(left),
@@ -121,7 +123,7 @@ def _list_firsts(motion: Motion, size: int) -> Ints:
 
 def _touch_together(
     motion: Motion, piece: Piece, cells: tuple[Array, Array, Array], limit: float, least: float, marks: Marks
-) -> Mask:  # fmt: skip
+) -> Mask:
     point, _normal, delta = cells
     waiting = ~marks.touched[marks.group]
     count = len(motion.levels[-1].middle)

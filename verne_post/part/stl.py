@@ -133,7 +133,8 @@ def describe_faults(mesh: Mesh) -> list[str]:
         faults.append(f"it is open: {mesh.open_edges} edges belong to only one facet")
     if mesh.turned_edges:
         faults.append(
-            f"facets are flipped or meet three at an edge: {mesh.turned_edges} edges are run through twice in one direction"
+            f"facets are flipped or meet three at an edge: {mesh.turned_edges} edges are run through twice "
+            "in one direction"
         )
     if not mesh.open_edges and not mesh.turned_edges and mesh.volume < 0:
         faults.append("it is inside out: all normals point inwards")

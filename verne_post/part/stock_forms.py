@@ -83,7 +83,8 @@ def list_intervals(name: str, corner: Array, cell: Array, counts: tuple[int, int
         raise InputError(
             make_finding(
                 "VP506",
-                f"{name}: it crosses itself, or facets are missing: a ray along z leaves it more often than it enters it",
+                f"{name}: it crosses itself, or facets are missing: a ray along z leaves it more often than it "
+                "enters it",
             )
         )
     enters, leaves = (side > 0) & (depth == 1), depth == 0

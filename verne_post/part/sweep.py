@@ -132,7 +132,7 @@ def _find_slope(seen: Seen, move: Array, turn: Array) -> Array:
 
 def _search_tree(
     motion: Motion, piece: Piece, point: Array, best: Array, row: Ints, slack: float
-) -> tuple[Array, Ints]:  # fmt: skip
+) -> tuple[Array, Ints]:
     """Improve the least distances (n,) of points; returns them and their rows."""
     best, row = best.copy(), row.copy()
     top = motion.levels[-1]

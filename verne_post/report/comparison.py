@@ -265,8 +265,9 @@ def _write_operations_html(sides: tuple[Side, Side]) -> str:
     shown = set(sorted(times, key=compare, reverse=True)[:OPERATIONS])
     rows = "".join(
         _write_times(escape_text(head), [times[head], losses[head]], marked=None in times[head])
-        for head in times if head in shown
-    )  # fmt: skip
+        for head in times
+        if head in shown
+    )
     if len(shown) < len(times):
         rest = [
             [sum(pair[k] or 0.0 for head, pair in each.items() if head not in shown) for k in (0, 1)]

@@ -223,6 +223,7 @@ def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | 
     reach = classify(machine, tips @ machine.coordinates.part_frame.T, angles, float(study.tool_length[at]))
     pack.add("reach", np.where(reach.reached, reach.margin, np.nan).reshape(across.shape))
     return {
-        "x": [float(x[0]), float(x[-1])], "y": [float(y[0]), float(y[-1])],
+        "x": [float(x[0]), float(x[-1])],
+        "y": [float(y[0]), float(y[-1])],
         "title": f"z {format_fixed(height, 1)} mm, {machine.name_angles(angles, 1)} deg",
-    }  # fmt: skip
+    }

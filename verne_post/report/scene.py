@@ -64,11 +64,13 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
         "rodRadius": float(np.max(rods)) if rods is not None else _ROD_RADIUS,
         "guides": _list_guides(machine, study),
         "joints": [] if carried else _place_joints_on_platform(study),
-        "plate": _draw_plate(study, study.rods.shape[1] - isinstance(machine.five_axis, CarriedMachine)) if carried else [],
+        "plate": _draw_plate(study, study.rods.shape[1] - isinstance(machine.five_axis, CarriedMachine))
+        if carried
+        else [],
         "tools": tools,
         "boxes": boxes,
         "assumed": assumed,
-    }  # fmt: skip
+    }
 
 
 def _list_obstacles(program: Program | None) -> tuple[Placed, ...]:

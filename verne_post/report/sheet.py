@@ -244,9 +244,10 @@ def write_governing_html(machine: Machine, study: Study) -> str:
     keys = [*order, None]
     body = "".join(
         f"<tr><th scope=row>{'' if key is None else f'<i data-limit={key}></i>'}{escape_text(row[0])}</th>"
-        + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
+        + "".join(f"<td>{cell}</td>" for cell in row[1:])
+        + "</tr>"
         for key, row in zip(keys, rows, strict=True)
-    )  # fmt: skip
+    )
     more = f"{100.0 * (HIGHER - 1.0):.0f} % more wins about, s"
     table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it at stops, s", more), body)
     ways = "".join(f"<li>{escape_text(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
@@ -286,10 +287,12 @@ def write_times_html(study: Study) -> str:
         head = spell_tool_word(tool, names) if tool else "no tool named"
         body.append(f"<tr class=tool><th scope=row>{escape_text(head)}</th><td></td>{_write_spent(of_tool)}</tr>")
         body += [
-            f'<tr><th scope=row><button type="button" data-frame="{one.frame}">{escape_text(one.name or "without a remark")}</button></th>'
+            '<tr><th scope=row><button type="button" '
+            f'data-frame="{one.frame}">{escape_text(one.name or "without a remark")}</button></th>'
             f"<td>{_name_lines(one)}</td>{_write_spent([one])}</tr>"
-            for one in of_tool if one in shown
-        ]  # fmt: skip
+            for one in of_tool
+            if one in shown
+        ]
         rest = [one for one in of_tool if one not in shown]
         if rest:
             body.append(f"<tr><th scope=row>{len(rest)} shorter operations</th><td></td>{_write_spent(rest)}</tr>")

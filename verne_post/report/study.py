@@ -103,8 +103,9 @@ def _study_rows(source: Text, program: Program, result: Result, values: Array, l
         operations.add(line[first:last], of, stretch, spent)
         collector.add(
             _Samples(np.asarray(row * cycle), line[first:last], q[3:], of, tip, angles, ok, speed, stretch),
-            frames[stretch] == row, {"position": recent[3:], **rates, "speed": speed[:, None], "feed": feed[:, None]},
-        )  # fmt: skip
+            frames[stretch] == row,
+            {"position": recent[3:], **rates, "speed": speed[:, None], "feed": feed[:, None]},
+        )
     return collector.finish(result, governing.finish(), *operations.finish(), measure_spectrum(values, cycle))
 
 
@@ -259,8 +260,10 @@ class _Collector:
 
 def _turn_table(machine: Machine, q: Array) -> tuple[Array, Array]:
     """Tilt and turn (n,) of what carries the part, rad: 0 for a joint that carries the tool."""
-    tilt, turn = (q[:, column] * (axis not in machine.coordinates.head)
-                  for column, axis in zip((-2, -1), machine.coordinates.rotary, strict=True))  # fmt: skip
+    tilt, turn = (
+        q[:, column] * (axis not in machine.coordinates.head)
+        for column, axis in zip((-2, -1), machine.coordinates.rotary, strict=True)
+    )
     return tilt, turn
 
 

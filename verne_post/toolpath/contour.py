@@ -39,8 +39,9 @@ class _ContourTable:
         self._elements, self._segments = GrowingTable(**_ELEMENTS), GrowingTable(**_SEGMENTS)
         self._corners = GrowingTable(reach=(float,), bend=(float, 5), shape=(np.int8,))
         self._curved, self._controls = (
-            GrowingTable(curved=(np.int64,), jump=(float, 2, 5), curve=(np.int32,)), Growing(float, 8, 5),
-        )  # fmt: skip
+            GrowingTable(curved=(np.int64,), jump=(float, 2, 5), curve=(np.int32,)),
+            Growing(float, 8, 5),
+        )
         self._section = -1  # of the last segment so far
         self._blended = False
 

@@ -23,15 +23,17 @@ from verne_post.base.arrays import Array, Ints
 KNEE: Final = 0.25
 #: One row a shape: G and its second derivative at 0, G and its first three derivatives at the knee. The first is
 #: 15/16 integral of max(x - v, 0) (1 - v^2)^2 dv - max(x, 0), a polynomial of degree 6.
-_SHAPES: Final = np.array([
-    [5 / 32, 15 / 16, 0.0, 0.0, 0.0, 0.0],
-    [0.0683434, 1.89286, -0.00420963, -0.118399, 1.04104, -4.05719],
-    [0.0464128, 2.25152, -0.0178668, -0.0671768, 1.06528, -5.3547],
-    [0.0354599, 2.60098, -0.0207119, -0.018275, 1.057, -6.99919],
-    [0.0277778, 3.64822, -0.0144809, 0.012419, 0.51108, -6.16219],
-    [0.0208333, 3.76892, -0.0187811, 0.0273988, 0.505225, -6.42338],
-    [0.016129, 4.74716, -0.0139847, 0.0432032, 0.221108, -5.10328],
-])  # fmt: skip
+_SHAPES: Final = np.array(
+    [
+        [5 / 32, 15 / 16, 0.0, 0.0, 0.0, 0.0],
+        [0.0683434, 1.89286, -0.00420963, -0.118399, 1.04104, -4.05719],
+        [0.0464128, 2.25152, -0.0178668, -0.0671768, 1.06528, -5.3547],
+        [0.0354599, 2.60098, -0.0207119, -0.018275, 1.057, -6.99919],
+        [0.0277778, 3.64822, -0.0144809, 0.012419, 0.51108, -6.16219],
+        [0.0208333, 3.76892, -0.0187811, 0.0273988, 0.505225, -6.42338],
+        [0.016129, 4.74716, -0.0139847, 0.0432032, 0.221108, -5.10328],
+    ]
+)
 
 
 def _evaluate_average(x: float) -> list[float]:
@@ -48,11 +50,13 @@ def _evaluate_average(x: float) -> list[float]:
 def _evaluate_powers(x: float) -> Array:
     """Value and first three derivatives (4, 8) of the first eight powers at x."""
     powers = np.arange(8)
-    return np.array([
-        np.prod([powers - k for k in range(order)], axis=0, initial=1.0)
-        * np.where(powers >= order, x ** np.maximum(powers - order, 0.0), 0.0)
-        for order in range(4)
-    ])  # fmt: skip
+    return np.array(
+        [
+            np.prod([powers - k for k in range(order)], axis=0, initial=1.0)
+            * np.where(powers >= order, x ** np.maximum(powers - order, 0.0), 0.0)
+            for order in range(4)
+        ]
+    )
 
 
 def _join(begin: float, end: float, values: list[float]) -> Array:
@@ -149,13 +153,15 @@ PEAK: Final = np.abs(_ON_GRID).max(axis=1)
 #: Where each shape lies farthest on the outside; 0 for shape 0, which does not.
 OUTSIDE: Final = np.where(_ON_GRID.min(axis=1) < 0, _EVERYWHERE[_ON_GRID.argmin(axis=1)], 0.0)
 #: Largest abs of the third derivative of each shape, which at constant speed sets the jerk.
-THIRD: Final = np.array([
-    max(
-        np.abs(polyval(x, polyder(_VALUE[:, 2 * shape + piece], 3))).max()
-        for piece, x in enumerate((np.linspace(0.0, KNEE, 101), np.linspace(KNEE, 1.0, 301)))
-    )
-    for shape in range(len(_SHAPES))
-])  # fmt: skip
+THIRD: Final = np.array(
+    [
+        max(
+            np.abs(polyval(x, polyder(_VALUE[:, 2 * shape + piece], 3))).max()
+            for piece, x in enumerate((np.linspace(0.0, KNEE, 101), np.linspace(KNEE, 1.0, 301)))
+        )
+        for shape in range(len(_SHAPES))
+    ]
+)
 #: The same two of the odd functions (SHAPES,), and of the even one.
 ODD_PEAK: Final = np.abs(polyval(_EVERYWHERE, _ODD_VALUE)).max(axis=1)
 ODD_THIRD: Final = np.abs(polyval(_EVERYWHERE, polyder(_ODD_VALUE, 3))).max(axis=1)

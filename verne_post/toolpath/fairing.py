@@ -80,9 +80,11 @@ def fair_path(
         soft &= (tip > 0) & ~find_features(np.concatenate([part.start[:1], part.end]), s[first : last + 1])
         mine = slice(begin - first, end - first + (end == n))
         table.extend(
-            soft=soft[mine], free=(soft & (tip == whole))[mine], tip=tip[mine],
+            soft=soft[mine],
+            free=(soft & (tip == whole))[mine],
+            tip=tip[mine],
             axis=FAIRING_SHARE * rules.axis_tolerance[mine],
-        )  # fmt: skip
+        )
     columns = table.freeze()
     programmed = vertex.freeze()
     moved = fair_vertices(programmed, s, columns["soft"], columns["tip"], columns["axis"], team)

@@ -76,8 +76,10 @@ def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tup
     for _ in range(ROUNDS):
         around = np.clip(np.concatenate([c + step * np.linspace(-1, 1, POINTS) for c in best]), low, high)
         value = _find_smallest(few, around, margins)[:, moved].min(axis=1)
-        best = [group[int(np.argmax(v))] for group, v in
-                zip(around.reshape(-1, POINTS), value.reshape(-1, POINTS), strict=True)]  # fmt: skip
+        best = [
+            group[int(np.argmax(v))]
+            for group, v in zip(around.reshape(-1, POINTS), value.reshape(-1, POINTS), strict=True)
+        ]
         step *= 2.0 / (POINTS - 1)
     every = np.array([before, *best])
     table = np.where(moved, _find_smallest(points, every, margins), np.inf)
@@ -86,8 +88,9 @@ def choose_free_turn(path: ToolPath, fixes: int | None, machine: Machine) -> tup
     chosen = top if smallest[top] > smallest[0] + MARGIN_GAIN else 0
     start, end, first = path.start.copy(), path.end.copy(), path.first_pose.copy()
     start[:, 4] = end[:, 4] = first[4] = every[chosen]
-    turn = FreeTurn(before, float(every[chosen]), float(smallest[0]), float(smallest[chosen]),
-                    names[int(np.argmin(table[chosen]))])  # fmt: skip
+    turn = FreeTurn(
+        before, float(every[chosen]), float(smallest[0]), float(smallest[chosen]), names[int(np.argmin(table[chosen]))]
+    )
     return replace(path, start=start, end=end, first_pose=first), turn
 
 

@@ -22,9 +22,10 @@ def list_margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
     travel = np.flatnonzero(np.isfinite(limits.lower) & np.isfinite(limits.upper))
     half = 0.5 * (limits.upper - limits.lower)[travel]
     measured = [
-        (index, margin) for index, margin in enumerate(machine.margins) if np.isfinite(margin.error_below)
-        and margin.warn_below > margin.error_below
-    ]  # fmt: skip
+        (index, margin)
+        for index, margin in enumerate(machine.margins)
+        if np.isfinite(margin.error_below) and margin.warn_below > margin.error_below
+    ]
     kept = [index for index, _margin in measured]
     error = np.array([margin.error_below for _index, margin in measured])
     scale = np.array([margin.warn_below for _index, margin in measured]) - error

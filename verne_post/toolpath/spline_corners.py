@@ -57,10 +57,8 @@ def put_curves(
     follow = follow_curves(every, np.maximum(wide, NO_REACH_MM))
     thirds = [
         _measure_thirds(path, here, way, part, displaced, limit / feed[some] ** 3)
-        for part, displaced in (
-            (narrow, lambda row, x: displace(jumps[row], narrow[row], own[row], x)), (wide, follow)
-        )
-    ]  # fmt: skip
+        for part, displaced in ((narrow, lambda row, x: displace(jumps[row], narrow[row], own[row], x)), (wide, follow))
+    ]
     faster = (wide > 0) & (thirds[1] < thirds[0])
     chosen = some[faster]
     reach[chosen], curve[chosen] = wide[faster], np.arange(len(chosen))

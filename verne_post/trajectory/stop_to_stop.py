@@ -77,7 +77,7 @@ class StopToStopProfiles(Struct, frozen=True, eq=False):
 
 def plan_sections(
     contour: Contour, first: Array, second: Array, third: Array, limits: Limits, wanted: NDArray[np.bool_], cycle: float
-) -> StopToStopProfiles:  # fmt: skip
+) -> StopToStopProfiles:
     """Plan the sections of a contour from stop to stop.
 
     Parameters

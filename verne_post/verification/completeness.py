@@ -60,8 +60,9 @@ class CompletenessCheck:
         tip, angle = float(np.linalg.norm(off[:3])), float(np.abs(off[3:]).max() / RADIAN_MM)
         tip_bound, angle_bound = self.reference.exact_bounds
         for name, value, bound, unit in (
-            ("tip", tip, tip_bound, "mm"), ("tool axis", angle / RAD_PER_DEG, angle_bound / RAD_PER_DEG, "deg")
-        ):  # fmt: skip
+            ("tip", tip, tip_bound, "mm"),
+            ("tool axis", angle / RAD_PER_DEG, angle_bound / RAD_PER_DEG, "deg"),
+        ):
             if not value <= bound:
                 text = f"the last row: the {name} is {value:.6f} {unit} off the end of the program, allowed {bound:.6f} {unit}"
                 self.findings.add("VP411", text, line, value=value, limit=bound, unit=unit)

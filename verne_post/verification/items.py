@@ -53,8 +53,9 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
 
 def measure_segments(contour: Contour, *, by_axis: bool = False) -> SegmentMeasures:
     """Measure the programmed segments of a contour; ``by_axis`` where joints tell the tool axis alone."""
-    table = GrowingTable(has_tolerance=(bool,), metric_length=(float,), motion_length=(float,), blend_u=(float,),
-                         tip_pace=(float,))  # fmt: skip
+    table = GrowingTable(
+        has_tolerance=(bool,), metric_length=(float,), motion_length=(float,), blend_u=(float,), tip_pace=(float,)
+    )
     for begin, end in iterate_blocks(len(contour.path)):
         path = contour.path.take_part(begin, end)
         tip, axis = contour.tip_tolerance[begin:end], contour.axis_tolerance[begin:end]

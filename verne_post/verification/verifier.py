@@ -67,8 +67,9 @@ class Verifier:
         self._matcher = RowMatcher(reference, forward, joints_by_axis=joints_by_axis)
         self._lost = False
         self.parts: tuple[VerifierPart, ...] = (
-            _PathPart(reference), _MotionPart(reference, self._matcher, axis_error_limit),
-        )  # fmt: skip
+            _PathPart(reference),
+            _MotionPart(reference, self._matcher, axis_error_limit),
+        )
 
     def check_rows(self, block: SetpointBlock) -> None:
         """Check the next rows."""
@@ -121,9 +122,10 @@ class _PathPart:
 
     def finish(self) -> Verification:
         return Verification(
-            tip_deviation_mm=self._path.tip_deviation, axis_deviation_deg=self._path.axis_deviation * DEG_PER_RAD,
+            tip_deviation_mm=self._path.tip_deviation,
+            axis_deviation_deg=self._path.axis_deviation * DEG_PER_RAD,
             findings=self._findings.findings,
-        )  # fmt: skip
+        )
 
 
 class _MotionPart:

@@ -60,7 +60,9 @@ def _drop_as_built(text: str) -> Iterator[str]:
 
 def format_as_built(deviations: Deviations, source: str) -> Iterator[str]:
     """The lines of an [as_built] table."""
-    yield "[as_built]                          # deviations from the nominal machine, mm and mrad; see docs/as-built.md\n"
+    yield (
+        "[as_built]                          # deviations from the nominal machine, mm and mrad; see docs/as-built.md\n"
+    )
     yield f"source = {format_json(source, ensure_ascii=False)}\n"
     for name, (key, shape, angle) in ENTRIES.items():
         values = np.asarray(getattr(deviations, name)) / (MILLI if angle else 1.0)

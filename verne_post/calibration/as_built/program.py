@@ -126,7 +126,8 @@ def write_program_lines(
             yield f"G0 {upright} C{_number(turn)}\n"
             yield f"G0 C{_number(c)}\n"
         yield (
-            f"G0 X{_number(tip[0])} Y{_number(tip[1])} Z{_number(tip[2])} A{_number(a)} C{_number(c)} (pose {row + 1})\n"
+            f"G0 X{_number(tip[0])} Y{_number(tip[1])} Z{_number(tip[2])} A{_number(a)} C{_number(c)} (pose "
+            f"{row + 1})\n"
         )
         yield f"G4 P{dwell:g}\n"
         turn = c

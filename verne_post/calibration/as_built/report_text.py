@@ -96,8 +96,10 @@ def _describe_quality(report: CalibrationReport) -> Iterator[str]:
         median, high, worst = (UM * value for value in find_quantiles(held.tip))
         expected = UM * held.expected_tip
         yield (
-            f"each reading predicted from others: tip off by {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} um at most "
-            f"(root mean square {UM * np.sqrt((held.tip**2).mean()):.1f} um, expected {expected:.1f} um with the noise of the reading); "
+            f"each reading predicted from others: tip off by {median:.1f} um median, {high:.1f} um 95 %, "
+            f"{worst:.1f} um at most "
+            f"(root mean square {UM * np.sqrt((held.tip**2).mean()):.1f} um, expected {expected:.1f} um with "
+            "the noise of the reading); "
             f"probability {held.probability:.2g}"
         )
     if len(held.axis):
@@ -132,7 +134,8 @@ def _format_axis_error(values: Array) -> str:
 def _open(result: Calibration) -> Iterator[str]:
     count = len(result.undetermined)
     yield (
-        f"{result.determined} of {result.determined + count} directions of the deviations are known better than before; "
+        f"{result.determined} of {result.determined + count} directions of the deviations are known "
+        "better than before; "
         f"the other {count} stay near nominal, which no measured tip minds:"
     )
     for direction in result.undetermined[:NAMED]:
@@ -162,7 +165,8 @@ def _describe_drift(drift: Drift) -> Iterator[str]:
 def format_tolerances(machine: Machine, study: ToleranceStudy, shown: int | None) -> str:
     """What each tolerance does to the tool, worst first."""
     lines = [
-        f"{machine.name} ({machine.kind}): what each part does to the tool when it is off by its tolerance and nobody calibrates it",
+        f"{machine.name} ({machine.kind}): what each part does to the tool when it is off by its "
+        "tolerance and nobody calibrates it",
         f"{'parameter':<44}{'tolerance':>15}{'tip um: rms':>14}{'max':>9}{'axis mrad: rms':>17}{'max':>9}",
     ]
     chosen = study.parameters if shown is None else study.parameters[:shown]

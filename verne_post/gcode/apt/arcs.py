@@ -90,7 +90,8 @@ def _read_turns(s: Statement, times: str) -> int:
     if number > 1 and not times:
         raise ProgramError(
             "VP002",
-            f'CIRCLE with TIMES,{number:g}: it is not known whether TIMES includes the turn that the arc itself starts; give times = "begun" or "whole" under [aptcl] of the settings '
+            f"CIRCLE with TIMES,{number:g}: it is not known whether TIMES includes the turn that the arc "
+            'itself starts; give times = "begun" or "whole" under [aptcl] of the settings '
             "file",
             s.find_column("TIMES"),
         )
@@ -161,9 +162,10 @@ def check_radius(circle: Circle, start: Array, unit: float) -> None:
     allowed_difference = find_allowed(radius, inch=unit != 1.0)
     if abs(distance - radius) > allowed_difference:
         raise ProgramError(
-            "VP008", f"CIRCLE: the tool is {distance:.4f} mm from the centre, and the radius is {radius:.4f} mm; allowed are "
+            "VP008",
+            f"CIRCLE: the tool is {distance:.4f} mm from the centre, and the radius is {radius:.4f} mm; allowed are "
             f"{allowed_difference:.4f} mm between them",
-        )  # fmt: skip
+        )
 
 
 def lay_arc(circle: Circle, start: Array, end: Array, unit: float) -> SpatialArc:
@@ -182,9 +184,10 @@ def lay_arc(circle: Circle, start: Array, end: Array, unit: float) -> SpatialArc
     allowed_difference = find_allowed(max(radius, other), inch=unit != 1.0)
     if min(radius, other) < ARC_CHORD_MM or abs(radius - other) > allowed_difference:
         raise ProgramError(
-            "VP008", f"CIRCLE: the end is not on the circle: radius {radius:.4f} mm at the start, {other:.4f} mm at the end; "
+            "VP008",
+            f"CIRCLE: the end is not on the circle: radius {radius:.4f} mm at the start, {other:.4f} mm at the end; "
             f"allowed are {allowed_difference:.4f} mm between them",
-        )  # fmt: skip
+        )
     sweep = math.atan2(float(np.cross(first, last) @ normal), float(first @ last)) % (2.0 * math.pi)
     if sweep * radius < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on
         sweep = 2.0 * math.pi

@@ -42,7 +42,8 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
     if not units and to.feed_unit not in (None, (94, None), (94, inch)):
         raise ProgramError(
             "VP005",
-            "FEDRAT without a unit, after one in another unit than the program's: CAM systems differ in which unit holds; write one of {', '.join(FEED_UNITS)}",
+            "FEDRAT without a unit, after one in another unit than the program's: CAM systems differ in "
+            "which unit holds; write one of {', '.join(FEED_UNITS)}",
         )
     to.feed_unit = FEED_UNITS[units[0]] if units else None
     mode, inches = to.feed_unit or (94, None)
@@ -92,7 +93,8 @@ def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     if not own and any(number != tool for number in same):
         raise ProgramError(
             "VP002",
-            f'{s.major} has more numbers than that of the tool, and it is not known which one is the register of its length; write {s.major}/{words[0]},ADJUST,h, or give lengths = "tools" under [aptcl] of the settings '
+            f"{s.major} has more numbers than that of the tool, and it is not known which one is the register of "
+            f'its length; write {s.major}/{words[0]},ADJUST,h, or give lengths = "tools" under [aptcl] of the settings '
             "file, where the length is always that of the tool",
         )
     offset, rest = tool, words[1 + len(same) :]
@@ -222,7 +224,8 @@ def insert_text(to: AptModes, s: Statement) -> Iterator[Block]:
     if to.keys.insert != "message":
         raise ProgramError(
             "VP002",
-            'INSERT puts text into the program of a control; it is not executed. If the texts are remarks, as CAMWorks writes them, give insert = "message" under [aptcl] of the settings file',
+            "INSERT puts text into the program of a control; it is not executed. If the texts are remarks, "
+            'as CAMWorks writes them, give insert = "message" under [aptcl] of the settings file',
             1,
         )
     yield from show_message(to, s)
@@ -238,7 +241,8 @@ def set_compensation(to: AptModes, s: Statement) -> Iterator[Block]:
     else:
         raise ProgramError(
             "VP002",
-            "CUTCOM is not executed: let the CAM system write the path of the tool's tip without it. If the points are those of the tool's centre already, and CUTCOM only lets a control correct wear, give cutcom = "
+            "CUTCOM is not executed: let the CAM system write the path of the tool's tip without it. If the "
+            "points are those of the tool's centre already, and CUTCOM only lets a control correct wear, give cutcom = "
             '"centre" under [aptcl] of the settings file',
         )
 

@@ -126,7 +126,8 @@ def read_cycle(s: Statement) -> Cycle:
         if is_number(name):
             raise ProgramError(
                 "VP005",
-                f"CYCLE: {name} has no word before it, and its meaning depends on tables of the CAM system; let it write words (DEPTH, CLEAR, STEP)",
+                f"CYCLE: {name} has no word before it, and its meaning depends on tables of the CAM system; let "
+                "it write words (DEPTH, CLEAR, STEP)",
                 column,
             )
         if not words or not is_number(words[0]):
@@ -144,7 +145,8 @@ def read_cycle(s: Statement) -> Cycle:
     if clearance < 0:
         raise ProgramError(
             "VP007",
-            f"CYCLE: CLEAR {clearance:g}: the tool would go below the point in rapid traverse; a clearance is not negative",
+            f"CYCLE: CLEAR {clearance:g}: the tool would go below the point in rapid traverse; a clearance "
+            "is not negative",
         )
     depth, clear, step = _check_depths(way if way in _STEPPED_CYCLES else kind, values)
     retract = None if automatic else values.get("RETURN", clear)
@@ -171,7 +173,8 @@ def _read_kind(s: Statement) -> tuple[str, str, list[str]]:
     if way == "BRKCHP":
         raise ProgramError(
             "VP002",
-            "CYCLE/TAP,BRKCHP is not executed: the post-processor decides how far the tap goes back; write TAP, or TAP,DEEP",
+            "CYCLE/TAP,BRKCHP is not executed: the post-processor decides how far the tap goes back; write "
+            "TAP, or TAP,DEEP",
             s.find_column(way),
         )
     return kind, way, words

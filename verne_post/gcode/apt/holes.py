@@ -120,7 +120,8 @@ def _find_pitch(to: AptModes, cycle: Cycle, tap: Tap) -> float:
         tool_name = f"tool {tool}" if tool else "the tool"
         raise ProgramError(
             "VP005",
-            f"CYCLE/TAP does not say the pitch of its thread: let it write MMPR, MMPM, TPI or PITCH, or give {tool_name} its pitch in mm "
+            "CYCLE/TAP does not say the pitch of its thread: let it write MMPR, MMPM, TPI or PITCH, or give "
+            f"{tool_name} its pitch in mm "
             "under [aptcl.pitches] of the settings file",
         )
     shown_pitches = ", ".join(f"{pitch:g} mm of {name}" for name, pitch in pitches.items())
@@ -150,7 +151,8 @@ def _find_retract(to: AptModes, cycle: Cycle, base: Array, axis: Array) -> float
         if not _stands_along(to, axis):
             raise ProgramError(
                 "VP005",
-                "CYCLE with RTRCTO,AUTO returns to the tool's place before, which is not on the axis of the hole; write RTRCTO and a height",
+                "CYCLE with RTRCTO,AUTO returns to the tool's place before, which is not on the axis of the "
+                "hole; write RTRCTO and a height",
             )
         to.level = float(to.place @ axis), axis
     level, before = to.level

@@ -104,7 +104,8 @@ def _take_axis(to: AptModes, s: Statement, axis: list[float]) -> None:
         if to.axis_is_old and _differ(to.axis, (0.0, 0.0, 1.0), VECTOR_LENGTH):
             raise ProgramError(
                 "VP005",
-                f"{s.major} without a tool axis after TOOL PATH or MSYS, and the axis before was not 0, 0, 1: it is not known which one holds; write x, y, z, i, j, k",
+                f"{s.major} without a tool axis after TOOL PATH or MSYS, and the axis before was not 0, 0, 1: it "
+                "is not known which one holds; write x, y, z, i, j, k",
             )
         return
     if not to.multax and _differ(axis, to.axis, VECTOR_LENGTH):
@@ -129,7 +130,8 @@ def _prepare_tool(to: AptModes, s: Statement) -> Iterator[Block]:
     else:
         raise ProgramError(
             "VP012",
-            f"TOOL PATH is for tool {tool.named_tool}, the path before was for {tool.mounted_tool}, and there is no LOAD/TOOL between them; write it, or give the names numbers under [aptcl.tools] of the settings file",
+            f"TOOL PATH is for tool {tool.named_tool}, the path before was for {tool.mounted_tool}, and there is "
+            "no LOAD/TOOL between them; write it, or give the names numbers under [aptcl.tools] of the settings file",
             about=tool.named_tool,
         )
 
@@ -186,7 +188,8 @@ def _check_listed(to: AptModes, s: Statement, point: list[float]) -> None:
     if circle.has(np.array(point), start, allowed_distance):
         raise ProgramError(
             "VP008",
-            f"{s.major}: the point is on the circle of the arc before, and it is not known whether it continues that arc or ends a straight move; let Creo write one point for each arc (NUMBER_OF_ARC_PTS), or "
+            f"{s.major}: the point is on the circle of the arc before, and it is not known whether it "
+            "continues that arc or ends a straight move; let Creo write one point for each arc (NUMBER_OF_ARC_PTS), or "
             "points alone (CIRC_INTERPOLATION)",
         )
 
@@ -203,7 +206,8 @@ def _go_round(to: AptModes, s: Statement, circle: Circle, point: list[float]) ->
         if circle.turns:
             raise ProgramError(
                 "VP002",
-                "CIRCLE with TIMES is executed about X, Y and Z alone; let the CAM system write one turn in each CIRCLE, or points",
+                "CIRCLE with TIMES is executed about X, Y and Z alone; let the CAM system write one turn in "
+                "each CIRCLE, or points",
             )
         yield make_arc_block(make_block(s, g=1.0, **words), circle)
     else:
@@ -298,8 +302,10 @@ def turn_table(to: AptModes, s: Statement) -> Iterator[Block]:
     names = [name for _angle, name in pairs]
     if len(s.words) != 4 or sorted(names) != ["AAXIS", "CAXIS"]:
         raise ProgramError(
-            "VP005", "ROTABL takes an angle and AAXIS, and an angle and CAXIS, as in ROTABL/-20,AAXIS,90,CAXIS; the angles decide the direction (CLW, CCLW and other axes are not read)",
-        )  # fmt: skip
+            "VP005",
+            "ROTABL takes an angle and AAXIS, and an angle and CAXIS, as in ROTABL/-20,AAXIS,90,CAXIS; the "
+            "angles decide the direction (CLW, CCLW and other axes are not read)",
+        )
     if to.cycle is not None or to.circle is not None:
         raise ProgramError("VP017", "ROTABL under CYCLE or after CIRCLE")
     angles = dict(zip((name[0] for name in names), read_numbers(s, s.words[::2]), strict=True))

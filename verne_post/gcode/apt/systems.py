@@ -93,7 +93,8 @@ def check_system(to: AptModes, s: Statement) -> Iterator[Block]:
     if not to.in_world and not join_maps(read_matrix(s), Affine()).is_identity:
         raise ProgramError(
             "VP017",
-            "CSYS turns or shifts a system, and no TRNTYP/WORLD says that the points are in that of the part; if they are not, write TRACUT with the matrix",
+            "CSYS turns or shifts a system, and no TRNTYP/WORLD says that the points are in that of the "
+            "part; if they are not, write TRACUT with the matrix",
         )
     to.show_once(s)
     return iter(())

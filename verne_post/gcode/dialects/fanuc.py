@@ -180,8 +180,11 @@ class FanucInterpreter(Rs274):
 
     def read(self, text: str, line: int) -> Block:
         """Read a line: words, or a statement of a custom macro."""
-        nested_comment = NESTED_COMMENT.search(text, 0, text.rfind(")") + 1) if ")" in text else None
-        if ")" in text or text[:1] in ":/ \t":
+        nested_comment = None
+        if ")" in text:
+            nested_comment = NESTED_COMMENT.search(text, 0, text.rfind(")") + 1)
+            text = prepare_line(text)
+        elif text[:1] in ":/ \t":
             text = prepare_line(text)
         if ("O" in text or "o" in text) and (number := end_of_number(text)):
             text = " " * number + text[number:]
@@ -238,7 +241,7 @@ class FanucInterpreter(Rs274):
 
     def may_restart(self) -> bool:
         """As RS274/NGC; not between the blocks of a corner or of a plane."""
-        return super().may_restart() and self.corners.waiting is None and self.planes.given is None
+        return super().may_restart() and self.corners.queue.corner is None and self.planes.given is None
 
     def view_plain_lines(self, *, has_vector: bool) -> PlainView | None:
         """As RS274/NGC, where lines mean no more than their words."""
@@ -246,15 +249,15 @@ class FanucInterpreter(Rs274):
 
     def find_unfinished(self) -> str | None:
         """As RS274/NGC; and a corner, or a plane of several blocks."""
-        if self.corners.waiting is not None:
-            return f"the block that {self.corners.waiting.name} needs after its own"
+        if self.corners.queue.corner is not None:
+            return f"the block that {self.corners.queue.corner.name} needs after its own"
         return "the last block of G68.2" if self.planes.given is not None else super().find_unfinished()
 
     def _is_plain(self) -> bool:
         """True where blocks mean no more than their words: no modal call, maps, or checks are in force."""
         modes = self.modes
         return (
-            self.corners.waiting is None
+            self.corners.queue.corner is None
             and modes.macro is None
             and modes.maps is NO_MAPS
             and not modes.after_turn
@@ -271,13 +274,16 @@ class FanucInterpreter(Rs274):
     def execute(self, block: Block) -> None:
         """Execute one block, in the words of RS274/NGC."""
         self.call = None
-        if block.corner is not None or not self.corners.is_idle:
-            self.corners.prepare(block, self.modes)
-        if block.comment is None and not block.settings and self._is_plain() and self.execute_plain_motion(block):
-            return
-        if block.settings and not block.codes and not block.words and self._is_plain():
-            super().execute(block)
-            return
+        corners = self.corners
+        if block.corner is not None or corners.corner is not None or corners.queue.corner is not None:
+            corners.prepare(block, self.modes)
+        if self._is_plain():
+            if not block.settings:
+                if block.comment is None and self.execute_plain_motion(block):
+                    return
+            elif not block.codes and not block.words:
+                super().execute(block)
+                return
         codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
         if not codes.isdisjoint(MIRRORS_OF_HAAS):
             numbers = {code / 10: twin / 10 for code, twin in MIRRORS_OF_HAAS.items()}

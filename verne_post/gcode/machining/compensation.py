@@ -114,9 +114,10 @@ class Compensation(Struct):
         radius = math.dist(p, c) - sense * self.radius
         if radius <= 0:
             raise ProgramError(
-                "VP026", f"the radius of the tool, {abs(self.radius):.4f} mm, is not less than that of the arc, "
+                "VP026",
+                f"the radius of the tool, {abs(self.radius):.4f} mm, is not less than that of the arc, "
                 f"{math.dist(p, c):.4f} mm",
-            )  # fmt: skip
+            )
         if self.segment is None:
             entry = self._enter_on_arc(p, q, c, sense, abs(arc.turns))
             center = list(arc.center)
@@ -161,9 +162,10 @@ class Compensation(Struct):
     def _check_entry(self, length: float) -> None:
         if length <= abs(self.radius) and not self.perpendicular:
             raise ProgramError(
-                "VP026", f"the entry move of the cutter compensation is {length:.4f} mm long; it must be longer than the "
+                "VP026",
+                f"the entry move of the cutter compensation is {length:.4f} mm long; it must be longer than the "
                 f"radius, {abs(self.radius):.4f} mm",
-            )  # fmt: skip
+            )
 
     def enter_beside(self, corner: Point, row: int, centre: list[float], line: int) -> None:
         """The centre stands beside the first point of the contour already, at the end of the recorder's ``row``."""
@@ -264,7 +266,8 @@ class Compensation(Struct):
     def _report_gouge(self) -> ProgramError:
         return ProgramError(
             "VP026",
-            f"the tool (radius {abs(self.radius):.4f} mm) cannot reach into this inside corner without cutting into the contour",
+            f"the tool (radius {abs(self.radius):.4f} mm) cannot reach into this inside corner without "
+            "cutting into the contour",
         )
 
     # --- small geometry -----------------------------------------------------------------------------

@@ -54,9 +54,12 @@ def note_tapping(core: Machining, at: At) -> None:
     """Say (VP047) what the control must do where tapping is feed moves."""
     if core.setup.tapping == "feed":
         core.recorder.note_once(
-            "VP047", "tapping is moves in and out at pitch times speed, with the spindle's direction and speed as events at their ends: the "
-            "control must couple the spindle to these moves, also while they speed up and slow down", at.line,
-        )  # fmt: skip
+            "VP047",
+            "tapping is moves in and out at pitch times speed, with the spindle's direction and speed as "
+            "events at their ends: the "
+            "control must couple the spindle to these moves, also while they speed up and slow down",
+            at.line,
+        )
 
 
 def tap(

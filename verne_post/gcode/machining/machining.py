@@ -204,25 +204,33 @@ class Machining:
         letter, tilt = AXES[self.setup.rotary[0]], machine_position[self.setup.rotary[0]]
         if kind != MoveKind.RAPID or not (absolute or machine):
             raise ProgramError(
-                "VP016", f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is at another place; the next motion must be a rapid traverse in absolute coordinates",
-            )  # fmt: skip
+                "VP016",
+                f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is "
+                "at another place; the next motion must be a rapid traverse in absolute coordinates",
+            )
         if machine:
             return state.position
         if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(values_before[_Z]):
             # Z was programmed for the tip; for the spindle's nose it would take the tool down by its length
             raise ProgramError(
-                "VP016", "no tool length holds any more while the table is tilted: the programmed Z would take the tool down by its "
+                "VP016",
+                "no tool length holds any more while the table is tilted: the programmed Z would take the tool "
+                "down by its "
                 "length; name Z in this motion, or retract in machine coordinates before",
-            )  # fmt: skip
+            )
         begin = [p if math.isnan(h) else h for p, h in zip(state.position, values_before, strict=True)]
         unnamed_axes = [axis for axis in (_X, _Y, _Z) if axis not in (axes or ())]
         way = math.dist([begin[axis] for axis in unnamed_axes], [state.position[axis] for axis in unnamed_axes])
         if at is not None and _Z in unnamed_axes and way > UNNAMED_MOTION_MM:
             self.recorder.warn(
-                "VP046", "the tool length has changed while the table is tilted, and the block does not name Z: the tip goes to the place that was "
-                f"programmed with the former length, and the spindle moves by {way:.6g} mm; name X, Y and Z in the block, or retract in machine coordinates before it",
-                at.line, None,
-            )  # fmt: skip
+                "VP046",
+                "the tool length has changed while the table is tilted, and the block does not name Z: the tip "
+                "goes to the place that was "
+                f"programmed with the former length, and the spindle moves by {way:.6g} mm; name X, Y and Z in "
+                "the block, or retract in machine coordinates before it",
+                at.line,
+                None,
+            )
         return begin
 
     def warn_of_depth(self, at: At, values_before: list[float] | None, axes: Iterable[int]) -> None:
@@ -373,7 +381,8 @@ class Machining:
         if turning is not None and state.tool_axis is not None:
             raise ProgramError(
                 "VP013",
-                f"{AXES[turning]} in {name} while a tool axis ({self.axis_words}) holds; name {self.setup.both_rotary} in a G1 before",
+                f"{AXES[turning]} in {name} while a tool axis ({self.axis_words}) holds; name "
+                f"{self.setup.both_rotary} in a G1 before",
             )
         if state.tcp_off:
             for point in points[1:]:
@@ -475,9 +484,11 @@ class Machining:
             if self.setup.machine and (abs(tilt) > UPRIGHT_DEG or abs(turn) > UPRIGHT_DEG):
                 one, other = self.setup.rotary_letters
                 raise ProgramError(
-                    "VP017", f"tool-centre-point control is off (user-defined code), and the table is at {one} {tilt:g}, "
-                    f"{other} {turn:g}: this machine always controls the tool centre point; turn to {one}0 {other}0 before, or use machine coordinates",
-                )  # fmt: skip
+                    "VP017",
+                    f"tool-centre-point control is off (user-defined code), and the table is at {one} {tilt:g}, "
+                    f"{other} {turn:g}: this machine always controls the tool centre point; turn to {one}0 {other}0 "
+                    "before, or use machine coordinates",
+                )
 
     # --- cutter compensation -----------------------------------------------------------------------
 

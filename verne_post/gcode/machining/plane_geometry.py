@@ -85,6 +85,4 @@ def meet_two_circles(c1: Point, r1: float, c2: Point, r2: float) -> list[Point]:
     along = (distance**2 + r1**2 - r2**2) / (2 * distance)
     height = math.sqrt(max(r1**2 - along**2, 0.0))
     du, dv = (c2[0] - c1[0]) / distance, (c2[1] - c1[1]) / distance
-    return [
-        (c1[0] + along * du - s * height * dv, c1[1] + along * dv + s * height * du) for s in (-1, 1)
-    ]  # fmt: skip
+    return [(c1[0] + along * du - s * height * dv, c1[1] + along * dv + s * height * du) for s in (-1, 1)]

@@ -33,7 +33,8 @@ def build_arc_through(start: Array, middle: Array, end: Array) -> SpatialArc:
     if size <= ARC_CHORD_MM * max(float(np.linalg.norm(first)), float(np.linalg.norm(second))):
         raise ProgramError(
             "VP008",
-            "start, intermediate point and end lie on one line, or two of them are one point: there is no circle through them",
+            "start, intermediate point and end lie on one line, or two of them are one point: there is no "
+            "circle through them",
         )
     square = size**2
     center = start + (

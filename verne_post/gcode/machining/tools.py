@@ -58,7 +58,8 @@ class Tools:
             names = [spell_tool_word(each, state.tool_names) for each in (state.only_tool, number)]
             raise ProgramError(
                 "VP018",
-                f"--tool-length holds for one tool, but the program uses {names[0]} and {names[1]}; use --tool-table instead",
+                f"--tool-length holds for one tool, but the program uses {names[0]} and {names[1]}; use "
+                "--tool-table instead",
                 about=names[1],
             )
         state.only_tool = number

@@ -150,8 +150,9 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
         if abs(np.linalg.det(slopes)) < _IN_PLANE:
             letters, others = (" and ".join(AXES[axis] for axis in axes) for axes in (named_axes, stand))
             raise ProgramError(
-                "VP017", f"{letters} beside a turn of the table, without tool-centre-point control: on the turned table, the spindle cannot reach this place while {others} of the machine stand still; name X, Y and Z, or turn the table in a block of its own",
-            )  # fmt: skip
+                "VP017",
+                f"{letters} beside a turn of the table, without tool-centre-point control: on the turned table, the spindle cannot reach this place while {others} of the machine stand still; name X, Y and Z, or turn the table in a block of its own",
+            )
         end[stand] += np.linalg.solve(slopes, (here - target)[stand])
         target = np.array(coordinates.map_to_machine(end, state.frame))
         core.frames.name_axes([float(value) for value in end], named_axes)
@@ -173,5 +174,8 @@ def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], whe
         ways = " ".join(f"{AXES[axis]}{motion[axis]:+.3f}" for axis in beyond)
         core.recorder.warn(
             "VP046",
-            f"{when}, a turn of the table keeps the tip at its place of the part: the spindle moves by {ways} mm in axes that the block does not name; name X, Y and Z in it, or turn the table in machine coordinates", at.line, None,
-        )  # fmt: skip
+            f"{when}, a turn of the table keeps the tip at its place of the part: the spindle moves by {ways} mm "
+            "in axes that the block does not name; name X, Y and Z in it, or turn the table in machine coordinates",
+            at.line,
+            None,
+        )

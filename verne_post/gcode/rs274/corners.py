@@ -24,26 +24,18 @@ class FanucCorners:
     ----------
     corner : Corner or None
         The corner at the end of the block at hand.
+    queue : ContourQueue
+        What waits: its corner needs the next block.
     """
 
     def __init__(self, core: Machining) -> None:
         self.core = core
         self.corner: Corner | None = None
-        self._queue = ContourQueue()
-
-    @property
-    def waiting(self) -> Corner | None:
-        """The corner that needs the next block."""
-        return self._queue.corner
-
-    @property
-    def is_idle(self) -> bool:
-        """True where no block before leaves anything to do."""
-        return self.corner is None and self._queue.corner is None
+        self.queue = ContourQueue()
 
     def add_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight, as :meth:`~verne_post.gcode.machining.machining.Machining.go_straight`."""
-        if self.is_idle:
+        if self.corner is None and self.queue.corner is None:
             self.core.go_straight(at, kind, end, axes, absolute=absolute)
             return
         state = self.core.state
@@ -53,7 +45,7 @@ class FanucCorners:
         self, at: At, start: list[float], end: list[float], arc: Arc, axes: list[int], *, absolute: bool = True
     ) -> None:
         """Move on an arc, as :meth:`~verne_post.gcode.machining.machining.Machining.go_on_arc`."""
-        if self.is_idle:
+        if self.corner is None and self.queue.corner is None:
             self.core.go_on_arc(at, start, end, arc, axes, absolute=absolute)
             return
         feed = self.core.state.feed
@@ -62,10 +54,10 @@ class FanucCorners:
     def prepare(self, block: Block, modes: Modes) -> None:
         """Take the corner that ends a block; refuse (VP017) anything but a line or an arc after one."""
         self.corner = None
-        if self.waiting is None and block.corner is None:
+        if self.queue.corner is None and block.corner is None:
             return
         codes, moves = [code[:2] for code in block.codes], bool(set(block.words) & set("XYZIJK"))
-        if self.waiting is not None and (codes or block.words):
+        if self.queue.corner is not None and (codes or block.words):
             alone = not block.settings and not set(block.words) - set("XYZIJKRF")
             if not (moves and alone and set(codes) <= {*_MOTIONS, *_DISTANCES}):
                 self._refuse_waiting()
@@ -81,7 +73,7 @@ class FanucCorners:
             self.corner = Corner(f",{letter}", size * (MM_PER_INCH if inch else 1.0), "legs" if letter == "C" else None)
 
     def _refuse_waiting(self) -> None:
-        element, corner = self._queue.release()
+        element, corner = self.queue.release()
         if element is not None and corner is not None:
             raise ProgramError(
                 "VP017",
@@ -90,21 +82,21 @@ class FanucCorners:
 
     def _add(self, element: Element) -> None:
         corner, self.corner = self.corner, None
-        first, before = self._queue.first, self._queue.corner
+        first, before = self.queue.first, self.queue.corner
         if first is not None and before is not None:
             self.core.stand(list(first.start))
             if element.kind != MoveKind.FEED:
-                self._queue.release()
+                self.queue.release()
                 raise ProgramError(
                     "VP017", f"{before.name} of line {first.line} must be between feed moves (G1, G2, G3)"
                 )
-            element = self._queue.join(element, self._draw)
+            element = self.queue.join(element, self._draw)
         if corner is None:
             self._draw(element)
             return
         if element.kind != MoveKind.FEED or self.core.state.feed_mode == FeedMode.INVERSE:
             raise ProgramError("VP017", f"{corner.name} must follow a feed move (G1, G2, G3) in G94 or G95")
-        self._queue.hold(element, corner)
+        self.queue.hold(element, corner)
         self.core.stand(list(element.end))
 
     def _draw(self, element: Element) -> None:

@@ -63,7 +63,8 @@ class CycleCodes:
         elif motion in _TAPS and state.spindle_reversed != (motion == 740):
             raise ProgramError(
                 "VP017",
-                f"{name} cuts a {'left' if motion == 740 else 'right'}-hand thread; it needs {'M4' if motion == 740 else 'M3'}",
+                f"{name} cuts a {'left' if motion == 740 else 'right'}-hand thread; it needs "
+                f"{'M4' if motion == 740 else 'M3'}",
             )
         with state.follow_exactly():
             self._drill_holes(block, motion, cycle, repeats)
@@ -105,9 +106,11 @@ class CycleCodes:
         self.core.require_known(block, [0, 1, 2], f"{spell_g_code(motion)}")
         if (tool := self.core.find_tilted_tool(normal)) is not None:
             raise ProgramError(
-                "VP017", f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}: it would be dragged sideways; turn the table, "
+                "VP017",
+                f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}: it would be dragged sideways; "
+                "turn the table, "
                 "or write the hole with G0 and G1",
-            )  # fmt: skip
+            )
 
     def _read_cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
         state = self.state
@@ -173,9 +176,11 @@ class CycleCodes:
         )
         if level or (before is not None and before.inch != self.modes.inch and not lengths <= set(block.words)):
             raise ProgramError(
-                "VP017", f"{spell_g_code(motion)} after a change of units among the cycles: kept lengths, and the level where they began, would be "
+                "VP017",
+                f"{spell_g_code(motion)} after a change of units among the cycles: kept lengths, and the level "
+                "where they began, would be "
                 "read in the other unit; write G80 before G20 or G21",
-            )  # fmt: skip
+            )
 
     def _read_way_out(
         self, block: Block, motion: int, step: float | None, before: Cycle | None
@@ -202,8 +207,10 @@ class CycleCodes:
         first, less, least = (self.values.convert_length(block.words[letter]) for letter in "IJK")
         if "Q" in block.words or not (0 < least <= first and less >= 0):
             raise block.error(
-                "VP007", f"{name} I J K: pecks fall from I by J to no less than K, which is greater than 0, and there is no Q", "I"
-            )  # fmt: skip
+                "VP007",
+                f"{name} I J K: pecks fall from I by J to no less than K, which is greater than 0, and there is no Q",
+                "I",
+            )
         return first, less, least
 
     def _find_heights(self, start: float, r: float, z: float) -> tuple[float, float]:
@@ -233,10 +240,13 @@ class CycleCodes:
             old, now = ("G91", "G90") if absolute else ("G90", "G91")
             how = f"read in {now}" if self.traits.keeps_heights else "at the heights of before"
             self.recorder.warn(
-                "VP030", f"{spell_g_code(motion)} keeps {' and '.join(names)} of {old} in {now}: the hole goes from {letter} {hole[0]:g} to "
+                "VP030",
+                f"{spell_g_code(motion)} keeps {' and '.join(names)} of {old} in {now}: the hole goes from "
+                f"{letter} {hole[0]:g} to "
                 f"{hole[1]:g} mm; {how} it would go from {other[0]:g} to {other[1]:g} mm; give R and {letter} again",
-                block.line, None,
-            )  # fmt: skip
+                block.line,
+                None,
+            )
         return hole, (was[0], was[1]) if self.traits.keeps_heights else (absolute, absolute)
 
     # --- the moves ---------------------------------------------------------------------------------
@@ -371,9 +381,12 @@ class CycleCodes:
             )
         if not self.bore_shift:
             raise block.error(
-                "VP005", f'{name} Q: parameter 5148 decides where the oriented tool leaves the wall; give [fanuc] bore_shift = "+X", "-X", "+Y" or "-Y" in the '
-                "settings file, or write I and J", "Q",
-            )  # fmt: skip
+                "VP005",
+                f"{name} Q: parameter 5148 decides where the oriented tool leaves the wall; give [fanuc] "
+                'bore_shift = "+X", "-X", "+Y" or "-Y" in the '
+                "settings file, or write I and J",
+                "Q",
+            )
         way = -step if self.bore_shift[0] == "-" else step
         return (way, 0.0) if self.bore_shift[1] == "X" else (0.0, way)
 

@@ -133,7 +133,8 @@ class Flow:
         if o.label in self._called_labels and not self.calls.in_call:
             raise ProgramError(
                 "VP023",
-                f"o{o.label} sub comes after its call; define it before the first call, or after the end of the program",
+                f"o{o.label} sub comes after its call; define it before the first call, or after the end of "
+                "the program",
             )
         self.calls.line = self.calls.text.structure.subs[o.label or ""][1] + 1
 
@@ -165,7 +166,8 @@ class Flow:
         if text_of_file is None:
             raise ProgramError(
                 "VP023",
-                f"o{label} is defined neither in the program nor in a file {name}.ngc in its folder or a --subroutine-path",
+                f"o{label} is defined neither in the program nor in a file {name}.ngc in its folder or a "
+                "--subroutine-path",
             )
         if label not in text_of_file.structure.subs:
             raise ProgramError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
@@ -267,5 +269,6 @@ class Flow:
                 return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
         raise ProgramError(
             "VP023",
-            f"M98 P{label}: there is no O{label} in the program, and no file {label}.ngc or O{int(label):04d}.nc beside it",
+            f"M98 P{label}: there is no O{label} in the program, and no file {label}.ngc or "
+            f"O{int(label):04d}.nc beside it",
         )

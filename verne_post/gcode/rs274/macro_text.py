@@ -17,7 +17,8 @@ Kind = Literal["if", "while", "do", "end", "goto"]
 #: What each statement does.
 STATEMENTS: Final[Mapping[Kind, str]] = {
     "if": "IF [...] GOTO jumps; IF [...] THEN sets variables, or is followed by GOTO",
-    "goto": "jumps to the block, whose number may be computed. The search goes from here to the end of the program, then "
+    "goto": "jumps to the block, whose number may be computed. The search goes from here to the end of the "
+    "program, then "
     "from its beginning",
     **dict.fromkeys(("while", "do", "end"), "loops DO1 to DO9, which may be nested; `DO1` alone has no condition"),
 }

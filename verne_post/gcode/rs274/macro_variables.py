@@ -50,8 +50,9 @@ def set_variable(store: ParameterStore, key: int, value: float) -> None:
     """
     if key not in LOCAL and not any(key in span for span in _COMMON):
         raise ProgramError(
-            "VP025", f"#{key} is a variable of the control itself, which is not set here; programs have #1 to #33, #100 to #999"
-        )  # fmt: skip
+            "VP025",
+            f"#{key} is a variable of the control itself, which is not set here; programs have #1 to #33, #100 to #999",
+        )
     if math.isnan(value) and key in LOCAL:
         store.numbered_values.pop(key, None)
     else:
@@ -72,17 +73,21 @@ def read_variable(parameters: Shown, key: int) -> float:
     if any(key in span for span in _COMMON):
         if key not in numbered_values:
             raise ProgramError(
-                "VP025", f"#{key} may have a value at the machine, from before the program: set it first, or give it with --parameters FILE"
-            )  # fmt: skip
+                "VP025",
+                f"#{key} may have a value at the machine, from before the program: set it first, or give it with "
+                "--parameters FILE",
+            )
         return numbered_values[key]
     value = _read_position(parameters, key)
     value = _read_mode(parameters, key) if value is None else value
     value = _read_offset(parameters, key) if value is None else value
     if value is None:
         raise ProgramError(
-            "VP025", f"#{key} is a variable of the control itself, whose value is only known at the machine; programs have #1 to #33, #100 to "
+            "VP025",
+            f"#{key} is a variable of the control itself, whose value is only known at the machine; programs "
+            "have #1 to #33, #100 to "
             "#999, and some of the control (docs/fanuc.md)",
-        )  # fmt: skip
+        )
     return value
 
 
@@ -93,7 +98,8 @@ def _read_position(parameters: Shown, key: int) -> float | None:
         if modes.turns or modes.maps is not NO_MAPS:
             raise ProgramError(
                 "VP025",
-                f"#{key} under G68, G51, G51.1 or G16: controls differ in the system in which they count; read it before",
+                f"#{key} under G68, G51, G51.1 or G16: controls differ in the system in which they count; read "
+                "it before",
             )
         return parameters.find_position(_ENDS[key])
     return parameters.find_machine_position(key - _MACHINE.start) if key in _MACHINE else None

@@ -69,9 +69,10 @@ class MotionCodes:
         home = state.home if code == 280 else state.home2
         if home is None:
             raise ProgramError(
-                "VP015", f"{spell_g_code(code)} needs the home position of the machine: add [home] {spell_g_code(code).lower()} "
+                "VP015",
+                f"{spell_g_code(code)} needs the home position of the machine: add [home] {spell_g_code(code).lower()} "
                 "to the machine file, or retract with G53 G0 Z0",
-            )  # fmt: skip
+            )
         axes = self.values.list_named_axes(block)
         # an incremental via word of 0 means no via point, so the axis need not be known
         moving = [axis for axis in axes if self.modes.absolute or block.words[AXES[axis]] != 0.0]

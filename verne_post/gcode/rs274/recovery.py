@@ -184,9 +184,10 @@ class Recovery:
         ]
         modes = Block(block.line)
         modes.codes = [
-            word for word, (letter, code, _column) in zip(block.codes, codes, strict=True)
+            word
+            for word, (letter, code, _column) in zip(block.codes, codes, strict=True)
             if (table.group_of_g if letter == "G" else table.group_of_m).get(code, _NO_MODES[0]) not in _NO_MODES
-        ]  # fmt: skip
+        ]
         drop_compensation(state)
         used_letters = "FST" + "".join(
             table.words_of_g.get(code, "") for letter, code, _column in codes if letter == "G"

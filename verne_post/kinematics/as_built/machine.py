@@ -394,9 +394,11 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         """Reciprocal condition numbers of the six-rod Jacobians, dimensionless: by pose, and by sliders and turn."""
         rotation = platform.build_matrix()
         vectors, arms = find_rod_vectors(
-            self.geometry, np.reshape(q, (-1, 5))[:, :3].T, platform.position.reshape(-1, 3).T,
+            self.geometry,
+            np.reshape(q, (-1, 5))[:, :3].T,
+            platform.position.reshape(-1, 3).T,
             np.moveaxis(rotation.reshape(-1, 3, 3), 0, -1),
-        )  # fmt: skip
+        )
         arm = float(np.abs(self.geometry.platform_ends[:, 1]).max())
         rows = np.moveaxis(vectors, -1, 0).swapaxes(1, 2) / self.geometry.rods[:, None]
         moments = np.moveaxis(inverse.cross(arms, vectors), -1, 0).swapaxes(1, 2) / self.geometry.rods[:, None] / arm

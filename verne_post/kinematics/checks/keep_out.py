@@ -137,7 +137,7 @@ class KeepOut:
 
     def __init__(
         self, obstacles: Sequence[Placed], moving: Moving, entering: Mask, kinds: Sequence[Kind] = KINDS
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.obstacles, self.moving, self.entering, self.slack = tuple(obstacles), moving, entering, TOUCH_MM
         self.boxes = tuple(one for one in self.obstacles if one.mesh is None)
         self.kinds = kinds

@@ -117,10 +117,12 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
     """By check: how far it is inside its bound at its worst sample (c,), and its derivative by the move (c, 3)."""
     line, checks = problem.line, problem.checks
     row = np.array([int(np.argmin(check.sign * values[:, check.quantity])) for check in checks])
-    inside = np.array([
-        check.sign * (values[k, check.quantity] - (check.warn if problem.also_warnings else check.limit))
-        for check, k in zip(checks, row, strict=True)
-    ])  # fmt: skip
+    inside = np.array(
+        [
+            check.sign * (values[k, check.quantity] - (check.warn if problem.also_warnings else check.limit))
+            for check, k in zip(checks, row, strict=True)
+        ]
+    )
     tip, angles = problem.move_part(at).pose(line.contour, element[row], w[row])
     rates = line.machine.five_axis.find_jacobian(tip, angles, line.contour.find_tool_lengths(element[row]))[..., :3]
     slope = np.empty((len(checks), 3))

@@ -118,9 +118,11 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
     if item.value is None:
         return _find_first_unsolved(line) if item.code in ("VP110", "VP201", "VP203") else None
     checks = [
-        check for check in list_checks(line)
-        if (check.code, check.axis) == (item.code, item.axis) and (item.code != "VP215" or item.message.startswith(check.name))
-    ]  # fmt: skip
+        check
+        for check in list_checks(line)
+        if (check.code, check.axis) == (item.code, item.axis)
+        and (item.code != "VP215" or item.message.startswith(check.name))
+    ]
     by_distance = [(abs(best[1] * check.factor - item.value), best[0])
             for check, best in zip(checks, find_worst_places(line, checks), strict=True) if best is not None]  # fmt: skip
     return min(by_distance, key=lambda one: one[0])[1] if by_distance else None

@@ -98,7 +98,8 @@ class RotaryWords(Struct, frozen=True):
         tilting, turning = (AXES[axis] for axis in self.axes)
         raise ProgramError(
             "VP110",
-            f"the tool axis is at {format_fixed(DEG_PER_RAD * tilt, 4)} degrees to the axis of {turning}, {format_fixed(DEG_PER_RAD * miss, 4)} outside what "
+            f"the tool axis is at {format_fixed(DEG_PER_RAD * tilt, 4)} degrees to the axis of {turning}, "
+            f"{format_fixed(DEG_PER_RAD * miss, 4)} outside what "
             f"{tilting} reaches: {format_fixed(low, 4)} to {format_fixed(high, 4)}",
         )
 

@@ -44,7 +44,8 @@ def describe(rows: WrittenRows) -> tuple[str, str]:
     apart = np.diff(knots) * rows.format.cycle if len(knots) > 1 else np.zeros(1)
     return (
         "knots",
-        f"{len(knots)}, {apart.min():g} to {apart.max():g} s apart; the cubics between them are off the rows by at most {', '.join(errors)}",
+        f"{len(knots)}, {apart.min():g} to {apart.max():g} s apart; the cubics between them are off the "
+        f"rows by at most {', '.join(errors)}",
     )
 
 

@@ -29,7 +29,8 @@ def write_yaml(rows: WrittenRows) -> Iterator[bytes]:
     for point in _list_points(rows):
         time = point["time_from_start"]
         yield (
-            f"- positions: {_format_yaml_floats(point['positions'])}\n  velocities: {_format_yaml_floats(point['velocities'])}\n"
+            f"- positions: {_format_yaml_floats(point['positions'])}\n  velocities: "
+            f"{_format_yaml_floats(point['velocities'])}\n"
             f"  time_from_start: {{sec: {time['sec']}, nanosec: {time['nanosec']}}}\n"
         ).encode()
 
@@ -67,8 +68,10 @@ def _list_points(rows: WrittenRows) -> Iterator[dict[str, Any]]:
         for positions, speeds, stamp in values:
             seconds, nanoseconds = divmod(stamp, _NS_PER_S)
             yield {
-                "positions": [shorten(number) for number in positions], "velocities": [shorten(number) for number in speeds], "time_from_start": {"sec": seconds, "nanosec": nanoseconds},
-            }  # fmt: skip
+                "positions": [shorten(number) for number in positions],
+                "velocities": [shorten(number) for number in speeds],
+                "time_from_start": {"sec": seconds, "nanosec": nanoseconds},
+            }
 
 
 def _shorten(number: float) -> float:

@@ -121,7 +121,8 @@ def _add_rods(machine: Machine, structures: ET.Element) -> None:
         rod = ET.SubElement(group, "Link", id=f"rod-{k}", name=f"rod-{k}")
         _describe(
             rod,
-            f"rod, or pair of equal ones, from slider {machine.columns[one.slider].joint} to the platform, ball joints at both ends",
+            f"rod, or pair of equal ones, from slider {machine.columns[one.slider].joint} to the platform, "
+            "ball joints at both ends",
         )
         specified = ET.SubElement(ET.SubElement(rod, "Configuration"), "Specifications")
         _add_specification(specified, f"rod-{k}-length", "LENGTH", "MILLIMETER", {"Nominal": one.length})

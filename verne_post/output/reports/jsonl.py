@@ -13,8 +13,9 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One finding a line, with its program."""
     return "".join(
         format_json({"program": report.program, **record_of(item)}) + "\n"
-        for report in reports for item in report.findings
-    )  # fmt: skip
+        for report in reports
+        for item in report.findings
+    )
 
 
 def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
