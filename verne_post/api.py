@@ -32,7 +32,7 @@ from verne_post.model.findings import InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.option_checks import check_ranges
 from verne_post.model.options import Options
-from verne_post.model.part_setup import COORDINATES, SYSTEM_NUMBERS, UNITS, Wanted
+from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.model.verification import Verification
@@ -251,7 +251,7 @@ def machined(
 
 
 def fit(
-    source: Source, machine: MachineLike, options: Options | None = None, free: str = COORDINATES,
+    source: Source, machine: MachineLike, options: Options | None = None, free: str | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None, *, aim: Aim = "move", setup: Setup = "beside",
 ) -> Proposal:  # fmt: skip
     """Find a work offset with which the whole program is legal.
@@ -260,8 +260,9 @@ def fit(
     ----------
     source, machine, options, setup
         As for :func:`convert`; ``wcs`` says where the part is now.
-    free : str
-        Letters of what may change: x, y, z (mm) and c (the part's turn).
+    free : str, optional
+        Letters of what may change: x, y, z (mm) and c (the part's turn, where a joint of the machine turns it); else
+        all of them.
     ranges : mapping, optional
         (low, high) by letter, mm and degrees.
     aim : {"move", "margin", "time"}

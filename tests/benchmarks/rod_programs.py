@@ -1,11 +1,13 @@
-"""Random programs on machines described by their rods, by a judge with matrices of its own: python tests/benchmarks/rod_programs.py [N].
+"""Random programs on machines described by their rods, judged by matrices of its own.
+
+python tests/benchmarks/rod_programs.py [--programs 500] [--seed 48] [--machine NAME]
 
 Each program turns the table, then goes straight with constant A and C. The judge reads the TOML alone: unknown are position and
 turn of the platform and the sliders, nine numbers; equations are six rods and the tip on the table. It follows the way in steps
 by Newton with differences, from home on. Programs within ``BAND`` of a limit are counted apart.
 """
 
-import sys
+import argparse
 import tomllib
 from itertools import pairwise
 from pathlib import Path
@@ -90,12 +92,21 @@ class Judge:
         return least
 
 
-def main(n: int) -> None:
+#: Machine files of this kind.
+MACHINES: Final = ("verne_by_rods", "urane_sx", "quickstep")
+
+
+def main() -> None:
     """Print the counts of each kind."""
-    for name in ("verne_by_rods", "urane_sx", "quickstep"):
-        judge, machine, random = Judge(name), verne_post.load_machine(name), np.random.default_rng(48)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--programs", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=48)
+    parser.add_argument("--machine", choices=MACHINES)
+    given = parser.parse_args()
+    for name in [given.machine] if given.machine else MACHINES:
+        judge, machine, random = Judge(name), verne_post.load_machine(name), np.random.default_rng(given.seed)
         count = dict.fromkeys(("accepted", "refused", "near a limit", "wrongly accepted", "wrongly refused"), 0)
-        for _ in range(n):
+        for _ in range(given.programs):
             angles = np.round(random.uniform([-60, -180], [60, 180]), 2)
             points = np.round(random.uniform([-350, -350, 20], [350, 350, 450], (3, 3)), 2)
             blocks = [f"G0 X{points[0, 0]} Y{points[0, 1]} Z{points[0, 2]} A{angles[0]} C{angles[1]}"]
@@ -109,10 +120,10 @@ def main(n: int) -> None:
                 verdict = "accepted" if ok else "refused"
             else:
                 verdict = "wrongly accepted" if ok else "wrongly refused"
-                print(text, spare)
+                print(text, spare, flush=True)
             count[verdict] += 1
-        print(name, count)
+        print(name, count, flush=True)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 500)
+    main()

@@ -292,3 +292,59 @@ def test_bad_options(tilted: Path, run: Callable[..., Any], words: tuple[str, ..
     answer = run("fit", tilted, "--tool-length", 70, *words)
     assert answer.code == 2
     assert said in answer.err
+
+
+#: A place of the part where a program does not fit, by machine: linear axes end, rods and struts do not reach.
+WITHOUT_TABLE = {
+    "ca_fork_head": (4100.0, 1200.0, 0.0),
+    "nutating_head": (2050.0, 0.0, -100.0),
+    "ab_table": (400.0, 150.0, 150.0),
+    "tricept": (900.0, 900.0, 300.0),
+    "george_v": (500.0, 500.0, 100.0),
+    "hexapod": (620.0, 600.0, 300.0),
+    "hexam": (560.0, 500.0, 200.0),
+    "hexaglide": (320.0, 500.0, 250.0),
+}
+
+
+@pytest.mark.parametrize("name", WITHOUT_TABLE)
+def test_a_part_that_no_joint_turns_is_moved_as_little_as_fits(
+    tmp_path: Path, run: Callable[..., Any], name: str
+) -> None:
+    """The place is legal by option and by block, to the same rows; shifts that are a tenth smaller are refused."""
+    words = "A12 B20" if name == "ab_table" else "A12 C20"
+    start = words.replace("12", "3").replace("20", "0")
+    text = f"G21 G90 G94\nG0 X0 Y0 Z60 {start} F2000\nG1 X40 Y20 Z40 {words}\nM2\n"
+    program, block = tmp_path / "p.nc", tmp_path / "block.nc"
+    program.write_text(text, encoding="utf-8")
+    place = WITHOUT_TABLE[name]
+    given = ("--tool-length", 80, "--machine", name)
+    found = told(run("fit", program, *given, "--wcs", f"G54={','.join(map(str, place))}", "--json"))
+    shift = np.array(found["moved"][:3])
+    assert found["moved"][3] == 0.0
+    assert found["wcs"].count(",") == 2
+    assert np.linalg.norm(shift) > 1.0
+    out = tmp_path / "axes.csv"
+    assert run("convert", program, *given, "--wcs", found["wcs"], "-o", out).code == 0
+    assert run("verify", out, "--against", program, *given, "--wcs", found["wcs"]).code == 0
+    block.write_text(text.replace("G94", f"G94 {found['block']}"), encoding="utf-8")
+    by_option, by_block = (
+        np.array([list(json.loads(row)["q"].values()) for row in run("dump", "joints", *one).out.splitlines()])
+        for one in ((program, *given, "--wcs", found["wcs"]), (block, *given))
+    )
+    assert np.abs(by_option - by_block).max() < 1e-6
+    machine = verne_post.load_machine(name)
+    ways = np.random.default_rng(5).normal(size=(6, 3))
+    ways[0] = shift
+    for way in ways:
+        x, y, z = np.array(place) + 0.9 * np.linalg.norm(shift) * way / np.linalg.norm(way)
+        assert not verne_post.check(text, machine, Options(tool_length=80.0, wcs={1: WorkOffset((x, y, z))})).ok
+
+
+@pytest.mark.parametrize("words", [("--free", "xc"), ("--range", "c=-5,5")])
+def test_a_part_that_no_joint_turns_has_no_free_turn(
+    tilted: Path, run: Callable[..., Any], words: tuple[str, ...]
+) -> None:
+    answer = run("fit", tilted, "--tool-length", 80, "--machine", "hexapod", *words)
+    assert answer.code == 2
+    assert "VP018 error: c cannot be free: no joint of this machine turns the part about its z" in answer.err

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 import verne_post
 from tests.kinematics.test_chain import ROOT
 from verne_post.config.load import build_machine
+from verne_post.kinematics.modules.newton import settle
 from verne_post.kinematics.modules.rod_geometry import Rod
 from verne_post.kinematics.modules.rods import RodsModule
 from verne_post.model.findings import InputError
@@ -117,12 +118,12 @@ def test_other_assemblies_of_the_same_sliders_are_refused():
     rho, alpha, _ok = module.inverse(points)
     sliders = np.repeat(rho, 40, axis=0)
     start = np.column_stack([random.uniform(-1500, 1500, (1600, 3)), random.uniform(-3, 3, 1600)])
-    pose = module._assemble(start, sliders)
+    pose = settle(module, start, sliders)
     rods = measure_rods(TEXT["verne_by_rods"], sliders, pose[:, :3], pose[:, 3])
     closed = np.abs(rods).max(axis=1) < 1e-6
     home = np.abs(pose[:, :3] - np.repeat(points, 40, axis=0)).max(axis=1) < 1e-6
     assert (closed & ~home).sum() > 100
-    taken = module._is_closed(pose, sliders)
+    taken = module.is_closed(pose, sliders)
     turns = np.abs(np.mod(pose[:, 3] - np.repeat(alpha, 40) + np.pi, 2 * np.pi) - np.pi)
     assert not (taken & ~home).any()
     assert (taken | ~home | (turns > 1e-6) | (np.abs(pose[:, 3]) > 1)).all()

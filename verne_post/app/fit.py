@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
+from typing import Final
 
 import numpy as np
 
@@ -36,12 +37,14 @@ from verne_post.toolpath.work_offset import (
 _ELSEWHERE = (3.0, -2.0, 1.0, 0.1)
 #: A part as large as the table may still be moved by this share of the table's radius.
 _LEAST = 0.1
+#: Places at which the reach of a machine without a table is sampled.
+_SAMPLED: Final = 20_000
 #: How far above the lowest place of the program its zero may be lifted, mm, unless a range says otherwise.
 _LIFT_MM = 300.0
 
 
 def propose(
-    source: Text, machine: Machine, options: Options, free: str = COORDINATES,
+    source: Text, machine: Machine, options: Options, free: str | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None, *, aim: Aim = "move", progress: Progress | None = None,
 ) -> Proposal:  # fmt: skip
     """Find the work offset of the smallest move that makes a program legal, of the largest margin or least time.
@@ -50,8 +53,8 @@ def propose(
     ----------
     options : Options
         Those of a conversion; ``wcs`` says where the part is now.
-    free : str
-        Letters of what may change: x, y, z (mm, table frame) and c (the part's turn).
+    free : str, optional
+        Letters of what may change: x, y, z (mm, part frame) and c (the part's turn, where a joint turns it); else all.
     ranges : mapping, optional
         (low, high) by letter, mm and degrees; as :func:`~verne_post.model.option_checks.check_ranges` takes them.
     aim : {"move", "margin", "time"}
@@ -62,8 +65,10 @@ def propose(
     Raises
     ------
     InputError
-        The program cannot be read; VP018 where it uses several work systems, or nothing of it follows the part.
+        The program cannot be read; VP018 where it uses several work systems, nothing of it follows the part, or c is
+        free and no joint turns the part about its z.
     """
+    free = _choose_free(machine, free, ranges or {})
     check_source_text(source, options.source_name)
     moves, path = _read(source, machine, options)
     if not len(path):
@@ -73,10 +78,9 @@ def propose(
         names = ", ".join(SYSTEM_NAMES[system] for system in systems)
         raise InputError(make_finding("VP018", f"fit moves one work system, and this program uses {names}"))
     system = systems[0]
-    if not machine.coordinates.turns_with_part:
-        raise InputError(make_finding("VP018", "fit needs a machine with a joint that turns the part about its z"))
     here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
-    elsewhere = Place(*(np.array(_ELSEWHERE) + here.pack_array()).tolist())
+    movable = [letter != "c" or machine.coordinates.turns_with_part for letter in COORDINATES]
+    elsewhere = Place(*(np.array(_ELSEWHERE) * movable + here.pack_array()).tolist())
     points = sample_part_points(
         path,
         here,
@@ -89,7 +93,8 @@ def propose(
             make_finding("VP018", f"no move of the program depends on --wcs {SYSTEM_NAMES[system]}: the program sets its own offset, or names only machine coordinates")
         )  # fmt: skip
     raised = options.air if options.air_along == "table" else 0.0
-    low, high = _choose_ranges(points, machine, ranges or {}, here, free, raised)
+    find = _find_place_over_table if machine.table_radius else _find_place_in_reach
+    low, high = _choose_ranges(find(points, machine, raised), ranges or {}, here, free)
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
     notify = None if progress is None else partial(progress, "seeking a place")
     largest = search.find_best(here, notify)
@@ -115,7 +120,8 @@ def propose(
     result = check_at(after.place) if after_check is None else after_check
     seconds_before, seconds = (one.summary.cycle_time if one.summary else None for one in (before_check, result))
     before = search.evaluate(here, largest.counts)
-    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest)
+    turns = machine.coordinates.turns_with_part
+    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest, turns)
 
 
 def put_at_place(options: Options, system: int, place: Place) -> Options:
@@ -152,29 +158,59 @@ def _read(source: Text, machine: Machine, options: Options) -> tuple[Moves, Tool
     return moves, path
 
 
-def _choose_ranges(
-    points: PartPoints,
-    machine: Machine,
-    given: Mapping[str, tuple[float, float]],
-    here: Place,
-    free: str,
-    raised: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Where the part may stand: what is cut over the table, nothing below its face, any turn; or as given.
+def _choose_free(machine: Machine, free: str | None, ranges: Mapping[str, tuple[float, float]]) -> str:
+    """What may change on a machine: the turn of the part only where a joint that carries it turns about its z."""
+    if machine.coordinates.turns_with_part:
+        return free or COORDINATES
+    if "c" in (free or "") or "c" in ranges:
+        text = "c cannot be free: no joint of this machine turns the part about its z; expected some of x, y, z"
+        raise InputError(make_finding("VP018", text))
+    return free or COORDINATES.replace("c", "")
 
-    Points are ``raised`` mm over where the part is.
-    """
-    cut = points.tip[points.seconds > 0] if (points.seconds > 0).any() else points.tip
-    part = float(np.hypot(cut[:, 0], cut[:, 1]).max())
-    aside, lowest = (
-        max(machine.table_radius - part, _LEAST * machine.table_radius),
-        raised - float(points.tip[:, 2].min()),
-    )
-    low = np.minimum([-aside, -aside, lowest, -np.pi], here.pack_array())
-    high = np.maximum([aside, aside, lowest + _LIFT_MM, np.pi], here.pack_array())
+
+def _choose_ranges(
+    room: tuple[np.ndarray, np.ndarray], given: Mapping[str, tuple[float, float]], here: Place, free: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the part may stand, (4,) each: in its room and where it is now, at any turn; or as given."""
+    low, high = (find(end, here.pack_array()) for find, end in zip((np.minimum, np.maximum), room, strict=True))
     for letter, (first, last) in given.items():
         index, unit = COORDINATES.index(letter), RAD_PER_DEG if letter == "c" else 1.0
         low[index], high[index] = unit * first, unit * last
     fixed = np.array([letter not in free for letter in COORDINATES])
     low[fixed] = high[fixed] = here.pack_array()[fixed]
     return low, high
+
+
+def _find_place_over_table(points: PartPoints, machine: Machine, raised: float) -> tuple[np.ndarray, np.ndarray]:
+    """What is cut over the table, nothing below its face. Points are ``raised`` mm over where the part is."""
+    cut = points.tip[points.seconds > 0] if (points.seconds > 0).any() else points.tip
+    part = float(np.hypot(cut[:, 0], cut[:, 1]).max())
+    aside, lowest = (
+        max(machine.table_radius - part, _LEAST * machine.table_radius),
+        raised - float(points.tip[:, 2].min()),
+    )
+    return np.array([-aside, -aside, lowest, -np.pi]), np.array([aside, aside, lowest + _LIFT_MM, np.pi])
+
+
+def _find_place_in_reach(points: PartPoints, machine: Machine, _raised: float) -> tuple[np.ndarray, np.ndarray]:
+    """Without a table: every point of the program in the box around where the machine places a tool.
+
+    The box is that of the sampled places which the tool of the middle of the travel reaches, upright where the middle
+    is none, and a tool length larger.
+    """
+    limits = machine.limits
+    bounded = np.isfinite(limits.lower) & np.isfinite(limits.upper)
+    low, high = (np.where(bounded, end, 0.0) for end in (limits.lower, limits.upper))
+    tip, angles, ok = machine.five_axis.find_nominal_pose(0.5 * (low + high), 0.0)
+    if not ok:
+        tip, angles = np.zeros(3), np.array([machine.coordinates.home_tilt, 0.0])
+    wide = float((high - low)[[column.unit == "mm" for column in machine.columns]].max())
+    random = np.random.default_rng(0)  # the same program has the same fit
+    tips = tip + wide * random.uniform(-1, 1, (_SAMPLED, 3))
+    q, _platform, ok = machine.five_axis.solve(tips, np.tile(angles, (_SAMPLED, 1)), np.zeros(_SAMPLED))
+    with np.errstate(invalid="ignore"):
+        inside = ok & ((q >= limits.lower) & (q <= limits.upper)).all(axis=1)
+    reached = (tips[inside] if inside.any() else tips) @ machine.coordinates.part_frame
+    tool = float(points.tool.max())
+    ends = reached.min(axis=0) - tool - points.tip.min(axis=0), reached.max(axis=0) + tool - points.tip.max(axis=0)
+    return np.append(np.minimum(*ends), 0.0), np.append(np.maximum(*ends), 0.0)

@@ -83,9 +83,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 )
 @add_policy_options
 @click.option("--write-baseline", type=FILE, metavar="FILE", help="Write all findings of now as a baseline.")
-@click.option(
-    "--limits-only", is_flag=True, help="Plan nothing: no machining time (VP421), in a third of the time."
-)
+@click.option("--limits-only", is_flag=True, help="Plan nothing: no machining time (VP421), in a third of the time.")
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
 @quiet_option
 @add_options(*WRITING)

@@ -20,18 +20,16 @@ if TYPE_CHECKING:
 @click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option(
     "--free",
-    default="xyzc",
-    show_default=True,
     metavar="LETTERS",
-    help="What may change: x, y, z, and c, the part's turn.",
+    help="What may change: x, y, z, and c, the part's turn; default: all, c where a joint turns the part.",
 )
 @click.option(
     "--range",
     "ranges",
     multiple=True,
     metavar="X=LOW,HIGH",
-    help="Where the zero may be, mm of the table frame or degrees for c; default: over the table, "
-    "nothing below its face.",
+    help="Where the zero may be, mm of the part frame or degrees for c; default: over the table, "
+    "nothing below its face; without a table, in reach.",
 )
 @click.option(
     "--minimise",
@@ -46,7 +44,7 @@ if TYPE_CHECKING:
 @add_program_options("jobs")
 def command(
     input_name: str,
-    free: str,
+    free: str | None,
     ranges: tuple[str, ...],
     minimise: str | None,
     maximise: str | None,

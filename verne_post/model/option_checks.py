@@ -279,12 +279,13 @@ def check_override(value: object) -> float:
 
 
 def check_ranges(free: object, ranges: object) -> dict[str, tuple[float, float]]:
-    """Ranges of ``fit`` by the letters of a work offset, mm and degrees; ``free`` has the letters that may change.
+    """Ranges of ``fit`` by the letters of a work offset, mm and degrees; ``free`` has those that may change, None all.
 
     Raises
     ------
     UsageError
     """
+    free = COORDINATES if free is None else free
     if not isinstance(free, str) or not free or len(set(free)) != len(free) or not set(free) <= set(COORDINATES):
         raise UsageError("free", f"{free!r}: expected some of the letters x, y, z, c, each once")
     found: dict[str, tuple[float, float]] = {}

@@ -17,8 +17,9 @@ from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Place, Proposal
 
 
 def _write_wcs_option(proposal: Proposal, place: Place) -> str:
-    """``G54=x,y,z,c`` for ``--wcs``."""
-    return f"{SYSTEM_NAMES[proposal.system]}={','.join(_number(value) for value in (place.x, place.y, place.z, place.c * DEG_PER_RAD))}"
+    """``G54=x,y,z,c`` for ``--wcs``; without c where the part cannot be turned."""
+    values = (place.x, place.y, place.z, place.c * DEG_PER_RAD)[: 4 if proposal.turns else 3]
+    return f"{SYSTEM_NAMES[proposal.system]}={','.join(_number(value) for value in values)}"
 
 
 def _move_text(proposal: Proposal, place: Place) -> str:
@@ -40,10 +41,11 @@ def _write_g10_block(proposal: Proposal, machine: Machine) -> str | None:
         return None
     place = proposal.after.place
     x, y, z = machine.coordinates.work_origin((place.x, place.y, place.z))
-    turn = place.c * DEG_PER_RAD
+    words = {"X": x, "Y": y, "Z": z}
     # R turns X and Y of the program, C takes the turn off the table; the machine file's sense of C counts
-    sense = 1.0 if machine.columns[-1].factor > 0 else -1.0
-    words = {"X": x, "Y": y, "Z": z, "R": turn, machine.rotary_letters[1]: -sense * turn}
+    if proposal.turns:
+        turn, sense = place.c * DEG_PER_RAD, 1.0 if machine.columns[-1].factor > 0 else -1.0
+        words |= {"R": turn, machine.rotary_letters[1]: -sense * turn}
     return f"G10 L2 P{proposal.system} " + " ".join(f"{letter}{_number(value)}" for letter, value in words.items())
 
 
@@ -83,11 +85,12 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
     if proposal.seconds is not None:
         now = "could not run" if proposal.seconds_before is None else f"{proposal.seconds_before:.3f} s"
         yield f"Machining time {proposal.seconds:.3f} s, before: {now}."
-    yield f"  {'margin':<44} {'before':>8} {'line':>6}   {'after':>8} {'line':>6}"
+    wide = max(44, *map(len, after.names))
+    yield f"  {'margin':<{wide}} {'before':>8} {'line':>6}   {'after':>8} {'line':>6}"
     for index, name in enumerate(after.names):
         fixed = "" if after.counts[index] else "   (no place changes it)"
         yield (
-            f"  {name:<44} {_format_margin(before.margins[index]):>8} {before.lines[index]:>6}   "
+            f"  {name:<{wide}} {_format_margin(before.margins[index]):>8} {before.lines[index]:>6}   "
             f"{_format_margin(after.margins[index]):>8} {after.lines[index]:>6}{fixed}"
         )
 

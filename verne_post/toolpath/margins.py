@@ -2,7 +2,8 @@
 
 * the distance of each limited joint from its travel, over half that travel: 1 in its middle, 0 at its end;
 * each margin of the module above its error threshold, over the distance from there to its warning threshold:
-  1 where warnings begin, 0 at the error.
+  1 where warnings begin, 0 at the error;
+* where asked for, what is left of the cones of joints, which have no warning, over an angle that counts as plenty.
 """
 
 from collections.abc import Callable
@@ -16,19 +17,18 @@ from verne_post.model.machine import Machine
 Margins = Callable[[Array, Array, Array], Array]
 
 
-def list_margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
-    """The margins of a machine, and what each measures."""
+def list_margin_functions(machine: Machine, plenty_deg: float | None = None) -> tuple[Margins, tuple[str, ...]]:
+    """The margins of a machine, and what each measures; cones of joints where ``plenty_deg`` says what is plenty."""
     limits = machine.limits
     travel = np.flatnonzero(np.isfinite(limits.lower) & np.isfinite(limits.upper))
     half = 0.5 * (limits.upper - limits.lower)[travel]
-    measured = [
-        (index, margin)
-        for index, margin in enumerate(machine.margins)
-        if np.isfinite(margin.error_below) and margin.warn_below > margin.error_below
+    plenty = [
+        plenty_deg or 0.0 if margin.code == "VP214" else margin.warn_below - margin.error_below
+        for margin in machine.margins
     ]
-    kept = [index for index, _margin in measured]
-    error = np.array([margin.error_below for _index, margin in measured])
-    scale = np.array([margin.warn_below for _index, margin in measured]) - error
+    kept = [k for k, margin in enumerate(machine.margins) if np.isfinite(margin.error_below) and plenty[k] > 0.0]
+    error = np.array([machine.margins[k].error_below for k in kept])
+    scale = np.array([plenty[k] for k in kept])
 
     def find_margins(tip: Array, angles: Array, tool_length: Array) -> Array:
         q, platform, ok = machine.five_axis.solve(tip, angles, tool_length)
@@ -39,5 +39,6 @@ def list_margin_functions(machine: Machine) -> tuple[Margins, tuple[str, ...]]:
         return table
 
     names = [f"travel of {machine.columns[joint].joint}" for joint in travel]
-    names += [f"{margin.name} of {margin.axis}" if margin.axis else margin.name for _index, margin in measured]
+    measured = [machine.margins[k] for k in kept]
+    names += [f"{margin.name} of {margin.axis}" if margin.axis else margin.name for margin in measured]
     return find_margins, tuple(names)

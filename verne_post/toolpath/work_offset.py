@@ -46,6 +46,8 @@ ADDED: Final = 40
 REFINEMENTS: Final = 12
 #: Height over the table face that counts as plenty, mm.
 PLENTY_MM: Final = 50.0
+#: What is left of the cone of a joint that counts as plenty, degrees.
+PLENTY_DEG: Final = 10.0
 #: What a place is worth with poses out of reach: the share of them, below any margin.
 UNREACHABLE: Final = -10.0
 #: Least margin of a place of least time.
@@ -172,6 +174,8 @@ class Proposal(Struct, frozen=True, eq=False):
         None where the program cannot run.
     largest : Fit
         The place with the largest smallest margin.
+    turns : bool
+        A joint of the machine turns the part about its z.
     text : str
         What ``fit`` says of it: what is printed.
     """
@@ -184,6 +188,7 @@ class Proposal(Struct, frozen=True, eq=False):
     seconds_before: float | None
     seconds: float | None
     largest: Fit
+    turns: bool = True
     text: str = ""
 
     def __repr__(self) -> str:
@@ -203,8 +208,8 @@ class Search:
 
     def __init__(self, machine: Machine, points: PartPoints, free: Mask, low: Array, high: Array) -> None:
         self.machine, self.points, self.free, self.low, self.high = machine, points, free, low, high
-        self.margins, names = list_margin_functions(machine)
-        self.names = (*names, "height over the table face")
+        self.margins, names = list_margin_functions(machine, PLENTY_DEG)
+        self.names = (*names, "height over the table face") if machine.table_radius else names
 
     def evaluate(self, place: Place, counts: Mask | None = None) -> Fit:
         """The margins of a place over all points."""
@@ -310,6 +315,8 @@ class Search:
         n, m = len(places), len(points.tip)
         tip, angles, tool = self._place_points(places, points)
         margins = self.margins(tip, angles, tool)
+        if not self.machine.table_radius:
+            return margins.reshape(n, m, -1)
         inside = np.hypot(tip[:, 0], tip[:, 1]) < self.machine.table_radius
         height = np.where(inside, np.minimum(tip[:, 2] / PLENTY_MM, 1.0), 1.0)
         return np.concatenate([margins, height[:, None]], axis=1).reshape(n, m, -1)

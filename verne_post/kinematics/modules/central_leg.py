@@ -27,16 +27,12 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.conditioning import find_reciprocal_condition, measure_singularity
 from verne_post.base.rotations import measure_angles
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.kinematics.modules.newton import find_poses, follow_from_home
 
 #: Struts may miss their lengths by this, mm: a Newton step on from there changes nothing that setpoints show.
 CLOSED: Final = 1e-9
-#: Newton ends where no step is longer than this share of the leg at home.
-STILL: Final = 1e-15
-#: Newton steps at most, and the longest one as a share of the leg at home: longer ones leave the assembly.
-STEPS: Final = 30
+#: The longest Newton step as a share of the leg at home: longer ones leave the assembly.
 LONGEST_STEP: Final = 0.3
-#: Steps of the struts from home where Newton at once does not close.
-WALK: Final = 16
 #: Smallest measure of the Jacobian at home: a singular one is some 1e-17.
 SINGULAR: Final = 1e-6
 #: Cosine of the angle below which directions are at right angles: digits of a file.
@@ -89,7 +85,7 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
         points = home + self.leg * np.array(list(product(TRIED, repeat=3)))
         points = points[self.is_own(points)]
         lengths = self.find_lengths(points)
-        way, (found, reached) = self._follow_struts(lengths), self.find_position(lengths)
+        way, (found, reached) = follow_from_home(self, lengths), find_poses(self, lengths)
         if not reached.all() or max(np.abs(way - points).max(), np.abs(found - points).max()) > CLOSED:
             raise ValueError(
                 "around home the same struts hold the platform in more than one place: home is no working pose"
@@ -201,44 +197,26 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
     def find_position(self, lengths: Array) -> tuple[Array, Mask]:
         """Positions (..., 3) of P at lengths (..., 3) of the struts, and ok (...): the assembly that home leads to."""
         lengths = np.asarray(lengths, dtype=float)
-        flat = lengths.reshape(-1, 3)
-        with np.errstate(all="ignore"):
-            position = self._assemble(np.tile(np.array(self.home, dtype=float), (len(flat), 1)), flat)
-            ok = self._is_closed(position, flat)
-            far = np.flatnonzero(~ok & (flat > 0).all(axis=-1) & np.isfinite(flat).all(axis=-1))
-            if len(far):
-                position[far] = self._follow_struts(flat[far])
-                ok[far] = self._is_closed(position[far], flat[far])
-        position[~ok] = np.nan
+        position, ok = find_poses(self, lengths.reshape(-1, 3))
         return position.reshape(lengths.shape), ok.reshape(lengths.shape[:-1])
 
-    def _is_closed(self, position: Array, lengths: Array) -> Mask:
-        closed = (np.abs(self.find_lengths(position) - lengths) <= CLOSED).all(axis=-1)
-        own = np.zeros(len(position), dtype=bool)
-        own[closed] = self.is_own(position[closed])
+    def find_first(self) -> tuple[Array, Array]:
+        """See ``Held``: a pose is P."""
+        home = np.array(self.home, dtype=float)
+        return home, self.find_lengths(home)
+
+    def differentiate(self, pose: Array, values: Array) -> tuple[Array, Array]:
+        """See ``Held``."""
+        return self.find_rates(pose), self.find_lengths(pose) - values
+
+    def move_back(self, pose: Array, step: Array) -> tuple[Array, Array]:
+        """See ``Held``."""
+        size = np.abs(step).max(axis=-1) / self.leg
+        return pose - step * np.minimum(1.0, LONGEST_STEP / size)[:, None], size
+
+    def is_closed(self, pose: Array, values: Array) -> Mask:
+        """See ``Held``."""
+        closed = (np.abs(self.find_lengths(pose) - values) <= CLOSED).all(axis=-1)
+        own = np.zeros(len(pose), dtype=bool)
+        own[closed] = self.is_own(pose[closed])
         return own
-
-    def _follow_struts(self, end: Array) -> Array:
-        """Positions (n, 3) at lengths (n, 3), led there from home in steps from the lengths of home."""
-        position = np.tile(np.array(self.home, dtype=float), (len(end), 1))
-        start = self.find_lengths(position)
-        for share in np.arange(1, WALK + 1) / WALK:
-            position = self._assemble(position, start + share * (end - start))
-        return position
-
-    @np.errstate(all="ignore")
-    def _assemble(self, position: Array, lengths: Array) -> Array:
-        """Newton on the struts from positions (n, 3) on; rows that cannot move on stay."""
-        going, position = np.arange(len(position)), position.copy()
-        for _ in range(STEPS):
-            rates = self.find_rates(position[going])
-            determinant = np.linalg.det(rates)
-            sound = np.isfinite(determinant) & (determinant != 0.0)
-            going, misfit = going[sound], (self.find_lengths(position[going]) - lengths[going])[sound]
-            step = np.linalg.solve(rates[sound], misfit[..., None])[..., 0]
-            size = np.abs(step).max(axis=-1, keepdims=True)
-            position[going] -= step * np.minimum(1.0, LONGEST_STEP * self.leg / size)
-            going = going[size[:, 0] > STILL * self.leg]
-            if not len(going):
-                break
-        return position

@@ -25,22 +25,20 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.conditioning import find_reciprocal_condition, measure_singularity
 from verne_post.base.rotations import rotate_x, rotate_x_rate
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.kinematics.modules.newton import STEPS, find_poses, follow_from_home
 from verne_post.kinematics.modules.rod_geometry import CLOSED, RodGeometry
 from verne_post.kinematics.modules.solutions import make_triple, place_upright
 from verne_post.model.poses import Platform
 from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 
-#: A Newton step of less (mm, rad times mm) leaves nothing to gain.
+#: A Newton step of the tilt of less (rad times mm) leaves nothing to gain.
 STILL: Final = 1e-12
-#: Newton steps at most, and the longest turn of one, rad.
-STEPS: Final = 30
+#: The longest turn of a Newton step, rad.
 LONGEST_TURN: Final = 0.3
 #: Tilts from which the search begins anew, rad, smallest first.
 STARTS: Final = tuple(side * 0.1 * k for k in range(1, 11) for side in (1, -1))
 #: From there steps are no longer than this, rad: a longer one can leave the tilts at which every rod reaches.
 SHORT_TURN: Final = 0.05
-#: Steps of the sliders from home where Newton at once does not close.
-WALK: Final = 16
 #: Smallest measure of the Jacobian at home: a singular one is some 1e-17.
 SINGULAR: Final = 1e-6
 #: How far from home the rods are tried when a machine is loaded, over the shortest rod.
@@ -74,9 +72,9 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
             raise ValueError(
                 f"at home the rods leave the platform free to move: their Jacobian is singular ({measure:.1g})"
             )
-        self._try_around_home(home, asked[self.first_rods])
+        self._try_around_home(home)
 
-    def _try_around_home(self, home: Array, sliders: Array) -> None:
+    def _try_around_home(self, home: Array) -> None:
         """Refuse rods that do not close around home, or whose sliders lead to another pose than the way from home."""
         shares = np.array(list(product(TRIED, repeat=3)))
         points = home + shares * self.shortest_rod
@@ -88,10 +86,9 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
                 "away from home the rods do not close with a platform that tilts about x alone; other turns are not executed "
                 "over a tilting rotary table"
             )
-        way = self._follow_sliders(np.broadcast_to(sliders, rho[ok].shape), rho[ok])
         pose = np.concatenate([points[ok], alpha[ok, None]], axis=-1)
-        found, tilt, reached = self.forward(rho[ok])
-        if not reached.all() or max(np.abs(way - pose).max(), np.abs(np.c_[found, tilt] - pose).max()) > CLOSED:
+        way, (found, reached) = follow_from_home(self, rho[ok]), find_poses(self, rho[ok])
+        if not reached.all() or max(np.abs(one - pose).max() for one in (way, found)) > CLOSED:
             raise ValueError(
                 "around home the same sliders hold the platform in more than one place: home is no working pose"
             )
@@ -174,58 +171,38 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
     def forward(self, rho: Array) -> tuple[Array, Array, Mask]:
         """Position (..., 3) of P, tilt and ok for sliders (..., 3): the assembly that home leads to."""
         sliders = np.asarray(rho, dtype=float)
-        flat = sliders.reshape(-1, 3)
-        with np.errstate(all="ignore"):
-            pose = self._assemble(np.tile([*self.home, 0.0], (len(flat), 1)), flat)
-            ok = self._is_closed(pose, flat)
-            far = np.flatnonzero(~ok & np.isfinite(flat).all(axis=-1))
-            if len(far):
-                start = np.broadcast_to(self.inverse(np.array(self.home))[0], flat[far].shape)
-                pose[far] = self._follow_sliders(start, flat[far])
-                ok[far] = self._is_closed(pose[far], flat[far])
-        pose[~ok] = np.nan
+        pose, ok = find_poses(self, sliders.reshape(-1, 3))
         pose, ok = pose.reshape(*sliders.shape[:-1], 4), ok.reshape(sliders.shape[:-1])
         return pose[..., :3], pose[..., 3], ok
 
-    def _follow_sliders(self, start: Array, end: Array) -> Array:
-        """Poses (n, 4) at sliders ``end`` (n, 3), led there from home in steps from the sliders of home."""
-        pose = np.tile([*self.home, 0.0], (len(end), 1))
-        for share in np.arange(1, WALK + 1) / WALK:
-            pose = self._assemble(pose, start + share * (end - start))
-        return pose
+    def find_first(self) -> tuple[Array, Array]:
+        """See ``Held``: a pose is P and the tilt (4,)."""
+        return np.array([*self.home, 0.0]), self.inverse(np.array(self.home))[0]
 
-    @np.errstate(all="ignore")
-    def _assemble(self, pose: Array, rho: Array) -> Array:
-        """Least-squares Newton on the six rods from poses (n, 4), x, y, z and tilt; rows stay where it is singular."""
-        going = np.arange(len(pose))
-        pose = pose.copy()
-        for _ in range(STEPS):
-            rods, rows = self._differentiate_rods(pose[going, :3], pose[going, 3], rho[going])
-            misfit = 0.5 * ((rods**2).sum(axis=-1) / self.rod_lengths - self.rod_lengths)
-            across = rows.swapaxes(-1, -2)
-            square = across @ rows
-            sound = np.isfinite(square).all(axis=(-2, -1)) & (np.linalg.det(square) > 0)
-            going = going[sound]
-            step = np.linalg.solve(square[sound], (across[sound] @ misfit[sound, :, None]))[..., 0]
-            step *= np.minimum(1.0, LONGEST_TURN * self.arm / np.abs(step[:, 3]))[:, None]
-            pose[going] -= step / [1.0, 1.0, 1.0, self.arm]
-            going = going[(np.abs(step) > STILL * self.shortest_rod).any(axis=-1)]
-            if not len(going):
-                break
-        return pose
+    def differentiate(self, pose: Array, values: Array) -> tuple[Array, Array]:
+        """See ``Held``: least squares over the six rods."""
+        rods, rows = self._differentiate_rods(pose[:, :3], pose[:, 3], values)
+        misfit = 0.5 * ((rods**2).sum(axis=-1) / self.rod_lengths - self.rod_lengths)
+        across = rows.swapaxes(-1, -2)
+        return across @ rows, (across @ misfit[:, :, None])[..., 0]
+
+    def move_back(self, pose: Array, step: Array) -> tuple[Array, Array]:
+        """See ``Held``."""
+        step = step * np.minimum(1.0, LONGEST_TURN * self.arm / np.abs(step[:, 3]))[:, None]
+        return pose - step / [1.0, 1.0, 1.0, self.arm], np.abs(step).max(axis=-1) / self.shortest_rod
+
+    def is_closed(self, pose: Array, values: Array) -> Mask:
+        """See ``Held``: every rod on its side of home."""
+        rods = self.find_vectors(pose[:, :3], pose[:, 3], values)
+        closed = (np.abs(np.linalg.norm(rods, axis=-1) - self.rod_lengths) <= CLOSED).all(axis=-1)
+        on_side = ((rods * self.rails).sum(axis=-1) * self.sides > 0).all(axis=-1)
+        return closed & on_side & self._is_own(pose[:, :3], pose[:, 3], values)
 
     def _differentiate_rods(self, position: Array, alpha: Array, rho: Array) -> tuple[Array, Array]:
         """Rod vectors (..., 6, 3), and derivatives (..., 6, 4) of their lengths by P and by the tilt times the arm."""
         rods = self.find_vectors(position, alpha, rho)
         by_tilt = (rods * rotate_x_rate(self.ends, alpha[..., None])).sum(axis=-1, keepdims=True) / self.arm
         return rods, np.concatenate([rods, by_tilt], axis=-1) / self.rod_lengths[:, None]
-
-    def _is_closed(self, pose: Array, rho: Array) -> Mask:
-        """Whether poses (n, 4) are those of the sliders, with every rod on the side of home."""
-        rods = self.find_vectors(pose[:, :3], pose[:, 3], rho)
-        closed = (np.abs(np.linalg.norm(rods, axis=-1) - self.rod_lengths) <= CLOSED).all(axis=-1)
-        on_side = ((rods * self.rails).sum(axis=-1) * self.sides > 0).all(axis=-1)
-        return closed & on_side & self._is_own(pose[:, :3], pose[:, 3], rho)
 
     # --- every solution that is known ----------------------------------------------------------------------------
 

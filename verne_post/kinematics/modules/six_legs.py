@@ -26,16 +26,12 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.conditioning import find_reciprocal_condition, measure_singularity
 from verne_post.base.rotations import measure_angles
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.kinematics.modules.newton import find_poses, follow_from_home
 
 #: Legs may miss their lengths by this, mm: a Newton step on from there changes nothing that setpoints show.
 CLOSED: Final = 1e-9
-#: Newton ends where no step is longer than this share of the platform's mean radius.
-STILL: Final = 1e-14
-#: Newton steps at most, and the longest turn of one, rad: longer ones leave the assembly.
-STEPS: Final = 30
+#: The longest turn of a Newton step, rad: longer ones leave the assembly.
 LONGEST_TURN: Final = 0.3
-#: Steps of the actuators from home where Newton at once does not close.
-WALK: Final = 16
 #: Smallest measure of the Jacobian at home: a singular one is some 1e-17.
 SINGULAR: Final = 1e-6
 #: A rotation vector shorter than this, rad, turns by its first two orders: the third is beyond double precision.
@@ -104,11 +100,12 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         turn = turn_by(steps[:, 3:])
         values, ok = self.inverse(position, turn)
         position, turn, values = position[ok], turn[ok], values[ok]
-        for found, turned, reached in (self._follow(values), self.forward(values)):
-            if not reached.all() or max(np.abs(found - position).max(), np.abs(turned - turn).max()) > 1e3 * CLOSED:
-                raise ValueError(
-                    "around home the same actuators hold the platform in more than one place: home is no working pose"
-                )
+        wanted = _join(position, turn)
+        way, (found, reached) = follow_from_home(self, values), find_poses(self, values)
+        if not reached.all() or max(np.abs(poses - wanted).max() for poses in (way, found)) > 1e3 * CLOSED:
+            raise ValueError(
+                "around home the same actuators hold the platform in more than one place: home is no working pose"
+            )
 
     # --- legs ------------------------------------------------------------------------------------------------------
 
@@ -170,7 +167,11 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         """Vectors along the legs (..., 6, 3), to the platform, with actuators of the pose or at ``values`` (..., 6)."""
         if values is None:
             values = self.find_values(position, turn)[0]
-        return np.asarray(self._find_away(position, turn) - values[..., None] * self._rails)
+        return self._shift_feet(self._find_away(position, turn), values)
+
+    def _shift_feet(self, away: Array, values: Array) -> Array:
+        """Vectors along legs whose actuators stand at values (..., 6), of away (..., 6, 3)."""
+        return away if self.rods is None else away - values[..., None] * self._rails
 
     def find_legs(self, position: Array, turn: Array, values: Array) -> tuple[Array, Array]:
         """Ends of the legs at base and platform, each (..., 6, 3), with the actuators at ``values`` (..., 6)."""
@@ -191,20 +192,21 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
 
     def _shorten(self, away: Array, values: Array) -> Array:
         """Unit vectors along legs whose actuators stand at values (..., 6)."""
-        vectors = away if self.rods is None else away - values[..., None] * self._rails
+        vectors = self._shift_feet(away, values)
         return np.asarray(vectors / np.sqrt(sum_squares(vectors))[..., None])
 
     # --- which poses are the machine's -------------------------------------------------------------------------------
 
     def _scale_jacobian(self, position: Array, turn: Array) -> Array:
         """Derivatives (..., 6, 6) of leg lengths by the platform's motion, turns about the joints' middle scaled."""
-        return self._scale_rows(*self._find_units(position, turn))
+        unit, arms = self._find_units(position, turn)
+        return self._scale_rows(unit, arms - arms.mean(axis=-2, keepdims=True))
 
     def _scale_rows(self, unit: Array, arms: Array) -> Array:
-        """:meth:`_scale_jacobian` of unit vectors along the legs and arms, (..., 6, 3)."""
-        rows = np.empty((*unit.shape[:-1], 6))
+        """Derivatives (..., 6, 6) of leg lengths along units (..., 6, 3), turns about where the arms begin scaled."""
+        rows = np.swapaxes(np.empty((*unit.shape[:-2], 6, 6)), -1, -2)  # motion by motion, as the units lie in memory
         rows[..., :3] = unit
-        (a, b, c), (x, y, z) = (np.moveaxis(one, -1, 0) for one in (arms - arms.mean(axis=-2, keepdims=True), unit))
+        (a, b, c), (x, y, z) = (np.moveaxis(one, -1, 0) for one in (arms, unit))
         rows[..., 3], rows[..., 4], rows[..., 5] = b * z - c * y, c * x - a * z, a * y - b * x
         rows[..., 3:] /= self.arm
         return rows
@@ -243,7 +245,8 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         arms = self._turn_arms(turn)
         away = position[..., None, :] + arms - self._feet
         values, drops2 = self._place_actuators(away)
-        sign = np.linalg.det(self._scale_rows(self._shorten(away, values), np.broadcast_to(arms, away.shape)))
+        arms = np.broadcast_to(arms - arms.mean(axis=-2, keepdims=True), away.shape)
+        sign = np.linalg.det(self._scale_rows(self._shorten(away, values), arms))
         ok = self._is_within(turn, drops2) & np.isfinite(values).all(axis=-1) & (sign * self._home_sign > 0)
         return np.where(ok[..., None], values, np.nan), np.asarray(ok)
 
@@ -258,77 +261,70 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
     def forward(self, values: Array) -> tuple[Array, Array, Mask]:
         """P (..., 3), R (..., 3, 3) and ok (...) of actuators (..., 6), in the assembly of home; NaN if not ok."""
         values = np.asarray(values, dtype=float)
-        flat = values.reshape(-1, 6)
-        with np.errstate(all="ignore"):
-            position, turn = self._assemble(*self._begin(len(flat)), flat)
-            ok = self._is_closed(position, turn, flat)
-            far = np.flatnonzero(~ok & np.isfinite(flat).all(axis=-1))
-            if len(far):
-                position[far], turn[far], ok[far] = self._follow(flat[far])
-        position[~ok], turn[~ok] = np.nan, np.nan
+        poses, ok = find_poses(self, values.reshape(-1, 6))
         shape = values.shape[:-1]
+        position, turn = _split(poses)
         return position.reshape(*shape, 3), turn.reshape(*shape, 3, 3), ok.reshape(shape)
 
-    def _begin(self, n: int) -> tuple[Array, Array]:
-        """P and R of home, n times."""
-        return np.tile(np.array(self.home, dtype=float), (n, 1)), np.tile(np.eye(3), (n, 1, 1))
+    def find_first(self) -> tuple[Array, Array]:
+        """See ``Held``: a pose is P, and R row by row (12,)."""
+        home, still = np.array(self.home, dtype=float), np.eye(3)
+        return _join(home, still), self.find_values(home, still)[0]
 
-    @np.errstate(all="ignore")
-    def _follow(self, end: Array) -> tuple[Array, Array, Mask]:
-        """P, R and ok at actuators (n, 6), led there from home in steps from the actuators of home."""
-        position, turn = self._begin(len(end))
-        start = self.find_values(position, turn)[0]
-        for share in np.arange(1, WALK + 1) / WALK:
-            position, turn = self._assemble(position, turn, start + share * (end - start))
-        return position, turn, self._is_closed(position, turn, end)
+    def differentiate(self, pose: Array, values: Array) -> tuple[Array, Array]:
+        """See ``Held``: what legs miss of their lengths (n, 6), and their rates by P and by turns times the arm."""
+        position, turn = _split(pose)
+        arms = self._turn_arms(turn)
+        vectors = self._shift_feet(position[:, None, :] + arms - self._feet, values)
+        lengths = np.sqrt(sum_squares(vectors))
+        rows = self._scale_rows(vectors / lengths[..., None], arms)
+        return rows, lengths - (values if self.rods is None else np.array(self.rods))
 
-    def _is_closed(self, position: Array, turn: Array, values: Array) -> Mask:
-        """Whether poses (n,) belong to actuators (n, 6), with every rod on its side at home, and are the machine's."""
+    def move_back(self, pose: Array, step: Array) -> tuple[Array, Array]:
+        """See ``Held``."""
+        position, turn = _split(pose)
+        spin = np.sqrt(sum_squares(step[:, 3:])) / self.arm
+        step = step * np.minimum(1.0, LONGEST_TURN / np.maximum(spin, SMALL_TURN))[:, None]
+        moved = _join(position - step[:, :3], turn_by(-step[:, 3:] / self.arm) @ turn)
+        return moved, np.abs(step).max(axis=-1, initial=0.0) / self.arm
+
+    def is_closed(self, pose: Array, values: Array) -> Mask:
+        """See ``Held``: every leg closed, every rod on its side of home."""
+        position, turn = _split(pose)
         own, ok = self.inverse(position, turn)
-        vectors = self.find_vectors(position, turn, values)
-        lengths = np.linalg.norm(vectors, axis=-1)
         if self.rods is None:
             return np.asarray(ok & (np.abs(own - values) <= CLOSED).all(axis=-1))
+        vectors = self.find_vectors(position, turn, values)
         on_side = ((vectors * self._rails).sum(axis=-1) * self._sides > 0).all(axis=-1)
-        return np.asarray(ok & on_side & (np.abs(lengths - np.array(self.rods)) <= CLOSED).all(axis=-1))
+        misses = np.abs(np.sqrt(sum_squares(vectors)) - np.array(self.rods))
+        return np.asarray(ok & on_side & (misses <= CLOSED).all(axis=-1))
 
-    @np.errstate(all="ignore")
-    def _assemble(self, position: Array, turn: Array, values: Array) -> tuple[Array, Array]:
-        """Newton on the legs from poses (n,) on; rows that cannot move on stay."""
-        going, position, turn = np.arange(len(position)), position.copy(), turn.copy()
-        for _ in range(STEPS):
-            vectors = self.find_vectors(position[going], turn[going], values[going])
-            lengths = np.linalg.norm(vectors, axis=-1)
-            unit = vectors / lengths[..., None]
-            arms = self._turn_arms(turn[going])
-            rows = np.concatenate([unit, np.cross(arms, unit) / self.arm], axis=-1)
-            misfit = lengths - (values[going] if self.rods is None else np.array(self.rods))
-            determinant = np.linalg.det(rows)
-            sound = np.isfinite(determinant) & (determinant != 0.0)
-            going = going[sound]
-            step = np.linalg.solve(rows[sound], misfit[sound, :, None])[..., 0]
-            spin = np.linalg.norm(step[:, 3:], axis=-1, keepdims=True) / self.arm
-            step *= np.minimum(1.0, LONGEST_TURN / np.maximum(spin, SMALL_TURN))
-            position[going] -= step[:, :3]
-            turn[going] = turn_by(-step[:, 3:] / self.arm) @ turn[going]
-            going = going[np.abs(step).max(axis=-1, initial=0.0) > STILL * self.arm]
-            if not len(going):
-                break
-        return position, turn
+
+def _join(position: Array, turn: Array) -> Array:
+    """Poses (..., 12) of P (..., 3) and R (..., 3, 3)."""
+    return np.concatenate([position, turn.reshape(*turn.shape[:-2], 9)], axis=-1)
+
+
+def _split(pose: Array) -> tuple[Array, Array]:
+    """The inverse of :func:`_join`."""
+    return pose[..., :3], pose[..., 3:].reshape(*pose.shape[:-1], 3, 3)
 
 
 def turn_by(vector: Array) -> Array:
     """Rotations (..., 3, 3) about and by vectors (..., 3), rad."""
-    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
+    angle = np.sqrt(sum_squares(vector))
     small = angle < SMALL_TURN
     safe = np.where(small, 1.0, angle)
-    x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
-    still = np.zeros_like(x)
-    rows = ((still, -z, y), (z, still, -x), (-y, x, still))
-    cross = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
     first = np.where(small, 1.0, np.sin(safe) / safe)
     second = np.where(small, 0.5, 2.0 * (np.sin(0.5 * safe) / safe) ** 2)
-    return np.asarray(np.eye(3) + first * cross + second * cross @ cross)
+    cosine = 1.0 - second * angle**2
+    x, y, z = (vector[..., k] for k in range(3))
+    turn = np.empty((*vector.shape[:-1], 3, 3))  # vv' second + the cross product with v first + cosine
+    turn[..., 0, 0], turn[..., 1, 1], turn[..., 2, 2] = (second * one * one + cosine for one in (x, y, z))
+    for row, column, one, other, third in ((1, 0, x, y, z), (0, 2, z, x, y), (2, 1, y, z, x)):
+        turn[..., row, column] = second * one * other + first * third
+        turn[..., column, row] = second * one * other - first * third
+    return turn
 
 
 def sum_squares(vector: Array) -> Array:
