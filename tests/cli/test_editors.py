@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -42,11 +43,21 @@ def write_programs(folder: Path) -> tuple[Path, Path]:
     return part, bare
 
 
-def make_environment(home: Path) -> dict[str, str]:
-    """That of a person with no files of their own, whose path has verne-post."""
-    command = Path(sys.executable).parent
-    return {**os.environ, "HOME": str(home), "XDG_CONFIG_HOME": str(home), "XDG_STATE_HOME": str(home),
-            "XDG_DATA_HOME": str(home), "PATH": f"{command}{os.pathsep}{os.environ['PATH']}"}  # fmt: skip
+def drive(folder: Path, *command: str) -> Any:
+    """What an editor wrote down, started by a person with no files of their own, whose path has verne-post."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    homes = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME", "XDG_DATA_HOME"), str(folder))
+    answer = subprocess.run(
+        [*command, "seen.json"],
+        cwd=folder,
+        env={**os.environ, **homes, "PATH": path},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert answer.returncode == 0, answer.stderr
+    return json.loads((folder / "seen.json").read_text("utf-8"))
 
 
 def find_neovim() -> str:
@@ -63,12 +74,8 @@ def test_neovim_shows_findings_poses_and_lenses_and_applies_a_fix(tmp_path: Path
     neovim = find_neovim()
     part, bare = write_programs(tmp_path)
     (tmp_path / "init.lua").write_text(find_block("Neovim", "lua"), "utf-8")
-    answer = subprocess.run(
-        [neovim, "--headless", "-u", "init.lua", "-l", str(HERE / "editors" / "neovim.lua"), str(part), str(bare), "seen.json"],
-        cwd=tmp_path, env=make_environment(tmp_path), capture_output=True, text=True, timeout=PATIENCE, check=False,
-    )  # fmt: skip
-    assert answer.returncode == 0, answer.stderr
-    seen = json.loads((tmp_path / "seen.json").read_text("utf-8"))
+    script = str(HERE / "editors" / "neovim.lua")
+    seen = drive(tmp_path, neovim, "--headless", "-u", "init.lua", "-l", script, str(part), str(bare))
     assert seen["filetype"] == "gcode"
     assert seen["diagnostics"] == [{"code": "VP102", "line": 7, "word": "A101."}]
     assert seen["refused"] == ["refused: 1 error, 0 warnings; the first in line 7"]
@@ -79,3 +86,20 @@ def test_neovim_shows_findings_poses_and_lenses_and_applies_a_fix(tmp_path: Path
     assert [name.split("] ")[-1] for name in seen["symbols"]] == ["0001", "tool 1", "FACE", "0100"]
     assert seen["definition"] == 12
     assert '1 = { length = "measure" }' in seen["setup"]
+
+
+def test_emacs_shows_findings_poses_and_symbols_and_applies_a_fix(tmp_path: Path) -> None:
+    emacs = shutil.which("emacs")
+    needed = (emacs or "", "--batch", "--eval", "(require 'eglot)")
+    if emacs is None or subprocess.run(needed, capture_output=True, check=False).returncode:
+        pytest.skip("Emacs with eglot is not installed")
+    part, _bare = write_programs(tmp_path)
+    (tmp_path / "init.el").write_text(find_block("Emacs", "elisp"), "utf-8")
+    script = str(HERE / "editors" / "emacs.el")
+    seen = drive(tmp_path, emacs, "--batch", "-l", "init.el", "-l", script, str(part))
+    assert seen["mode"] == "gcode-mode"
+    assert [(one["line"], one["word"], "VP102" in one["text"]) for one in seen["diagnostics"]] == [(7, "A101.", True)]
+    assert "line 7: G1 A101" in seen["hover"] and "pose: refused" in seen["hover"]
+    assert {"0001", "tool 1", "FACE", "0100"} <= set(seen["symbols"])
+    assert re.search(r"^G1 A99\.\d+ F2000\.$", seen["mended"], re.MULTILINE)
+    assert seen["definition"] == 12
