@@ -258,6 +258,9 @@ def test_symbols_and_definitions_in_each_language(client: Client, tmp_path: Path
     place = {"line": line, "character": column + 1}
     found = client.ask("textDocument/definition", textDocument={"uri": uri}, position=place)
     assert (found["uri"], found["range"]["start"]["line"]) == (uri, there)
+    # the cursor before the name, on the word that calls, means the same
+    place["character"] = column - 2
+    assert client.ask("textDocument/definition", textDocument={"uri": uri}, position=place) == found
 
 
 def test_tools_hold_their_operations_and_a_call_leads_to_its_file(client: Client, tmp_path: Path) -> None:
@@ -328,6 +331,28 @@ def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
     mended = apply_edit(action, {uri: text})[uri]
     client.change(uri, 2, mended)
     assert client.diagnostics(uri)["diagnostics"] == []
+
+
+def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client: Client, tmp_path: Path) -> None:
+    """In a Fanuc program without points the number of the fix is the first that has one (VP038)."""
+    text = f"%\nO1\n{TILTED.replace('M2', 'M30')}%\n"
+    uri = client.open(make_program(tmp_path, text))
+    (tilt,) = client.diagnostics(uri)["diagnostics"]
+    ((title, action),) = ask_fixes(client, uri, tilt["range"]["start"]["line"]).items()
+    assert title.endswith("in line 6 (legal then, with 1 warning)")
+    client.change(uri, 2, apply_edit(action, {uri: text})[uri])
+    assert [(one["code"], one["severity"]) for one in client.diagnostics(uri)["diagnostics"]] == [("VP038", 2)]
+
+
+def test_an_editor_that_can_is_told_that_lenses_have_changed(tmp_path: Path) -> None:
+    client = Client(workspace={"codeLens": {"refreshSupport": True}})
+    uri = client.open(make_program(tmp_path, TILTED))
+    for version, text in ((2, LEGAL), (3, TILTED)):
+        asked = client.take(lambda message: message.get("method") == "workspace/codeLens/refresh")
+        client._send(id=asked["id"], result=None)
+        assert client.diagnostics(uri)["version"] == version - 1
+        client.change(uri, version, text)
+    assert "Traceback" not in client.end()
 
 
 def test_a_fix_of_the_set_up_is_applied_and_the_result_is_legal(client: Client, tmp_path: Path) -> None:

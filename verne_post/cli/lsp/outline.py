@@ -54,12 +54,13 @@ _WORDS: Final = {
 
 
 class Named(Struct, frozen=True):
-    """A name in a line, counted from 0, and its columns."""
+    """A name in a line, counted from 0, its columns, and those of the words that it stands in, as M98 P100."""
 
     name: str
     line: int
     begin: int
     end: int
+    words: tuple[int, int] = (0, 0)
 
     @property
     def key(self) -> str:
@@ -84,7 +85,7 @@ def find_names(pattern: str, lines: Sequence[str]) -> Iterator[Named]:
     for number, line in enumerate(lines):
         for match in sought.finditer(line):
             group = next((k for k, text in enumerate(match.groups(), 1) if text is not None), 0)
-            yield Named(match[group], number, *match.span(group))
+            yield Named(match[group], number, *match.span(group), match.span())
 
 
 class Outline:
@@ -176,7 +177,7 @@ class Outline:
             (words.jump, list(find_names(words.label, self.lines))),
         ):
             for one in find_names(pattern, self.lines[line : line + 1]):
-                if not one.begin <= column <= one.end:
+                if not one.words[0] <= column <= one.words[1]:
                     continue
                 # M98 P51000 calls O1000 five times
                 keys = (one.key, one.key[-4:].lstrip("0")) if one.key.isdecimal() else (one.key,)
