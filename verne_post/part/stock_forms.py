@@ -146,24 +146,22 @@ def _count_rays(size: Array, cell: float) -> tuple[int, int]:
 
 def _cross_mesh(corner: Array, counts: tuple[int, int]) -> tuple[Ints, Array, Ints]:
     """Crossings of rays with triangles (n, 3, 3), x and y in cells: ray number, z, and 1 entering or -1 leaving."""
-    xy = corner[..., :2] - 0.5 - np.array(ASIDE)  # ray i is at x = i
-    area = _cross(xy[:, 1] - xy[:, 0], xy[:, 2] - xy[:, 0])
-    first = np.maximum(np.ceil(xy.min(axis=1)), 0).astype(int)
-    last = np.minimum(np.floor(xy.max(axis=1)), np.array(counts) - 1).astype(int)
-    owner, i = number_parts(np.where(area != 0, np.maximum(last[:, 0] - first[:, 0] + 1, 0), 0))
-    column, j = number_parts(np.maximum(last[owner, 1] - first[owner, 1] + 1, 0))
-    owner, i = owner[column], first[owner[column], 0] + i[column]
-    j = j + first[owner, 1]
-    at = np.stack([i, j], axis=1)
-    weight = (
-        np.stack([_cross(xy[owner, (k + 1) % 3] - at, xy[owner, (k + 2) % 3] - at) for k in range(3)], axis=1)
-        / area[owner, None]
+    x, y = ((corner[..., k] - 0.5 - ASIDE[k]).T for k in range(2))  # (3, n), ray i is at x = i
+    area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])
+    (low_i, high_i), (low_j, high_j) = (
+        (np.maximum(np.ceil(at.min(axis=0)), 0).astype(int), np.minimum(np.floor(at.max(axis=0)), n - 1).astype(int))
+        for at, n in zip((x, y), counts, strict=True)
     )
-    inside = (weight >= 0).all(axis=1)
-    owner, i, j, weight = owner[inside], i[inside], j[inside], weight[inside]
-    z = (weight * corner[owner, :, 2]).sum(axis=1)
+    owner, i = number_parts(np.where(area != 0, np.maximum(high_i - low_i + 1, 0), 0))
+    column, j = number_parts(np.maximum(high_j - low_j + 1, 0)[owner])
+    i = (i + low_i[owner])[column]
+    owner = owner[column]
+    j += low_j[owner]
+    # one column after the other: rows of two and three numbers take four times as long
+    dx, dy = [one[owner] - i for one in x], [one[owner] - j for one in y]
+    turned = area[owner]
+    weight = [(dx[k - 2] * dy[k - 1] - dy[k - 2] * dx[k - 1]) / turned for k in range(3)]
+    inside = (weight[0] >= 0) & (weight[1] >= 0) & (weight[2] >= 0)
+    owner, i, j = owner[inside], i[inside], j[inside]
+    z = sum(weight[k][inside] * corner[owner, k, 2] for k in range(3))
     return i * counts[1] + j, z, np.where(area[owner] < 0, 1, -1)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
