@@ -1,5 +1,6 @@
 """Fixtures that several folders share: the machine, and the command line in this process or in its own."""
 
+import gc
 import io
 import os
 import subprocess
@@ -59,6 +60,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.nodeid.removeprefix("tests/").startswith(named):
             item.add_marker(pytest.mark.smoke)
+
+
+def pytest_collectstart() -> None:
+    """Fifteen thousand tests are built, and nothing of them is garbage."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """From here on garbage is looked for, but not among what was built until now and stays to the end."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -17,20 +17,21 @@ MAX_LEVELS, MAX_METHODS = 3, 40
 MAX_COLUMNS = 120
 
 
+#: Every file of the package, by its path in it.
+FILES = sorted(path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py"))
+
+
 @cache
-def trees() -> dict[str, ast.Module]:
-    """Every file of the package, by its path in it."""
-    return {
-        path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
-        for path in sorted(PACKAGE.rglob("*.py"))
-    }
+def parse(file: str) -> ast.Module:
+    """One of them."""
+    return ast.parse((PACKAGE / file).read_text(encoding="utf-8"))
 
 
 @cache
 def classes() -> dict[str, list[ast.ClassDef]]:
     """All classes at the top of files, by name: a name may stand in several files."""
     found: dict[str, list[ast.ClassDef]] = {}
-    for tree in trees().values():
+    for tree in map(parse, FILES):
         for node in tree.body:
             if isinstance(node, ast.ClassDef):
                 found.setdefault(node.name, []).append(node)
@@ -104,10 +105,10 @@ def test_classes_have_few_methods():
     assert {name: count for name, count in counts.items() if count > MAX_METHODS} == {}
 
 
-@pytest.mark.parametrize("path", sorted(trees()))
+@pytest.mark.parametrize("path", FILES)
 def test_no_private_name_is_used_from_another_file(path):
     """``other._x`` may only be a name that this file gives itself; ``from other import _x`` never."""
-    tree = trees()[path]
+    tree = parse(path)
     own = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
     own |= {
         node.attr
@@ -145,10 +146,10 @@ def test_only_the_core_writes_its_state():
     state = next(node for node in classes()["State"] if any(isinstance(item, ast.AnnAssign) for item in node.body))
     fields = {item.target.id for item in state.body if isinstance(item, ast.AnnAssign)} - {"modes"}
     written = []
-    for path, tree in trees().items():
+    for path in FILES:
         if not path.startswith("gcode/") or path.startswith("gcode/machining/") or path in _OF_THE_CORE:
             continue
-        for node in ast.walk(tree):
+        for node in ast.walk(parse(path)):
             if isinstance(node, ast.Attribute | ast.Subscript) and isinstance(node.ctx, ast.Store):
                 target = node.value if isinstance(node, ast.Subscript) else node
                 if isinstance(target, ast.Attribute) and target.attr in fields:

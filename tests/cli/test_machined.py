@@ -1,5 +1,6 @@
 """`verne-post machined`: rows as written against the nominal part, on the command line and in Python."""
 
+import contextlib
 import importlib.util
 import json
 import re
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import verne_post as vp
+from verne_post.cli.main import main
 from verne_post.config.tool_shapes import read_tool_shapes
 from verne_post.part import compare, sweep
 
@@ -25,18 +27,19 @@ FLOOR = (
 )
 TABLE = "T1 P1 Z80 D8 ;\n"
 SHAPES = "[tool.1]\ncutter = { diameter = 8.0, length = 20.0, corner_radius = 4.0 }\nholder = { diameter = 30.0 }\n"
-PLACE = (
+PLACE = ("--tool-table", "tools.tbl", "--wcs", "G54=0,0,60")
+CONVERTED = (*PLACE, "--quiet")
+JUDGE = (
+    "machined",
+    "axes.csv",
     "--against",
     "part.nc",
-    "--tool-table",
-    "tools.tbl",
+    *PLACE,
     "--tool-shapes",
     "shapes.toml",
-    "--wcs",
-    "G54=0,0,60",
-    "--quiet",
+    "--nominal",
+    "part.stl@G54",
 )
-JUDGE = ("machined", "axes.csv", *PLACE[:-1], "--nominal", "part.stl@G54")
 
 
 def plate(z: float = 0.0) -> bytes:
@@ -51,23 +54,34 @@ def plate(z: float = 0.0) -> bytes:
     return f"solid plate\n{facets}endsolid plate\n".encode()
 
 
+def write_files():
+    """The program, its tools and the part, into the folder that is open."""
+    for name, text in (("part.nc", FLOOR), ("tools.tbl", TABLE), ("shapes.toml", SHAPES)):
+        Path(name).write_text(text, encoding="utf-8")
+    Path("part.stl").write_bytes(plate())
+
+
 @pytest.fixture
 def files(tmp_path, monkeypatch):
     """A folder with the program, its tools and the part."""
     monkeypatch.chdir(tmp_path)
-    for name, text in (("part.nc", FLOOR), ("tools.tbl", TABLE), ("shapes.toml", SHAPES)):
-        Path(name).write_text(text, encoding="utf-8")
-    Path("part.stl").write_bytes(plate())
+    write_files()
     return tmp_path
 
 
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory):
+    """The rows of the program."""
+    with contextlib.chdir(tmp_path_factory.mktemp("floor")):
+        write_files()
+        assert main(["convert", "part.nc", "-o", "axes.csv", *CONVERTED]) == 0
+        return Path("axes.csv").read_bytes()
+
+
 @pytest.fixture
-def floor(files, run):
+def floor(files, rows):
     """The same with the rows of the program."""
-    assert (
-        run("convert", "part.nc", "-o", "axes.csv", "--tool-table", "tools.tbl", "--wcs", "G54=0,0,60", "--quiet").code
-        == 0
-    )
+    Path("axes.csv").write_bytes(rows)
     return files
 
 
@@ -101,10 +115,7 @@ def test_a_deeper_line_is_found_with_its_line_place_and_depth(floor, run):
     strip = lines.index("X15 Y-1")
     changed = [*lines[:strip], "G1 Z-0.3", lines[strip], "G1 Z0", *lines[strip + 1 :]]
     Path("part.nc").write_text("\n".join(changed) + "\n", encoding="utf-8")
-    assert (
-        run("convert", "part.nc", "-o", "axes.csv", "--tool-table", "tools.tbl", "--wcs", "G54=0,0,60", "--quiet").code
-        == 0
-    )
+    assert run("convert", "part.nc", "-o", "axes.csv", *CONVERTED).code == 0
     answer = run(*JUDGE, "--output-format", "json", "--csv", "worst.csv")
     assert answer.code == 1
     (gouge,) = (item for item in json.loads(answer.out)["programs"][0]["findings"] if item["code"] == "VP218")

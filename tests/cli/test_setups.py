@@ -416,7 +416,8 @@ def test_files_of_a_set_up_lie_in_its_folder(job: Path, run: Callable[..., Any],
         named = run("check", "part.nc", "--setup", "part.nc.toml").out
         Path("part.nc.toml").unlink()
         Path("verne-post.toml").write_text(f'[setup."*.nc"]\n{text}')
-        shared = run("check", "part.nc").err + run("check", "part.nc").out
+        answer = run("check", "part.nc")
+        shared = answer.err + answer.out
         for said, where in ((own, f"part.nc.toml: {key} = "), (shared, f"verne-post.toml: setup.'*.nc'.{key} = ")):
             assert ("VP503" in said) == (not inside), (name, said)
             assert inside or f"{where}{name!r}: " in said

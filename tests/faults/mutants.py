@@ -49,6 +49,13 @@ AREAS: Final = {
         ("gcode",),
     ),
     "rows": (("trajectory/window_problem.py", "trajectory/row_limits.py", "trajectory/continuous.py"), ("trajectory",)),
+    "machining": (("gcode/machining/*.py",), ("gcode",)),
+    "chains": (("kinematics/chain/*.py", "kinematics/modules/*.py"), ("kinematics", "test_chains.py", "test_nutating.py")),
+    # what numba compiles is not traced: accelerated.py and compiled_rays.py, which tests hold against the other path
+    "part": (
+        ("part/b*.py", "part/cl*.py", "part/compare.py", "part/cutting.py", "part/[d-z]*.py", "app/machined*.py"),
+        ("part", "cli/test_machined.py", "cli/test_machined_stock.py"),
+    ),
 }  # fmt: skip
 #: Tests of the whole pipeline, asked in every area.
 COMMON: Final = ("test_samples.py", "test_metamorphic.py", "golden")

@@ -1,7 +1,10 @@
 """Fixtures that are meshes: found where boxes are, at their lines; what the meshes themselves may be."""
 
+import contextlib
+import io
 import re
 import runpy
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +16,7 @@ from tests.builders import MACHINE
 from tests.kinematics.test_keep_out import PAST, SHAPE, SWING, check
 from verne_post.app.assemble import assemble
 from verne_post.app.constraints import check_program, guard_joints
+from verne_post.cli.main import main
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
@@ -185,20 +189,52 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_the_sample_is_clean_and_its_record_knows_the_mesh(folder: Path) -> None:
-    result = verne_post.check(Path("vise.nc"), verne_post.load_machine())
-    assert (result.ok, result.findings) == (True, ())
+#: The rows of the sample against the part.
+COMPARED = ("--against", "vise.nc", "--nominal", "part.stl@G54", "--grid", "2")
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """The sample, converted and compared with its part: the folder, and what the comparison says."""
+    folder, said = tmp_path_factory.mktemp("once"), io.StringIO()
+    SAMPLE["main"](folder)
+    with contextlib.chdir(folder), contextlib.redirect_stderr(said):
+        assert main(["convert", "vise.nc", "-o", "rows.csv"]) == 0
+        said.truncate(0)
+        # both parts of the file, one after the other
+        assert main(["machined", "rows.index.json", *COMPARED, "--stock-left", "left.npz@G54"]) == 0
+    return folder, said.getvalue()
+
+
+@pytest.fixture
+def converted(folder: Path, once: tuple[Path, str]) -> str:
+    """The sample with its rows and what is left of its stock; what the comparison said."""
+    shutil.copytree(once[0], folder, dirs_exist_ok=True)
+    return once[1]
+
+
+def test_the_sample_is_clean_and_its_record_knows_the_files(folder: Path) -> None:
+    """With the vise in mm and the stock as a box, then with the vise in inch and the stock as a file."""
+    results = [verne_post.check(Path("vise.nc"), verne_post.load_machine())]
     ascii_stl = "solid vise\n" + "".join(
         "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in one / 25.4) + "endloop\nendfacet\n"
         for one in unite_boxes([SAMPLE["BASE"], *SAMPLE["JAWS"], SAMPLE["STOP"]])
     ) + "endsolid\n"  # fmt: skip
     (folder / "vise.stl").write_text(ascii_stl)
     replace_in("vise.nc.toml", '"vise.stl"', '"vise.stl"\nunit = "inch"')
-    again = verne_post.check(Path("vise.nc"), verne_post.load_machine())
-    assert again.ok
-    one, other = (taken.summary.options.record()["keep_out"][0] for taken in (result, again))
+    replace_in("vise.nc.toml", "min = [-40.0, -20.0, -30.0]\nmax = [40.0, 20.0, 1.0]", 'file = "stock.stl"')
+    results.append(verne_post.check(Path("vise.nc"), verne_post.load_machine()))
+    records = []
+    for result in results:
+        assert (result.ok, result.findings) == (True, ())
+        assert result.summary is not None
+        assert result.part is not None
+        assert result.part.rests == ()
+        records.append(result.summary.options.record())
+    one, other = (record["keep_out"][0] for record in records)
     assert one["mesh"] != other["mesh"]
     assert (one["name"], one["system"], other["unit"]) == ("vise", "table", "inch")
+    assert records[1]["stock"]["unit"] == "mm"
 
 
 def replace_in(file: str, old: str, new: str) -> None:
@@ -222,7 +258,11 @@ MUTATIONS = {
 
 
 @pytest.mark.parametrize("name", MUTATIONS)
-def test_mutations_of_the_sample_are_found_at_their_lines(folder: Path, name: str) -> None:
+def test_mutations_of_the_sample_are_found_at_their_lines(
+    folder: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # remedies take most of the time, and are asked for below
+    monkeypatch.setattr("verne_post.app.tried_remedies.add_remedies", lambda _source, _program, findings: findings)
     file, old, new, told = MUTATIONS[name]
     replace_in(file, old, new)
     findings = verne_post.check(Path("vise.nc"), verne_post.load_machine()).findings
@@ -276,23 +316,19 @@ def test_a_ridge_between_two_strips_is_told(folder: Path, run: Any) -> None:
     assert float(place[3]) == 1.0
     assert "stock: nothing stays" not in str(result.summary)
     assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
-    answer = run("machined", "rows.index.json", "--against", "vise.nc", "--nominal", "part.stl@G54", "--grid", "2")
+    answer = run("machined", "rows.index.json", *COMPARED)
     assert found.message in answer.err
     assert f"stock: {found.value:.1f} mm3 stay farther than 0.2 mm from the part" in answer.err
 
 
-def test_a_tool_that_is_longer_by_a_fifth_of_a_millimetre_gouges(folder: Path, run: Any) -> None:
+def test_a_tool_that_is_longer_by_a_fifth_of_a_millimetre_gouges(converted: str, run: Any) -> None:
     """The rows are of the length of the tool table; the tool that is used is 0.2 longer."""
-    assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
-    compared = ("--against", "vise.nc", "--nominal", "part.stl@G54", "--grid", "2")
-    whole = run("machined", "rows.index.json", *compared)  # both parts of the file, one after the other
-    assert whole.code == 0
-    assert "poses of tool 1, tool 2 against part.stl" in whole.err
+    assert "poses of tool 1, tool 2 against part.stl" in converted
     assert (
-        "--measured is compared with one" in run("machined", "rows.index.json", *compared, "--measured", "log.csv").err
+        "--measured is compared with one" in run("machined", "rows.index.json", *COMPARED, "--measured", "log.csv").err
     )
     replace_in("tools.tbl", "Z90", "Z90.2")
-    answer = run("machined", "rows.2.csv", *compared)
+    answer = run("machined", "rows.2.csv", *COMPARED)
     assert answer.code == 1
     assert "vise.nc:30: VP218 error: the cutter of tool 2 cuts 0.20" in answer.err
 
@@ -315,7 +351,8 @@ def test_what_is_wrong_in_the_set_up_is_named(folder: Path, run: Any, table: str
 
 
 def test_fixtures_of_a_settings_file_may_be_meshes(folder: Path, run: Any) -> None:
-    replace_in("vise.nc.toml", '[keep_out.vise]\nfile = "vise.stl"', "")
+    setup = folder / "vise.nc.toml"
+    setup.write_text(setup.read_text().replace('[keep_out.vise]\nfile = "vise.stl"', "").partition("[part]")[0])
     (folder / "verne-post.toml").write_text('[keep_out.jaws]\nfile = "vise.stl"\n')
     assert "kept out of: jaws, the stock" in run("check", "vise.nc").out
     (folder / "verne-post.toml").write_text('[keep_out.jaws]\nfile = "/vise.stl"\n')
@@ -346,10 +383,8 @@ def test_a_casting_is_the_stock_where_it_is() -> None:
     assert check(THROUGH.replace("G0 Z40\nM2", "G0 Y38\nZ40\nM2"), stock=casting, **place) == []
 
 
+@pytest.mark.usefixtures("converted")
 def test_a_second_set_up_starts_from_what_the_first_has_left(folder: Path, run: Any) -> None:
-    assert run("convert", "vise.nc", "-o", "rows.csv").code == 0
-    left = ("--grid", "2", "--stock-left", "left.npz@G54")
-    assert run("machined", "rows.index.json", "--against", "vise.nc", "--nominal", "part.stl@G54", *left).code == 0
     Path("next.nc").write_text("G21 G90 G94 G54\nT2 M6\nG43 H2\nG0 X-12 Y0 Z20\nZ-8\nX12\nZ20\nM2\n")
     box = (folder / "vise.nc.toml").read_text().partition("[part]")[0]
     (folder / "next.nc.toml").write_text(box)
@@ -367,16 +402,6 @@ def test_a_second_set_up_starts_from_what_the_first_has_left(folder: Path, run: 
     answer = run("check", "next.nc")
     assert answer.code == 2
     assert "the stock (left.npz): not a stock file" in answer.out + answer.err
-
-
-def test_the_stock_of_the_sample_may_be_its_file(folder: Path) -> None:
-    replace_in("vise.nc.toml", "min = [-40.0, -20.0, -30.0]\nmax = [40.0, 20.0, 1.0]", 'file = "stock.stl"')
-    result = verne_post.check(Path("vise.nc"), verne_post.load_machine())
-    assert (result.ok, result.findings) == (True, ())
-    assert result.summary is not None
-    assert result.summary.options.record()["stock"]["unit"] == "mm"
-    assert result.part is not None
-    assert result.part.rests == ()
 
 
 #: A cylinder of 40 mm under a rapid that passes beside it, but through its box.

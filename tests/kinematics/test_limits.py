@@ -341,19 +341,22 @@ def test_verdicts_on_short_blended_moves(machine_with, seed):
     """
     text = blended(short_moves(seed))
 
-    def highest(machine, joint, side):
+    def sample(machine):
+        """The joint path, and its five joints at all places, mm and deg."""
         joints, places = everywhere(text, machine)
-        dense = joints.find_joints(*places)[:, NAMES.index(joint)]
-        return float((side * (np.degrees(dense) if joint in "ac" else dense)).max()) * side
+        dense = joints.find_joints(*places)
+        return joints, np.column_stack([dense[:, :3], np.degrees(dense[:, 3:])])
 
+    free = sample(machine_with())[1]
     for joint, side in [("rho1", 1), ("rho1", -1), ("rho2", -1), ("rho3", 1), ("a", 1), ("a", -1), ("c", 1)]:
-        widest = highest(machine_with(), joint, side)
+        column = NAMES.index(joint)
+        widest = float((side * free[:, column]).max()) * side
         for excess in (1.0, 1e-3, -1e-3):
             limit = widest - side * excess
-            machine = machine_with(travel_limit(joint, side, limit))
-            top = highest(machine, joint, side)
+            joints, dense = sample(machine_with(travel_limit(joint, side, limit)))
+            top = float((side * dense[:, column]).max()) * side
             excess = side * (top - limit)
-            findings = [item for item in check(text, machine)[1] if item.severity == "error"]
+            findings = [item for item in check_constraints(joints)[1] if item.severity == "error"]
             assert {item.axis for item in findings} == ({joint} if excess > 0 else set()), (joint, side, excess)
             if findings:
                 assert max(side * item.value for item in findings) == pytest.approx(side * top, abs=1e-4)

@@ -9,6 +9,8 @@ import pytest
 import verne_post
 from tests.kinematics.test_fixture_meshes import pack_stl, unite_boxes
 from tests.part.test_clearance import block
+from verne_post.app.assemble import assemble
+from verne_post.app.constraints import check_program
 from verne_post.base.segments import measure_between_triangles
 from verne_post.config.machine_paths import list_machine_files
 from verne_post.model.findings import InputError
@@ -38,8 +40,9 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
 
 
 def check(machine: Machine, body: Any) -> list[tuple[int | None, str, float | None]]:
+    """Line, body and distance of each VP215; remedies, which take longest, are looked for where one finding is whole."""
     options = verne_post.Options(tool_length=80.0, wcs={"G54": (0, 0, 0)}, keep_out=(body,))
-    found = [item for item in verne_post.check(PAST, machine, options).findings if item.code == "VP215"]
+    found = [item for item in check_program(assemble(PAST.encode(), machine, options))[1] if item.code == "VP215"]
     return [(item.line, item.message.split()[3], item.value) for item in found]
 
 
@@ -62,6 +65,18 @@ def test_a_housing_passes_a_post(machine: Machine, low: Any, high: Any, distance
     found = check(machine, post if mesh else Box("post", low, high, distance=distance))
     assert [one[:2] for one in found] == [one[:2] for one in told]
     assert [one[2] for one in found] == pytest.approx([one[2] for one in told], abs=1e-3)
+
+
+def test_a_finding_has_its_remedy(machine: Machine) -> None:
+    """The post is 0.1 mm too near; surfaces that meet have no depth, which would lead out."""
+    options = verne_post.Options(
+        tool_length=80.0, wcs={"G54": (0, 0, 0)}, keep_out=(Box("post", (-5.0, 39.9, 50.0), (5.0, 60.0, 300.0)),)
+    )
+    result = verne_post.check(PAST, machine, options)
+    assert not result.ok
+    [found] = [item for item in result.findings if item.code == "VP215"]
+    assert (found.line, found.value) == (3, 0.0)
+    assert found.remedies[0].startswith("no work offset near this one makes the program legal")
 
 
 @pytest.mark.parametrize("seed", range(6))

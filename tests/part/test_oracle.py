@@ -63,8 +63,14 @@ def measure(outline: np.ndarray, seen: np.ndarray) -> np.ndarray:
 
 def judge(outline: np.ndarray, point: np.ndarray, tip: np.ndarray, axis: np.ndarray) -> float:
     """The least signed distance of a point from the tool on its way through poses (n, 3)."""
-    best = np.inf
-    for k in range(len(tip) - 1):
+    ends, far = measure(outline, see(point, tip, axis)), np.linalg.norm(point - tip, axis=1)
+    # how far the point goes, as the tool sees it, from one pose to the next: no distance changes by more
+    moved = np.linalg.norm(np.diff(tip, axis=0), axis=1)
+    moved += np.maximum(far[:-1], far[1:]) * np.linalg.norm(np.diff(axis, axis=0), axis=1) * 1.01
+    lowest, best = 0.5 * (ends[:-1] + ends[1:] - moved), float(ends.min())
+    for k in np.argsort(lowest):
+        if lowest[k] > best:
+            break
 
         def value(share: float, k: int = k) -> float:
             at = place(tip[k : k + 2], axis[k : k + 2], np.array([share]))

@@ -13,7 +13,7 @@ from verne_post.part.cutting import Cut, Spans, Touch, cut_stock, group_pieces
 from verne_post.part.dexels import Dexels, list_sweeps
 from verne_post.part.ray_tables import make_table, meet_moving, meet_standing
 from verne_post.part.stl import build_mesh
-from verne_post.part.stock_forms import make_box, make_cylinder, make_of_mesh, unpack
+from verne_post.part.stock_forms import ASIDE, cross_mesh, make_box, make_cylinder, make_of_mesh, unpack
 
 UP = (0.0, 0.0, 1.0)
 FLAT = Cylinder("cutter", 10.0, 20.0)
@@ -242,6 +242,31 @@ def test_cylinders_and_meshes_are_stock() -> None:
     assert (again.low == stock.low).all()
     assert (again.origin == stock.origin).all()
     assert again.turn == 0.3
+
+
+def test_rays_meet_triangles_where_all_of_them_are_asked() -> None:
+    """Random triangles, thin ones, and ones with an upright edge or a corner on a column of rays: no ray is left out."""
+    rng = np.random.default_rng(7)
+    corner = rng.uniform(-4, 30, (400, 3, 3))
+    corner[:100, 2] = corner[:100, :2].mean(axis=1) + rng.normal(size=(100, 3)) * 1e-3
+    corner[100:150, 1, 0] = corner[100:150, 0, 0]
+    corner[150:200, 1] = np.round(corner[150:200, 1]) + 0.5 + np.array([*ASIDE, 0.0])
+    corner[200:220, :, 0] = corner[200:220, :1, 0] + rng.normal(size=(20, 3)) * 1e-4
+    x, y = (one.ravel() + 0.5 + aside for one, aside in zip(np.indices((27, 21)), ASIDE, strict=True))
+    crossings = 0
+    for one in corner:
+        ray, z, side = cross_mesh(one[None], (27, 21))
+        a, b, c = one[:, :2]
+        share = np.linalg.solve(np.column_stack([b - a, c - a]), np.stack([x - a[0], y - a[1]]))
+        inside = np.minimum(share.min(axis=0), 1 - share.sum(axis=0))
+        met = np.isin(np.arange(len(x)), ray)
+        # on an edge rounding decides
+        assert met[inside > 1e-9].all()
+        assert not met[inside < -1e-9].any()
+        assert z == pytest.approx((one[0, 2] + (one[1:, 2] - one[0, 2]) @ share)[ray], abs=1e-6)
+        assert (side == -np.sign(np.linalg.det([b - a, c - a]))).all()
+        crossings += len(ray)
+    assert crossings > 10_000
 
 
 def test_a_file_that_is_no_stock_is_refused() -> None:

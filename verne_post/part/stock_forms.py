@@ -21,6 +21,8 @@ from verne_post.part.stl import Mesh, read_stl
 CELL_MM: Final = 0.1
 #: Rays pass beside the middle of cells by these shares, so that none runs along an edge; without a common measure.
 ASIDE: Final = (1.7e-6, 2.3e-6)
+#: Edges that are less wide, in rays, count as a whole in their column: where they cross it rounding would decide.
+_STEEP: Final = 1e-3
 #: What reading a damaged archive raises, in zipfile, zlib and numpy.
 _DAMAGES: Final = (
     OSError, ValueError, TypeError, KeyError, EOFError, OverflowError, MemoryError, RuntimeError, struct.error, zipfile.BadZipFile,
@@ -74,7 +76,7 @@ def list_intervals(name: str, corner: Array, cell: Array, counts: tuple[int, int
     InputError
         VP506: rays leave it more often than they enter it.
     """
-    ray, z, side = _cross_mesh(corner / np.append(cell, 1.0), counts)
+    ray, z, side = cross_mesh(corner / np.append(cell, 1.0), counts)
     order = np.lexsort((-side, z, ray))
     ray, z, side = ray[order], z[order], side[order]
     depth = np.cumsum(side)  # how often the ray is inside; every ray has to come out again
@@ -145,26 +147,36 @@ def _count_rays(size: Array, cell: float) -> tuple[int, int]:
     return x, y
 
 
-def _cross_mesh(corner: Array, counts: tuple[int, int]) -> tuple[Ints, Array, Ints]:
+def cross_mesh(corner: Array, counts: tuple[int, int]) -> tuple[Ints, Array, Ints]:
     """Crossings of rays with triangles (n, 3, 3), x and y in cells: ray number, z, and 1 entering or -1 leaving."""
-    xy = corner[..., :2] - 0.5 - np.array(ASIDE)  # ray i is at x = i
-    area = _cross(xy[:, 1] - xy[:, 0], xy[:, 2] - xy[:, 0])
-    first = np.maximum(np.ceil(xy.min(axis=1)), 0).astype(int)
-    last = np.minimum(np.floor(xy.max(axis=1)), np.array(counts) - 1).astype(int)
-    owner, i = number_parts(np.where(area != 0, np.maximum(last[:, 0] - first[:, 0] + 1, 0), 0))
-    column, j = number_parts(np.maximum(last[owner, 1] - first[owner, 1] + 1, 0))
-    owner, i = owner[column], first[owner[column], 0] + i[column]
-    j = j + first[owner, 1]
-    at = np.stack([i, j], axis=1)
-    weight = (
-        np.stack([_cross(xy[owner, (k + 1) % 3] - at, xy[owner, (k + 2) % 3] - at) for k in range(3)], axis=1)
-        / area[owner, None]
-    )
-    inside = (weight >= 0).all(axis=1)
-    owner, i, j, weight = owner[inside], i[inside], j[inside], weight[inside]
-    z = (weight * corner[owner, :, 2]).sum(axis=1)
+    x, y = ((corner[..., k] - 0.5 - ASIDE[k]).T for k in range(2))  # (3, n), ray i is at x = i
+    area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])
+    first = np.maximum(np.ceil(x.min(axis=0)), 0).astype(int)
+    last = np.minimum(np.floor(x.max(axis=0)), counts[0] - 1).astype(int)
+    owner, i = number_parts(np.where(area != 0, np.maximum(last - first + 1, 0), 0))
+    i += first[owner]
+    first, last = _find_rows(x[:, owner], y[:, owner], i, counts[1])
+    column, j = number_parts(np.maximum(last - first + 1, 0))
+    owner, i, j = owner[column], i[column], j + first[column]
+    # one column after the other: rows of two and three numbers take four times as long
+    dx, dy = [one[owner] - i for one in x], [one[owner] - j for one in y]
+    turned = area[owner]
+    weight = [(dx[k - 2] * dy[k - 1] - dy[k - 2] * dx[k - 1]) / turned for k in range(3)]
+    inside = (weight[0] >= 0) & (weight[1] >= 0) & (weight[2] >= 0)
+    owner, i, j = owner[inside], i[inside], j[inside]
+    z = sum(weight[k][inside] * corner[owner, k, 2] for k in range(3))
     return i * counts[1] + j, z, np.where(area[owner] < 0, 1, -1)
 
 
-def _cross(a: Array, b: Array) -> Array:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+def _find_rows(x: Array, y: Array, i: Ints, rows: int) -> tuple[Ints, Ints]:
+    """First and last rays (n,) of columns ``i`` that triangles (3, n) may meet, and one more on each side for rounding."""
+    low, high = np.full(len(i), np.inf), np.full(len(i), -np.inf)
+    for k in range(3):
+        wide = x[k] - x[k - 1]
+        steep = np.abs(wide) < _STEEP
+        way = (i - x[k - 1]) / np.where(steep, 1.0, wide) * (y[k] - y[k - 1])
+        ends = [np.where(steep, y[k - 1 + n], y[k - 1] + way) for n in range(2)]
+        meets = (np.minimum(x[k - 1], x[k]) <= i) & (i <= np.maximum(x[k - 1], x[k]))
+        low = np.where(meets, np.minimum(low, np.minimum(*ends)), low)
+        high = np.where(meets, np.maximum(high, np.maximum(*ends)), high)
+    return np.maximum(np.ceil(low) - 1, 0).astype(int), np.minimum(np.floor(high) + 1, rows - 1).astype(int)
