@@ -45,6 +45,7 @@ MACHINING: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
     254: ((*_POCKET, 219, 375, 216, 217, 376, 248, 378, 377), {**_POCKET_DEFAULTS, 367: 0.0}),
     256: ((*_STUD, 218, 424, 219, 425, 220, 224, 367), _STUD_DEFAULTS),
     257: ((*_STUD, 223, 222), {**_STUD_DEFAULTS, 376: -1.0}),
+    258: ((*_STUD, 573, 571, 222, 572, 224, 220, 215, 369, 338), {385: 500.0}),
 }  # fmt: skip
 #: Patterns, which run the cycle that is defined at once.
 PATTERNS: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {

@@ -138,6 +138,7 @@ CYCLES: Final[Mapping[int, str]] = {
     254: "slots along a circle",
     256: "a rectangular stud",
     257: "a circular stud",
+    258: "a stud with 3 to 30 equal sides",
 }
 #: Functions of FN.
 FN: Final[Mapping[int, str]] = {
@@ -186,7 +187,7 @@ REFUSED_CYCLES: Final = {
     30: "3-D data from files; let the CAM system write the lines",
     225: "engraving; let the CAM system write the lines of the letters", 230: "multipass milling of older controls; write cycle 233",
     231: "ruled surface; let the CAM system write the moves", 239: "weighs the workpiece; take it out",
-    258: "polygon stud; write its sides with RL or RR", **dict.fromkeys((263, 264, 265, 267), "thread milling with countersinking, without a hole, or outside; write cycle 262, or let the CAM system write the helix"),
+    **dict.fromkeys((263, 264, 265, 267), "thread milling with countersinking, without a hole, or outside; write cycle 262, or let the CAM system write the helix"),
     **dict.fromkeys(range(400, 500), PROBING), **dict.fromkeys(range(800, 900), "turning and gear cycles; let the CAM system write the moves of a mill"),
 }  # fmt: skip
 #: Words that begin statements which are not executed, and why.
@@ -219,3 +220,4 @@ class Q:
     START_DEPTH, FINISHING_FEED, END_Z, STRATEGY, DEPTH_OF_SHANK, RETRACT_FACTOR = 379, 385, 386, 389, 395, 403
     BLANK_LENGTH, BLANK_WIDTH, ENTRY_SENSE, ENTRY_SPEED, DRILLING_SPEED, COOLANT_IN = 424, 425, 426, 427, 428, 429
     COOLANT_OUT, DWELL_DEPTH, APPROACH, FEED_REFERENCE, TURNS, APPROACH_FEED = 430, 435, 437, 439, 355, 512
+    REFERENCE_DIAMETER, CORNERS, REFERENCE = 571, 572, 573
