@@ -17,6 +17,7 @@ from tests.gcode.pocket_judge import circle, curved_slot, judge, polygon, rectan
 from verne_post.app.assemble import view_moves_plainly
 from verne_post.gcode.klartext.cycle_words import MACHINING
 from verne_post.gcode.klartext.milling import CYCLES
+from verne_post.gcode.klartext.threads import THREADS
 from verne_post.gcode.siemens.contour_milling import PARAMETERS as CONTOURS
 from verne_post.gcode.siemens.milling_values import PARAMETERS
 from verne_post.model.options import Options
@@ -62,7 +63,7 @@ NUMBERS = (
 LIKELY = {
     "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "MID": 3, "FFP1": 500, "FFD": 100, "PA": 0, "PO": 0, "LENG": 40, "WID": 24, "NUM": 2, "VARI": 11, "PRAD": 20, "AFSL": 60, "RAD": 30,
     "_GMODE": 0, "_DMODE": 0, "_AMODE": 0, "AP1": 60, "AP2": 60, "LIM": 0, "SSF": 0,
-    200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 335: 20, 239: 1.5, 355: 1, 385: 400, 386: -6, 389: 0,
+    200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 335: 20, 239: 1.5, 355: 1, 356: -9, 357: 0, 358: 0, 359: 2, 360: 0, 254: 90, 257: 0, 256: 0, 258: 1, 385: 400, 386: -6, 389: 0,
     227: 0, 253: 700, 424: 60, 425: 60, 437: 0, 439: 0, 571: 20, 572: 6, 573: 1, 220: 2, 368: 0, 369: 0, 338: 0, 347: 0, 348: 0, 349: 0,
 }  # fmt: skip
 TOOL = 8.0
@@ -118,7 +119,7 @@ def make_program(seed):
             "" if rng.random() < 0.05 else str(value(one)) for one in PARAMETERS[name][: rng.randint(8, 40)]
         )
         return "siemens", f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{name}({values})\nG0 Z99\nM30\n"
-    number = rng.choice([*CYCLES, 241, 262])
+    number = rng.choice([*CYCLES, 241, *THREADS])
     needs, defaults = MACHINING[number]
     names = [*needs, *(name for name in defaults if rng.random() < 0.3)]
     words = " ".join(f"Q{name}={value(name):.9f}" for name in names)

@@ -88,17 +88,18 @@ class MillingError(ValueError):
 
 def spread_levels(top: float, bottom: float, most: float) -> list[float]:
     """Heights of as few equal infeeds as keep to the largest one; 0: in one."""
-    count = _count_levels(top - bottom, most)
+    count = count_infeeds(top - bottom, most)
     return [top - (top - bottom) * number / count for number in range(1, count)] + [bottom]
 
 
 def list_levels(top: float, bottom: float, most: float) -> list[float]:
     """Heights of infeeds of the largest size, the last one what is left; 0: in one."""
-    count = _count_levels(top - bottom, most)
+    count = count_infeeds(top - bottom, most)
     return [top - most * number for number in range(1, count)] + [bottom]
 
 
-def _count_levels(depth: float, most: float) -> int:
+def count_infeeds(depth: float, most: float) -> int:
+    """How many infeeds of the largest size a depth takes; 0: one."""
     count = math.ceil(depth / most - ROUNDING_SHARE) if most > 0 else 1
     if count > MAX_STROKES:
         raise MillingError(f"{count} infeeds are more than the {MAX_STROKES} strokes that a cycle may have")
