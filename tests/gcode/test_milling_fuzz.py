@@ -1,8 +1,9 @@
 """Milling cycles with values at random: no traceback, no hang, nothing passed over, and what runs is the pocket.
 
-``python -m tests.gcode.test_milling_fuzz N FIRST`` tries N programs from number FIRST on.
+``python -m tests.gcode.test_milling_fuzz N FIRST [LANGUAGE]`` tries N programs, of one language, from number FIRST on.
 """
 
+import itertools
 import math
 import random
 import re
@@ -228,6 +229,9 @@ def test_pockets_at_random(first):
 
 
 if __name__ == "__main__":
-    many, first = int(sys.argv[1]), int(sys.argv[2])
-    good = sum(try_program(seed) for seed in range(first, first + many))
-    sys.stdout.write(f"{many} programs from {first} on, {good} without an error\n")
+    count, first = int(sys.argv[1]), int(sys.argv[2])
+    seeds = (
+        seed for seed in itertools.count(first) if make_program(seed)[0] in (sys.argv[3:] or ("siemens", "heidenhain"))
+    )
+    good = sum(try_program(seed) for seed in itertools.islice(seeds, count))
+    sys.stdout.write(f"{count} programs from {first} on, {good} without an error\n")
