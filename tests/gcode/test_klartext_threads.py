@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import make_tool
+from verne_post import convert
 from verne_post.model.moves import MoveKind
+from verne_post.model.options import Options
 
 HEAD = "BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X+10 Y+20 Z+40 R0 FMAX M3\n"
 TOOLS = {1: make_tool(1, 10.0, 8.0)}
@@ -72,6 +74,22 @@ def test_a_cycle_is_the_path_that_is_written_out(view, name):
     rows = [list_rows(table) for table in (moves, other)]
     assert rows[0].shape == rows[1].shape
     assert np.abs(rows[0] - rows[1]).max() < 1e-6
+
+
+def test_setpoints_are_those_of_the_path_that_is_written_out(machine):
+    """The VERNE, to 1e-6 mm and degrees: 264 with its drilling, 265 and 267 with their countersinks, one after the other."""
+    names = ("264, chip breaks", "265, countersink after", "267, countersink")
+    klartext = "".join(f"CYCL DEF {CYCLES[name][0]}\nCYCL CALL\n" for name in names)
+    written = "".join(f"G0 Z2\n{CYCLES[name][1]}G0 Z2\nG0 Z20\n" for name in names)
+    text = f"G21 G90 G61\nT1 M6 G43 H1\nG0 X10 Y20 Z40 S1000 M3\n{written}G0 X10 Y20\nM2\n"
+    given = {"tools": {1: make_tool(1, 80.0, 8.0)}, "wcs": {"G54": (0.0, 0.0, 40.0)}, "cycle": 0.01, "smoothing": "off"}
+    values = []
+    for dialect, program in (("heidenhain", f"{HEAD}{klartext}END PGM C MM\n"), ("rs274", text)):
+        result = convert(program.encode(), machine, Options(dialect=dialect, **given))
+        assert result.ok, result.findings
+        values.append(result.setpoints.values)
+    assert values[0].shape == values[1].shape
+    assert np.abs(values[0] - values[1]).max() < 1e-6
 
 
 def follow_wall(moves, axis):
