@@ -45,8 +45,15 @@ from verne_post.part.stl import describe_faults, read_stl
 from verne_post.part.stock_forms import make_box, unpack
 
 ROOT = Path(__file__).resolve().parents[2]
+CORPUS = ROOT / "tests" / "corpus"
 TOOLS = {number: Tool(number, number, (0.0, 0.0, length, *ZERO9[3:]), 6.0) for number, length in ((1, 10.0), (2, 25.0))}
 DIALECTS = ("auto", "rs274", "fanuc", "siemens", "heidenhain", "aptcl")
+#: Controls of the RS274 family, by the language with which each is read and the keys that say which it is.
+FAMILY = {
+    **{flavour: ("rs274", {"rs274": {"flavour": flavour}}) for flavour in ("pathpilot", "mach3", "grbl")},
+    "mach3 in ms": ("rs274", {"rs274": {"flavour": "mach3", "dwell": "milliseconds", "arc_centres": "absolute"}}),
+    "centroid": ("fanuc", {"fanuc": {"dwell": "seconds"}}),
+}
 #: What a reader may raise.
 REFUSALS = (InputError, UsageError, FileError)
 
@@ -68,6 +75,7 @@ def folder() -> Path:
 def readers() -> dict[str, Reader]:
     """Reader by name."""
     found: dict[str, Reader] = {name: partial(_program, name) for name in DIALECTS}
+    found |= {name: partial(_program, dialect, control=control) for name, (dialect, control) in FAMILY.items()}
     return found | {
         "machine": lambda raw: build_machine(raw, "m.toml"),
         "settings": lambda raw: load_settings(_file("verne-post.toml", raw)),
@@ -95,8 +103,8 @@ def readers() -> dict[str, Reader]:
     }
 
 
-def _program(dialect: str, raw: bytes) -> object:
-    return view_moves_plainly(raw, Options(tools=TOOLS, dialect=dialect, max_repeats=2000))
+def _program(dialect: str, raw: bytes, control: dict[str, Any] | None = None) -> object:
+    return view_moves_plainly(raw, Options(tools=TOOLS, dialect=dialect, control=control or {}, max_repeats=2000))
 
 
 def _text(raw: bytes) -> str:
@@ -154,6 +162,7 @@ def _read_record(raw: bytes) -> object:
 def corpus() -> dict[str, list[bytes]]:
     """Texts to change, by reader: samples, rejected programs, reference programs, and one good file of each other kind."""
     programs = _programs()
+    of_family = [file.read_bytes() for file in sorted((CORPUS / "family").rglob("*.*"))]
     header = write_csv_header(machine().columns, ())
     row = ",".join(["654.1", "600.7", "600.7", "0.1", "0.2"])
     record = json.dumps(
@@ -163,6 +172,7 @@ def corpus() -> dict[str, list[bytes]]:
     names = ",".join(_names())
     return {
         **dict.fromkeys(DIALECTS, programs),
+        **{name: [*of_family, *programs] for name in FAMILY},
         "machine": list(tables.values()),
         "settings": [
             b'[options]\ntolerance = 0.02\nsmoothing = "blend"\n[remap]\nM428 = "tcp on"\n[keep_out.vise]\nmin = [-60.0, -40.0, 0.0]\n'
@@ -268,7 +278,7 @@ def _programs() -> list[bytes]:
     rows = (reference / "rs274_semantics.jsonl").read_text("utf-8").splitlines()[1:]
     rows += (reference / "rs274_generated.jsonl").read_text("utf-8").splitlines()
     files = [*(ROOT / "gcode_samples").iterdir(), *(ROOT / "tests" / "rejected").iterdir()]
-    files += (ROOT / "tests" / "corpus").rglob("*.*")
+    files += (file for file in CORPUS.rglob("*.*") if "family" not in file.parts)
     endings = (".nc", ".cls", ".h", ".mpf", ".ncl", ".apt", ".aptsource")
     texts = [file.read_bytes()[:3000] for file in sorted(files) if file.suffix in endings]
     return texts + [json.loads(row)["program"].encode() for row in rows]

@@ -39,6 +39,21 @@ def circle(radius, middle=(0.0, 0.0)):
     return lambda points: np.hypot(*(points - middle).T) - radius
 
 
+def polygon(count, inradius, corner, angle, middle=(0.0, 0.0)):
+    """A regular polygon with round corners, one of them at an angle; ``inradius`` of its inscribed circle."""
+    half = math.pi / count
+
+    def distance(points):
+        x, y = (points - middle).T
+        beside = (np.arctan2(y, x) - math.radians(angle)) % (2 * half) - half  # from the middle of the nearest side
+        size = np.hypot(x, y)
+        along = np.abs(size * np.sin(beside)) - (inradius - corner) * math.tan(half)
+        out = size * np.cos(beside) - inradius + corner
+        return np.where(out > 0, np.hypot(np.maximum(along, 0), out), out) - corner
+
+    return distance
+
+
 def curved_slot(radius, first, sweep, width, middle=(0.0, 0.0)):
     """A slot along a circle."""
 

@@ -952,6 +952,63 @@ def test_each_control_of_the_family_is_what_the_table_says(dialect, control, cel
     ]
 
 
+def read_family_words():
+    """Rows of the second table: dialect, keys, word, and whether it is refused."""
+    keys = {row.id: row.values[:2] for row in read_family()}
+    keys["Mach4"] = keys["Mach4, Haas, Fanuc"]
+    text = (Path(__file__).parents[2] / "docs" / "gcode.md").read_text(encoding="utf-8")
+    for line in text.split("| control | words | here |\n|---|---|---|\n")[1].split("\n\n")[0].splitlines():
+        control, words, does = (cell.strip() for cell in line.strip("|").split("|"))
+        for word in re.findall("`([^`]+)`", words):
+            yield pytest.param(*keys[control], word, does.split(":")[0].split(",")[0], id=f"{control} {word}")
+
+
+@pytest.mark.parametrize(("dialect", "control", "word", "does"), list(read_family_words()))
+def test_each_word_of_the_family_is_what_the_table_says(dialect, control, word, does):
+    def run(text):
+        return view_moves_plainly(text.encode(), Options(dialect=dialect, control=control))
+
+    moves, findings = run(f"{word}\nG0 X1 Y2 Z3\nM30\n")
+    if does == "refused":
+        assert [(item.code, item.line, item.column) for item in findings] == [("VP002", 1, 1)]
+        assert (
+            "take it out" in findings[0].message
+            or "write" in findings[0].message
+            or "let the CAM" in findings[0].message
+        )
+        return
+    assert findings == ()
+    assert moves.end[-1, 0] == (25.4 if word == "G70" else 1.0)
+    if does == "no effect":
+        assert len(moves) == 1
+    else:
+        assert run(f"{'G20' if word == 'G71' else 'G21'}\n{word}\nG0 X1\nM30\n")[0].end[-1, 0] == moves.end[-1, 0]
+
+
+#: Programs as posts for these controls, and their users, write them: moves, and where the last one ends.
+FAMILY = {
+    "linuxcnc/contour.ngc": (13, (30, 31.8, -60)), "linuxcnc/holes.ngc": (27, (10, -20 * math.sqrt(0.75), -60)), "pathpilot/pocket.nc": (10, (0, 0, -60)),
+    "pathpilot/holes.nc": (63, (38.1, 12.7, -60)), "mach3/profile.txt": (10, (0, 0, 20)), "mach3/calls.tap": (18, (0, 0, 7)), "grbl/square.nc": (7, (50, 50, 12.7)),
+    "grbl/laser.gc": (8, (0, 0, 0)), "mach4/contour.tap": (11, (0, 0, -60)), "mach4/calls.tap": (12, (0, 0, 10)), "centroid/contour.cnc": (10, (33.02, -1.27, -60)),
+    "centroid/calls.cnc": (4, (10, 0, 10)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FAMILY)
+def test_programs_as_users_of_the_family_write_them(name):
+    count, end = FAMILY[name]
+    flavour = name.split("/")[0]
+    dialect, control = {
+        "mach4": ("fanuc", {}), "centroid": ("fanuc", {"fanuc": {"dwell": "seconds"}}),
+    }.get(flavour, ("rs274", {"rs274": {"flavour": flavour}}))  # fmt: skip
+    raw = (Path(__file__).parents[1] / "corpus" / "family" / name).read_bytes()
+    tools = {1: make_tool(1, 60.0), 2: make_tool(2, 60.0)}
+    moves, findings = view_moves_plainly(raw, Options(dialect=dialect, control=control, tools=tools))
+    assert findings == ()
+    assert len(moves) == count
+    assert moves.end[-1, :3] == pytest.approx(end)
+
+
 def test_keys_of_the_family_are_checked():
     with pytest.raises(ValueError, match="flavour: expected linuxcnc or pathpilot or mach3 or grbl"):
         read_keys(Rs274Keys, {"flavour": "mach9"})

@@ -29,7 +29,7 @@ def heights(moves):
         if kind == MoveKind.DWELL:
             shown.append(("dwell", feed))
         elif abs(end - z) > 1e-9:
-            shown.append((round(float(end), 6), 0.0 if kind == MoveKind.RAPID else feed))
+            shown.append((round(float(end), 6), 0.0 if kind == MoveKind.RAPID else round(float(feed), 6)))
             z = end
     return shown
 
@@ -139,7 +139,10 @@ NEEDED = {
     200: (200, 201, 206, 202, 210, 203, 204), 201: (200, 201, 206, 211, 208, 203, 204),
     202: (200, 201, 206, 211, 208, 203, 204, 214), 203: (200, 201, 206, 202, 210, 203, 204, 212, 213, 205, 211, 208, 256),
     204: (200, 249, 250, 251, 252, 253, 254, 255, 203, 204, 214), 205: (200, 201, 206, 202, 203, 204, 212, 205, 258, 259, 257, 256, 211),
-    206: (200, 201, 206, 211, 203, 204), 262: (200, 201, 203, 204, 335, 239, 355, 253, 351, 207), 208: (200, 201, 206, 334, 203, 204, 335), 240: (200, 343, 201, 344, 206, 211, 203, 204),
+    206: (200, 201, 206, 211, 203, 204), 262: (200, 201, 203, 204, 335, 239, 355, 253, 351, 207),
+    263: (335, 239, 201, 356, 253, 351, 200, 357, 358, 359, 203, 204, 254, 207), 264: (335, 239, 201, 356, 253, 351, 202, 258, 257, 256, 358, 359, 200, 203, 204, 206, 207),
+    265: (335, 239, 201, 253, 358, 359, 360, 200, 203, 204, 254, 207), 267: (335, 239, 201, 355, 253, 351, 200, 358, 359, 203, 204, 254, 207),
+    208: (200, 201, 206, 334, 203, 204, 335), 240: (200, 343, 201, 344, 206, 211, 203, 204),
     220: (216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301), 221: (225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301),
 }  # fmt: skip
 
@@ -193,13 +196,20 @@ def test_bore_milling(run):
 THREAD = "CYCL DEF 262 THREAD MILLING Q335=20 Q239={} Q201=-8 Q355={} Q253={} Q351={} Q200=2 Q203=1 Q204=9 Q207=300 {}"
 
 
+#: Mm/min of the middle of the tool on a circle of 7 where the wall, at 10, is milled at 300.
+ON_WALL = round(300 * math.hypot(14 * math.pi, 1.5) / math.hypot(20 * math.pi, 1.5), 6)
+
+
 def test_a_milled_thread_worked_out_by_hand(run):
-    """M20 x 1.5 to 8 under Z1 with a tool of 6: the middle on a circle of 7 about (4, 5); 5 1/3 turns upwards, half a pitch on each half circle."""
+    """M20 x 1.5 to 8 under Z1 with a tool of 6: the middle on a circle of 7 about (4, 5); 5 1/3 turns upwards, a quarter of the pitch on each half circle.
+
+    The teeth go at Q207 along the wall, so the middle goes slower.
+    """
     moves = run(THREAD.format("+1.5", 1, 700, "+1", "Q512=80"), "CYCL CALL")
     angle = math.radians(120)
     end = 4 + 7 * math.cos(angle), 5 + 7 * math.sin(angle)
     assert heights(moves) == [
-        (3, 0), (-7.75, 700), (-7, 80), *((-7 + 1.5 * turn, 300) for turn in (1, 2, 3, 4, 5)), (1, 300), (1.75, 300), (3, 0), (10, 0),
+        (3, 0), (-7.375, 700), (-7, 80), *((-7 + 1.5 * turn, ON_WALL) for turn in (1, 2, 3, 4, 5)), (1, ON_WALL), (1.375, 300), (3, 0), (10, 0),
     ]  # fmt: skip
     arcs = moves.kind == MoveKind.ARC
     assert moves.end[arcs, :2] == pytest.approx(np.array([*[(11, 5)] * 6, end, (4, 5)]))
@@ -231,10 +241,10 @@ def test_every_way_of_milling_cuts_the_same_thread(run, pitch, climb, count, bot
         assert reached == bottoms
     else:
         assert moves.end[at_wall, 2].max() == pytest.approx(1 if rise[0] > 0 else -1)
-    # the half circles go on at the pitch, from and to the middle of the hole
+    # the half circles have the slope of the helix, from and to the middle of the hole
     ways = [row for row in range(len(moves)) if moves.arc[row] >= 0 and row not in at_wall]
     assert moves.end[ways, 2] - moves.end[[row - 1 for row in ways], 2] == pytest.approx(
-        [0.5 * math.copysign(2, rise[0])] * len(ways)
+        [0.25 * math.copysign(2, rise[0])] * len(ways)
     )
     assert moves.end[-1, :3] == pytest.approx([4, 5, 10])
 

@@ -205,7 +205,6 @@ def test_what_is_not_executed_is_refused(view, statements, code, words):
         ((6, 14, 15, 16, *range(20, 26), *range(270, 277)), "SL cycle"), ((27, 28, 29, 39), "cylinder surface"), ((17,), "rigid tapping"),
         ((1, 2, 3, 4, 5), "older controls; write cycle"), ((285, 286, 287), "gears"), ((12,), "CALL PGM"), ((18,), "thread cutting"), ((26,), "ellipses"), ((30,), "3-D data"),
         ((225,), "engraving"), ((230,), "multipass"), ((231,), "ruled"), ((239,), "weighs"),
-        ((258,), "stud"), ((263, 264, 265, 267), "thread milling"),
         (range(400, 500), "touch probe"), (range(800, 900), "turning"), ((226, 259, 266, 399, 500, 799, 900), "not a cycle that is executed"),
     ],
 )  # fmt: skip

@@ -1,8 +1,10 @@
 """Milling cycles with values at random: no traceback, no hang, nothing passed over, and what runs is the pocket.
 
-``python -m tests.gcode.test_milling_fuzz N FIRST`` tries N programs from number FIRST on.
+``python -m tests.gcode.test_milling_fuzz N FIRST [LANGUAGE]`` tries N programs, of one language, from number FIRST on.
 """
 
+import itertools
+import math
 import random
 import re
 import sys
@@ -12,10 +14,11 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import make_tool
-from tests.gcode.pocket_judge import circle, curved_slot, judge, rectangle
+from tests.gcode.pocket_judge import circle, curved_slot, judge, polygon, rectangle
 from verne_post.app.assemble import view_moves_plainly
 from verne_post.gcode.klartext.cycle_words import MACHINING
 from verne_post.gcode.klartext.milling import CYCLES
+from verne_post.gcode.klartext.threads import THREADS
 from verne_post.gcode.siemens.contour_milling import PARAMETERS as CONTOURS
 from verne_post.gcode.siemens.milling_values import PARAMETERS
 from verne_post.model.options import Options
@@ -61,8 +64,8 @@ NUMBERS = (
 LIKELY = {
     "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "MID": 3, "FFP1": 500, "FFD": 100, "PA": 0, "PO": 0, "LENG": 40, "WID": 24, "NUM": 2, "VARI": 11, "PRAD": 20, "AFSL": 60, "RAD": 30,
     "_GMODE": 0, "_DMODE": 0, "_AMODE": 0, "AP1": 60, "AP2": 60, "LIM": 0, "SSF": 0,
-    200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 335: 20, 239: 1.5, 355: 1, 385: 400, 386: -6, 389: 0,
-    227: 0, 253: 700, 424: 60, 425: 60, 437: 0, 439: 0, 347: 0, 348: 0, 349: 0,
+    200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 335: 20, 239: 1.5, 355: 1, 356: -9, 357: 0, 358: 0, 359: 2, 360: 0, 254: 90, 257: 0, 256: 0, 258: 1, 385: 400, 386: -6, 389: 0,
+    227: 0, 253: 700, 424: 60, 425: 60, 437: 0, 439: 0, 571: 20, 572: 6, 573: 1, 220: 2, 368: 0, 369: 0, 338: 0, 347: 0, 348: 0, 349: 0,
 }  # fmt: skip
 TOOL = 8.0
 #: Blocks of contours: most are lines and arcs, the others are no business of one.
@@ -117,7 +120,7 @@ def make_program(seed):
             "" if rng.random() < 0.05 else str(value(one)) for one in PARAMETERS[name][: rng.randint(8, 40)]
         )
         return "siemens", f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{name}({values})\nG0 Z99\nM30\n"
-    number = rng.choice([*CYCLES, 241, 262])
+    number = rng.choice([*CYCLES, 241, *THREADS])
     needs, defaults = MACHINING[number]
     names = [*needs, *(name for name in defaults if rng.random() < 0.3)]
     words = " ".join(f"Q{name}={value(name):.9f}" for name in names)
@@ -160,7 +163,7 @@ def make_pocket(seed):
         215: 0 if side or floor else 1, 368: side, 369: floor, 207: 500, 351: pick([1, -1]), 201: -6, 202: pick([6, 2.5]), 206: 100, 338: pick([0, 2]), 200: 2, 203: 0, 204: 50,
         370: rng.uniform(0.6, 1.99), 366: pick([0, 1, 2]), 385: 400,
     }  # fmt: skip
-    number, blank = pick([251, 252, 253, 254, 256, 257]), None
+    number, blank = pick([251, 252, 253, 254, 256, 257, 258]), None
     if number == 251:
         q |= {218: rng.uniform(14, 60), 219: rng.uniform(14, 60), 224: rng.uniform(-180, 180), 367: 0}
         q[220] = rng.uniform(0, 0.5 * min(q[218], q[219]))
@@ -182,6 +185,11 @@ def make_pocket(seed):
         q |= {223: rng.uniform(5, 40), 376: rng.uniform(0, 360)}
         q[222] = q[223] + rng.uniform(0, 40)
         shape, blank = circle(0.5 * q[223], (x, y)), circle(0.5 * q[222], (x, y))
+    elif number == 258:
+        q |= {573: pick([0, 1]), 571: rng.uniform(5, 40), 572: rng.randint(3, 30), 224: rng.uniform(-180, 180)}
+        inradius = 0.5 * q[571] * (math.cos(math.pi / q[572]) if q[573] else 1.0)
+        q |= {220: rng.uniform(0, inradius), 222: q[571] + rng.uniform(0, 40)}
+        shape, blank = polygon(q[572], inradius, q[220], q[224], (x, y)), circle(0.5 * q[222], (x, y))
     else:
         q[219] = rng.uniform(TOOL + 2 * side, 15.9)
         if number == 253:
@@ -221,6 +229,9 @@ def test_pockets_at_random(first):
 
 
 if __name__ == "__main__":
-    many, first = int(sys.argv[1]), int(sys.argv[2])
-    good = sum(try_program(seed) for seed in range(first, first + many))
-    sys.stdout.write(f"{many} programs from {first} on, {good} without an error\n")
+    count, first = int(sys.argv[1]), int(sys.argv[2])
+    seeds = (
+        seed for seed in itertools.count(first) if make_program(seed)[0] in (sys.argv[3:] or ("siemens", "heidenhain"))
+    )
+    good = sum(try_program(seed) for seed in itertools.islice(seeds, count))
+    sys.stdout.write(f"{count} programs from {first} on, {good} without an error\n")

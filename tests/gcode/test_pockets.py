@@ -1,5 +1,6 @@
 """Milling cycles: depth, wall, reach and rapid traverse by a judge of samples; heights and feeds worked out by hand."""
 
+import math
 import re
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import make_tool
-from tests.gcode.pocket_judge import circle, curved_slot, judge, rectangle
+from tests.gcode.pocket_judge import circle, curved_slot, judge, polygon, rectangle
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import MoveKind
 
@@ -17,6 +18,7 @@ COMMON = {
     215: 1, 368: 0, 207: 500, 351: 1, 201: -6, 202: 3, 369: 0, 206: 150, 338: 0, 200: 2, 203: 0, 204: 50, 370: 1, 366: 0, 385: 400, 218: 40, 219: 24,
     220: 6, 224: 0, 367: 0, 223: 40, 222: 50, 374: 0, 375: 60, 216: 0, 217: 0, 376: 10, 248: 70, 378: 120, 377: 3, 424: 50, 425: 30,
     389: 0, 225: 0, 226: 0, 227: 0, 386: -6, 253: 750, 357: 2,
+    573: 0, 571: 20, 572: 6,
 }  # fmt: skip
 TOOL = 8.0
 
@@ -84,6 +86,10 @@ STUDS = {
     "with finishing": (256, {**SQUARE, 424: 70}, rectangle(40, 24, 6, 0, HERE), rectangle(70, 30, 0, 0, HERE)),
     "circle": (257, {}, circle(20, HERE), circle(25, HERE)),
     "circle, from an angle, with finishing": (257, {376: 45, 222: 80, **SQUARE}, circle(20, HERE), circle(40, HERE)),
+    "hexagon": (258, {222: 60}, polygon(6, 10, 6, 0, HERE), circle(30, HERE)),
+    "triangle through its corners, sharp, turned, up-cut": (258, {573: 1, 571: 40, 572: 3, 220: 0, 224: 20, 351: -1}, polygon(3, 10, 0, 20, HERE), circle(25, HERE)),
+    "square, with finishing": (258, {**SQUARE, 571: 20, 572: 4, 220: 2, 224: -30}, polygon(4, 10, 2, -30, HERE), circle(25, HERE)),
+    "corners as round as the circle inside": (258, {220: 10}, circle(10, HERE), circle(25, HERE)),
 }  # fmt: skip
 
 
@@ -140,6 +146,34 @@ def test_a_slot_worked_out_by_hand(mill):
     ]  # fmt: skip
 
 
+def test_a_hexagon_is_the_path_that_is_written_out(mill, view):
+    """The values are those of docs/heidenhain.md: 20 mm across the flats, corners of 2 mm, clockwise from the side at -30 degrees."""
+    cycle, findings = mill(258, {222: 26, 202: 6, 220: 2, 224: 0})
+    assert findings == ()
+    turn = [(math.cos(math.radians(a)), math.sin(math.radians(a))) for a in range(-30, 331, 60)]
+
+    def place(side, along, out):
+        """Along the side (counter-clockwise) that is at -30 + 60 side degrees, and out from the middle."""
+        c, s = turn[side % 6]
+        return f"X{10 + out * c - along * s:.10f} Y{20 + out * s + along * c:.10f}"
+
+    half = 8 * math.tan(math.radians(30))
+    written = ["G0 " + place(0, 5, 19), "G0 Z2", "G1 Z-6 F150", f"G3 {place(0, 0, 14)} R5 F500"]
+    for side in (0, -1, -2, -3, -4, -5):
+        written += [f"G1 {place(side, -half, 14)}", f"G2 {place(side - 1, half, 14)} R6"]
+    written += [f"G1 {place(0, 0, 14)}", f"G3 {place(0, -5, 19)} R5", "G0 Z2", "G0 Z50", "G0 X10 Y20"]
+    text = "\n".join(["G21 G90 G64", "T1 M6 G43 H1", "G0 X10 Y20 Z40 S1000 M3", *written, "M2"])
+    moves, findings = view(text, dialect="rs274", tools={1: make_tool(1, 10.0, TOOL)})
+    assert findings == ()
+    rows = [
+        table.end[1:][np.abs(np.diff(table.end[:, :3], axis=0)).max(axis=1) > 1e-9][:, :3] for table in (cycle, moves)
+    ]
+    assert rows[0].shape == rows[1].shape == (len(written), 3)
+    assert np.abs(rows[0] - rows[1]).max() < 1e-6
+    assert np.abs(cycle.arcs.center - moves.arcs.center)[:, :2].max() < 1e-6
+    assert cycle.arcs.sweep == pytest.approx(moves.arcs.sweep, abs=1e-6)
+
+
 def test_strokes_of_a_face_are_even(mill):
     """25 wide, overlap 8: four strokes, each taking 6.25; the tool's edge ends them at 6.25, 12.5, 18.75 and 25."""
     moves, findings = mill(233, {218: -30, 219: 25, 370: 2 * 0.999, 202: 4, 386: -6, 389: 0})
@@ -185,7 +219,9 @@ def test_single_lip_drilling(mill):
     (251, {207: "MAX"}, "VP009", "Q207"), (251, {206: "MAX", 366: 1}, "VP009", "arcs"), (251, {366: 3}, "VP007", "Q366"), (251, {351: 2}, "VP007", "Q351"),
     (251, {219: 8, 220: 0, 366: 1}, "VP007", "helix"), (252, {366: 2}, "VP007", "Q366"), (252, {223: 0}, "VP007", "Q223"), (253, {219: 17}, "VP007", "two diameters"),
     (253, {218: 9, 219: 10}, "VP007", "long"), (254, {248: 360}, "VP007", "ends of the slot"), (254, {375: 9, 219: 10}, "VP007", "on a circle"), (254, {377: 1.5}, "VP007", "Q377"),
-    (256, {424: 30}, "VP007", "blank"), (257, {222: 30}, "VP007", "blank"), (256, {220: -2}, "VP007", "Q220"), (233, {386: 1}, "VP007", "Q386"), (233, {218: 0}, "VP007", "Q218"),
+    (256, {424: 30}, "VP007", "blank"), (257, {222: 30}, "VP007", "blank"), (256, {220: -2}, "VP007", "Q220"), (258, {220: -2}, "VP002", "Q220"),
+    (258, {572: 2}, "VP007", "Q572"), (258, {572: 31}, "VP007", "Q572"), (258, {572: 4.5}, "VP007", "Q572"), (258, {573: 2}, "VP007", "Q573"), (258, {571: 0}, "VP007", "Q571"),
+    (258, {571: 51}, "VP007", "Q222"), (258, {220: 11}, "VP007", "circle inside"), (233, {386: 1}, "VP007", "Q386"), (233, {218: 0}, "VP007", "Q218"),
     (251, {201: 5}, "VP007", "Q201"), (241, {426: 6}, "VP007", "Q426"), (241, {435: -9}, "VP002", "Q435"), (241, {202: 5}, "VP002", "Q202"),
 ])  # fmt: skip
 def test_mistakes_are_refused_before_the_first_move(mill, number, q, code, part):
@@ -227,6 +263,7 @@ OTHER = {
     223: 36,
     338: 1.5,
     376: 40,
+    572: 5,
 }
 #: Parameters of these cycles that are refused with any other value.
 UNUSED = {(233, 220), (233, 338), (233, 367), (233, 368), (254, 367)}

@@ -189,11 +189,13 @@ HOLES = "G0 Z2\n" + "\n".join(
     f"G0 X{20 * math.cos(a):.9f} Y{20 * math.sin(a):.9f}\nG1 Z-6 F150\nG0 Z2"
     for a in (math.radians(15 + 72 * k) for k in range(5))
 )
-#: A thread M20 x 1.5, 6 mm deep: four turns upwards on a circle of 10 - 4, with half circles that rise half a pitch.
+#: A thread M20 x 1.5, 6 mm deep: four turns upwards on a circle of 10 - 4, with half circles that rise a quarter of the pitch.
+#: The wall is milled at 500 mm/min.
+ON_WALL = 500 * math.hypot(12 * math.pi, 1.5) / math.hypot(20 * math.pi, 1.5)
 THREAD = (
-    "G0 Z2\nG1 Z-6.75 F700\nG3 X16 Y20 I3 J0 Z-6 F500\n"
+    f"G0 Z2\nG1 Z-6.375 F700\nG3 X16 Y20 I3 J0 Z-6 F500\nF{ON_WALL:.10f}\n"
     + "".join(f"G3 X16 Y20 I-6 J0 Z{z}\n" for z in (-4.5, -3, -1.5, 0))
-    + "G3 X10 Y20 I-3 J0 Z0.75\nG0 Z2\nG0 Z20"
+    + "G3 X10 Y20 I-3 J0 Z0.375 F500\nG0 Z2\nG0 Z20"
 )
 #: Each in Siemens, Klartext, RS274/NGC and Fanuc; where a control has no cycle for it, written out.
 SAME = {

@@ -1,4 +1,4 @@
-"""Machining cycles of Klartext, 200 to 209, 240, 241, 262: the moves of one hole. Heights along Z of the input."""
+"""Machining cycles of Klartext, 200 to 209, 240, 241: the moves of one hole. Heights along Z of the input."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -9,7 +9,9 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.milling import CYCLES as MILLED
 from verne_post.gcode.klartext.milling import KlartextMilling
+from verne_post.gcode.klartext.threads import THREADS, KlartextThreads
 from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.elements import make_arc
@@ -42,6 +44,7 @@ class KlartextCycles:
         self.recorder = frames.recorder
         self.waiting = frames.waiting
         self.milling = KlartextMilling(frames, contour)
+        self.threads = KlartextThreads(self.milling)
         self.holes = 1
 
     @contextmanager
@@ -66,7 +69,9 @@ class KlartextCycles:
         self.core.frames.stand_at({2: self.frames.find_height(q[Q.SURFACE] + q[Q.CLEARANCE])})
         self._check_hole(number, q)
         with self.core.keep_feed(), self.state.follow_exactly():
-            if number in HOLES:
+            if number in THREADS:
+                self._mill_thread(number, q)
+            elif number in HOLES:
                 HOLES[number](self, q)
             else:
                 self.milling.run(number, q)
@@ -83,7 +88,7 @@ class KlartextCycles:
         for name in (Q.DWELL_ABOVE, Q.DWELL_BELOW, Q.BORE_DWELL):
             if not 0 <= q.get(name, 0.0) <= MAX_DWELL_S:
                 raise ProgramError("VP007", f"Q{name}={q[name]:g}: a dwell lies between 0 and a day")
-        for name in (Q.PLUNGE_FEED, Q.BORE_FEED) if number in HOLES else ():
+        for name in (Q.PLUNGE_FEED, Q.BORE_FEED) if number not in MILLED else ():
             if not 0 < q.get(name, 1.0) < FMAX_VALUE:
                 raise ProgramError(
                     "VP009", f"Q{name}={q[name]:g}: the tool cuts at this feed rate; it is greater than 0, and not FMAX"
@@ -242,6 +247,12 @@ class KlartextCycles:
         depth = surface - abs(q[Q.START_DEPTH])
         if depth < surface:
             self.go_to_height(depth + q[Q.CLEARANCE], q[Q.POSITIONING_FEED])
+        self._drill_down(q, clear, depth)
+        self._finish_hole(q, clear, bottom)
+
+    def _drill_down(self, q: _Q, clear: float, depth: float) -> None:
+        """The pecks of 205 and 264, from a depth to the bottom."""
+        bottom = q[Q.SURFACE] + q[Q.DEPTH]
         step, total = q[Q.INFEED], max(depth - bottom, 0.0)
         if total > 0:
             smallest = max(q[Q.SMALLEST_INFEED], 0.0) if q[Q.DECREMENT] else step
@@ -258,7 +269,6 @@ class KlartextCycles:
                 peck_count += 1
                 step = _shorten_step(q, step)
             self._break_chips(q, depth, bottom)
-        self._finish_hole(q, clear, bottom)
 
     def _break_chips(self, q: _Q, depth: float, end: float) -> None:
         """Drill from a depth towards its end, and break the chip each Q257 before it by going up Q256."""
@@ -351,63 +361,20 @@ class KlartextCycles:
         self.go_to_height(clear, 0.0)
         self._leave(q, clear)
 
-    def _mill_thread(self, q: _Q) -> None:
-        """262: helices of the pitch Q239 on the diameter Q335, each from and to the middle of the hole on half circles.
-
-        A helix goes on at its pitch on both half circles, so the tool goes down by half a pitch more before the first,
-        as manuals warn. Q355: 0 one turn at the depth, 1 the whole depth in one helix, else one turn each Q355 pitches.
-        """
-        pitch, count = abs(q[Q.PITCH]), q[Q.TURNS]
-        if not pitch or q[Q.CLIMB] not in (1.0, -1.0) or count < 0 or count != round(count):
-            raise ProgramError(
-                "VP007",
-                "cycle 262 needs a pitch Q239 other than 0, Q351 1 for climb milling or -1 for up-cut, and Q355 whole and not negative",
-            )
-        for name in (Q.MILLING_FEED, Q.APPROACH_FEED):
-            if not 0 < (q[name] or q[Q.MILLING_FEED]) < FMAX_VALUE:
-                raise ProgramError("VP009", f"Q{name}={q[name]:g}: the tool cuts at this feed rate; it is greater than 0, and not FMAX")  # fmt: skip
-        wall = 0.5 * q[Q.HOLE_DIAMETER] * self.frames.unit
-        radius = wall - self.contour.find_tool_radius()
-        if radius <= ZERO_LENGTH_MM:
-            raise ProgramError("VP007", f"cycle 262: Q335={q[Q.HOLE_DIAMETER]:g}: the tool has no room in the thread")
+    def _mill_thread(self, number: int, q: _Q) -> None:
+        """262 to 265 and 267; 264 drills the hole before, and goes on from its bottom."""
+        strokes = self.threads.plan(number, q, self.holes)
+        hole = (self.state.position[0], self.state.position[1])
         clear, surface = self._start_height(q)
-        depth, step = -q[Q.DEPTH], pitch * (count if count > 1 else 1)
-        turns = depth / pitch if count == 1 else 1.0
-        starts = [surface + q[Q.DEPTH]]
-        if count > 1:
-            self._check_pecks(depth, step)
-            starts += [starts[0] + step * number for number in range(1, math.ceil(depth / step - 1e-9))]
-        if depth * self.holes > MAX_PECKS * pitch:
-            raise ProgramError("VP007", f"more than {MAX_PECKS} turns in the holes of one block")
-        climb = round(q[Q.CLIMB]) * (-1 if self.state.spindle_reversed else 1)
-        rises = (climb > 0) == (q[Q.PITCH] > 0)
-        sense = climb * (-1 if self.frames.flips else 1)
-        hole, lead = (self.state.position[0], self.state.position[1]), pitch if rises else -pitch
-        for bottom in starts if rises else reversed(starts) if depth else ():
-            height = bottom if rises else bottom + turns * pitch
-            self._turn_in_thread(q, hole, radius, wall, sense, lead, height, turns)
+        if number == 264:
+            drilled_hole = {Q.DEPTH: q[Q.SINKING_DEPTH], Q.LOWER_STOP: q[Q.UPPER_STOP], Q.DECREMENT: 0.0}
+            self._drill_down({**q, **drilled_hole, Q.RETRACT_FEED: FMAX_VALUE}, clear, surface)
+            self.go_to_height(surface + q[Q.SINKING_DEPTH], q[Q.PLUNGE_FEED])
+        self.threads.follow(strokes, q)
         self.go_to_height(clear, 0.0)
         self._leave(q, clear)
-
-    def _turn_in_thread(
-        self, q: _Q, hole: Point, radius: float, wall: float, sense: int, lead: float, height: float, turns: float
-    ) -> None:
-        """One helix from a height on, with both half circles; ``lead`` is what it rises in a turn."""
-        begin = hole[0] + radius, hole[1]
-        self.go_to_height(height - 0.5 * lead, q[Q.POSITIONING_FEED])
-        self._go_on_arc(
-            begin, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, height, q[Q.APPROACH_FEED] or q[Q.MILLING_FEED]
-        )
-        whole, rest = divmod(turns, 1.0)
-        for number in range(round(whole)):
-            self._go_on_arc(begin, hole, sense * 360.0, height + lead * (number + 1), q[Q.MILLING_FEED], wall)
-        angle = math.radians(sense * 360.0 * rest)
-        end = hole[0] + radius * math.cos(angle), hole[1] + radius * math.sin(angle)
-        last = height + lead * turns
-        if radius * abs(angle) > ZERO_LENGTH_MM:
-            self._go_on_arc(end, hole, math.degrees(angle), last, q[Q.MILLING_FEED], wall)
-        middle = 0.5 * (hole[0] + end[0]), 0.5 * (hole[1] + end[1])
-        self._go_on_arc(hole, middle, sense * 180.0, last + 0.5 * lead, q[Q.MILLING_FEED])
+        if math.dist(hole, self.state.position[:2]) > ZERO_LENGTH_MM:
+            self.contour.go_straight([*hole, *self.state.position[2:]], rapid=True)
 
     def _go_on_arc(
         self, place: Point, center: Point, sweep: float, height: float, feed: float, bore: float | None = None
@@ -472,7 +439,7 @@ HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
     200: KlartextCycles._drill, 201: KlartextCycles._ream, 202: KlartextCycles._bore, 203: KlartextCycles._drill_universal,
     204: KlartextCycles._bore_back, 205: KlartextCycles._drill_universal_pecks, 206: KlartextCycles._tap,
     207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly, 240: KlartextCycles._drill_center,
-    241: KlartextCycles._drill_single_lip, 262: KlartextCycles._mill_thread,
+    241: KlartextCycles._drill_single_lip,
 }  # fmt: skip
 
 

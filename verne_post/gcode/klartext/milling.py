@@ -1,16 +1,17 @@
-"""Milling cycles of Klartext (232, 233, 251 to 254, 256, 257): from Q parameters to strokes, and their moves."""
+"""Milling cycles of Klartext (232, 233, 251 to 254, 256 to 258): from Q parameters to strokes, and their moves."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Final
+from typing import Final, TypeVar
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.vocabulary import Q
+from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.elements import make_arc
-from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Rectangle, measure_reach
+from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Polygon, Rectangle, measure_reach
 from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.pockets import (
     MAX_STROKES,
@@ -29,9 +30,12 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 
 _Q = dict[int, float]
+_Shape = TypeVar("_Shape", Rectangle, Polygon)
 _FULL_TURN: Final = 360.0
 #: Largest path overlap factor Q370: paths are less than a diameter of the tool apart.
 _MOST_OVERLAP: Final = 1.9999
+#: Q572 of cycle 258, as the control bounds it.
+_MOST_CORNERS: Final = 30
 #: Q366: how the tool plunges.
 _ENTRIES: Final[Mapping[float, Entry]] = {0.0: "straight", 1.0: "helix", 2.0: "swing"}
 #: Where the tool stands on call: in halves of the sides from the middle, by Q367.
@@ -76,12 +80,12 @@ class KlartextMilling:
             stroke.center is not None and feeds[stroke.pace] >= FMAX_VALUE for strokes in pockets for stroke in strokes
         ):
             raise ProgramError("VP009", f"cycle {number}: the tool plunges on arcs at Q206; it is not FMAX")
-        self._follow_stroke(Stroke(start, max(self.state.position[2], clear), "rapid"), feeds)
+        self.follow_stroke(Stroke(start, max(self.state.position[2], clear), "rapid"), feeds)
         for strokes in pockets:
             for stroke in strokes:
-                self._follow_stroke(stroke, feeds)
-            self._follow_stroke(Stroke((self.state.position[0], self.state.position[1]), second, "rapid"), feeds)
-        self._follow_stroke(Stroke(start, second, "rapid"), feeds)
+                self.follow_stroke(stroke, feeds)
+            self.follow_stroke(Stroke((self.state.position[0], self.state.position[1]), second, "rapid"), feeds)
+        self.follow_stroke(Stroke(start, second, "rapid"), feeds)
 
     def _count_strokes(self, number: int, count: int) -> None:
         if self._block is not self.frames.block:
@@ -114,6 +118,12 @@ class KlartextMilling:
                 q.get(name) == FMAX_VALUE and name in (Q.MILLING_FEED, Q.FINISHING_FEED)
             ):
                 refuse(name, "a feed rate greater than 0 is needed, and not FMAX where the tool cuts", "VP009")
+        if number == 258 and q[Q.CORNER] < 0:
+            refuse(
+                Q.CORNER,
+                "chamfers of corners are not executed; write 0 or a radius, and the chamfers with RL or RR",
+                "VP002",
+            )
         for name in (Q.INFEED, Q.OVERLAP):
             if q.get(name, 1.0) <= 0:
                 refuse(name, "an infeed is greater than 0")
@@ -130,7 +140,16 @@ class KlartextMilling:
                 refuse(name, "it is not negative")
         if q.get(Q.OVERLAP, 1.0) > _MOST_OVERLAP:
             refuse(Q.OVERLAP, f"the overlap of paths is at most {_MOST_OVERLAP}")
-        for name in (Q.LENGTH, Q.WIDTH, Q.BLANK_DIAMETER, Q.DIAMETER, Q.PITCH_DIAMETER, Q.BLANK_LENGTH, Q.BLANK_WIDTH):
+        for name in (
+            Q.LENGTH,
+            Q.WIDTH,
+            Q.BLANK_DIAMETER,
+            Q.DIAMETER,
+            Q.PITCH_DIAMETER,
+            Q.BLANK_LENGTH,
+            Q.BLANK_WIDTH,
+            Q.REFERENCE_DIAMETER,
+        ):
             if number not in FACES and q.get(name, 1.0) <= 0:
                 refuse(name, "a length is greater than 0")
         for name in (Q.FIRST_LIMIT, Q.SECOND_LIMIT, Q.THIRD_LIMIT, Q.APPROACH) + (
@@ -168,7 +187,7 @@ class KlartextMilling:
     def _mill_pocket(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """251: a rectangle."""
         length, width, corner = (q[name] * self.frames.unit for name in (Q.LENGTH, Q.WIDTH, Q.CORNER))
-        yield self._place(
+        yield self.place(
             mill_pocket(_check_corner(Rectangle(length, width, corner)), self._plan(q)),
             q[Q.ROTATION],
             self._find_middle(q),
@@ -178,7 +197,7 @@ class KlartextMilling:
         """252: a circle."""
         if q[Q.PLUNGING] == 2.0:
             raise ProgramError("VP007", "cycle 252: Q366=2: it plunges straight (0) or on a helix (1)")
-        yield self._place(mill_pocket(Circle(0.5 * q[Q.DIAMETER] * self.frames.unit), self._plan(q)), 0.0)
+        yield self.place(mill_pocket(Circle(0.5 * q[Q.DIAMETER] * self.frames.unit), self._plan(q)), 0.0)
 
     def _mill_slot(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """253: a straight slot."""
@@ -195,7 +214,7 @@ class KlartextMilling:
             3.0: 0.5 * (width - length),
             4.0: -0.5 * length,
         }[q[Q.POSITION]]
-        yield self._place(
+        yield self.place(
             mill_pocket(Rectangle(length, width, 0.5 * width), self._plan_slot(q)), q[Q.SLOT_ROTATION], (shift, 0.0)
         )
 
@@ -233,7 +252,7 @@ class KlartextMilling:
         x, y, _z = self.frames.place([q[Q.CENTER_X], q[Q.CENTER_Y], 0.0])
         for number in range(round(count)):
             slot = CurvedSlot(radius, q[Q.FIRST_ANGLE] + number * q[Q.SLOT_STEP], q[Q.OPENING], width)
-            yield self._place(mill_pocket(slot, self._plan_slot(q)), 0.0, origin=(x, y))
+            yield self.place(mill_pocket(slot, self._plan_slot(q)), 0.0, origin=(x, y))
 
     def _mill_stud(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """256: a rectangle; the tool comes from the right, which is below where the sides are exchanged."""
@@ -246,7 +265,7 @@ class KlartextMilling:
             raise ProgramError("VP007", "cycle 256: the blank, Q424 and Q425, is smaller than the stud, Q218 and Q219")
         strokes = mill_stud(stud, self._plan(q, inside=False), measure_reach(stud, blank), 0.5 * blank.width)
         u, v = self._find_middle(q)
-        yield self._place(strokes, q[Q.ROTATION] + 90.0, (v, -u))
+        yield self.place(strokes, q[Q.ROTATION] + 90.0, (v, -u))
 
     def _mill_round_stud(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """257: a circle; the tool comes from the angle Q376."""
@@ -254,7 +273,28 @@ class KlartextMilling:
         if blank < radius:
             raise ProgramError("VP007", "cycle 257: the blank, Q222, is smaller than the stud, Q223")
         angle = 0.0 if q[Q.FIRST_ANGLE] == -1.0 else q[Q.FIRST_ANGLE]
-        yield self._place(mill_stud(Circle(radius), self._plan(q, inside=False), blank - radius, blank), angle + 90.0)
+        yield self.place(mill_stud(Circle(radius), self._plan(q, inside=False), blank - radius, blank), angle + 90.0)
+
+    def _mill_polygon(self, q: _Q) -> Iterator[Iterator[Stroke]]:
+        """258: one corner is at the angle Q224; the tool comes from the side before it, counter-clockwise."""
+        count = q[Q.CORNERS]
+        if count != round(count) or not 3 <= count <= _MOST_CORNERS:
+            raise ProgramError(
+                "VP007", f"cycle 258: Q572={count:g}: a number of corners is whole, 3 to {_MOST_CORNERS}"
+            )
+        if q[Q.REFERENCE] not in (0.0, 1.0):
+            raise ProgramError(
+                "VP007", f"cycle 258: Q573={q[Q.REFERENCE]:g}: Q571 is the inscribed circle (0) or the one through the corners (1)"
+            )  # fmt: skip
+        blank, reference, corner = (
+            q[name] * self.frames.unit for name in (Q.BLANK_DIAMETER, Q.REFERENCE_DIAMETER, Q.CORNER)
+        )
+        if blank < reference:
+            raise ProgramError("VP007", "cycle 258: the blank, Q222, is smaller than the circle of the stud, Q571")
+        inradius = 0.5 * reference * (math.cos(math.pi / count) if q[Q.REFERENCE] else 1.0)
+        stud = _check_corner(Polygon(round(count), inradius, corner))
+        strokes = mill_stud(stud, self._plan(q, inside=False), 0.5 * blank - inradius, 0.5 * blank)
+        yield self.place(strokes, q[Q.ROTATION] + 90.0 - stud.half_step)
 
     def _mill_face(self, q: _Q) -> Iterator[Iterator[Stroke]]:
         """232 and 233: strokes over a face from one of its corners."""
@@ -291,7 +331,7 @@ class KlartextMilling:
         u, v = _CORNERS[q[Q.POSITION]]
         return 0.5 * u * q[Q.LENGTH] * self.frames.unit, 0.5 * v * q[Q.WIDTH] * self.frames.unit
 
-    def _place(
+    def place(
         self, strokes: Iterable[Stroke], angle: float, middle: Point = (0.0, 0.0), origin: Point | None = None
     ) -> Iterator[Stroke]:
         """Strokes turned by an angle about where the tool stands, or about ``origin`` (mm)."""
@@ -309,7 +349,8 @@ class KlartextMilling:
 
     # --- moves --------------------------------------------------------------------------------------------
 
-    def _follow_stroke(self, stroke: Stroke, feeds: Mapping[str, float]) -> None:
+    def follow_stroke(self, stroke: Stroke, feeds: Mapping[str, float], wall: float = 0.0) -> None:
+        """Execute a stroke at the feed rate of its pace; of a "thread" it is that of the teeth at ``wall``, mm."""
         feed, start = feeds.get(stroke.pace), list(self.state.position)
         if stroke.center is None:
             is_rapid = feed is None or feed >= FMAX_VALUE
@@ -319,12 +360,18 @@ class KlartextMilling:
         self.contour.set_cycle_feed(feed or 0.0)
         sweep = -stroke.sweep if self.frames.flips else stroke.sweep
         end = [*stroke.end, stroke.height, *start[3:]]
+        if stroke.pace == "thread":
+            radii = math.dist(stroke.end, stroke.center), wall
+            lengths = [measure_helix(radius, sweep, stroke.height - start[2]) for radius in radii]
+            self.core.set_feed(self.state.feed * lengths[0] / lengths[1])
         self.core.go_on_arc(self.frames.block, start, end, make_arc(start, 0, stroke.center, sweep), [0, 1, 2])
 
 
-def _check_corner(shape: Rectangle) -> Rectangle:
+def _check_corner(shape: _Shape) -> _Shape:
     if shape.corner > shape.inradius + ZERO_LENGTH_MM:
-        raise MillingError(f"the corner radius {shape.corner:g} mm is more than half a side")
+        raise MillingError(
+            f"the corner radius {shape.corner:g} mm is more than that of the largest circle inside, {shape.inradius:g} mm"
+        )
     return shape
 
 
@@ -332,4 +379,5 @@ def _check_corner(shape: Rectangle) -> Rectangle:
 CYCLES: Final[Mapping[int, Callable[[KlartextMilling, _Q], Iterator[Iterator[Stroke]]]]] = {
     232: KlartextMilling._mill_face, 233: KlartextMilling._mill_face, 251: KlartextMilling._mill_pocket, 252: KlartextMilling._mill_round_pocket,
     253: KlartextMilling._mill_slot, 254: KlartextMilling._mill_curved_slots, 256: KlartextMilling._mill_stud, 257: KlartextMilling._mill_round_stud,
+    258: KlartextMilling._mill_polygon,
 }  # fmt: skip

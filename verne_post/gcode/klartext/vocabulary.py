@@ -128,7 +128,11 @@ CYCLES: Final[Mapping[int, str]] = {
     "and scalings",
     **dict.fromkeys((*range(200, 210), 240), "holes: see Cycles"),
     241: "single-lip deep-hole drilling: see Cycles",
-    262: "a milled inside thread: see Cycles",
+    262: "a milled inside thread: see Thread milling",
+    263: "the same, with a countersink at the front of the tool (Q358)",
+    264: "drills, and mills an inside thread",
+    265: "an inside thread from the surface down",
+    267: "a milled outside thread",
     **dict.fromkeys((220, 221), "circles and grids of holes, with the cycle defined before"),
     232: "a face: see Milling cycles",
     233: "a face from the place of the tool",
@@ -138,6 +142,7 @@ CYCLES: Final[Mapping[int, str]] = {
     254: "slots along a circle",
     256: "a rectangular stud",
     257: "a circular stud",
+    258: "a stud with 3 to 30 equal sides",
 }
 #: Functions of FN.
 FN: Final[Mapping[int, str]] = {
@@ -186,7 +191,6 @@ REFUSED_CYCLES: Final = {
     30: "3-D data from files; let the CAM system write the lines",
     225: "engraving; let the CAM system write the lines of the letters", 230: "multipass milling of older controls; write cycle 233",
     231: "ruled surface; let the CAM system write the moves", 239: "weighs the workpiece; take it out",
-    258: "polygon stud; write its sides with RL or RR", **dict.fromkeys((263, 264, 265, 267), "thread milling with countersinking, without a hole, or outside; write cycle 262, or let the CAM system write the helix"),
     **dict.fromkeys(range(400, 500), PROBING), **dict.fromkeys(range(800, 900), "turning and gear cycles; let the CAM system write the moves of a mill"),
 }  # fmt: skip
 #: Words that begin statements which are not executed, and why.
@@ -219,3 +223,5 @@ class Q:
     START_DEPTH, FINISHING_FEED, END_Z, STRATEGY, DEPTH_OF_SHANK, RETRACT_FACTOR = 379, 385, 386, 389, 395, 403
     BLANK_LENGTH, BLANK_WIDTH, ENTRY_SENSE, ENTRY_SPEED, DRILLING_SPEED, COOLANT_IN = 424, 425, 426, 427, 428, 429
     COOLANT_OUT, DWELL_DEPTH, APPROACH, FEED_REFERENCE, TURNS, APPROACH_FEED = 430, 435, 437, 439, 355, 512
+    SINKING_DEPTH, FRONT_DEPTH, FRONT_OFFSET, SINKS_AFTER = 356, 358, 359, 360
+    REFERENCE_DIAMETER, CORNERS, REFERENCE = 571, 572, 573

@@ -11,7 +11,7 @@ from typing import Final, Protocol
 from msgspec import Struct
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.machining.plane_geometry import Point
+from verne_post.gcode.machining.plane_geometry import Point, turn_way
 
 #: A share of a step that is rounding: quotients of programmed lengths that are whole differ from it by less.
 ROUNDING_SHARE: Final = 1e-9
@@ -57,14 +57,18 @@ class Path(Struct, frozen=True):
 
 
 class Outline(Protocol):
-    """What a pocket cycle mills, or leaves standing."""
+    """What a cycle leaves standing, or mills."""
+
+    def lead_beside(self, inward: float) -> Path:
+        """The closed path so many mm inside of the outline; outside where that is negative."""
+
+
+class PocketOutline(Outline, Protocol):
+    """What a tool plunges into."""
 
     @property
     def inradius(self) -> float:
         """Radius of the largest circle inside, mm."""
-
-    def lead_beside(self, inward: float) -> Path:
-        """The closed path so many mm inside of the outline; outside where that is negative."""
 
     def lead_along(self, room: float) -> Path:
         """The path to and fro along which a tool may plunge; ``room`` (mm) is how far it may leave the middle line."""
@@ -134,6 +138,33 @@ class Circle(Struct, frozen=True):
     def lead_along(self, room: float) -> Path:
         """Along u."""
         return Path((-room, 0.0), (Leg((room, 0.0)),))
+
+
+class Polygon(Struct, frozen=True):
+    """A regular polygon about 0 with round corners, whose inscribed circle has ``inradius``; one side is below 0."""
+
+    count: int
+    inradius: float
+    corner: float
+
+    @property
+    def half_step(self) -> float:
+        """Angle from the middle of a side to the next corner, degrees."""
+        return _HALF / self.count
+
+    def lead_beside(self, inward: float) -> Path:
+        """Outside of it the corners are round, also where the polygon has sharp ones."""
+        r = max(self.corner - inward, 0.0)
+        v = max(self.inradius - inward - r, 0.0)  # of the polygon of the middles of the corners
+        u, zero = v * math.tan(math.radians(self.half_step)), (0.0, 0.0)
+        legs = list[Leg]()
+        for number in range(self.count):
+            here, after = 2 * self.half_step * number, 2 * self.half_step * (number + 1)
+            legs += [
+                Leg(turn_way(zero, (u, -v - r), here)),
+                Leg(turn_way(zero, (-u, -v - r), after), turn_way(zero, (u, -v), here), 2 * self.half_step),
+            ]
+        return _join((0.0, -v - r), [*legs, Leg((0.0, -v - r))])
 
 
 class CurvedSlot(Struct, frozen=True):

@@ -12,7 +12,7 @@ from typing import Final, Literal
 from msgspec import Struct
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.gcode.machining.outlines import ROUNDING_SHARE, Leg, Outline, Path, spread_offsets
+from verne_post.gcode.machining.outlines import ROUNDING_SHARE, Leg, Outline, Path, PocketOutline, spread_offsets
 from verne_post.gcode.machining.plane_geometry import Point, turn_way
 from verne_post.gcode.machining.strokes import Pace, Stroke
 
@@ -88,17 +88,18 @@ class MillingError(ValueError):
 
 def spread_levels(top: float, bottom: float, most: float) -> list[float]:
     """Heights of as few equal infeeds as keep to the largest one; 0: in one."""
-    count = _count_levels(top - bottom, most)
+    count = count_infeeds(top - bottom, most)
     return [top - (top - bottom) * number / count for number in range(1, count)] + [bottom]
 
 
 def list_levels(top: float, bottom: float, most: float) -> list[float]:
     """Heights of infeeds of the largest size, the last one what is left; 0: in one."""
-    count = _count_levels(top - bottom, most)
+    count = count_infeeds(top - bottom, most)
     return [top - most * number for number in range(1, count)] + [bottom]
 
 
-def _count_levels(depth: float, most: float) -> int:
+def count_infeeds(depth: float, most: float) -> int:
+    """How many infeeds of the largest size a depth takes; 0: one."""
     count = math.ceil(depth / most - ROUNDING_SHARE) if most > 0 else 1
     if count > MAX_STROKES:
         raise MillingError(f"{count} infeeds are more than the {MAX_STROKES} strokes that a cycle may have")
@@ -108,12 +109,12 @@ def _count_levels(depth: float, most: float) -> int:
 # --- pockets and slots -----------------------------------------------------------------------------------
 
 
-def mill_pocket(outline: Outline, milling: Milling) -> Iterator[Stroke]:
+def mill_pocket(outline: PocketOutline, milling: Milling) -> Iterator[Stroke]:
     """Strokes of a pocket or slot, from above its middle, where the tool stands at the clearance, to there.
 
     Parameters
     ----------
-    outline : Outline
+    outline : PocketOutline
         The finished wall, local coordinates, mm.
     milling : Milling
 
@@ -155,7 +156,7 @@ def mill_pocket(outline: Outline, milling: Milling) -> Iterator[Stroke]:
         yield Stroke(middle, milling.clear, "rapid")
 
 
-def _spread_inwards(outline: Outline, milling: Milling, wall: float) -> list[Path]:
+def _spread_inwards(outline: PocketOutline, milling: Milling, wall: float) -> list[Path]:
     """Paths of the tool's centre from the middle line of a pocket to ``wall`` mm before its outline."""
     if outline.inradius - wall < -ZERO_LENGTH_MM:
         raise MillingError(
@@ -188,7 +189,7 @@ def _refuse_many(rough: list[Path], milling: Milling, fine: list[Path]) -> None:
 
 
 def _lead_down(
-    outline: Outline, milling: Milling, middle: Point, room: float, top: float, level: float
+    outline: PocketOutline, milling: Milling, middle: Point, room: float, top: float, level: float
 ) -> Iterator[Stroke]:
     """From ``top`` above the middle of the pocket down to a level, back to the middle."""
     if milling.entry == "straight":

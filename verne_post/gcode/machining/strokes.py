@@ -9,7 +9,7 @@ from msgspec import Struct
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.machining.plane_geometry import Point
 
-Pace = Literal["rapid", "plunge", "mill", "finish", "return"]
+Pace = Literal["rapid", "plunge", "mill", "finish", "return", "approach", "thread", "sink"]
 
 
 class Stroke(Struct, frozen=True):

@@ -43,8 +43,10 @@ ENDS: Final = (401, 670, 131, 970)
 POCKETS: Final = (120, 130)
 CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES = 700, 710, 720
 PATTERNS: Final = (CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES)
+#: I J K from the start of the arc, which Mach4 writes: they always are.
+CENTERS_FROM_START: Final = 911
 #: Codes that change no move.
-WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS)
+WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS, CENTERS_FROM_START)
 #: Codes that name axes without moving them, and those that take none.
 NAMES_AXES: Final = (51, MIRROR_OFF)
 ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
@@ -145,6 +147,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         660: "calls a macro after every block that moves, until G67; its variables are kept from one call to the next",
     },
     **{f"end of G{code / 10:g}": {code: _ENDS_MODE} for code in ENDS},
+    "centres of arcs": {CENTERS_FROM_START: "Mach4: I J K count from the start of the arc; they always do"},
 }
 
 
@@ -178,9 +181,9 @@ def make_table() -> CodeTable:
             870: "on Fanuc back boring from below, so write the moves; on Haas a stop for a person in the hole, so write G88",
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H that RS274/NGC does not have"),
             960: "constant surface speed",
-            **dict.fromkeys((611, 432, 901, 911, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
+            **dict.fromkeys((611, 432, 901, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },
-        refused_m={},
+        refused_m={25: "on Centroid controls Z goes to its home; write G91 G28 Z0 and G90 in its place"},
         words_of_g={
             **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((730, 830), "RLQPIJK"), **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ", **dict.fromkeys(POCKETS, "DIKLQ"), CIRCLE_OF_HOLES: "IJL", ARC_OF_HOLES: "IJKL", ROW_OF_HOLES: "IJL",
         },
