@@ -32,21 +32,11 @@ _ARROWS: Final = ("<=", "=>", "<=>")
 
 
 class Kinematics(Struct, frozen=True):
-    """A kinematics that is executed: order of the joints, pins of lengths, rotary joints as in a machine file.
+    """A kinematics that is executed: order of the joints, pins of lengths, rotary joints as in a machine file."""
 
-    Attributes
-    ----------
-    coordinates : str
-        Letters of the joints where the INI names none.
-    pins : tuple of str
-        Lengths, 0 where nothing sets them.
-    tool : tuple of str
-        Pins that the tool length comes in by; one of them has to be connected.
-    """
-
-    coordinates: str
-    pins: tuple[str, ...]
-    tool: tuple[str, ...]
+    coordinates: str  #: Letters of the joints where the INI names none.
+    pins: tuple[str, ...]  #: Lengths, 0 where nothing sets them.
+    tool: tuple[str, ...]  #: Pins that the tool length comes in by; one of them has to be connected.
 
 
 _ROT_POINT: Final = ("x-rot-point", "y-rot-point", "z-rot-point")

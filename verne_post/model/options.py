@@ -76,36 +76,18 @@ class Changes(StrEnum):
 
 
 class About(Struct, frozen=True):
-    """How an option is shown.
-
-    Attributes
-    ----------
-    help : str
-    group : Group
-    changes : Changes
-    unit : str
-        Of its number: part of the key in records.
-    metavar : str
-        What the command line shows for its value.
-    flag : str
-        Its option on the command line, where that is not made from its name; "" for none of its own.
-    short : str
-        One letter for it, with its dash.
-    choices : callable or None
-        Names that it may have, where its type does not say so.
-    in_settings : bool
-        May stand in the ``[options]`` table of the settings file.
-    """
+    """How an option is shown."""
 
     help: str
     group: Group
     changes: Changes = Changes.MOTION
-    unit: str = ""
-    metavar: str = ""
+    unit: str = ""  #: Of its number: part of the key in records.
+    metavar: str = ""  #: What the command line shows for its value.
+    #: Its option on the command line, where that is not made from its name; "" for none of its own.
     flag: str | None = None
-    short: str = ""
-    choices: Callable[[], tuple[str, ...]] | None = None
-    in_settings: bool = True
+    short: str = ""  #: One letter for it, with its dash.
+    choices: Callable[[], tuple[str, ...]] | None = None  #: Names that it may have, where its type does not say so.
+    in_settings: bool = True  #: May stand in the ``[options]`` table of the settings file.
 
 
 def list_dialects() -> tuple[str, ...]:
@@ -343,23 +325,12 @@ class Options:
 
 
 class Option(Struct, frozen=True):
-    """What :class:`Options` says of one option.
+    """What :class:`Options` says of one option."""
 
-    Attributes
-    ----------
-    kind : type
-        With bounds.
-    about : About
-    check : callable or None
-        Checks the value in place of the type.
-    default : callable
-        Makes the value where none is given.
-    """
-
-    kind: Any
+    kind: Any  #: With bounds.
     about: About
-    check: Callable[[Any], Any] | None
-    default: Callable[[], Any]
+    check: Callable[[Any], Any] | None  #: Checks the value in place of the type.
+    default: Callable[[], Any]  #: Makes the value where none is given.
 
 
 def _make_option(kind: Any, default: Callable[[], Any]) -> Option:
