@@ -27,7 +27,7 @@ class KlartextThreads:
         self.milling, self.frames, self.contour, self.state = milling, milling.frames, milling.contour, milling.state
 
     def plan(self, number: int, q: _Q, holes: int) -> tuple[list[Stroke], dict[str, float]]:
-        """Strokes of a cycle in coordinates of the frame, from above the place where the tool stands; feed rates by pace.
+        """Strokes of a cycle in coordinates of the frame, above where the tool stands; feed rates by pace.
 
         Raises
         ------
