@@ -193,9 +193,9 @@ HOLES = "G0 Z2\n" + "\n".join(
 #: The wall is milled at 500 mm/min.
 ON_WALL = 500 * math.hypot(12 * math.pi, 1.5) / math.hypot(20 * math.pi, 1.5)
 THREAD = (
-    f"G0 Z2\nG1 Z-6.375 F700\nG3 X16 Y20 I3 J0 Z-6 F500\nF{ON_WALL:.10f}\n"
+    f"G0 Z2\nG1 Z-6.375 F700\nG3 X16 Y20 I3 J0 Z-6 F{ON_WALL:.10f}\n"
     + "".join(f"G3 X16 Y20 I-6 J0 Z{z}\n" for z in (-4.5, -3, -1.5, 0))
-    + "G3 X10 Y20 I-3 J0 Z0.375 F500\nG0 Z2\nG0 Z20"
+    + "G3 X10 Y20 I-3 J0 Z0.375\nG0 Z2\nG0 Z20"
 )
 #: Each in Siemens, Klartext, RS274/NGC and Fanuc; where a control has no cycle for it, written out.
 SAME = {
