@@ -17,6 +17,7 @@ HEAD = "T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n"
 COMMON = {
     "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "LENG": 40, "WID": 24, "CRAD": 6, "PRAD": 20, "PA": 10, "PO": 20, "MID": 3, "FFP1": 500, "FFD": 150, "VARI": 11,
     "MIDA": 4, "RAD1": 3, "DP1": 2, "AP1": 50, "AP2": 30, "NUM": 1, "RAD": 20, "AFSL": 70, "STA1": 10, "FAL": 0, "FALD": 0, "CDIR": 0, "MIDF": 0, "STA2": 3,
+    "DIATH": 40, "H1": 6, "KDIAM": 30, "PIT": 1.5, "NT": 1, "FFR": 500, "TYPTH": 0,
 }  # fmt: skip
 
 
@@ -25,7 +26,9 @@ def write(name, **values):
     values = {
         **COMMON,
         **(
-            {"VARI": 1}
+            {"CYCLE70": {}, "CYCLE90": {"CDIR": 2}}[name]
+            if name in ("CYCLE70", "CYCLE90")
+            else {"VARI": 1}
             if name.startswith(("CYCLE7", "POCKET1", "POCKET2"))
             else {"VARI": 31}
             if name == "CYCLE61"
@@ -191,9 +194,15 @@ HOLES = "G0 Z2\n" + "\n".join(
 )
 #: A thread M20 x 1.5, 6 mm deep: four turns upwards on a circle of 10 - 4, with half circles that rise half a pitch.
 THREAD = (
-    "G0 Z2\nG1 Z-6.75 F700\nG3 X16 Y20 I3 J0 Z-6 F500\n"
+    "G0 Z2\nG1 Z-6.75 F500\nG3 X16 Y20 I3 J0 Z-6\n"
     + "".join(f"G3 X16 Y20 I-6 J0 Z{z}\n" for z in (-4.5, -3, -1.5, 0))
     + "G3 X10 Y20 I-3 J0 Z0.75\nG0 Z2\nG0 Z20"
+)
+#: The same downwards.
+DOWN = (
+    "G0 Z2\nG1 Z0.75 F500\nG2 X16 Y20 I3 J0 Z0\n"
+    + "".join(f"G2 X16 Y20 I-6 J0 Z{z}\n" for z in (-1.5, -3, -4.5, -6))
+    + "G2 X10 Y20 I-3 J0 Z-6.75\nG0 Z2\nG0 Z20"
 )
 #: Each in Siemens, Klartext, RS274/NGC and Fanuc; where a control has no cycle for it, written out.
 SAME = {
@@ -207,7 +216,8 @@ SAME = {
         "CYCL DEF 220 C Q216=0 Q217=0 Q244=40 Q245=15 Q246=375 Q247=72 Q241=5 Q200=2 Q203=0 Q204=2 Q301=0",
         HOLES, "G0 Z2\nG99 G81 Z-6 R2 L0 F150\nG70 X0 Y0 I20 J15. L5\nG80",
     ),
-    "milled thread": (THREAD, "CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253=700 Q351=1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL", THREAD, THREAD),
+    "milled thread": ("CYCLE70(20,0,2,-6,20,0.92,0,1.5,1,0,500,0,10,20,0,21)", "CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253=500 Q351=1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL", THREAD, THREAD),
+    "milled thread, downwards": ("CYCLE90(20,0,2,-6,,20,18.16,1.5,500,2,0,10,20)", "CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253=500 Q351=-1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL", DOWN, DOWN),
     "tapped thread": (
         "G0 Z20\nCYCLE84(20,0,2,-6,,,3,,1.25,0,500,500)", "L Z+20 FMAX\nTOOL CALL S500\nCYCL DEF 207 R Q200=2 Q201=-6 Q239=1.25 Q203=0 Q204=20\nCYCL CALL",
         "G0 Z20\nS500 M3\nG99 G84 Z-6 R2 F625\nG80\nG0 Z20", "G0 Z20\nM29 S500\nG98 G84 Z-6 R2 F625\nG80",
@@ -272,9 +282,11 @@ OTHER = {
     "INDA": 30,
     "FDP": 5,
     "FDP1": 5,
+    "_PITA": 2,
 }
 BESIDE = {
     "_AMODE": {"RFP": -1},
+    "KDIAM": {"TYPTH": 1},
     "RAD1": {"VARI": 21},
     "DP1": {"VARI": 21},
     "STA2": {"VARI": 31},
@@ -332,11 +344,13 @@ def test_every_value_does_what_the_page_says(mill, name, value, kind):
 def _other(cycle, name):
     """Another value that a cycle takes; None where it takes no other."""
     if name == "VARI":
-        return {"CYCLE61": 32, "CYCLE71": 41, "LONGHOLE": None, "SLOT1": 31, "SLOT2": 10}.get(
+        return {"CYCLE61": 32, "CYCLE70": 21, "CYCLE71": 41, "LONGHOLE": None, "SLOT1": 31, "SLOT2": 10}.get(
             cycle, 2 if cycle.startswith(("POCKET1", "POCKET2", "CYCLE7")) else 21
         )
     if name == "AP1" and cycle.startswith("POCKET"):
         return 7
+    if (cycle, name) == ("CYCLE90", "CDIR"):
+        return 3
     if name in ("_GMODE",):
         return None if "LENG" not in PARAMETERS[cycle] or cycle in ("SLOT1", "LONGHOLE") else 2000
     if name == "DP1" and cycle == "SLOT1":

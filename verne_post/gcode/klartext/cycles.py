@@ -16,6 +16,8 @@ from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import MAX_DWELL_S
 from verne_post.gcode.machining.plane_geometry import Point
+from verne_post.gcode.machining.strokes import Placement, place_strokes
+from verne_post.gcode.machining.threads import MilledThread, list_helices, mill_thread
 from verne_post.gcode.program_error import ProgramError
 
 _Q = dict[int, float]
@@ -352,11 +354,7 @@ class KlartextCycles:
         self._leave(q, clear)
 
     def _mill_thread(self, q: _Q) -> None:
-        """262: helices of the pitch Q239 on the diameter Q335, each from and to the middle of the hole on half circles.
-
-        A helix goes on at its pitch on both half circles, so the tool goes down by half a pitch more before the first,
-        as manuals warn. Q355: 0 one turn at the depth, 1 the whole depth in one helix, else one turn each Q355 pitches.
-        """
+        """262: helices of the pitch Q239 on the diameter Q335; Q355 says how many, as ``list_helices`` takes it."""
         pitch, count = abs(q[Q.PITCH]), q[Q.TURNS]
         if not pitch or q[Q.CLIMB] not in (1.0, -1.0) or count < 0 or count != round(count):
             raise ProgramError(
@@ -371,43 +369,27 @@ class KlartextCycles:
         if radius <= ZERO_LENGTH_MM:
             raise ProgramError("VP007", f"cycle 262: Q335={q[Q.HOLE_DIAMETER]:g}: the tool has no room in the thread")
         clear, surface = self._start_height(q)
-        depth, step = -q[Q.DEPTH], pitch * (count if count > 1 else 1)
-        turns = depth / pitch if count == 1 else 1.0
-        starts = [surface + q[Q.DEPTH]]
+        depth = -q[Q.DEPTH]
         if count > 1:
-            self._check_pecks(depth, step)
-            starts += [starts[0] + step * number for number in range(1, math.ceil(depth / step - 1e-9))]
+            self._check_pecks(depth, pitch * count)
         if depth * self.holes > MAX_PECKS * pitch:
             raise ProgramError("VP007", f"more than {MAX_PECKS} turns in the holes of one block")
         climb = round(q[Q.CLIMB]) * (-1 if self.state.spindle_reversed else 1)
-        rises = (climb > 0) == (q[Q.PITCH] > 0)
-        sense = climb * (-1 if self.frames.flips else 1)
-        hole, lead = (self.state.position[0], self.state.position[1]), pitch if rises else -pitch
-        for bottom in starts if rises else reversed(starts) if depth else ():
-            height = bottom if rises else bottom + turns * pitch
-            self._turn_in_thread(q, hole, radius, wall, sense, lead, height, turns)
+        lead = pitch if (climb > 0) == (q[Q.PITCH] > 0) else -pitch
+        thread = MilledThread(radius, 0.0, lead, climb * (-1 if self.frames.flips else 1))
+        hole = Placement((self.state.position[0], self.state.position[1]))
+        heights, turns = list_helices(surface + q[Q.DEPTH], depth, lead, round(count))
+        for stroke in place_strokes(mill_thread(thread, heights if depth or lead > 0 else (), turns), hole):
+            feed = q[Q.MILLING_FEED]
+            if stroke.center is None:
+                self.go_to_height(stroke.height, q[Q.POSITIONING_FEED])
+                continue
+            if stroke.pace == "plunge":
+                feed = q[Q.APPROACH_FEED] or feed
+            bore = wall if stroke.center == hole.origin else None
+            self._go_on_arc(stroke.end, stroke.center, stroke.sweep, stroke.height, feed, bore)
         self.go_to_height(clear, 0.0)
         self._leave(q, clear)
-
-    def _turn_in_thread(
-        self, q: _Q, hole: Point, radius: float, wall: float, sense: int, lead: float, height: float, turns: float
-    ) -> None:
-        """One helix from a height on, with both half circles; ``lead`` is what it rises in a turn."""
-        begin = hole[0] + radius, hole[1]
-        self.go_to_height(height - 0.5 * lead, q[Q.POSITIONING_FEED])
-        self._go_on_arc(
-            begin, (hole[0] + 0.5 * radius, hole[1]), sense * 180.0, height, q[Q.APPROACH_FEED] or q[Q.MILLING_FEED]
-        )
-        whole, rest = divmod(turns, 1.0)
-        for number in range(round(whole)):
-            self._go_on_arc(begin, hole, sense * 360.0, height + lead * (number + 1), q[Q.MILLING_FEED], wall)
-        angle = math.radians(sense * 360.0 * rest)
-        end = hole[0] + radius * math.cos(angle), hole[1] + radius * math.sin(angle)
-        last = height + lead * turns
-        if radius * abs(angle) > ZERO_LENGTH_MM:
-            self._go_on_arc(end, hole, math.degrees(angle), last, q[Q.MILLING_FEED], wall)
-        middle = 0.5 * (hole[0] + end[0]), 0.5 * (hole[1] + end[1])
-        self._go_on_arc(hole, middle, sense * 180.0, last + 0.5 * lead, q[Q.MILLING_FEED])
 
     def _go_on_arc(
         self, place: Point, center: Point, sweep: float, height: float, feed: float, bore: float | None = None

@@ -23,6 +23,7 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import read_cycle
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.milling_values import PARAMETERS, MillingValues
+from verne_post.gcode.siemens.thread_milling import list_thread_strokes
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
 from verne_post.model.moves import MoveKind
@@ -30,9 +31,12 @@ from verne_post.model.moves import MoveKind
 #: Values without effect here: what is milled already (all is milled as solid), the way between slots, the editor's.
 _HARMLESS: Final = ("AD", "FFCP", "_UMODE", "FS", "ZFS")
 #: Cycles that MCALL may call: at each place, which is their reference point.
-MODAL_MILLING: Final = ("POCKET3", "POCKET4", "CYCLE76", "CYCLE77")
+MODAL_MILLING: Final = ("POCKET3", "POCKET4", "CYCLE76", "CYCLE77", "CYCLE70")
 _STUDS: Final = ("CYCLE76", "CYCLE77")
 _FACES: Final = ("CYCLE61", "CYCLE71")
+_THREADS: Final = ("CYCLE70", "CYCLE90")
+#: What an editor of threads reads: the pitch as a text, and the row of a table of threads.
+_OF_EDITOR: Final = ("_PITM", "_PTAB", "_PTABA")
 #: Thousands of _GMODE: where PA and PO are, in halves of the sides from the middle.
 _CORNERS: Final = ((0.0, 0.0), (0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 
@@ -63,11 +67,18 @@ class SiemensMilling:
                 strokes = [list(one) for one in work.list_strokes()]
             except MillingError as error:
                 raise ProgramError("VP007", f"{call.name}: {error}", call.column) from None
-            given.refuse_rest(_HARMLESS if call.name in (*_STUDS, *_FACES) else (*_HARMLESS, "AP1", "AP2"))
+            given.refuse_rest(_find_harmless(call.name))
             self._strokes_left -= sum(map(len, strokes))
             if self._strokes_left < 0:
                 raise ProgramError("VP007", f"{call.name}: more than {MAX_STROKES} strokes in this block", call.column)
             work.execute(strokes)
+
+
+def _find_harmless(name: str) -> tuple[str, ...]:
+    """Values of a cycle that have no effect."""
+    if name in _THREADS:
+        return _OF_EDITOR
+    return _HARMLESS if name in (*_STUDS, *_FACES) else (*_HARMLESS, "AP1", "AP2")
 
 
 class _Work:
@@ -85,6 +96,8 @@ class _Work:
             yield self._mill_face()
         elif self.values.name in ("SLOT1", "SLOT2", "LONGHOLE"):
             yield from self._mill_slots()
+        elif self.values.name in _THREADS:
+            yield self._mill_thread()
         else:
             yield self._mill_one()
 
@@ -98,17 +111,7 @@ class _Work:
         refuse, corners = self.values.refuse_digits, (0, 1) if round_one else range(len(_CORNERS))
         refuse("_GMODE", rest, (0, 100, 1000, 1100), "all is machined, from the point that its thousands name")
         refuse("_GMODE", corner, corners, "the thousands name the middle (1) or a corner (2 to 5)")
-        center = self.values.measure("PA"), self.values.measure("PO")
-        if self.is_modal:
-            if any(center):
-                raise given.error(
-                    "VP002", "PA and PO beside MCALL are not executed: the cycle is at each place; leave them out", "PA"
-                )
-            self.to.core.require_known(self.at, list(self.values.plane[:2]), f"MCALL {self.values.name}")
-            center = (
-                self.to.motion.find_programmed(self.values.plane[0]),
-                self.to.motion.find_programmed(self.values.plane[1]),
-            )
+        center = self._find_center()
         shape: Outline
         if round_one:
             shape, middle, angle = Circle(self.values.measure("PRAD", positive=True)), (0.0, 0.0), 0.0
@@ -138,6 +141,31 @@ class _Work:
         if reach < 0:
             raise given.error("VP007", "the blank, AP1 and AP2, is smaller than the spigot", "AP1")
         return self._put(mill_stud(shape, plan, reach, beside), center, angle, middle)
+
+    def _find_center(self) -> Point:
+        """The reference point: PA and PO, or under MCALL the place where the tool is."""
+        center = self.values.measure("PA"), self.values.measure("PO")
+        if not self.is_modal:
+            return center
+        if any(center):
+            raise self.given.error(
+                "VP002", "PA and PO beside MCALL are not executed: the cycle is at each place; leave them out", "PA"
+            )
+        self.to.core.require_known(self.at, list(self.values.plane[:2]), f"MCALL {self.values.name}")
+        u, v = (self.to.motion.find_programmed(axis) for axis in self.values.plane[:2])
+        return u, v
+
+    def _mill_thread(self) -> Iterator[Stroke]:
+        """CYCLE70 and CYCLE90."""
+        if "_GMODE" in self.given.names:
+            self.values.refuse_digits("_GMODE", self.given.read_whole("_GMODE"), (0, 100), "all is machined")
+        if self.values.digits[1] or self.values.digits[2]:
+            raise self.given.error(
+                "VP002",
+                f"_AMODE {self.given.read_whole('_AMODE')} is not executed: its last digit says what DP is",
+                "_AMODE",
+            )
+        return place_strokes(list_thread_strokes(self.values), Placement(self._find_center()))
 
     def _mill_slots(self) -> Iterator[Iterator[Stroke]]:
         """Slots on a circle: along its rays, from RAD outwards, or along itself."""
