@@ -7,7 +7,7 @@ from msgspec import Struct, field
 
 #: Values that a key may have, where it is not any text or number.
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
-    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
+    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"), "polygon_angle": ("", "side", "corner"),
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
     "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"),
     "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
@@ -60,6 +60,9 @@ class SiemensKeys(Struct, frozen=True):
     projected : str
         The second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane's line in X Z or Y Z;
         "axes", that of the projected axis of the plane. Empty: such calls are refused.
+    polygon_angle : str
+        STA of CYCLE79 is the direction of the middle of a side ("side") or of a corner ("corner") from the middle of
+        the polygon. Empty: such calls are refused.
     offsets_in_g91 : str
         Whether the first incremental value of an axis after a change of frame, work offset or tool length travels that
         change: "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
@@ -77,6 +80,7 @@ class SiemensKeys(Struct, frozen=True):
     orientation: Literal["words", "axes", "vector"] = "words"
     orientation_by_group: bool = False
     projected: Literal["", "traces", "axes"] = ""
+    polygon_angle: Literal["", "side", "corner"] = ""
     offsets_in_g91: Literal["", "travelled", "kept"] = ""
     d_numbers: Literal["edges", "tools"] = "edges"
     modulo_axes: str = ""

@@ -136,6 +136,37 @@ class Circle(Struct, frozen=True):
         return Path((-room, 0.0), (Leg((room, 0.0)),))
 
 
+class RegularPolygon(Struct, frozen=True):
+    """A polygon of so many ``sides`` about 0, ``inradius`` (mm) away from it, with round corners."""
+
+    sides: int
+    inradius: float
+    corner: float
+
+    def lead_beside(self, inward: float) -> Path:
+        """Outside of it the corners are round, also where the polygon has sharp ones."""
+        away = max(self.inradius - inward, 0.0)
+        round_by = min(max(self.corner - inward, 0.0), away)
+        step = 2.0 * math.pi / self.sides
+        half, reach = (away - round_by) * math.tan(0.5 * step), (away - round_by) / math.cos(0.5 * step)
+        legs, sweep = list[Leg](), 2 * _HALF / self.sides
+
+        def place(number: int, share: float) -> Point:
+            """On a side, from its middle by a share of the half of it that is straight."""
+            c, s = math.cos(number * step), math.sin(number * step)
+            return c * share * half + s * away, s * share * half - c * away
+
+        for number in range(self.sides):
+            turn = (number + 0.5) * step
+            center = (reach * math.sin(turn), -reach * math.cos(turn))
+            legs += [Leg(place(number, 1.0)), Leg(place(number + 1, -1.0), center, sweep)]
+        return _join((0.0, -away), [*legs, Leg((0.0, -away))])
+
+    def lead_along(self, room: float) -> Path:
+        """Along u."""
+        return Path((-room, 0.0), (Leg((room, 0.0)),))
+
+
 class CurvedSlot(Struct, frozen=True):
     """A slot with round ends along a circle of ``radius`` about 0, from angle ``first`` by ``sweep`` degrees."""
 

@@ -29,6 +29,8 @@ PARAMETERS: Final = {
     "CYCLE76": (*_HEIGHTS, "DPR", "LENG", "WID", "CRAD", "PA", "PO", "STA", *_FINE, "AP1", "AP2", *_CHAMFER, *_TAIL),
     "CYCLE77": (*_HEIGHTS, "DPR", "PRAD", "PA", "PO", *_FINE, "AP1", *_CHAMFER, *_TAIL),
     "CYCLE70": (*_HEIGHTS, "DIATH", "H1", "FAL", "PIT", "NT", "MID", "FFR", "TYPTH", "PA", "PO", "NSP", "VARI", "_PITA", "_PITM", "_PTAB", "_PTABA", *_TAIL),
+    "CYCLE79": (*_HEIGHTS, "NUM", "SWL", "PA", "PO", "STA", "RC", "AP1", "MIDA", "MID", "FAL", "FALD", "FFP1", "CDIR", "VARI", *_CHAMFER, *_TAIL),
+    "CYCLE899": (*_HEIGHTS, "LENG", "WID", "PA", "PO", "STA", "MID", "MIDA", "FAL", "FALD", "FFP1", "CDIR", "VARI", *_TAIL, "_UMODE", *_CHAMFER),
     "CYCLE90": (*_HEIGHTS, "DPR", "DIATH", "KDIAM", "PIT", "FFR", "CDIR", "TYPTH", "PA", "PO"),
     "CYCLE61": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "MID", "MIDA", "FALD", "FFP1", "VARI", "LIM", "_DMODE", "_AMODE"),
     "CYCLE71": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "STA", "MID", "MIDA", "FDP", "FALD", "FFP1", "VARI", "FDP1"),
@@ -41,7 +43,7 @@ _DISPLAYS: Final = {"CYCLE72": (0, 1, 100, 101)}
 _ENTRIES: Final[tuple[Entry, ...]] = ("straight", "straight", "helix", "swing")
 _TENS: Final = {
     "POCKET1": (0,), "POCKET2": (0,), "POCKET3": (0, 1, 2, 3), "POCKET4": (0, 1, 2), "SLOT1": (0, 1, 3), "SLOT2": (0, 1), "LONGHOLE": (0, 1),
-    "CYCLE76": (0, 1), "CYCLE77": (0, 1),
+    "CYCLE76": (0, 1), "CYCLE77": (0, 1), "CYCLE79": (0,),
 }  # fmt: skip
 _WORK: Final = "the last digit is 1 roughing, 2 finishing, 4 finishing of the edge"
 #: Share of the tool's diameter between two paths where MIDA does not say.
@@ -99,7 +101,8 @@ class MillingValues:
         if positive and value <= 0:
             raise self.given.error("VP007", f"{name} {value / self.unit:g}: a length greater than 0 is needed", name)
         if (
-            name in ("KDIAM", "MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1", "DP1", "FDP", "FDP1", "LP1", "LP2")
+            name
+            in ("KDIAM", "RC", "MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1", "DP1", "FDP", "FDP1", "LP1", "LP2")
             and value < 0
         ):
             raise self.given.error("VP007", f"{name} {value / self.unit:g}: it is not negative", name)
@@ -198,7 +201,7 @@ class MillingValues:
         infeed = self.measure("MIDF") if "MIDF" in given.names else most
         slope, pitch, helix = self._read_entry(entry)
         return Milling(
-            self.radius, self.clear, levels, self.bottom, self.read_step(), self._read_sense(inside=inside), side,
+            self.radius, self.clear, levels, self.bottom, self.read_step(), self.read_sense(inside=inside), side,
             walls=spread_levels(self.top, self.bottom, infeed) if work in (2, 4) or (work == 0 and side) else (),
             floor=work in (0, 2) and floor > 0, entry=entry, slope=slope, pitch=pitch, helix=helix or self.radius, near=self.clear - self.top,
         )  # fmt: skip
@@ -233,7 +236,7 @@ class MillingValues:
             )
         return step or _SHARE_OF_DIAMETER * diameter
 
-    def _read_sense(self, *, inside: bool) -> int:
+    def read_sense(self, *, inside: bool) -> int:
         """1: counter-clockwise."""
         direction = self.given.read_whole("CDIR") if "CDIR" in self.given.names else 0
         if direction not in (0, 1, 2, 3):
