@@ -114,7 +114,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         "Y, Z, in the order Q (123 without it); with several angles, `roll_pitch_yaw` in `[fanuc]` of the settings "
         'file says about which axes: those of the part (`"fixed"`), or those turned so far (`"moving"`). P2: three '
         "points: origin, direction of X, side of Y; Q0 X Y Z R shifts and turns in the plane. P3: origin and direction "
-        "of X, direction of Z",
+        "of X, direction of Z. P4: see Planes by projected angles",
         ROTATION: "turns coordinates in the plane; with I J K about a direction, and one more G68 may be nested: see "
         "Turns, scales, mirror images",
         OF_TOOL: "the plane of the tool: Z along it, X level, turned by R. A note (VP039) names parameter 12321",
