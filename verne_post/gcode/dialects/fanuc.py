@@ -378,17 +378,20 @@ class FanucInterpreter(Rs274):
             self.maps.set_mirror(block, code)
 
     def _find_system_number(self, block: Block, code: int) -> int:
+        if code != ADDITIONAL:
+            system = super()._find_system_number(block, code)
+        elif "P" not in block.words:
+            raise ProgramError("VP005", "G54.1 needs P, the number of the work system")
+        else:
+            system = ADDITIONAL_SYSTEMS + self.fanuc_offsets.find_additional(block)
+            del block.words["P"]  # and no dwell of a cycle
+        if self.modes.follows_table and system == self.state.frame.system:
+            return system  # posts for Haas write the work offset in force again after G254
         self.planes.refuse_under_plane("a change of work offset")
         if self.modes.maps is not NO_MAPS:
             raise ProgramError(
                 "VP017", "a change of work offset under G51, G51.1 or G16; write G50, G50.1 or G15 first"
             )
-        if code != ADDITIONAL:
-            return super()._find_system_number(block, code)
-        if "P" not in block.words:
-            raise ProgramError("VP005", "G54.1 needs P, the number of the work system")
-        system = ADDITIONAL_SYSTEMS + self.fanuc_offsets.find_additional(block)
-        del block.words["P"]  # and no dwell of a cycle
         return system
 
     def _execute_spline(self, block: Block, _motion: int) -> None:
