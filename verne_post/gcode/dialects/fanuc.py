@@ -33,6 +33,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     NAMES_AXES,
     NURBS,
     OF_FRAMES,
+    OVERRIDE,
     PATTERNS,
     PLANE,
     POCKETS,
@@ -357,6 +358,8 @@ class FanucInterpreter(Rs274):
             code = spell_g_code(g["look-ahead"])
             words = {letter: block.words[letter] for letter in "PE" if letter in block.words}
             self.recorder.record_event(block.line, "look-ahead", code=code, **words)
+        if g.get("path control") == OVERRIDE:
+            g = {**g, "path control": 640}
         super()._set_modes(block, g)
         if "cancel" in g or g.get("motion", 840) not in (740, 840):
             self.modes.stops_after_tapping = False

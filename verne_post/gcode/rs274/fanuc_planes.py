@@ -310,6 +310,13 @@ class FanucPlanes:
             raise block.error(
                 "VP002", f"{name} R: the tip keeps its place; another point of the tool is not executed", "R"
             )
+        if block.words.get("P", 0.0):
+            raise block.error(
+                "VP002",
+                f"{name} P{block.words['P']:g} is not executed: which of the two positions it names is not known; without P, "
+                "the one with the smaller turn of the table is taken",
+                "P",
+            )
         self.core.refuse_compensation(name)
         if state.tcp_off:
             raise ProgramError("VP017", f"{name} while tool-centre-point control is off (user-defined code)")
