@@ -209,7 +209,7 @@ def test_a_milled_thread_worked_out_by_hand(run):
     angle = math.radians(120)
     end = 4 + 7 * math.cos(angle), 5 + 7 * math.sin(angle)
     assert heights(moves) == [
-        (3, 0), (-7.375, 700), (-7, 80), *((-7 + 1.5 * turn, ON_WALL) for turn in (1, 2, 3, 4, 5)), (1, ON_WALL), (1.375, 300), (3, 0), (10, 0),
+        (3, 0), (-7.375, 700), (-7, 80), *((-7 + 1.5 * turn, ON_WALL) for turn in (1, 2, 3, 4, 5)), (1, ON_WALL), (1.375, ON_WALL), (3, 0), (10, 0),
     ]  # fmt: skip
     arcs = moves.kind == MoveKind.ARC
     assert moves.end[arcs, :2] == pytest.approx(np.array([*[(11, 5)] * 6, end, (4, 5)]))

@@ -18,14 +18,12 @@ INSIDE, OUTSIDE = (
     f"F{500 * math.hypot(2 * math.pi * radius, 1.5) / math.hypot(20 * math.pi, 1.5):.10f}" for radius in (6, 14)
 )
 #: A tool of 8 mm over X10 Y20. One turn upwards at the depth, on a circle of 10 - 4, from and to the middle: 262 with Q355=0, 263, 264.
-ONE_TURN = (
-    f"G1 Z-6.375 F700\nG3 X16 Y20 I3 J0 Z-6 F500\nG3 X16 Y20 I-6 J0 Z-4.5 {INSIDE}\nG3 X10 Y20 I-3 J0 Z-4.125 F500\n"
-)
+ONE_TURN = f"G1 Z-6.375 F700\nG3 X16 Y20 I3 J0 Z-6 {INSIDE}\nG3 X16 Y20 I-6 J0 Z-4.5\nG3 X10 Y20 I-3 J0 Z-4.125\n"
 #: Four turns downwards from the surface, away from the thread at its end: 265.
 DOWN = (
-    f"G1 Z0.375 F700\nG2 X16 Y20 I3 J0 Z0 F500\n{INSIDE}\n"
+    f"G1 Z0.375 F700\nG2 X16 Y20 I3 J0 Z0 {INSIDE}\n"
     + "".join(f"G2 X16 Y20 I-6 J0 Z{z}\n" for z in (-1.5, -3, -4.5, -6))
-    + "G2 X10 Y20 I-3 J0 F500\n"
+    + "G2 X10 Y20 I-3 J0\n"
 )
 #: A countersink with the middle of the tool on a circle of 2 mm, 0.5 mm deep.
 FRONT = "G3 X12 Y20 I1 J0 F150\nG3 X12 Y20 I-2 J0\nG3 X10 Y20 I-1 J0\n"

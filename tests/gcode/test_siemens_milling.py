@@ -258,8 +258,8 @@ HOLES = "G0 Z2\n" + "\n".join(
     f"G0 X{20 * math.cos(a):.9f} Y{20 * math.sin(a):.9f}\nG1 Z-6 F150\nG0 Z2"
     for a in (math.radians(15 + 72 * k) for k in range(5))
 )
-#: A thread M20 x 1.5, 6 mm deep, with a tool of 8 mm. The control of Klartext mills the wall at 500 mm/min, on half circles at
-#: the slope of the helix; Siemens the tool's middle at 500, on half circles of 1.5 / 4 * (8 + 10 - 4) / 20.
+#: A thread M20 x 1.5, 6 mm deep, with a tool of 8 mm. In Klartext the wall is milled at 500 mm/min, and half circles have the
+#: slope of the helix. In Siemens the tool's middle goes at 500, and half circles go along the axis by 1.5 / 4 * (8 + 10 - 4) / 20.
 ON_WALL = 500 * math.hypot(12 * math.pi, 1.5) / math.hypot(20 * math.pi, 1.5)
 OVERRUN = 0.2625
 
@@ -268,9 +268,9 @@ def write_thread(code, ramp, feed=500, plunge=500):
     """Four turns on a circle of 10 - 4: upwards with G3, downwards with G2."""
     heights, up = ((-6, -4.5, -3, -1.5, 0), 1) if code == "G3" else ((0, -1.5, -3, -4.5, -6), -1)
     return (
-        f"G0 Z2\nG1 Z{heights[0] - up * ramp} F{plunge}\n{code} X16 Y20 I3 J0 Z{heights[0]} F500\nF{feed:.10f}\n"
+        f"G0 Z2\nG1 Z{heights[0] - up * ramp} F{plunge}\n{code} X16 Y20 I3 J0 Z{heights[0]} F{feed:.10f}\n"
         + "".join(f"{code} X16 Y20 I-6 J0 Z{z}\n" for z in heights[1:])
-        + f"{code} X10 Y20 I-3 J0 Z{heights[-1] + up * ramp} F500\nG0 Z2\nG0 Z20"
+        + f"{code} X10 Y20 I-3 J0 Z{heights[-1] + up * ramp}\nG0 Z2\nG0 Z20"
     )
 
 

@@ -363,14 +363,15 @@ class KlartextCycles:
 
     def _mill_thread(self, number: int, q: _Q) -> None:
         """262 to 265 and 267; 264 drills the hole before, and goes on from its bottom."""
-        strokes = self.threads.plan(number, q, self.holes)
+        strokes, feeds = self.threads.plan(number, q, self.holes)
         hole = (self.state.position[0], self.state.position[1])
         clear, surface = self._start_height(q)
         if number == 264:
             drilled_hole = {Q.DEPTH: q[Q.SINKING_DEPTH], Q.LOWER_STOP: q[Q.UPPER_STOP], Q.DECREMENT: 0.0}
             self._drill_down({**q, **drilled_hole, Q.RETRACT_FEED: FMAX_VALUE}, clear, surface)
             self.go_to_height(surface + q[Q.SINKING_DEPTH], q[Q.PLUNGE_FEED])
-        self.threads.follow(strokes, q)
+        for stroke in strokes:
+            self.milling.follow_stroke(stroke, feeds)
         self.go_to_height(clear, 0.0)
         self._leave(q, clear)
         if math.dist(hole, self.state.position[:2]) > ZERO_LENGTH_MM:

@@ -9,7 +9,6 @@ from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.vocabulary import Q
-from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Polygon, Rectangle, measure_reach
 from verne_post.gcode.machining.plane_geometry import Point
@@ -349,8 +348,8 @@ class KlartextMilling:
 
     # --- moves --------------------------------------------------------------------------------------------
 
-    def follow_stroke(self, stroke: Stroke, feeds: Mapping[str, float], wall: float = 0.0) -> None:
-        """Execute a stroke at the feed rate of its pace; of a "thread" it is that of the teeth at ``wall``, mm."""
+    def follow_stroke(self, stroke: Stroke, feeds: Mapping[str, float]) -> None:
+        """Execute a stroke at the feed rate of its pace."""
         feed, start = feeds.get(stroke.pace), list(self.state.position)
         if stroke.center is None:
             is_rapid = feed is None or feed >= FMAX_VALUE
@@ -360,10 +359,6 @@ class KlartextMilling:
         self.contour.set_cycle_feed(feed or 0.0)
         sweep = -stroke.sweep if self.frames.flips else stroke.sweep
         end = [*stroke.end, stroke.height, *start[3:]]
-        if stroke.pace == "thread":
-            radii = math.dist(stroke.end, stroke.center), wall
-            lengths = [measure_helix(radius, sweep, stroke.height - start[2]) for radius in radii]
-            self.core.set_feed(self.state.feed * lengths[0] / lengths[1])
         self.core.go_on_arc(self.frames.block, start, end, make_arc(start, 0, stroke.center, sweep), [0, 1, 2])
 
 

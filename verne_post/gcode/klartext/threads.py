@@ -7,6 +7,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.milling import KlartextMilling
 from verne_post.gcode.klartext.vocabulary import Q
+from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.holes import MAX_PECKS
 from verne_post.gcode.machining.strokes import Stroke
 from verne_post.gcode.machining.threads import MilledThread, list_helices, mill_countersink, mill_thread
@@ -25,8 +26,8 @@ class KlartextThreads:
     def __init__(self, milling: KlartextMilling) -> None:
         self.milling, self.frames, self.contour, self.state = milling, milling.frames, milling.contour, milling.state
 
-    def plan(self, number: int, q: _Q, holes: int) -> list[Stroke]:
-        """Strokes of a cycle in coordinates of the frame, from above the place where the tool stands.
+    def plan(self, number: int, q: _Q, holes: int) -> tuple[list[Stroke], dict[str, float]]:
+        """Strokes of a cycle in coordinates of the frame, above where the tool stands; feed rates by pace.
 
         Raises
         ------
@@ -63,7 +64,7 @@ class KlartextThreads:
         clear = self.frames.find_height(q[Q.SURFACE] + q[Q.CLEARANCE])
         begin = [Stroke((away, 0.0), clear, "rapid")] if outside else []
         whole = [*begin, *strokes, *front] if q.get(Q.SINKS_AFTER) else [*begin, *front, *strokes]
-        return list(self.milling.place(whole, 0.0))
+        return list(self.milling.place(whole, 0.0)), _find_feeds(q, thread, wall)
 
     def _mill_front(self, number: int, q: _Q, thread: MilledThread) -> Iterator[Stroke]:
         """At the depth Q358 a circle of the tool's middle with the radius Q359, from the place beside the helix."""
@@ -74,18 +75,6 @@ class KlartextThreads:
             raise ProgramError("VP007", f"cycle {number}: Q359={q[Q.FRONT_OFFSET]:g}: the tool's middle goes round the axis at this distance; it is greater than 0, and not that of the place where the tool goes down")  # fmt: skip
         yield Stroke((thread.away, 0.0), height, "sink" if number == 265 and not q[Q.SINKS_AFTER] else "plunge")
         yield from mill_countersink(radius, thread.away, height, thread.sense)
-
-    def follow(self, strokes: list[Stroke], q: _Q) -> None:
-        """Execute the strokes; on the helices the milling feed rate is the speed of the teeth at the wall."""
-        feeds = {
-            "plunge": q[Q.POSITIONING_FEED] or FMAX_VALUE,
-            "approach": q.get(Q.APPROACH_FEED, 0.0) or q[Q.MILLING_FEED],
-            "thread": q[Q.MILLING_FEED],
-            "mill": q[Q.MILLING_FEED],
-            "sink": q.get(Q.BORE_FEED, 0.0),
-        }
-        for stroke in strokes:
-            self.milling.follow_stroke(stroke, feeds, 0.5 * q[Q.HOLE_DIAMETER] * self.frames.unit)
 
     def _check_values(self, number: int, q: _Q) -> None:
         def refuse(name: int, why: str, code: str = "VP007") -> None:
@@ -113,3 +102,19 @@ class KlartextThreads:
                 refuse(Q.SINKING_DEPTH, "the hole is deeper than the thread Q201 by at least a third of the pitch")
         if q.get(Q.SINKS_AFTER, 0.0) not in (0.0, 1.0):
             refuse(Q.SINKS_AFTER, "the countersink is milled before the thread (0) or after it (1)")
+
+
+def _find_feeds(q: _Q, thread: MilledThread, wall: float) -> dict[str, float]:
+    """Feed rates of the tool's middle by pace: on helices the teeth go at Q207 along the wall.
+
+    On half circles the middle goes at Q207, but no faster than on the helices.
+    """
+    share = measure_helix(thread.radius, 360.0, thread.lead) / measure_helix(wall, 360.0, thread.lead)
+    mill = q[Q.MILLING_FEED]
+    return {
+        "plunge": q[Q.POSITIONING_FEED] or FMAX_VALUE,
+        "approach": q.get(Q.APPROACH_FEED, 0.0) or mill * min(share, 1.0),
+        "thread": mill * share,
+        "mill": mill * min(share, 1.0),
+        "sink": q.get(Q.BORE_FEED, 0.0),
+    }
