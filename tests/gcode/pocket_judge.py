@@ -120,3 +120,22 @@ def judge(moves, radius, shape, top, bottom, *, blank=None, allowance=0.0, floor
                 if is_rapid:
                     assert height[under].max(initial=-np.inf) <= place[2] + NOISE, place
                 height[under] = np.minimum(height[under], place[2])
+
+
+def judge_open_slot(moves, radius, slot, stock, bottom, allowance):
+    """Refuse (AssertionError) an open slot that is not milled whole, whose walls are touched, or that is entered from above."""
+    height = {}
+    for is_rapid, part in sample_path(moves):
+        below = part[part[:, 2] < -NOISE]
+        if len(below):
+            assert slot(below[:, :2]).max() <= -radius - allowance + NOISE
+            assert below[:, 2].min() >= bottom - NOISE
+        if is_rapid or part[0, 2] != part[-1, 2]:  # up and down: beside the stock
+            assert not len(below) or stock(below[:, :2]).min() >= radius - NOISE
+        else:
+            height.setdefault(round(part[0, 2], 6), []).append(part[:, :2])
+    deep = np.concatenate(height[round(bottom, 6)])
+    x, y = (np.arange(low - radius, high + radius, GRID) for low, high in zip(deep.min(0), deep.max(0), strict=True))
+    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    wanted = points[(stock(points) < 0) & (slot(points) < -allowance - 0.02)]
+    assert cKDTree(deep).query(wanted)[0].max() <= radius + 0.5 * SAMPLE**2

@@ -18,7 +18,14 @@ from verne_post.model.part_setup import Tool
 TOOLS = {number: Tool(number, number, (0.0, 0.0, 60.0, *(0.0,) * 6), 6.0) for number in (1, 2)}
 KEYS = (
     {},
-    {"fanuc": {"decimal_point": "conventional", "bore_shift": "-Y", "roll_pitch_yaw": "moving"}},
+    {
+        "fanuc": {
+            "decimal_point": "conventional",
+            "bore_shift": "-Y",
+            "roll_pitch_yaw": "moving",
+            "projection_angles": "turned",
+        }
+    },
     {"fanuc": {"motion": "G1", "units": "inch"}},
 )
 

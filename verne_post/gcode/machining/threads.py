@@ -1,7 +1,7 @@
 """Threads that a mill cuts: helices about the axis of a hole or stud, from and to a place beside on half circles.
 
 For every language: it turns its parameters into a :class:`MilledThread`, and executes the strokes. Local coordinates
-(u, v), mm, have the axis at 0. Each helix begins at u = ``radius``, v = 0.
+(u, v), mm, have the axis at 0.
 """
 
 import math
@@ -34,6 +34,11 @@ class MilledThread(Struct, frozen=True):
         1: counter-clockwise, -1: clockwise.
     goes_deeper : bool
         A tool that goes down leaves its helix on the way to the side, below its end. If not, it leaves at that height.
+    first : float
+        Angle at which each helix begins, degrees.
+    overrun : float or None
+        How far the tool goes along the axis on a half circle, mm, as the control has it; None: at the slope of the
+        helix.
     """
 
     radius: float
@@ -41,11 +46,19 @@ class MilledThread(Struct, frozen=True):
     lead: float
     sense: int
     goes_deeper: bool = True
+    first: float = 0.0
+    overrun: float | None = None
 
     @property
     def ramp(self) -> float:
-        """Mm upwards on a half circle with the slope of the helix; from the middle of a hole a quarter of the lead."""
+        """Mm upwards on a half circle; at the slope of the helix a quarter of the lead from the middle of a hole."""
+        if self.overrun is not None:
+            return math.copysign(self.overrun, self.lead)
         return 0.25 * self.lead * abs(self.away - self.radius) / self.radius
+
+    def find_place(self, away: float, turns: float = 0.0) -> Point:
+        """Where the tool is so far from the axis (mm), so many turns after the beginning of a helix."""
+        return turn_way((0.0, 0.0), (away, 0.0), self.first + self.sense * _FULL_TURN * turns)
 
 
 def list_helices(top: float, bottom: float, lead: float, apart: float | None) -> list[tuple[float, float]]:
@@ -70,7 +83,7 @@ def list_helices(top: float, bottom: float, lead: float, apart: float | None) ->
 
 
 def mill_thread(thread: MilledThread, helices: list[tuple[float, float]]) -> Iterator[Stroke]:
-    """Strokes of the helices, each from and to u = ``away``; a thread that lacks a turn ends at another angle.
+    """Strokes of the helices, each from and to the distance ``away``; a thread that lacks a turn ends at another angle.
 
     Parameters
     ----------
@@ -84,20 +97,19 @@ def mill_thread(thread: MilledThread, helices: list[tuple[float, float]]) -> Ite
         Local coordinates, mm. "plunge" leads along the axis to where a half circle begins, "approach" are half circles
         onto the helix, "thread" are the helices, whose feed rate may be that of the wall, "mill" leads away from them.
     """
-    begin: Point = (thread.radius, 0.0)
+    beside, begin = thread.find_place(thread.away), thread.find_place(thread.radius)
     for height, turns in helices:
-        yield Stroke((thread.away, 0.0), height - thread.ramp, "plunge")
-        yield _lead_on_half_circle((thread.away, 0.0), begin, height, "approach", thread)
+        yield Stroke(beside, height - thread.ramp, "plunge")
+        yield _lead_on_half_circle(beside, begin, height, "approach", thread)
         whole, rest = divmod(turns, 1.0)
         for number in range(round(whole)):
             yield Stroke(begin, height + thread.lead * (number + 1), "thread", (0.0, 0.0), thread.sense * _FULL_TURN)
-        angle, last = math.radians(thread.sense * _FULL_TURN * rest), height + thread.lead * turns
-        end, beside = (turn_way((0.0, 0.0), (u, 0.0), math.degrees(angle)) for u in (thread.radius, thread.away))
-        if thread.radius * abs(angle) > ZERO_LENGTH_MM:
-            yield Stroke(end, last, "thread", (0.0, 0.0), math.degrees(angle))
+        last, end, sweep = height + thread.lead * turns, thread.find_place(thread.radius, rest), _FULL_TURN * rest
+        if thread.radius * math.radians(sweep) > ZERO_LENGTH_MM:
+            yield Stroke(end, last, "thread", (0.0, 0.0), thread.sense * sweep)
         if thread.lead > 0 or thread.goes_deeper:
             last += thread.ramp
-        yield _lead_on_half_circle(end, beside, last, "mill", thread)
+        yield _lead_on_half_circle(end, thread.find_place(thread.away, rest), last, "mill", thread)
 
 
 def mill_countersink(radius: float, away: float, height: float, sense: int) -> Iterator[Stroke]:
