@@ -52,7 +52,7 @@ class Mesh(Struct, frozen=True, eq=False):
     open_edges: int
     turned_edges: int
     volume: float
-    dropped: int = 0
+    dropped: int
 
     def list_corners(self) -> Array:
         """Corners (m, 3, 3) of the facets, mm."""

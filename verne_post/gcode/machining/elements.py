@@ -50,7 +50,7 @@ class Element(Struct, frozen=True):
     end: list[float]
     kind: MoveKind
     feed: float
-    axes: tuple[int, ...] = (0, 1, 2)
+    axes: tuple[int, ...]
     arc: Arc | None = field(default=None)
     arc_feed: ArcFeed = field(default_factory=ArcFeed)
     absolute: bool = True
