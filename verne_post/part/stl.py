@@ -34,7 +34,7 @@ class Mesh(Struct, frozen=True, eq=False):
     open_edges: int  #: Edges that belong to one facet alone.
     turned_edges: int  #: Edges which two facets run through in the same direction, or which belong to more than two.
     volume: float  #: mm3, of a closed mesh; negative where it is inside out.
-    dropped: int = 0  #: Facets of the file without an area.
+    dropped: int  #: Facets of the file without an area.
 
     def list_corners(self) -> Array:
         """Corners (m, 3, 3) of the facets, mm."""

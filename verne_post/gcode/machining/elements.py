@@ -31,7 +31,7 @@ class Element(Struct, frozen=True):
     end: list[float]
     kind: MoveKind  #: RAPID or FEED.
     feed: float  #: Feed rate, as the feed mode has it.
-    axes: tuple[int, ...] = (0, 1, 2)  #: Axes that the block names.
+    axes: tuple[int, ...]  #: Axes that the block names.
     arc: Arc | None = field(default=None)  #: None for a line.
     arc_feed: ArcFeed = field(default_factory=ArcFeed)  #: Where F holds on an arc, as it was in its block.
     absolute: bool = True  #: Whether its end was named in absolute coordinates.
