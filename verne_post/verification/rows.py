@@ -96,15 +96,10 @@ class LostPath(Struct, frozen=True):
 
 
 class RowMatcher:
-    """Matches a stream of rows with the items of a program, and measures them.
-
-    Attributes
-    ----------
-    forward : callable
-        (q, tool_length) -> tip, nominal angles, ok.
-    """
+    """Matches a stream of rows with the items of a program, and measures them."""
 
     def __init__(self, reference: Reference, forward: Forward, *, joints_by_axis: bool = False) -> None:
+        #: forward: (q, tool_length) -> tip, nominal angles, ok.
         self.reference, self.forward, self._joints_by_axis = reference, forward, joints_by_axis
         #: The largest angle between the true tool axis and that of the nominal angles so far, rad.
         self.axis_error = 0.0
