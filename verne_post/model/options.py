@@ -292,7 +292,7 @@ class Options:
         if self.solver != "reachability" and importlib.util.find_spec("toppra") is None:
             raise UsageError(
                 "solver",
-                f"{self.solver} needs toppra, which is not installed; on Linux x86-64 pip install toppra has it ready, elsewhere "
+                f"{self.solver} needs toppra, which is not installed; pip install toppra brings it; outside Linux x86-64 "
                 "it is built from source and needs a C++ compiler. The solver reachability needs nothing",
             )
 
