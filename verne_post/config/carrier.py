@@ -127,10 +127,10 @@ def describe_refused_carrier(carrier: object, schema: object) -> str | None:
     if schema == 2 and ("rods" in keys or "struts" in keys):
         return None
     return (
-        "carrier: what it describes is not executed; a carrier in a chain (schema 2) has three struts "
-        "of variable length and a central "
-        "leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; over "
-        "the tilting rotary table "
+        "carrier: a carrier of this kind is not executed; a carrier in a chain (schema 2) has three struts of "
+        "variable length and a central "
+        "leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; over the tilting "
+        "rotary table "
         "(schema 1) there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'"
     )
 
