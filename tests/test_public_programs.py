@@ -8,6 +8,9 @@ import numpy as np
 from tests.benchmarks.public_programs import ROOT, judge, table_rows
 from tests.gcode.conftest import make_tool
 from verne_post import convert
+from verne_post.app.assemble import build_interpreter_setup
+from verne_post.gcode.read import interpret_program
+from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 
 CORPUS = ROOT / "tests" / "corpus" / "apt"
@@ -58,3 +61,32 @@ def test_one_part_of_four_controls_has_the_same_setpoints(machine):
         values.append(result.setpoints.values)
     assert np.ptp(values[0], axis=0).min() > 1  # every axis moves
     assert max(np.abs(each - values[0]).max() for each in values[1:]) < 1e-6
+
+
+def find_places(machine, name, raw):
+    """Places of the axes, mm and degrees, after each move of a program at a feed rate or on an arc, and after the last."""
+    given = {"tools": {1: make_tool(1, 80.0, 8.0)}, "remap": dict.fromkeys(("M10", "M11", "M12", "M13"), "event")}
+    options = Options(source_name=name, wcs={"G54": (0.0, 0.0, 40.0)}, **given)
+    moves = interpret_program(raw, build_interpreter_setup(machine, options))
+    rows = np.flatnonzero(np.isin(moves.kind, (MoveKind.FEED, MoveKind.ARC)))
+    return np.array(
+        [
+            machine.coordinates.map_to_machine(moves.end[row], moves.frames[moves.frame[row]])[:6]
+            for row in (*rows, len(moves) - 1)
+        ]
+    )
+
+
+def test_one_slot_on_a_side_as_posts_of_two_controls_write_it(machine):
+    """CYCLE800, a frame under TRAORI, Euler and projected angles of G68.2, G254 and G234: the same places of all axes.
+
+    The plane is turned by 20 degrees about X, 5 mm above G54. umc.nc is written with six decimals.
+    """
+    zero = find_places(machine, "zero.ngc", b"G21 G90 G54\nT1 M6 G43 H1\nG0 X0 Y0 Z0 A-20 C0\nM2\n")[-1]
+    plane = zero + (0, 5.0 * np.sin(np.radians(20.0)), 5.0 * np.cos(np.radians(20.0)), 0, 0, 0)
+    ends = plane + np.array([(u, v, -1, 0, 0, 0) for u, v in ((-10, 4), (10, 4), (10, 8), (-10, 8))])
+    for name, again, close in (("siemens/side.mpf", 4, 1e-9), ("fanuc/side.nc", 4, 1e-9), ("fanuc/umc.nc", 2, 2e-6)):
+        found = find_places(machine, name, (CORPUS.parent / name).read_bytes())[:-1]
+        expected = np.concatenate([ends, ends[:again]])
+        assert found.shape == expected.shape, name
+        assert np.abs(found - expected).max() < close, name

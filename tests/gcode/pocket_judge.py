@@ -39,17 +39,16 @@ def circle(radius, middle=(0.0, 0.0)):
     return lambda points: np.hypot(*(points - middle).T) - radius
 
 
-def polygon(count, inradius, corner, angle, middle=(0.0, 0.0)):
-    """A regular polygon with round corners, one of them at an angle; ``inradius`` of its inscribed circle."""
-    half = math.pi / count
+def polygon(sides, across, corner, angle=0.0, middle=(0.0, 0.0)):
+    """A regular polygon, ``across`` wide over its flats, one of which is in the direction of the angle."""
+    step, inner = 2 * math.pi / sides, 0.5 * across - corner
 
     def distance(points):
         x, y = (points - middle).T
-        beside = (np.arctan2(y, x) - math.radians(angle)) % (2 * half) - half  # from the middle of the nearest side
-        size = np.hypot(x, y)
-        along = np.abs(size * np.sin(beside)) - (inradius - corner) * math.tan(half)
-        out = size * np.cos(beside) - inradius + corner
-        return np.where(out > 0, np.hypot(np.maximum(along, 0), out), out) - corner
+        beside = (np.arctan2(y, x) - math.radians(angle) + 0.5 * step) % step - 0.5 * step
+        away = np.hypot(x, y)
+        u, v = away * np.cos(beside) - inner, np.abs(away * np.sin(beside)) - inner * math.tan(0.5 * step)
+        return np.where((u > 0) & (v > 0), np.hypot(u, np.maximum(v, 0)), u) - corner
 
     return distance
 
@@ -120,3 +119,22 @@ def judge(moves, radius, shape, top, bottom, *, blank=None, allowance=0.0, floor
                 if is_rapid:
                     assert height[under].max(initial=-np.inf) <= place[2] + NOISE, place
                 height[under] = np.minimum(height[under], place[2])
+
+
+def judge_open_slot(moves, radius, slot, stock, bottom, allowance):
+    """Refuse (AssertionError) an open slot that is not milled whole, whose walls are touched, or that is entered from above."""
+    height = {}
+    for is_rapid, part in sample_path(moves):
+        below = part[part[:, 2] < -NOISE]
+        if len(below):
+            assert slot(below[:, :2]).max() <= -radius - allowance + NOISE
+            assert below[:, 2].min() >= bottom - NOISE
+        if is_rapid or part[0, 2] != part[-1, 2]:  # up and down: beside the stock
+            assert not len(below) or stock(below[:, :2]).min() >= radius - NOISE
+        else:
+            height.setdefault(round(part[0, 2], 6), []).append(part[:, :2])
+    deep = np.concatenate(height[round(bottom, 6)])
+    x, y = (np.arange(low - radius, high + radius, GRID) for low, high in zip(deep.min(0), deep.max(0), strict=True))
+    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    wanted = points[(stock(points) < 0) & (slot(points) < -allowance - 0.02)]
+    assert cKDTree(deep).query(wanted)[0].max() <= radius + 0.5 * SAMPLE**2

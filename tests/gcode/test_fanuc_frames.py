@@ -5,6 +5,8 @@ programmable mirror image, polar coordinate command, tilted working plane, optio
 """
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -126,6 +128,51 @@ def test_tilted_planes(run, text, origin, rotation):
     assert at[3] - at[0] == pytest.approx(rotation[:, 2], abs=1e-9)
 
 
+@pytest.mark.parametrize("choice", ["", "turned", "rising"])
+@pytest.mark.parametrize(("i", "j", "k"), [(0, 20, 0), (0, -35, 50), (20, 0, 0), (30, 20, 0), (-40, 25, 70)])
+def test_planes_of_two_projected_angles(run, view, choice, i, j, k):
+    """X has the angle I in the plane of X and Z, the trace of the plane in Y and Z the angle J; K turns in the plane."""
+    text = f"G68.2 P4 X1 Y2 Z3 I{i} J{j} K{k} / G1 X0 Y0 Z0 / X1 / Y1 / Z1 X0 Y0"
+    if i and not choice:
+        findings = view("%\nO1\n" + text.replace(" / ", "\n") + "\nM30\n%", dialect="fanuc")[1]
+        assert [(item.code, "projection_angles" in item.message) for item in findings] == [("VP005", True)]
+        return
+    at = places(run(text, control={"fanuc": {"projection_angles": choice}}))
+    assert at[0] == pytest.approx((1, 2, 3), abs=1e-9)
+    x, y, z = at[1] - at[0], at[2] - at[1], at[3] - at[0]
+    assert np.column_stack([x, y, z]).T @ np.column_stack([x, y, z]) == pytest.approx(np.eye(3), abs=1e-9)
+    assert np.cross(x, y) == pytest.approx(z, abs=1e-9)
+    before = math.cos(math.radians(k)) * x - math.sin(math.radians(k)) * y  # X without K
+    up = math.radians(i if choice == "rising" else -i)
+    assert before == pytest.approx((math.cos(up), 0, math.sin(up)), abs=1e-9)
+    trace = np.cross(z, (1, 0, 0))  # the line of the plane along which X of the part does not change
+    assert math.degrees(math.atan2(trace[2], trace[1])) == pytest.approx(j, abs=1e-9)
+
+
+def read_planes():
+    """Rows of the page: block, key, directions of X, Y, Z."""
+    page = (Path(__file__).parents[2] / "docs" / "fanuc.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(G68.2 P4[^`]*)` \| (\w*) ?\| (.+?) \| (.+?) \| (.+?) \|$", page, re.MULTILINE)
+    return [(block, key, np.array([row.split(",") for row in axes], dtype=float)) for block, key, *axes in rows]
+
+
+@pytest.mark.parametrize(("block", "key", "axes"), read_planes())
+def test_planes_of_the_page(run, block, key, axes):
+    text = f"{block.replace('P4', 'P4 X0 Y0 Z0')} / G1 X0 Y0 Z0 / X1 / X0 Y1 / Y0 Z1"
+    at = places(run(text, control={"fanuc": {"projection_angles": key}}))
+    assert at[1:4] == pytest.approx(axes, abs=6e-5)
+
+
+def test_the_page_has_its_planes():
+    assert len(read_planes()) == 4
+
+
+def test_two_projected_angles_that_span_no_plane(view):
+    control = {"fanuc": {"projection_angles": "turned"}}
+    found = view("%\nO1\nG68.2 P4 X0 Y0 Z0 I90. J89.5\nM30\n%", dialect="fanuc", control=control)[1]
+    assert [(item.code, "on one line" in item.message) for item in found] == [("VP007", True)]
+
+
 @pytest.mark.parametrize(("choice", "rotation"), [
     ("fixed", make_rotation("z", 30) @ make_rotation("y", 20) @ make_rotation("x", 10)), ("moving", make_rotation("x", 10) @ make_rotation("y", 20) @ make_rotation("z", 30)),
 ])  # fmt: skip
@@ -213,7 +260,7 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G51 X0 Y0 Z0 P2. / G51 P2.", "VP017", "G50"), ("G51 X0 Y0 Z0 P2. / G28 X0", "VP017", "G28"), ("G51 X0 Y0 Z0 P2. / G55", "VP017", "G50"),
     ("G51 X0 Y0 Z0 I2. J3. / G2 X9 Y9 I9", "VP017", "ellipse"), ("G51.1", "VP005", "axes"), ("G68 X0 Y0 R9 / G51.1 X0", "VP017", "G69"), ("G51.1 Z0 / G81 Z-3 R2", "VP017", "below"),
     ("G16 / G91 G1 X5", "VP002", "G90"), ("G16 / G2 X5 Y5 I5", "VP017", "R"), ("G18 G16 / G1 X5 Y5", "VP017", "G17"), ("G51.1 X0 / G16", "VP017", "G50"),
-    ("G68.2 P4 I1", "VP002", "P4"), ("G68.2 P2 Q1 X0 / G1 X1", "VP005", "Q2, Q3"), ("G68.2 P2 Q4", "VP007", "Q4"), ("G68.2 P3 Q1 I1 / G68.2 P3 Q2 I1", "VP007", "right angles"),
+    ("G68.2 P4 I1", "VP005", "projection_angles"), ("G68.2 P4 J1 Q1", "VP006", "Q"), ("G68.2 P5 I1", "VP007", "P0 to P4"), ("G68.2 P2 Q1 X0 / G1 X1", "VP005", "Q2, Q3"), ("G68.2 P2 Q4", "VP007", "Q4"), ("G68.2 P3 Q1 I1 / G68.2 P3 Q2 I1", "VP007", "right angles"),
     ("G68.2 P2 Q1 X0 / G68.2 P2 Q2 X1 / G68.2 P2 Q3 X2", "VP007", "line"), ("G68.2 P1 Q122 I1", "VP007", "Q122"), ("G68.2 P0 Q1 I1", "VP006", "Q"), ("G68.3 R0", "VP017", "vertical"),
     ("G68.3 X1", "VP005", "X, Y and Z"), ("G53.6 H1", "VP017", "G68.2"), ("G68.2 I0 / G53.6 H1 R5", "VP002", "R"), ("G68.4 X0", "VP002", "G68.4"),
     ("G68 X0 Y0 R9 / #1=#5001", "VP025", "#5001"), ("G51.1 X0 / #1=#5042", "VP025", "#5042"), ("G1 X9 ,R2 / M8", "VP017", "line or an arc"), ("G1 X9 ,R2 / G0 Y9", "VP017", "line or an arc"), ("G0 X9 ,R2", "VP017", "feed move"), ("G1 X1 ,R2 / Y9", "VP008", ",R"),
@@ -221,7 +268,7 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G83 Z-3 R2 I1 J1", "VP005", "together"), ("G83 Z-3 R2 I1 J1 K2", "VP007", "fall"), ("G83 Z-3 R2 I1 J0 K0", "VP007", "fall"), ("G83 Z-3 R2 I1 J0 K1 Q1", "VP007", "fall"), ("G83 Z-3 R2 I1 J.1 K.00001", "VP007", "pecks"),
     ("G76 Z-3 R2 Q0.2", "VP005", "bore_shift"), ("G76 Z-3 R2", "VP005", "Q greater"), ("G87 Z-3 R2 Q1", "VP002", "G87"), ("G81 Z-3 R2 / G80 / G82 Z-3 P1", "VP005", "R"),
     ("G10 L11 P9 R1", "VP012", "tool 9"), ("G10 L12 P1", "VP005", "R"), ("G10 L14 P1 R1", "VP002", "L14"), ("G91 G30 P3 Z0", "VP015", "P3"), ("G150 I5. F9", "VP002", "G12 or G13"), ("G114", "VP002", "G154 P"), ("G12 I5. F9", "VP005", "G12 needs D"),
-    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101", "VP005", "axes"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
+    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"), ("G54 G254 / G54.1 P3", "VP017", "G255"), ("G68.2 I10 / G54", "VP017", "G69"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101", "VP005", "axes"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
 ])  # fmt: skip
 def test_refusals(view, text, code, part):
     source = "\n".join(["%", "O1", "G21 G90 G17", "G0 X0 Y0 Z0 S500 M3", "F100", *text.split(" / "), "M30", "%"])
@@ -246,6 +293,14 @@ def test_a_dynamic_work_offset_counts_along_the_machine_from_the_origin_on_the_t
     ends = [(1, 2, 3), (11, 2, 3), (11, 12, 3), (11, 12, 13), (0, 0, 0)]
     assert np.array(at[1:]) - zero == pytest.approx(np.array(ends, dtype=float), abs=1e-9)
     assert not [item for item in moves.findings if item.code == "VP037"]
+
+
+def test_the_work_offset_in_force_may_be_named_again_under_a_dynamic_one(run):
+    """As posts for Haas write it; it changes nothing. Under G68.2, and another offset, it stays refused."""
+    head = "G55 / G0 X0 Y0 Z0 A20 C30 / G254 / "
+    one, two = (run(f"{head}{text}G0 X1 Y2 Z3 / G255 / X5") for text in ("", "G55 "))
+    assert one.end == pytest.approx(two.end, abs=0)
+    assert one.frame.tolist() == two.frame.tolist()
 
 
 def test_haas_codes_are_shown(run):

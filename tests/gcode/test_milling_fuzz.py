@@ -1,6 +1,7 @@
 """Milling cycles with values at random: no traceback, no hang, nothing passed over, and what runs is the pocket.
 
-``python -m tests.gcode.test_milling_fuzz N FIRST [LANGUAGE]`` tries N programs, of one language, from number FIRST on.
+``python -m tests.gcode.test_milling_fuzz N FIRST NAME...`` tries N programs from number FIRST on: of all kinds, of one language
+(heidenhain, siemens), or of these cycles of Siemens.
 """
 
 import itertools
@@ -63,7 +64,8 @@ NUMBERS = (
 #: More likely values, by parameter.
 LIKELY = {
     "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "MID": 3, "FFP1": 500, "FFD": 100, "PA": 0, "PO": 0, "LENG": 40, "WID": 24, "NUM": 2, "VARI": 11, "PRAD": 20, "AFSL": 60, "RAD": 30,
-    "_GMODE": 0, "_DMODE": 0, "_AMODE": 0, "AP1": 60, "AP2": 60, "LIM": 0, "SSF": 0,
+    "_GMODE": 0, "_DMODE": 0, "_AMODE": 0, "AP1": 60, "AP2": 60, "LIM": 0, "SSF": 0, "DIATH": 30, "H1": 2, "PIT": 2, "NT": 1, "FFR": 400, "KDIAM": 26, "SWL": 40, "RC": 2,
+    "_PITA": 0, "TYPTH": 0, "MIDA": 4, "STA": 10, "CDIR": 2, "FAL": 0.2, "FALD": 0,
     200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 335: 20, 239: 1.5, 355: 1, 356: -9, 357: 0, 358: 0, 359: 2, 360: 0, 254: 90, 257: 0, 256: 0, 258: 1, 385: 400, 386: -6, 389: 0,
     227: 0, 253: 700, 424: 60, 425: 60, 437: 0, 439: 0, 571: 20, 572: 6, 573: 1, 220: 2, 368: 0, 369: 0, 338: 0, 347: 0, 348: 0, 349: 0,
 }  # fmt: skip
@@ -105,19 +107,21 @@ def make_contour(rng, value):
     return f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{call}\nG0 Z99\nM30\n{contour}\n"
 
 
-def make_program(seed):
-    """A program with one cycle, in one of the two languages."""
+def make_program(seed, only=None):
+    """A program with one cycle, in one of the two languages, or with one of ``only``."""
     rng = random.Random(seed)
 
     def value(name):
         return LIKELY[name] if name in LIKELY and rng.random() < 0.95 else rng.choice(NUMBERS)
 
-    if rng.random() < 0.3:
+    if only is None and rng.random() < 0.3:
         return "siemens", make_contour(rng, value)
-    if rng.random() < 0.5:
-        name = rng.choice(sorted(PARAMETERS))
+    if only is not None or rng.random() < 0.5:
+        name = rng.choice(sorted(PARAMETERS) if only is None else only)
+        special = {"CYCLE899": {"VARI": 1001}, "CYCLE79": {"NUM": 6, "VARI": 1}}.get(name, {})
         values = ",".join(
-            "" if rng.random() < 0.05 else str(value(one)) for one in PARAMETERS[name][: rng.randint(8, 40)]
+            "" if rng.random() < 0.05 else str(special[one] if one in special and rng.random() < 0.9 else value(one))
+            for one in PARAMETERS[name][: rng.randint(8, 40) if rng.random() < 0.3 else None]
         )
         return "siemens", f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{name}({values})\nG0 Z99\nM30\n"
     number = rng.choice([*CYCLES, 241, *THREADS])
@@ -130,11 +134,16 @@ def make_program(seed):
     )
 
 
-def try_program(seed):
+def try_program(seed, only=None):
     """Execute a program; it ends in time, in findings of its lines or in moves that reach the part."""
-    dialect, text = make_program(seed)
+    dialect, text = make_program(seed, only)
     begin = time.process_time()
-    options = Options(dialect=dialect, tools={1: make_tool(1, 10.0, TOOL)}, max_repeats=3_000)
+    options = Options(
+        dialect=dialect,
+        tools={1: make_tool(1, 10.0, TOOL)},
+        max_repeats=3_000,
+        control={"siemens": {"polygon_angle": "side"}},
+    )
     moves, findings = view_moves_plainly(text.encode(), options)
     assert time.process_time() - begin < 5.0, text
     if findings:
@@ -189,7 +198,10 @@ def make_pocket(seed):
         q |= {573: pick([0, 1]), 571: rng.uniform(5, 40), 572: rng.randint(3, 30), 224: rng.uniform(-180, 180)}
         inradius = 0.5 * q[571] * (math.cos(math.pi / q[572]) if q[573] else 1.0)
         q |= {220: rng.uniform(0, inradius), 222: q[571] + rng.uniform(0, 40)}
-        shape, blank = polygon(q[572], inradius, q[220], q[224], (x, y)), circle(0.5 * q[222], (x, y))
+        shape, blank = (
+            polygon(q[572], 2 * inradius, q[220], q[224] + 180 / q[572], (x, y)),
+            circle(0.5 * q[222], (x, y)),
+        )
     else:
         q[219] = rng.uniform(TOOL + 2 * side, 15.9)
         if number == 253:
@@ -229,9 +241,8 @@ def test_pockets_at_random(first):
 
 
 if __name__ == "__main__":
-    count, first = int(sys.argv[1]), int(sys.argv[2])
-    seeds = (
-        seed for seed in itertools.count(first) if make_program(seed)[0] in (sys.argv[3:] or ("siemens", "heidenhain"))
-    )
-    good = sum(try_program(seed) for seed in itertools.islice(seeds, count))
+    count, first, names = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
+    cycles = [name for name in names if name in PARAMETERS] or None
+    seeds = (seed for seed in itertools.count(first) if cycles or not names or make_program(seed)[0] in names)
+    good = sum(try_program(seed, cycles) for seed in itertools.islice(seeds, count))
     sys.stdout.write(f"{count} programs from {first} on, {good} without an error\n")

@@ -86,9 +86,9 @@ STUDS = {
     "with finishing": (256, {**SQUARE, 424: 70}, rectangle(40, 24, 6, 0, HERE), rectangle(70, 30, 0, 0, HERE)),
     "circle": (257, {}, circle(20, HERE), circle(25, HERE)),
     "circle, from an angle, with finishing": (257, {376: 45, 222: 80, **SQUARE}, circle(20, HERE), circle(40, HERE)),
-    "hexagon": (258, {222: 60}, polygon(6, 10, 6, 0, HERE), circle(30, HERE)),
-    "triangle through its corners, sharp, turned, up-cut": (258, {573: 1, 571: 40, 572: 3, 220: 0, 224: 20, 351: -1}, polygon(3, 10, 0, 20, HERE), circle(25, HERE)),
-    "square, with finishing": (258, {**SQUARE, 571: 20, 572: 4, 220: 2, 224: -30}, polygon(4, 10, 2, -30, HERE), circle(25, HERE)),
+    "hexagon": (258, {222: 60}, polygon(6, 20, 6, 30, HERE), circle(30, HERE)),
+    "triangle through its corners, sharp, turned, up-cut": (258, {573: 1, 571: 40, 572: 3, 220: 0, 224: 20, 351: -1}, polygon(3, 20, 0, 80, HERE), circle(25, HERE)),
+    "square, with finishing": (258, {**SQUARE, 571: 20, 572: 4, 220: 2, 224: -30}, polygon(4, 20, 2, 15, HERE), circle(25, HERE)),
     "corners as round as the circle inside": (258, {220: 10}, circle(10, HERE), circle(25, HERE)),
 }  # fmt: skip
 

@@ -2,13 +2,14 @@
 
 import math
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.gcode.conftest import make_tool
-from tests.gcode.pocket_judge import circle, curved_slot, judge, rectangle
+from tests.gcode.pocket_judge import circle, curved_slot, judge, judge_open_slot, polygon, rectangle
 from verne_post.gcode.siemens.milling_values import PARAMETERS
 from verne_post.model.moves import MoveKind
 
@@ -17,7 +18,16 @@ HEAD = "T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n"
 COMMON = {
     "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "LENG": 40, "WID": 24, "CRAD": 6, "PRAD": 20, "PA": 10, "PO": 20, "MID": 3, "FFP1": 500, "FFD": 150, "VARI": 11,
     "MIDA": 4, "RAD1": 3, "DP1": 2, "AP1": 50, "AP2": 30, "NUM": 1, "RAD": 20, "AFSL": 70, "STA1": 10, "FAL": 0, "FALD": 0, "CDIR": 0, "MIDF": 0, "STA2": 3,
+    "DIATH": 40, "H1": 6, "KDIAM": 30, "PIT": 1.5, "NT": 1, "FFR": 500, "TYPTH": 0, "SWL": 30, "RC": 3,
 }  # fmt: skip
+
+#: Values of COMMON that mean something else in a cycle.
+OF_CYCLE = {
+    "CYCLE70": {},
+    "CYCLE79": {"VARI": 1, "NUM": 6},
+    "CYCLE90": {"CDIR": 2},
+    "CYCLE899": {"VARI": 1001},
+}
 
 
 def write(name, **values):
@@ -25,7 +35,9 @@ def write(name, **values):
     values = {
         **COMMON,
         **(
-            {"VARI": 1}
+            OF_CYCLE[name]
+            if name in OF_CYCLE
+            else {"VARI": 1}
             if name.startswith(("CYCLE7", "POCKET1", "POCKET2"))
             else {"VARI": 31}
             if name == "CYCLE61"
@@ -40,9 +52,14 @@ def write(name, **values):
 def mill(view):
     """Execute one cycle with a tool of 8 mm; (moves, findings)."""
 
-    def run(name, head=HEAD, **values):
+    def run(name, head=HEAD, polygon_angle="side", **values):
         text = f"{head}{write(name, **values)}\nM30\n"
-        return view(text, dialect="siemens", tools={1: make_tool(1, 10.0, TOOL)})
+        return view(
+            text,
+            dialect="siemens",
+            tools={1: make_tool(1, 10.0, TOOL)},
+            control={"siemens": {"polygon_angle": polygon_angle}},
+        )
 
     return run
 
@@ -84,10 +101,62 @@ def test_finishing_after_roughing_with_allowances(view):
     judge(moves, 0.5 * TOOL, rectangle(40, 24, 6, 0, HERE), 0.0, -6.0, allowance=0.3, floor_allowance=0.2)
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"CDIR": 1, "STA": 25},
+        {"MIDA": 7.9, "MID": 0, "FAL": 0.3, "FALD": 0.2},
+        {"LENG": 12, "WID": 9, "MIDA": 0.5},
+        {"WID": 40},
+    ],
+)
+@pytest.mark.parametrize("kind", [1001, 2])
+def test_open_slots_are_milled_whole_and_their_walls_not_touched(mill, values, kind):
+    """Roughed and finished: within LENG all of the floor, and the tool goes down outside of the stock, which ends there."""
+    given = {"LENG": 40, "WID": 14, "STA": 0, **values}
+    moves, findings = mill("CYCLE899", VARI=kind, **{**given, **({"FALD": 0.2} if kind == 2 else {})})
+    assert findings == ()
+    side, floor = (given.get("FAL", 0), given.get("FALD", 0)) if kind == 1001 else (0, 0)
+    long = rectangle(500, given["WID"], 0, given["STA"], HERE)
+    stock = rectangle(given["LENG"], given["WID"], 0, given["STA"], HERE)
+    judge_open_slot(moves, 0.5 * TOOL, long, stock, -6.0 + floor, side)
+
+
+def test_circles_of_an_open_slot_worked_out_by_hand(mill):
+    """16 x 14, tool 8: half circles of 7 - 4 = 3 from 8 + 4 + 2 + 3 = 17 before the middle in 25 / 5 steps to its end."""
+    moves, findings = mill("CYCLE899", LENG=16, WID=14, MID=0, MIDA=5)
+    assert findings == ()
+    rows = [tuple(float(value) for value in np.round(end[:3], 6) + 0.0) for end in moves.end][1:]
+    middles = (-7, -2, 3, 8, 13, 18)
+    loops = [((front, 17, -6), (front, 23, -6), (back, 23, -6), (back, 17, -6)) for back, front in pairwise(middles)]
+    assert rows == [(-7, 17, 40), (-7, 17, 2), (-7, 17, -6), *sum(loops, ()), (24, 17, -6), (24, 17, 2), (24, 17, 20)]
+    centers = [(x, 20) for pair in zip(middles[1:], middles, strict=False) for x in pair]
+    np.testing.assert_allclose(moves.arcs.center[:, :2], centers, atol=1e-9)
+    assert moves.arcs.sweep.tolist() == [180.0] * 10
+
+
+def test_a_polygon_worked_out_by_hand(mill):
+    """A square of 30, turned by 45 degrees where STA is that of a corner: as CYCLE76 with STA 45 in a round blank."""
+    moves, findings = mill("CYCLE79", NUM=4, RC=0, AP1=40, MID=0, MIDA=0)
+    assert findings == ()
+    arcs = moves.kind == MoveKind.ARC
+    # from beside the blank on a quarter circle to 15 + 4 to the right of the middle, then round against the clock: up-cut none
+    assert moves.end[arcs][0][:2] == pytest.approx((10 + 19, 20))
+    corner, findings = mill("CYCLE79", NUM=4, RC=0, AP1=40, MID=0, MIDA=0, polygon_angle="corner")
+    assert findings == ()
+    away = 19 * math.sqrt(0.5)
+    assert corner.end[corner.kind == MoveKind.ARC][0][:2] == pytest.approx((10 + away, 20 + away))
+    found = mill("CYCLE79", polygon_angle="")[1]
+    assert [(item.code, "polygon_angle" in item.message) for item in found] == [("VP002", True)]
+
+
 @pytest.mark.parametrize(("name", "values", "shape", "blank"), [
     ("CYCLE76", {"STA": 25}, rectangle(40, 24, 6, 25, HERE), rectangle(50, 30, 0, 25, HERE)),
     ("CYCLE76", {"_GMODE": 5000, "CDIR": 1}, rectangle(40, 24, 6, 0, (-10, 8)), rectangle(50, 30, 0, 0, (-10, 8))),
     ("CYCLE77", {"AP1": 30}, circle(20, HERE), circle(30, HERE)),
+    ("CYCLE79", {"AP1": 60, "STA": 20}, polygon(6, 30, 3, 20, HERE), circle(30, HERE)),
+    ("CYCLE79", {"AP1": 34, "NUM": 8, "RC": 0, "MIDA": 0, "CDIR": 1}, polygon(8, 30, 0, 0, HERE), circle(17, HERE)),
 ])  # fmt: skip
 def test_spigots_stand_and_their_blanks_are_gone(mill, name, values, shape, blank):
     moves, findings = mill(name, **values)
@@ -193,9 +262,15 @@ HOLES = "G0 Z2\n" + "\n".join(
 #: The wall is milled at 500 mm/min.
 ON_WALL = 500 * math.hypot(12 * math.pi, 1.5) / math.hypot(20 * math.pi, 1.5)
 THREAD = (
-    f"G0 Z2\nG1 Z-6.375 F700\nG3 X16 Y20 I3 J0 Z-6 F{ON_WALL:.10f}\n"
+    f"G0 Z2\nG1 Z-6.375 F{ON_WALL:.10f}\nG3 X16 Y20 I3 J0 Z-6\n"
     + "".join(f"G3 X16 Y20 I-6 J0 Z{z}\n" for z in (-4.5, -3, -1.5, 0))
     + "G3 X10 Y20 I-3 J0 Z0.375\nG0 Z2\nG0 Z20"
+)
+#: The same downwards.
+DOWN = (
+    f"G0 Z2\nG1 Z0.375 F{ON_WALL:.10f}\nG2 X16 Y20 I3 J0 Z0\n"
+    + "".join(f"G2 X16 Y20 I-6 J0 Z{z}\n" for z in (-1.5, -3, -4.5, -6))
+    + "G2 X10 Y20 I-3 J0 Z-6.375\nG0 Z2\nG0 Z20"
 )
 #: Each in Siemens, Klartext, RS274/NGC and Fanuc; where a control has no cycle for it, written out.
 SAME = {
@@ -209,7 +284,8 @@ SAME = {
         "CYCL DEF 220 C Q216=0 Q217=0 Q244=40 Q245=15 Q246=375 Q247=72 Q241=5 Q200=2 Q203=0 Q204=2 Q301=0",
         HOLES, "G0 Z2\nG99 G81 Z-6 R2 L0 F150\nG70 X0 Y0 I20 J15. L5\nG80",
     ),
-    "milled thread": (THREAD, "CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253=700 Q351=1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL", THREAD, THREAD),
+    "milled thread": (f"CYCLE70(20,0,2,-6,20,0.92,0,1.5,1,0,{ON_WALL:.10f},0,10,20,0,21)", f"CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253={ON_WALL:.10f} Q351=1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL", THREAD, THREAD),
+    "milled thread, downwards": (f"CYCLE90(20,0,2,-6,,20,18.16,1.5,{ON_WALL:.10f},2,0,10,20)", f"CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253={ON_WALL:.10f} Q351=-1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL", DOWN, DOWN),
     "tapped thread": (
         "G0 Z20\nCYCLE84(20,0,2,-6,,,3,,1.25,0,500,500)", "L Z+20 FMAX\nTOOL CALL S500\nCYCL DEF 207 R Q200=2 Q201=-6 Q239=1.25 Q203=0 Q204=20\nCYCL CALL",
         "G0 Z20\nS500 M3\nG99 G84 Z-6 R2 F625\nG80\nG0 Z20", "G0 Z20\nM29 S500\nG98 G84 Z-6 R2 F625\nG80",
@@ -234,6 +310,10 @@ def test_the_same_in_four_languages(view, name):
     ("POCKET3", {"_DMODE": 2}, "VP002", "_DMODE"), ("POCKET3", {"MID": 0.0001}, "VP007", "strokes"), ("POCKET3", {"FFP1": -1}, "VP009", "FFP1"), ("POCKET4", {"PRAD": 0}, "VP007", "PRAD"),
     ("SLOT1", {"LENG": 10, "WID": 12}, "VP007", "LENG"), ("SLOT1", {"NUM": 0}, "VP007", "NUM"), ("SLOT1", {"SSF": 2000}, "VP002", "SSF"), ("SLOT1", {"_GMODE": 1000}, "VP002", "_GMODE"),
     ("SLOT2", {"AFSL": 350, "WID": 12}, "VP007", "AFSL"), ("CYCLE76", {"AP1": 30}, "VP007", "AP1"), ("CYCLE61", {"LIM": 1}, "VP002", "LIM"), ("CYCLE61", {"VARI": 51}, "VP002", "VARI"),
+    ("CYCLE79", {"NUM": 5}, "VP002", "NUM"), ("CYCLE79", {"NUM": 2}, "VP002", "NUM"), ("CYCLE79", {"NUM": 9998}, "VP007", "NUM"), ("CYCLE79", {"RC": 16}, "VP007", "RC"),
+    ("CYCLE79", {"AP1": 29}, "VP007", "AP1"), ("CYCLE79", {"VARI": 4}, "VP002", "VARI"), ("CYCLE79", {"_AMODE": 1000}, "VP002", "_AMODE"), ("CYCLE899", {"VARI": 1}, "VP002", "VARI"),
+    ("CYCLE899", {"VARI": 2001}, "VP002", "VARI"), ("CYCLE899", {"MIDA": 0}, "VP007", "MIDA"), ("CYCLE899", {"WID": 8}, "VP007", "no room"), ("CYCLE899", {"WID": 7, "VARI": 2}, "VP007", "narrower"),
+    ("CYCLE899", {"_GMODE": 2000}, "VP002", "_GMODE"), ("CYCLE899", {"CDIR": 4}, "VP007", "CDIR"), ("CYCLE899", {"MIDA": 0.0001}, "VP007", "strokes"),
     ("CYCLE71", {"LENG": 0, "VARI": 31}, "VP007", "LENG"), ("POCKET1", {"SSF": 900}, "VP002", "SSF"),
 ])  # fmt: skip
 def test_mistakes_are_refused_before_the_first_move(mill, name, values, code, part):
@@ -274,9 +354,11 @@ OTHER = {
     "INDA": 30,
     "FDP": 5,
     "FDP1": 5,
+    "_PITA": 2,
 }
 BESIDE = {
     "_AMODE": {"RFP": -1},
+    "KDIAM": {"TYPTH": 1},
     "RAD1": {"VARI": 21},
     "DP1": {"VARI": 21},
     "STA2": {"VARI": 31},
@@ -331,10 +413,22 @@ def test_every_value_does_what_the_page_says(mill, name, value, kind):
         assert (shown[0] != shown[1]) == (effect == "executed"), cycle
 
 
+#: Other values where those of OTHER do not fit; None: no other is executed.
+DIFFERENT = {
+    ("CYCLE90", "CDIR"): 3,
+    ("CYCLE79", "NUM"): 8,
+    ("CYCLE79", "_GMODE"): None,
+    ("CYCLE899", "VARI"): 2,
+    ("CYCLE899", "_GMODE"): None,
+}
+
+
 def _other(cycle, name):
     """Another value that a cycle takes; None where it takes no other."""
+    if (cycle, name) in DIFFERENT:
+        return DIFFERENT[cycle, name]
     if name == "VARI":
-        return {"CYCLE61": 32, "CYCLE71": 41, "LONGHOLE": None, "SLOT1": 31, "SLOT2": 10}.get(
+        return {"CYCLE61": 32, "CYCLE70": 21, "CYCLE71": 41, "LONGHOLE": None, "SLOT1": 31, "SLOT2": 10}.get(
             cycle, 2 if cycle.startswith(("POCKET1", "POCKET2", "CYCLE7")) else 21
         )
     if name == "AP1" and cycle.startswith("POCKET"):

@@ -33,7 +33,7 @@ EXAMPLES = {
     "POCKET4": "T1 M6\nPOCKET4(20,0,2,-5,20,0,0,5,0,0,500,99,0,11)", "SLOT1": "T1 M6\nSLOT1(20,0,2,-5,,1,40,10,0,0,9,0,0,99,500,5)", "SLOT2": "T1 M6\nSLOT2(20,0,2,-5,,1,40,8,0,0,29,0,0,99,500,5)",
     "LONGHOLE": "T1 M6\nLONGHOLE(20,0,2,-5,,1,40,0,0,9,0,0,99,500,5)", "CYCLE61": "T1 M6\nCYCLE61(20,0,2,-5,0,0,40,30,5,0,0,500,31)", "CYCLE71": "T1 M6\nCYCLE71(20,0,2,-5,0,0,40,30,0,5,0,0,0,500,31)",
     "CYCLE76": "T1 M6\nCYCLE76(20,0,2,-5,,40,30,5,0,0,0,5,0,0,500,99,0,1,50,40)", "CYCLE77": "T1 M6\nCYCLE77(20,0,2,-5,,20,0,0,5,0,0,500,99,0,1,30)",
-    "CYCLE62": "T1 M6\nCYCLE62(\"A9\",0)\nM30\n%_N_A9_SPF\nX1", "CYCLE72": "T1 M6\nCYCLE72(\"A9\",20,0,2,-5,,,,500,99,1,40,1,5)\nM30\n%_N_A9_SPF\nG0 X1 Y1\nG1 X9\nM17",
+    "CYCLE70": "T1 M6\nCYCLE70(20,0,2,-5,20,1.2,0,2,1,0,500,0,10,20,0,11)", "CYCLE90": "T1 M6\nCYCLE90(20,0,2,-4,,20,16,2,500,3,0,10,20)", "CYCLE79": "T1 M6\nCYCLE79(20,0,2,-5,6,30,0,0,0,2,50,4,5,0,0,500,0,1)", "CYCLE899": "T1 M6\nCYCLE899(20,0,2,-5,40,14,0,0,0,5,1,0,0,500,0,1001)", "CYCLE62": "T1 M6\nCYCLE62(\"A9\",0)\nM30\n%_N_A9_SPF\nX1", "CYCLE72": "T1 M6\nCYCLE72(\"A9\",20,0,2,-5,,,,500,99,1,40,1,5)\nM30\n%_N_A9_SPF\nG0 X1 Y1\nG1 X9\nM17",
     "WORKPIECE": "WORKPIECE(,\"\",,\"BOX\",112,0,-20,-80,-50,-35,100,100)", "CYCLE800": "CYCLE800()", "CYCLE832": "CYCLE832(0.1,1)", **{name: f"{name}(20,0,2,-5)" for name in ("CYCLE81", "CYCLE82", "CYCLE83", "CYCLE86", "CYCLE89")},
 }  # fmt: skip
 EXECUTED = sorted({word for word, _does in load_maker("make_words").list_siemens_words()})
@@ -54,7 +54,8 @@ def test_no_word_is_in_two_tables():
 @pytest.mark.parametrize("word", [word for word in EXECUTED if not re.fullmatch("G5[1-9].", word) or word < "G558"])
 def test_executed_words_are_executed(view, word):
     program = EXAMPLES.get(word, word)
-    moves, errors = view(f"{HEAD}{program}\nM30", dialect="siemens", tapping="feed")
+    control = {"siemens": {"polygon_angle": "side"}}
+    moves, errors = view(f"{HEAD}{program}\nM30", dialect="siemens", tapping="feed", control=control)
     assert errors == ()
     assert not [
         event for event in moves.events if event.kind == "without effect" and word not in ("CYCLE832", "CUTMOD", "M40")

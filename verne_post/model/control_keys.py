@@ -7,9 +7,9 @@ from msgspec import Struct, field
 
 #: Values that a key may have, where it is not any text or number.
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
-    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
+    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"), "polygon_angle": ("", "side", "corner"),
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
-    "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"),
+    "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"), "projection_angles": ("", "turned", "rising"),
     "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
     "flavour": ("", "linuxcnc", "pathpilot", "mach3", "grbl"), "arc_centres": ("incremental", "absolute"), "dwell": ("seconds", "milliseconds"),
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
@@ -60,6 +60,9 @@ class SiemensKeys(Struct, frozen=True):
     projected : str
         The second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane's line in X Z or Y Z;
         "axes", that of the projected axis of the plane. Empty: such calls are refused.
+    polygon_angle : str
+        STA of CYCLE79 is the direction of the middle of a side ("side") or of a corner ("corner") from the middle of
+        the polygon. Empty: such calls are refused.
     offsets_in_g91 : str
         Whether the first incremental value of an axis after a change of frame, work offset or tool length travels that
         change: "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
@@ -77,6 +80,7 @@ class SiemensKeys(Struct, frozen=True):
     orientation: Literal["words", "axes", "vector"] = "words"
     orientation_by_group: bool = False
     projected: Literal["", "traces", "axes"] = ""
+    polygon_angle: Literal["", "side", "corner"] = ""
     offsets_in_g91: Literal["", "travelled", "kept"] = ""
     d_numbers: Literal["edges", "tools"] = "edges"
     modulo_axes: str = ""
@@ -118,6 +122,9 @@ class FanucKeys(Struct, frozen=True):
     roll_pitch_yaw : str
         G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns before have left
         ("moving"). Empty: several angles are refused where that differs.
+    projection_angles : str
+        G68.2 P4: I above 0 turns X about Y of the part, so that it goes down ("turned"), or is the angle by which it
+        goes up ("rising"). Empty: I other than 0 is refused.
     bore_shift : str
         Direction in which the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y", "-Y".
         Empty: Q is refused.
@@ -132,6 +139,7 @@ class FanucKeys(Struct, frozen=True):
     inside_arc_percent: float = 0.0
     decimal_point: Literal["", "calculator", "conventional"] = ""
     roll_pitch_yaw: Literal["", "fixed", "moving"] = ""
+    projection_angles: Literal["", "turned", "rising"] = ""
     bore_shift: Literal["", "+X", "-X", "+Y", "-Y"] = ""
     dwell: Literal["milliseconds", "seconds"] = "milliseconds"
     units: Literal["", "mm", "inch"] = ""

@@ -33,6 +33,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     NAMES_AXES,
     NURBS,
     OF_FRAMES,
+    OVERRIDE,
     PATTERNS,
     PLANE,
     POCKETS,
@@ -357,6 +358,8 @@ class FanucInterpreter(Rs274):
             code = spell_g_code(g["look-ahead"])
             words = {letter: block.words[letter] for letter in "PE" if letter in block.words}
             self.recorder.record_event(block.line, "look-ahead", code=code, **words)
+        if g.get("path control") == OVERRIDE:
+            g = {**g, "path control": 640}
         super()._set_modes(block, g)
         if "cancel" in g or g.get("motion", 840) not in (740, 840):
             self.modes.stops_after_tapping = False
@@ -378,17 +381,20 @@ class FanucInterpreter(Rs274):
             self.maps.set_mirror(block, code)
 
     def _find_system_number(self, block: Block, code: int) -> int:
+        if code != ADDITIONAL:
+            system = super()._find_system_number(block, code)
+        elif "P" not in block.words:
+            raise ProgramError("VP005", "G54.1 needs P, the number of the work system")
+        else:
+            system = ADDITIONAL_SYSTEMS + self.fanuc_offsets.find_additional(block)
+            del block.words["P"]  # and no dwell of a cycle
+        if self.modes.follows_table and system == self.state.frame.system:
+            return system  # posts for Haas write the work offset in force again after G254
         self.planes.refuse_under_plane("a change of work offset")
         if self.modes.maps is not NO_MAPS:
             raise ProgramError(
                 "VP017", "a change of work offset under G51, G51.1 or G16; write G50, G50.1 or G15 first"
             )
-        if code != ADDITIONAL:
-            return super()._find_system_number(block, code)
-        if "P" not in block.words:
-            raise ProgramError("VP005", "G54.1 needs P, the number of the work system")
-        system = ADDITIONAL_SYSTEMS + self.fanuc_offsets.find_additional(block)
-        del block.words["P"]  # and no dwell of a cycle
         return system
 
     def _execute_spline(self, block: Block, _motion: int) -> None:

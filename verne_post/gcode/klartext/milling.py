@@ -10,7 +10,7 @@ from verne_post.gcode.klartext.cycle_words import FMAX_VALUE
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.machining.elements import make_arc
-from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Polygon, Rectangle, measure_reach
+from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Rectangle, RegularPolygon, measure_reach
 from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.pockets import (
     MAX_STROKES,
@@ -29,7 +29,7 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 
 _Q = dict[int, float]
-_Shape = TypeVar("_Shape", Rectangle, Polygon)
+_Shape = TypeVar("_Shape", Rectangle, RegularPolygon)
 _FULL_TURN: Final = 360.0
 #: Largest path overlap factor Q370: paths are less than a diameter of the tool apart.
 _MOST_OVERLAP: Final = 1.9999
@@ -291,7 +291,7 @@ class KlartextMilling:
         if blank < reference:
             raise ProgramError("VP007", "cycle 258: the blank, Q222, is smaller than the circle of the stud, Q571")
         inradius = 0.5 * reference * (math.cos(math.pi / count) if q[Q.REFERENCE] else 1.0)
-        stud = _check_corner(Polygon(round(count), inradius, corner))
+        stud = _check_corner(RegularPolygon(round(count), inradius, corner))
         strokes = mill_stud(stud, self._plan(q, inside=False), 0.5 * blank - inradius, 0.5 * blank)
         yield self.place(strokes, q[Q.ROTATION] + 90.0 - stud.half_step)
 

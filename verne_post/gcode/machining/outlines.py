@@ -140,17 +140,17 @@ class Circle(Struct, frozen=True):
         return Path((-room, 0.0), (Leg((room, 0.0)),))
 
 
-class Polygon(Struct, frozen=True):
+class RegularPolygon(Struct, frozen=True):
     """A regular polygon about 0 with round corners, whose inscribed circle has ``inradius``; one side is below 0."""
 
-    count: int
+    sides: int
     inradius: float
     corner: float
 
     @property
     def half_step(self) -> float:
         """Angle from the middle of a side to the next corner, degrees."""
-        return _HALF / self.count
+        return _HALF / self.sides
 
     def lead_beside(self, inward: float) -> Path:
         """Outside of it the corners are round, also where the polygon has sharp ones."""
@@ -158,7 +158,7 @@ class Polygon(Struct, frozen=True):
         v = max(self.inradius - inward - r, 0.0)  # of the polygon of the middles of the corners
         u, zero = v * math.tan(math.radians(self.half_step)), (0.0, 0.0)
         legs = list[Leg]()
-        for number in range(self.count):
+        for number in range(self.sides):
             here, after = 2 * self.half_step * number, 2 * self.half_step * (number + 1)
             legs += [
                 Leg(turn_way(zero, (u, -v - r), here)),

@@ -7,6 +7,7 @@ strokes is ours, since no manual gives it: from the middle outwards, on paths be
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from typing import Final, Literal
 
 from msgspec import Struct
@@ -23,6 +24,7 @@ MAX_STROKES: Final = 30_000
 _CORNER_STEP: Final = 1.7
 #: Widest way to and fro while the tool plunges, in diameters of the tool.
 _SWING_DIAMETERS: Final = 2.0
+_HALF_TURN: Final = 180.0
 
 Entry = Literal["straight", "helix", "swing"]
 
@@ -367,6 +369,81 @@ def _go_round(paths: list[Path], level: float, milling: Milling, blank: float, p
     yield from _follow_all(paths, level, pace)
     yield from _follow(lead_out, level, pace)
     yield Stroke(lead_out.end, milling.clear, "rapid")
+
+
+# --- slots that are open at both ends ------------------------------------------------------------------------
+
+
+def mill_open_slot(length: float, width: float, milling: Milling) -> Iterator[Stroke]:
+    """Strokes of a slot along u about 0 that is open at both ends; the tool goes down outside of it.
+
+    It is roughed on loops as wide as the slot, each ``milling.step`` further, so that the tool never cuts with its
+    whole width. On the next level it comes back from the other end.
+
+    Parameters
+    ----------
+    length, width : float
+        Mm; beyond the length there is no stock.
+    milling : Milling
+
+    Raises
+    ------
+    MillingError
+        The tool does not fit.
+    """
+    _refuse_nothing(milling)
+    room = 0.5 * width - milling.radius
+    if room < -ZERO_LENGTH_MM or (milling.levels and room - milling.side <= ZERO_LENGTH_MM):
+        raise MillingError(
+            f"it is {width:g} mm wide, and the tool of {2 * milling.radius:g} mm has no room to circle in it"
+            if milling.levels
+            else f"it is {width:g} mm wide, narrower than the tool of {2 * milling.radius:g} mm"
+        )
+    room, end = max(room, 0.0), 0.5 * length + milling.radius + milling.near
+    way = 1
+    for level in milling.levels:
+        yield from _mill_in_loops(0.5 * length, end, room - milling.side, level, way, milling)
+        way = -way
+    lines = [(-end, -room), (end, -room), (end, room), (-end, room)]
+    if milling.sense < 0:
+        lines = [(u, -v) for u, v in lines]
+    for level in milling.walls:
+        yield from _go_outside(lines, level, milling)
+    if milling.floor:
+        rows = list(spread_offsets(-room, room, _CORNER_STEP * milling.radius))
+        ways = [(-end, end), (end, -end)]
+        path = [(u, row) for number, row in enumerate(rows) for u in ways[number % 2]]
+        yield from _go_outside(path, milling.bottom, milling)
+
+
+def _mill_in_loops(half: float, end: float, room: float, level: float, way: int, milling: Milling) -> Iterator[Stroke]:
+    """Loops of half circles of the radius ``room`` from outside of one end to the other, then out along a wall.
+
+    A loop goes on along one wall, cuts on its front half circle, and comes back along the other wall, so that no
+    cusps stay on it.
+    """
+    begin, wall, half_turn = -way * (end + room), -milling.sense * way * room, milling.sense * _HALF_TURN
+    count = math.ceil(abs(way * half - begin) / milling.step - ROUNDING_SHARE)
+    _check_count((4 * count + 4) * len(milling.levels))
+    middles = [begin + (way * half - begin) * number / count for number in range(count + 1)]
+    yield Stroke((begin, wall), milling.clear, "rapid")
+    yield Stroke((begin, wall), level, "plunge")
+    for back, front in pairwise(middles):
+        yield Stroke((front, wall), level, "mill")
+        yield Stroke((front, -wall), level, "mill", (front, 0.0), half_turn)
+        yield Stroke((back, -wall), level, "mill")
+        yield Stroke((back, wall), level, "mill", (back, 0.0), half_turn)
+    yield Stroke((way * end, wall), level, "mill")
+    yield Stroke((way * end, wall), milling.clear, "rapid")
+
+
+def _go_outside(path: list[Point], level: float, milling: Milling) -> Iterator[Stroke]:
+    """Straight lines that begin and end outside of the slot."""
+    yield Stroke(path[0], milling.clear, "rapid")
+    yield Stroke(path[0], level, "plunge")
+    for place in path[1:]:
+        yield Stroke(place, level, "finish")
+    yield Stroke(path[-1], milling.clear, "rapid")
 
 
 # --- faces ----------------------------------------------------------------------------------------------------

@@ -1,11 +1,11 @@
 """Threads that a mill cuts: helices about the axis of a hole or stud, from and to a place beside on half circles.
 
 For every language: it turns its parameters into a :class:`MilledThread`, and executes the strokes. Local coordinates
-(u, v), mm, have the axis at 0. Each helix begins at u = ``radius``, v = 0.
+(u, v), mm, have the axis at 0.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from msgspec import Struct
 
@@ -32,6 +32,8 @@ class MilledThread(Struct, frozen=True):
         Mm upwards in a turn; below 0 the tool goes down.
     sense : int
         1: counter-clockwise, -1: clockwise.
+    first : float
+        Angle at which the helices begin, degrees.
     goes_deeper : bool
         A tool that goes down leaves its helix on the way to the side, below its end. If not, it leaves at that height.
     """
@@ -40,12 +42,17 @@ class MilledThread(Struct, frozen=True):
     away: float
     lead: float
     sense: int
+    first: float = 0.0
     goes_deeper: bool = True
 
     @property
     def ramp(self) -> float:
         """Mm upwards on a half circle with the slope of the helix; from the middle of a hole a quarter of the lead."""
         return 0.25 * self.lead * abs(self.away - self.radius) / self.radius
+
+    def find_place(self, distance: float, turns: float = 0.0) -> Point:
+        """Where the tool is so far from the axis (mm), so many turns after the beginning of a helix."""
+        return turn_way((0.0, 0.0), (distance, 0.0), self.first + self.sense * _FULL_TURN * turns)
 
 
 def list_helices(top: float, bottom: float, lead: float, apart: float | None) -> list[tuple[float, float]]:
@@ -69,13 +76,13 @@ def list_helices(top: float, bottom: float, lead: float, apart: float | None) ->
     return [(low, 1.0) for low in lows] if lead > 0 else [(low + pitch, 1.0) for low in reversed(lows)]
 
 
-def mill_thread(thread: MilledThread, helices: list[tuple[float, float]]) -> Iterator[Stroke]:
-    """Strokes of the helices, each from and to u = ``away``; a thread that lacks a turn ends at another angle.
+def mill_thread(thread: MilledThread, helices: Iterable[tuple[float, float]]) -> Iterator[Stroke]:
+    """Strokes of the helices, each from and to ``away`` beside the axis; a part of a turn ends at another angle.
 
     Parameters
     ----------
     thread : MilledThread
-    helices : list of tuple
+    helices : iterable of tuple
         As of :func:`list_helices`.
 
     Yields
@@ -84,17 +91,17 @@ def mill_thread(thread: MilledThread, helices: list[tuple[float, float]]) -> Ite
         Local coordinates, mm. "plunge" leads along the axis to where a half circle begins, "approach" are half circles
         onto the helix, "thread" are the helices, whose feed rate may be that of the wall, "mill" leads away from them.
     """
-    begin: Point = (thread.radius, 0.0)
+    begin, zero = thread.find_place(thread.radius), (0.0, 0.0)
     for height, turns in helices:
-        yield Stroke((thread.away, 0.0), height - thread.ramp, "plunge")
-        yield _lead_on_half_circle((thread.away, 0.0), begin, height, "approach", thread)
+        yield Stroke(thread.find_place(thread.away), height - thread.ramp, "plunge")
+        yield _lead_on_half_circle(thread.find_place(thread.away), begin, height, "approach", thread)
         whole, rest = divmod(turns, 1.0)
         for number in range(round(whole)):
-            yield Stroke(begin, height + thread.lead * (number + 1), "thread", (0.0, 0.0), thread.sense * _FULL_TURN)
-        angle, last = math.radians(thread.sense * _FULL_TURN * rest), height + thread.lead * turns
-        end, beside = (turn_way((0.0, 0.0), (u, 0.0), math.degrees(angle)) for u in (thread.radius, thread.away))
-        if thread.radius * abs(angle) > ZERO_LENGTH_MM:
-            yield Stroke(end, last, "thread", (0.0, 0.0), math.degrees(angle))
+            yield Stroke(begin, height + thread.lead * (number + 1), "thread", zero, thread.sense * _FULL_TURN)
+        last = height + thread.lead * turns
+        if thread.radius * math.radians(_FULL_TURN * rest) > ZERO_LENGTH_MM:
+            yield Stroke(thread.find_place(thread.radius, rest), last, "thread", zero, thread.sense * _FULL_TURN * rest)
+        end, beside = (thread.find_place(distance, rest) for distance in (thread.radius, thread.away))
         if thread.lead > 0 or thread.goes_deeper:
             last += thread.ramp
         yield _lead_on_half_circle(end, beside, last, "mill", thread)

@@ -28,9 +28,11 @@ WORDS_OF_FRAMES: Final = {
 #: NURBS interpolation, G6.2.
 NURBS: Final = 62
 #: Accepted, and shown as events: look-ahead and its like change how a control smooths, not where the tool goes.
-SMOOTHING: Final = (50, 51, 80)
+SMOOTHING: Final = (50, 51, 54, 80)
 #: G5 P: high-speed modes off and on; other numbers call cycles.
 HIGH_SPEED: Final = (0, 1, 2, 3, 10000)
+#: Automatic override at corners.
+OVERRIDE: Final = 620
 #: Tool-centre-point control of other controls, and offsets along the tool axis: here they are what G43.4 is.
 TWINS: Final = {431: 434, 2340: 434, 1540: ADDITIONAL}
 #: Mirror images of Haas, in the words of Fanuc.
@@ -109,14 +111,18 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         **{code: RS274.g_groups["work offset"][code] for code in (540, 550, 560, 570, 580, 590)},
         **dict.fromkeys((ADDITIONAL, 1540), 'P1 to P48: additional work systems; --wcs "G54.1P3=x,y,z"'),
     },
-    "path control": {610: "a stop at the end of every move", 640: RS274.g_groups["path control"][640]},
+    "path control": {
+        610: "a stop at the end of every move",
+        OVERRIDE: "ends G61, as G64 does: how slow a corner is, is planned within the tolerance",
+        640: RS274.g_groups["path control"][640],
+    },
     "exact stop": {90: "exact stop at the end of the block"},
     "tilted plane": {
         PLANE: "tilted work plane. P0 or without P: origin X Y Z, Euler angles I J K about Z, X, Z. P1: turns about X, "
         "Y, Z, in the order Q (123 without it); with several angles, `roll_pitch_yaw` in `[fanuc]` of the settings "
         'file says about which axes: those of the part (`"fixed"`), or those turned so far (`"moving"`). P2: three '
         "points: origin, direction of X, side of Y; Q0 X Y Z R shifts and turns in the plane. P3: origin and direction "
-        "of X, direction of Z",
+        "of X, direction of Z. P4: see Planes by projected angles",
         ROTATION: "turns coordinates in the plane; with I J K about a direction, and one more G68 may be nested: see "
         "Turns, scales, mirror images",
         OF_TOOL: "the plane of the tool: Z along it, X level, turned by R. A note (VP039) names parameter 12321",
@@ -176,6 +182,10 @@ def make_table() -> CodeTable:
             **dict.fromkeys((1070, 71, 121), "coordinates on a cylinder or by polar axes; let the CAM system write X Y Z A C"),
             **dict.fromkeys((1410, 1430), "offsets for a program that is made for one machine and one tool length; let the CAM system write G43.4 or G234"),
             **dict.fromkeys((681, 684), "tilted planes on planes; write one G68.2"),
+            **dict.fromkeys((2530, 2680, 2690), "tilted planes of Haas; let the CAM system write G254, or write G68.2 and G53.1"),
+            542: "work offsets that turn with the table; let the CAM system write G43.4, or write G68.2 and G53.1",
+            **dict.fromkeys((24, 34), "arcs in space; let the CAM system write lines"),
+            630: "tapping at a feed rate that nobody may change; write G84",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
             661: "a macro call after every block; write G66",
             870: "on Fanuc back boring from below, so write the moves; on Haas a stop for a person in the hole, so write G88",
@@ -183,9 +193,12 @@ def make_table() -> CodeTable:
             960: "constant surface speed",
             **dict.fromkeys((611, 432, 901, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
         },
-        refused_m={25: "on Centroid controls Z goes to its home; write G91 G28 Z0 and G90 in its place"},
+        refused_m={
+            25: "on Centroid controls Z goes to its home; write G91 G28 Z0 and G90 in its place",
+            198: "calls a program of another device; write M98, and put its file beside the program",
+        },
         words_of_g={
-            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((730, 830), "RLQPIJK"), **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ", **dict.fromkeys(POCKETS, "DIKLQ"), CIRCLE_OF_HOLES: "IJL", ARC_OF_HOLES: "IJKL", ROW_OF_HOLES: "IJL",
+            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", 54: "Q", TO_PLANE: "P", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((730, 830), "RLQPIJK"), **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ", **dict.fromkeys(POCKETS, "DIKLQ"), CIRCLE_OF_HOLES: "IJL", ARC_OF_HOLES: "IJKL", ROW_OF_HOLES: "IJL",
         },
         words_of_m={**RS274.words_of_m, 97: "PL", 99: "P"},
     )  # fmt: skip

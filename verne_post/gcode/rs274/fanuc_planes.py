@@ -30,6 +30,8 @@ _SEVERAL: Final = {2: (0, 1, 2, 3), 3: (1, 2)}
 _MOST_TURNS: Final = 2
 #: Directions of this sine or less are parallel: control words have three or four decimals.
 _PARALLEL: Final = 1e-6
+#: Directions of G68.2 P4 that are less than this apart are refused, as the control does.
+_LEAST_ANGLE_DEG: Final = 1.0
 
 
 class FanucPlanes:
@@ -122,12 +124,12 @@ class FanucPlanes:
         return {q for q in _SEVERAL[kind] if q} <= set(parts)
 
     def _read_plane(self, block: Block, kind: int) -> tuple[Array, Array]:
-        """Origin and axes (columns) of a plane: P0 Euler angles, P1 roll pitch yaw, P2 points, P3 directions."""
+        """Origin, axes (columns) of a plane: P0 Euler angles, P1 roll pitch yaw, P2 points, P3 directions, P4 traces."""
         if kind in _SEVERAL:
             assert self.given is not None
             parts, self.given = self.given[1], None
             return self._find_plane_of_points(parts) if kind == 2 else self._find_plane_of_directions(parts)
-        for letter in "R" if kind else "QR":
+        for letter in "R" if kind == 1 else "QR":
             if letter in block.words:
                 raise block.error("VP006", f"G68.2 P{kind} does not use {letter}", letter)
         i, j, k = (block.words.get(letter, 0.0) for letter in "IJK")
@@ -135,9 +137,26 @@ class FanucPlanes:
             return self._read_point(block), build_rotation(2, i) @ build_rotation(0, j) @ build_rotation(2, k)
         if kind == 1:
             return self._read_point(block), self._find_roll_pitch_yaw(block)
-        raise block.error(
-            "VP002", f"G68.2 P{kind} is not executed; give Euler angles (P0), points (P2) or directions (P3)", "P"
-        )
+        if kind == 4:
+            return self._read_point(block), self._find_plane_of_traces(i, j) @ build_rotation(2, k)
+        raise block.error("VP007", f"G68.2 P{kind}: a plane is given by P0 to P4", "P")
+
+    def _find_plane_of_traces(self, i: float, j: float) -> Array:
+        """P4: X is that of the part turned about its Y by I; Y of the part, turned about its X by J, is in the plane."""
+        c, s = math.cos(math.radians(i)), math.sin(math.radians(i))
+        if abs(s) > _PARALLEL and not self.keys.projection_angles:
+            raise ProgramError(
+                "VP005",
+                'G68.2 P4 with I: give [fanuc] projection_angles in the settings file, "turned" if X turns about Y, so that it '
+                'goes down where I is above 0, "rising" if it goes up there; or give Euler angles (P0)',
+            )
+        x = np.array([c, 0.0, s if self.keys.projection_angles == "rising" else -s])
+        y = build_rotation(0, j)[:, 1]
+        if np.linalg.norm(np.cross(x, y)) <= math.sin(math.radians(_LEAST_ANGLE_DEG)):
+            raise ProgramError(
+                "VP007", f"G68.2 P4 I{i:g} J{j:g}: the two directions lie on one line; they span no plane"
+            )
+        return _span(x, y, "G68.2 P4: the directions")
 
     def _find_roll_pitch_yaw(self, block: Block) -> Array:
         """Turns about X, Y and Z in the order of Q, about the axes of the part or about the turned ones."""
@@ -290,6 +309,13 @@ class FanucPlanes:
         if block.words.get("R", 0.0):
             raise block.error(
                 "VP002", f"{name} R: the tip keeps its place; another point of the tool is not executed", "R"
+            )
+        if block.words.get("P", 0.0):
+            raise block.error(
+                "VP002",
+                f"{name} P{block.words['P']:g} is not executed: which of the two positions it names is not known; without P, "
+                "the one with the smaller turn of the table is taken",
+                "P",
             )
         self.core.refuse_compensation(name)
         if state.tcp_off:

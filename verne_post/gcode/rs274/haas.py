@@ -16,7 +16,7 @@ from verne_post.gcode.machining.pockets import MAX_STROKES
 from verne_post.gcode.machining.strokes import Placement, Stroke, list_stops, place_strokes
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.cycles import CycleCodes
-from verne_post.gcode.rs274.fanuc_codes import ARC_OF_HOLES, POCKETS, ROW_OF_HOLES
+from verne_post.gcode.rs274.fanuc_codes import ARC_OF_HOLES, CIRCLE_OF_HOLES, POCKETS, ROW_OF_HOLES
 from verne_post.gcode.rs274.modes import NO_MAPS, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.values import WordValues, read_whole
@@ -24,6 +24,8 @@ from verne_post.model.moves import FeedMode, MoveKind
 
 _CENTER: Final = (0.0, 0.0)
 _HALF: Final = 180.0
+#: What posts of other controls mean by these codes.
+_UNITS: Final = {CIRCLE_OF_HOLES: "; for inches write G20", ARC_OF_HOLES: "; for mm write G21"}
 #: Strokes of a level: down, half circles from the middle and back to it; and of each circle.
 _STROKES, _STROKES_OF_CIRCLE = 3, 3
 
@@ -53,7 +55,7 @@ class HaasCodes:
                 raise ProgramError("VP017", f"{name} {what} is not executed")
         if "I" not in block.words:
             meaning = "distance between two holes" if code == ROW_OF_HOLES else "radius of the circle"
-            raise ProgramError("VP005", f"{name} needs I, the {meaning}")
+            raise ProgramError("VP005", f"{name} needs I, the {meaning}{_UNITS.get(code, '')}")
         if not block.words["I"] > 0:
             raise block.error("VP007", f"I{block.words['I']:g}: a radius or distance is greater than 0", "I")
         self.core.require_known(block, [0, 1, 2], name)

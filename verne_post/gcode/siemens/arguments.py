@@ -1,13 +1,20 @@
 """Arguments of cycles by name: numbers, texts, what was left out."""
 
+import math
 from collections.abc import Sequence
+from typing import Final
 
 from msgspec import Struct, field
 
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.values import Value
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call, read_argument_values
+
+#: _PITA of a pitch -> its unit, mm; 0 is that of the program.
+_PITCH_UNITS: Final = {0: 0.0, 1: 1.0, 2: MM_PER_INCH, 3: MM_PER_INCH}
+_TURNS_AN_INCH: Final = 2
 
 
 class Arguments(Struct):
@@ -75,3 +82,30 @@ def read_cycle(call: Call, names: Sequence[str], variables: Variables) -> Argume
     if len(given) > len(names):
         raise ProgramError("VP005", f"{call.name} has {len(names)} values; here are {len(given)}", call.column)
     return Arguments(call, {name: value for name, value in zip(names, given, strict=False) if value is not None}, names)
+
+
+def read_pitch(given: Arguments, unit: float) -> float:
+    """Pitch of a thread, mm, below 0 for left-hand: PIT in the unit of _PITA, or MPIT, a metric size.
+
+    ``unit`` is that of lengths, mm.
+    """
+    pitch, size = given.number("PIT"), given.number("MPIT")
+    if not pitch and size:
+        if abs(size) not in _METRIC_PITCH:
+            raise given.error(
+                "VP007", f"MPIT {size:g}: no coarse thread of this size is known; give PIT, its pitch", "MPIT"
+            )
+        return math.copysign(_METRIC_PITCH[abs(size)], size)
+    kind = given.read_whole("_PITA") if "_PITA" in given.names else 0
+    if kind not in _PITCH_UNITS:
+        raise given.error("VP002", f"_PITA {kind} is not executed: 1 mm, 2 turns an inch, 3 inch", "_PITA")
+    if kind == _TURNS_AN_INCH and pitch:
+        return MM_PER_INCH / pitch
+    return pitch * (_PITCH_UNITS[kind] or unit)
+
+
+#: Pitch of ISO coarse threads, mm: size M -> pitch.
+_METRIC_PITCH: Final = {
+    3.0: 0.5, 4.0: 0.7, 5.0: 0.8, 6.0: 1.0, 7.0: 1.0, 8.0: 1.25, 10.0: 1.5, 12.0: 1.75, 14.0: 2.0, 16.0: 2.0, 18.0: 2.5, 20.0: 2.5, 22.0: 2.5, 24.0: 3.0,
+    27.0: 3.0, 30.0: 3.5, 33.0: 3.5, 36.0: 4.0, 39.0: 4.0, 42.0: 4.5, 45.0: 4.5, 48.0: 5.0,
+}  # fmt: skip

@@ -1,16 +1,14 @@
 """Drilling cycles of Siemens programs: CYCLE81 to 86, 89 and 840, at the place where the tool stands."""
 
-import math
 from collections.abc import Iterator
 from functools import partial
 from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.gcode.siemens.arguments import Arguments, read_cycle
+from verne_post.gcode.siemens.arguments import Arguments, read_cycle, read_pitch
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
@@ -34,9 +32,6 @@ _CHIP_MM: Final = 1.0
 #: ... and the height above the last depth where rapid traverse ends without _DIS1: to this depth; share; at most.
 _NEAR_MM, _NEAR_DEPTH_MM, _NEAR_SHARE, _NEAR_MOST_MM = 0.6, 30.0, 0.02, 7.0
 _DIRECTIONS: Final = {3: False, 4: True}
-#: _PITA of a pitch -> its unit, mm; 0 is that of the program.
-_PITCH_UNITS: Final = {0: 0.0, 1: 1.0, 2: MM_PER_INCH, 3: MM_PER_INCH}
-_TURNS_AN_INCH: Final = 2
 
 
 class Drilling:
@@ -258,7 +253,7 @@ class _Hole:
             )
         seconds = self._read_seconds("DTB", self.digits[1])
         out, after = given.read_whole("SDR"), given.read_whole("SDAC", 3)
-        pitch = self._find_pitch()
+        pitch = read_pitch(given, self.unit)
         encoder = given.read_whole("ENC")
         given.refuse_rest()
         if encoder not in (0, 1):
@@ -281,23 +276,6 @@ class _Hole:
             to.core.auxiliary.switch_spindle(self.block, on=True, backwards=backwards)
         self._go(self.retract, rapid=True)
 
-    def _find_pitch(self) -> float:
-        """Pitch of a thread, mm, below 0 for left-hand: PIT in the unit of _PITA, or MPIT, a metric size."""
-        given = self.given
-        pitch, size = given.number("PIT"), given.number("MPIT")
-        if not pitch and size:
-            if abs(size) not in _METRIC_PITCH:
-                raise given.error(
-                    "VP007", f"MPIT {size:g}: no coarse thread of this size is known; give PIT, its pitch", "MPIT"
-                )
-            return math.copysign(_METRIC_PITCH[abs(size)], size)
-        unit = given.read_whole("_PITA") if "_PITA" in given.names else 0
-        if unit not in _PITCH_UNITS:
-            raise given.error("VP002", f"_PITA {unit} is not executed: 1 mm, 2 turns an inch, 3 inch", "_PITA")
-        if unit == _TURNS_AN_INCH and pitch:
-            return MM_PER_INCH / pitch
-        return pitch * (_PITCH_UNITS[unit] or self.unit)
-
     def _tap_rigidly(self) -> None:
         """Tap without a compensating chuck: in at SST and out at SST1, in one cut, or in several of _DAM."""
         given, to, here = self.given, self.to, self.given.call.column
@@ -305,7 +283,7 @@ class _Hole:
         seconds, after, pitch = (
             self._read_seconds("DTB", self.digits[1]),
             given.read_whole("SDAC", 5),
-            self._find_pitch(),
+            read_pitch(given, self.unit),
         )
         speeds = given.number("SST"), given.number("SST1") or given.number("SST")
         variant, step, back = (
@@ -425,10 +403,3 @@ def _plan_strokes(
             stroke = 0.5 * depth_left
         below = depth if depth_left - stroke <= ZERO_LENGTH_MM else below + stroke
         yield below
-
-
-#: Pitch of ISO coarse threads, mm: size M -> pitch.
-_METRIC_PITCH: Final = {
-    3.0: 0.5, 4.0: 0.7, 5.0: 0.8, 6.0: 1.0, 7.0: 1.0, 8.0: 1.25, 10.0: 1.5, 12.0: 1.75, 14.0: 2.0, 16.0: 2.0, 18.0: 2.5, 20.0: 2.5, 22.0: 2.5, 24.0: 3.0,
-    27.0: 3.0, 30.0: 3.5, 33.0: 3.5, 36.0: 4.0, 39.0: 4.0, 42.0: 4.5, 45.0: 4.5, 48.0: 5.0,
-}  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.machining.holes import MAX_HOLES
-from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Outline, Rectangle, measure_reach
+from verne_post.gcode.machining.outlines import Circle, CurvedSlot, Outline, Rectangle, RegularPolygon, measure_reach
 from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.pockets import (
     MAX_STROKES,
@@ -14,6 +14,7 @@ from verne_post.gcode.machining.pockets import (
     Milling,
     MillingError,
     mill_face,
+    mill_open_slot,
     mill_pocket,
     mill_stud,
     spread_levels,
@@ -23,6 +24,7 @@ from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import read_cycle
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.milling_values import PARAMETERS, MillingValues
+from verne_post.gcode.siemens.thread_milling import list_thread_strokes
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
 from verne_post.model.moves import MoveKind
@@ -30,9 +32,14 @@ from verne_post.model.moves import MoveKind
 #: Values without effect here: what is milled already (all is milled as solid), the way between slots, the editor's.
 _HARMLESS: Final = ("AD", "FFCP", "_UMODE", "FS", "ZFS")
 #: Cycles that MCALL may call: at each place, which is their reference point.
-MODAL_MILLING: Final = ("POCKET3", "POCKET4", "CYCLE76", "CYCLE77")
-_STUDS: Final = ("CYCLE76", "CYCLE77")
+MODAL_MILLING: Final = ("POCKET3", "POCKET4", "CYCLE76", "CYCLE77", "CYCLE79", "CYCLE70", "CYCLE899")
+_STUDS: Final = ("CYCLE76", "CYCLE77", "CYCLE79")
 _FACES: Final = ("CYCLE61", "CYCLE71")
+_THREADS: Final = ("CYCLE70", "CYCLE90")
+#: More sides are a wrong number.
+_MOST_SIDES: Final = 1000
+#: What an editor of threads reads: the pitch as a text, and the row of a table of threads.
+_OF_EDITOR: Final = ("_PITM", "_PTAB", "_PTABA")
 #: Thousands of _GMODE: where PA and PO are, in halves of the sides from the middle.
 _CORNERS: Final = ((0.0, 0.0), (0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 
@@ -63,11 +70,18 @@ class SiemensMilling:
                 strokes = [list(one) for one in work.list_strokes()]
             except MillingError as error:
                 raise ProgramError("VP007", f"{call.name}: {error}", call.column) from None
-            given.refuse_rest(_HARMLESS if call.name in (*_STUDS, *_FACES) else (*_HARMLESS, "AP1", "AP2"))
+            given.refuse_rest(_find_harmless(call.name))
             self._strokes_left -= sum(map(len, strokes))
             if self._strokes_left < 0:
                 raise ProgramError("VP007", f"{call.name}: more than {MAX_STROKES} strokes in this block", call.column)
             work.execute(strokes)
+
+
+def _find_harmless(name: str) -> tuple[str, ...]:
+    """Values of a cycle that have no effect."""
+    if name in _THREADS:
+        return _OF_EDITOR
+    return _HARMLESS if name in (*_STUDS, *_FACES) else (*_HARMLESS, "AP1", "AP2")
 
 
 class _Work:
@@ -85,6 +99,10 @@ class _Work:
             yield self._mill_face()
         elif self.values.name in ("SLOT1", "SLOT2", "LONGHOLE"):
             yield from self._mill_slots()
+        elif self.values.name in _THREADS:
+            yield self._mill_thread()
+        elif self.values.name == "CYCLE899":
+            yield self._mill_open_slot()
         else:
             yield self._mill_one()
 
@@ -92,25 +110,19 @@ class _Work:
         """A pocket or spigot about its reference point."""
         given, is_stud = self.given, self.values.name in _STUDS
         mode = given.read_whole("_GMODE") if "_GMODE" in given.names else 0
-        round_one = "PRAD" in given.names
+        is_polygon = self.values.name == "CYCLE79"
+        round_one = "PRAD" in given.names or is_polygon
         corner = mode // 1000 % 10
         rest = mode // 10_000 * 1000 + mode // 100 % 10 * 100 + mode % 100
         refuse, corners = self.values.refuse_digits, (0, 1) if round_one else range(len(_CORNERS))
         refuse("_GMODE", rest, (0, 100, 1000, 1100), "all is machined, from the point that its thousands name")
         refuse("_GMODE", corner, corners, "the thousands name the middle (1) or a corner (2 to 5)")
-        center = self.values.measure("PA"), self.values.measure("PO")
-        if self.is_modal:
-            if any(center):
-                raise given.error(
-                    "VP002", "PA and PO beside MCALL are not executed: the cycle is at each place; leave them out", "PA"
-                )
-            self.to.core.require_known(self.at, list(self.values.plane[:2]), f"MCALL {self.values.name}")
-            center = (
-                self.to.motion.find_programmed(self.values.plane[0]),
-                self.to.motion.find_programmed(self.values.plane[1]),
-            )
+        center = self._find_center()
         shape: Outline
-        if round_one:
+        if is_polygon:
+            shape, angle = self._read_polygon()
+            middle = (0.0, 0.0)
+        elif round_one:
             shape, middle, angle = Circle(self.values.measure("PRAD", positive=True)), (0.0, 0.0), 0.0
         else:
             length, width = self.values.measure("LENG", positive=True), self.values.measure("WID", positive=True)
@@ -118,12 +130,15 @@ class _Work:
             if shape.corner > shape.inradius + ZERO_LENGTH_MM:
                 raise given.error("VP007", f"CRAD {given.number('CRAD'):g}: it is no more than half a side", "CRAD")
             middle = (-0.5 * length * _CORNERS[corner][0], -0.5 * width * _CORNERS[corner][1])
-        if not is_stud:
+        if not (is_stud or isinstance(shape, RegularPolygon)):
             return self._put(mill_pocket(shape, self.values.plan()), center, angle, middle)
         plan = self.values.plan(inside=False)
         if isinstance(shape, Circle):
             blank = self.values.measure("AP1", positive=True)
             reach, beside = blank - shape.radius, blank
+        elif isinstance(shape, RegularPolygon):
+            beside = 0.5 * self.values.measure("AP1", positive=True)
+            reach = beside - shape.inradius
         else:
             # the tool comes from the side of the first axis, which is below where the sides are exchanged
             whole = Rectangle(self.values.measure("AP2", positive=True), self.values.measure("AP1", positive=True), 0.0)
@@ -136,8 +151,90 @@ class _Work:
             if whole.length < shape.length or whole.width < shape.width:
                 reach = -1.0
         if reach < 0:
-            raise given.error("VP007", "the blank, AP1 and AP2, is smaller than the spigot", "AP1")
+            raise given.error("VP007", "the blank, AP1 or AP1 and AP2, is smaller than the spigot", "AP1")
         return self._put(mill_stud(shape, plan, reach, beside), center, angle, middle)
+
+    def _find_center(self) -> Point:
+        """The reference point: PA and PO, or under MCALL the place where the tool is."""
+        center = self.values.measure("PA"), self.values.measure("PO")
+        if not self.is_modal:
+            return center
+        if any(center):
+            raise self.given.error(
+                "VP002", "PA and PO beside MCALL are not executed: the cycle is at each place; leave them out", "PA"
+            )
+        self.to.core.require_known(self.at, list(self.values.plane[:2]), f"MCALL {self.values.name}")
+        u, v = (self.to.motion.find_programmed(axis) for axis in self.values.plane[:2])
+        return u, v
+
+    def _mill_thread(self) -> Iterator[Stroke]:
+        """CYCLE70 and CYCLE90."""
+        if "_GMODE" in self.given.names:
+            self.values.refuse_digits("_GMODE", self.given.read_whole("_GMODE"), (0, 100), "all is machined")
+        if self.values.digits[1] or self.values.digits[2]:
+            raise self.given.error(
+                "VP002",
+                f"_AMODE {self.given.read_whole('_AMODE')} is not executed: its last digit says what DP is",
+                "_AMODE",
+            )
+        self.values.feeds |= dict.fromkeys(("plunge", "approach", "thread"), self.values.feeds["mill"])
+        return place_strokes(list_thread_strokes(self.values), Placement(self._find_center()))
+
+    def _read_polygon(self) -> tuple[RegularPolygon, float]:
+        """CYCLE79: the polygon, and by how many degrees it is turned from one that has a side below its middle."""
+        given, sides = self.given, self.given.read_whole("NUM")
+        if sides < 4 or sides % 2:
+            raise given.error(
+                "VP002",
+                f"NUM {sides} is not executed: an even number of sides from 4 on; write the sides with G41",
+                "NUM",
+            )
+        if sides > _MOST_SIDES:
+            raise given.error("VP007", f"NUM {sides}: a polygon has at most {_MOST_SIDES} sides", "NUM")
+        self.values.refuse_digits("VARI", given.read_whole("VARI"), (1, 2), "1 is roughing, 2 finishing")
+        meaning = self.to.keys.polygon_angle
+        if not meaning:
+            raise ProgramError(
+                "VP002",
+                'CYCLE79 is not executed without [siemens] polygon_angle in the settings file: "side" if STA is the '
+                'direction of the middle of a side, "corner" if that of a corner',
+                given.call.column,
+            )
+        shape = RegularPolygon(sides, 0.5 * self.values.measure("SWL", positive=True), self.values.measure("RC"))
+        if shape.corner > shape.inradius:
+            raise given.error("VP007", f"RC {given.number('RC'):g}: it is no more than half of SWL", "RC")
+        return shape, given.number("STA") + 90.0 + (180.0 / sides if meaning == "corner" else 0.0)
+
+    def _mill_open_slot(self) -> Iterator[Stroke]:
+        """CYCLE899: vortex milling, and finishing."""
+        given, values = self.given, self.values
+        kind = given.read_whole("VARI")
+        say = "1001 is roughing by vortex milling, 2 (or 1002, 2002) finishing"
+        values.refuse_digits("VARI", kind, (1001, 2, 1002, 2002), say)
+        values.refuse_digits("_GMODE", given.read_whole("_GMODE"), (0, 100, 1000, 1100), "PA and PO are the middle")
+        length, width = values.measure("LENG", positive=True), values.measure("WID", positive=True)
+        side, floor, most = values.measure("FAL"), values.measure("FALD"), values.measure("MID")
+        levels, walls = list[float](), list[float]()
+        if kind == 1001:
+            if not given.number("MIDA"):
+                raise given.error("VP007", "MIDA, how far a circle is from the one before, is greater than 0", "MIDA")
+            if values.top - values.bottom - floor > ZERO_LENGTH_MM:
+                levels = spread_levels(values.top, values.bottom + floor, most)
+        else:
+            walls = spread_levels(values.top, values.bottom, most)
+        plan = Milling(
+            values.radius,
+            values.clear,
+            levels,
+            values.bottom,
+            values.read_step(),
+            values.read_sense(inside=True),
+            side,
+            walls=walls,
+            floor=bool(walls) and floor > 0,
+            near=values.clear - values.top,
+        )
+        return self._put(mill_open_slot(length, width, plan), self._find_center(), given.number("STA"))
 
     def _mill_slots(self) -> Iterator[Iterator[Stroke]]:
         """Slots on a circle: along its rays, from RAD outwards, or along itself."""
@@ -232,7 +329,7 @@ class _Work:
         """Strokes turned about a place by an angle, and at the end the middle of the pocket at the clearance."""
         placement = turn_about(center, angle, middle)
         yield from place_strokes(strokes, placement)
-        if self.values.name not in _STUDS:
+        if self.values.name not in (*_STUDS, "CYCLE899"):
             yield Stroke(placement.origin, self.values.clear, "rapid")
 
     def execute(self, pockets: list[list[Stroke]]) -> None:

@@ -28,6 +28,10 @@ PARAMETERS: Final = {
     "LONGHOLE": (*_HEIGHTS, "DPR", "NUM", "LENG", "PA", "PO", "RAD", "STA1", "INDA", "FFD", "FFP1", "MID", "VARI", "_UMODE", *_TAIL),
     "CYCLE76": (*_HEIGHTS, "DPR", "LENG", "WID", "CRAD", "PA", "PO", "STA", *_FINE, "AP1", "AP2", *_CHAMFER, *_TAIL),
     "CYCLE77": (*_HEIGHTS, "DPR", "PRAD", "PA", "PO", *_FINE, "AP1", *_CHAMFER, *_TAIL),
+    "CYCLE70": (*_HEIGHTS, "DIATH", "H1", "FAL", "PIT", "NT", "MID", "FFR", "TYPTH", "PA", "PO", "NSP", "VARI", "_PITA", "_PITM", "_PTAB", "_PTABA", *_TAIL),
+    "CYCLE79": (*_HEIGHTS, "NUM", "SWL", "PA", "PO", "STA", "RC", "AP1", "MIDA", "MID", "FAL", "FALD", "FFP1", "CDIR", "VARI", *_CHAMFER, *_TAIL),
+    "CYCLE899": (*_HEIGHTS, "LENG", "WID", "PA", "PO", "STA", "MID", "MIDA", "FAL", "FALD", "FFP1", "CDIR", "VARI", *_TAIL, "_UMODE", *_CHAMFER),
+    "CYCLE90": (*_HEIGHTS, "DPR", "DIATH", "KDIAM", "PIT", "FFR", "CDIR", "TYPTH", "PA", "PO"),
     "CYCLE61": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "MID", "MIDA", "FALD", "FFP1", "VARI", "LIM", "_DMODE", "_AMODE"),
     "CYCLE71": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "STA", "MID", "MIDA", "FDP", "FALD", "FFP1", "VARI", "FDP1"),
 }  # fmt: skip
@@ -39,7 +43,7 @@ _DISPLAYS: Final = {"CYCLE72": (0, 1, 100, 101)}
 _ENTRIES: Final[tuple[Entry, ...]] = ("straight", "straight", "helix", "swing")
 _TENS: Final = {
     "POCKET1": (0,), "POCKET2": (0,), "POCKET3": (0, 1, 2, 3), "POCKET4": (0, 1, 2), "SLOT1": (0, 1, 3), "SLOT2": (0, 1), "LONGHOLE": (0, 1),
-    "CYCLE76": (0, 1), "CYCLE77": (0, 1),
+    "CYCLE76": (0, 1), "CYCLE77": (0, 1), "CYCLE79": (0,),
 }  # fmt: skip
 _WORK: Final = "the last digit is 1 roughing, 2 finishing, 4 finishing of the edge"
 #: Share of the tool's diameter between two paths where MIDA does not say.
@@ -59,6 +63,8 @@ class MillingValues:
         Of the tool.
     digits : list of int
         Of _AMODE, the last one first.
+    is_upward : bool
+        CYCLE90 with DP above RFP mills from there up; ``top`` is then DP.
     """
 
     def __init__(self, interpreter: SiemensInterpreter, given: Arguments, at: At) -> None:
@@ -95,7 +101,8 @@ class MillingValues:
         if positive and value <= 0:
             raise self.given.error("VP007", f"{name} {value / self.unit:g}: a length greater than 0 is needed", name)
         if (
-            name in ("MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1", "DP1", "FDP", "FDP1", "LP1", "LP2")
+            name
+            in ("KDIAM", "RC", "MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1", "DP1", "FDP", "FDP1", "LP1", "LP2")
             and value < 0
         ):
             raise self.given.error("VP007", f"{name} {value / self.unit:g}: it is not negative", name)
@@ -116,7 +123,7 @@ class MillingValues:
         if not given.is_given(relative):
             raise given.error("VP005", "DP is needed", "DP")
         is_relative = relative == "DPR" or self.digits[0] == 1
-        if modes < 0 or self.digits[0] > 2 or self.digits[1] > 1 or any(self.digits[3:]):
+        if not 0 <= modes < 100_000 or self.digits[0] > 2 or self.digits[1] > 1 or any(self.digits[3:]):
             raise given.error(
                 "VP002",
                 f"_AMODE {modes} is not executed; its last digit says what DP is, the one before it what MIDA is",
@@ -124,6 +131,15 @@ class MillingValues:
             )
         depth = self.measure(relative)
         self.bottom = self.top - abs(depth) if is_relative else depth
+        self.is_upward = self.name == "CYCLE90" and not is_relative and self.bottom > self.top
+        if self.is_upward:
+            if self.clear > self.top:
+                raise given.error(
+                    "VP002",
+                    f"SDIS {given.number('SDIS'):g} is not executed where DP is above RFP, so that the thread is milled upwards; write 0",
+                    "SDIS",
+                )
+            self.top, self.bottom, self.clear = self.bottom, self.top, self.retract
         if not self.bottom < self.top or self.retract < self.top:
             raise given.error(
                 "VP007",
@@ -137,13 +153,14 @@ class MillingValues:
         if mode % 10 not in (0, self.to.state.plane + 1) or mode // 10 not in _DISPLAYS.get(self.name, _DISPLAY):
             raise given.error("VP002", f"_DMODE {mode} is not executed; it names the plane in force", "_DMODE")
         found = {}
-        for pace, name in (("mill", "FFP1"), ("plunge", "FFD"), ("finish", "FFP2")):
+        main = "FFR" if "FFR" in given.names else "FFP1"
+        for pace, name in (("mill", main), ("plunge", "FFD"), ("finish", "FFP2")):
             value = given.number(name) if name in given.names else 0.0
             if value < 0:
                 raise given.error("VP009", f"{name} {value:g}: a feed rate is not negative", name)
             found[pace] = plane = value * self.to.modes.feed or plane or self.to.state.feed
         if not found["mill"]:
-            raise given.error("VP009", "FFP1, the feed rate in the plane, is needed, or F before", "FFP1")
+            raise given.error("VP009", f"{main}, the feed rate in the plane, is needed, or F before", main)
         found["finish"] = found["finish"] if "FFP2" in given.names and given.number("FFP2") else found["mill"]
         return found
 
@@ -184,7 +201,7 @@ class MillingValues:
         infeed = self.measure("MIDF") if "MIDF" in given.names else most
         slope, pitch, helix = self._read_entry(entry)
         return Milling(
-            self.radius, self.clear, levels, self.bottom, self.read_step(), self._read_sense(inside=inside), side,
+            self.radius, self.clear, levels, self.bottom, self.read_step(), self.read_sense(inside=inside), side,
             walls=spread_levels(self.top, self.bottom, infeed) if work in (2, 4) or (work == 0 and side) else (),
             floor=work in (0, 2) and floor > 0, entry=entry, slope=slope, pitch=pitch, helix=helix or self.radius, near=self.clear - self.top,
         )  # fmt: skip
@@ -219,7 +236,7 @@ class MillingValues:
             )
         return step or _SHARE_OF_DIAMETER * diameter
 
-    def _read_sense(self, *, inside: bool) -> int:
+    def read_sense(self, *, inside: bool) -> int:
         """1: counter-clockwise."""
         direction = self.given.read_whole("CDIR") if "CDIR" in self.given.names else 0
         if direction not in (0, 1, 2, 3):

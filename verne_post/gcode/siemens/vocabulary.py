@@ -127,7 +127,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "PROC": "head of a subprogram",
     **dict.fromkeys(("RET", "M17"), "end of a subprogram"),
     "EXTCALL": "calls a subprogram; of a path only the name counts",
-    "MCALL": "a drilling cycle, POCKET3, POCKET4, CYCLE76, CYCLE77 or a subprogram after every block with axes; "
+    "MCALL": "a drilling cycle, POCKET3, POCKET4, CYCLE76, CYCLE77, CYCLE79, CYCLE70, CYCLE899 or a subprogram after every block with axes; "
     "its values are read once",
     "MSG": "message",
     "SETAL": "alarm; 60000 to 61999 and 65500 to 67999 stop (VP027)",
@@ -144,7 +144,9 @@ CYCLES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("POCKET1", "POCKET2", "POCKET3", "POCKET4"), "pockets: see Milling cycles"),
     **dict.fromkeys(("SLOT1", "SLOT2", "LONGHOLE"), "slots: see Milling cycles"),
     **dict.fromkeys(("CYCLE61", "CYCLE71"), "faces: see Milling cycles"),
-    **dict.fromkeys(("CYCLE76", "CYCLE77"), "spigots: see Milling cycles"),
+    **dict.fromkeys(("CYCLE76", "CYCLE77", "CYCLE79"), "spigots: see Milling cycles"),
+    "CYCLE899": "open slots: see Polygons and open slots",
+    **dict.fromkeys(("CYCLE70", "CYCLE90"), "milled threads: see Milled threads"),
     **dict.fromkeys(("CYCLE62", "CYCLE72"), "contours: see Milling along a contour"),
 }
 #: Words that change how a control moves or watches, not the path, or that are always so here: see `dump moves`.
@@ -208,8 +210,7 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
                     "changes the program while it runs, or needs files of the control"),
     **dict.fromkeys(("CYCLE63", "CYCLE64", "CYCLE73", "CYCLE74", "CYCLE75"), "pockets inside a contour; write a POCKET cycle, CYCLE72 for the edge alone, or let the CAM system write the moves"),
     "CYCLE60": "engraving; let the CAM system write the lines of the letters",
-    **dict.fromkeys(("CYCLE70", "CYCLE78", "CYCLE90"), "thread milling; let the CAM system write the helix, or write G2 or G3 with TURN="),
-    "CYCLE79": "polygons; write the sides with G41 or G42",
+    "CYCLE78": "drilling and thread milling in one; write CYCLE82 and CYCLE70, each with its tool",
     **dict.fromkeys(("CYCLE95", "CYCLE951", "CYCLE952", "CYCLE99"), "turning"),
     **dict.fromkeys(("CYCLE971", "CYCLE976", "CYCLE977", "CYCLE978", "CYCLE979", "CYCLE982", "CYCLE994", "CYCLE996", "CYCLE998"), "probing: where the tool touches is only known at the machine"),
     "CONTOUR": "milling of contours by cycles; let the CAM system write the moves",
