@@ -26,7 +26,8 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     room, left_out = MAX_CHARACTERS - sum(map(len, lines)), 0
     for report in reports:
         rows, seen = [], set()
-        for item in report.findings:  # a comment has no terminal beside it: what a set-up settles has its remedy, once for a code
+        # a comment has no terminal beside it: what a set-up settles has its remedy, once for a code
+        for item in report.findings:
             settled = item.settled_by and item.code not in seen
             rows.append(_write_row(item, describe_remedy(item, report.program) if settled else ""))
             seen.add(item.code)
