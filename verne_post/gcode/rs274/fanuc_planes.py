@@ -124,7 +124,7 @@ class FanucPlanes:
         return {q for q in _SEVERAL[kind] if q} <= set(parts)
 
     def _read_plane(self, block: Block, kind: int) -> tuple[Array, Array]:
-        """Origin, axes (columns) of a plane: P0 Euler angles, P1 roll pitch yaw, P2 points, P3 directions, P4 traces."""
+        """Origin and axes (columns) of a plane: P0 Euler, P1 roll pitch yaw, P2 points, P3 directions, P4 traces."""
         if kind in _SEVERAL:
             assert self.given is not None
             parts, self.given = self.given[1], None
@@ -142,7 +142,7 @@ class FanucPlanes:
         raise block.error("VP007", f"G68.2 P{kind}: a plane is given by P0 to P4", "P")
 
     def _find_plane_of_traces(self, i: float, j: float) -> Array:
-        """P4: X is that of the part turned about its Y by I; Y of the part, turned about its X by J, is in the plane."""
+        """P4: X is that of the part turned about Y by I; Y of the part, turned about X by J, is in the plane."""
         c, s = math.cos(math.radians(i)), math.sin(math.radians(i))
         if abs(s) > _PARALLEL and not self.keys.projection_angles:
             raise ProgramError(
