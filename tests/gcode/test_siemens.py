@@ -91,7 +91,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("GOTOF X9", "VP023", "X9"), ("GOTOB N5", "VP023", "before"), ("IF 1", "VP023", "ENDIF"), ("ENDIF", "VP023", "IF"), ("FOR R1=1", "VP001", "TO"), ("REPEAT A9", "VP023", "A9"), ("MCALL SUB1", "VP002", "SUB1"), ("G75", "VP005", "axes"), ("G75 Z0 FP=3", "VP015", "fixed points"), ("MCALL CYCLE800()", "VP002", "modal"),
     ("D2", "VP012", "edge"), ("T=\"MILL\"", "VP012", "siemens.tools"), ("S2=500", "VP002", "spindle 2"), ("M77", "VP002", "remap"), ("M3 M4", "VP003", "group"), ("TRAORI(2)", "VP002", "one transformation"), ("L99", "VP023", "L99"), ("G558 X1", "VP007", "G505"),
     ("SETAL(61000,\"no\")", "VP027", "no"), ("LOOP\nENDLOOP", "VP024", "repeated"), ("$P_UIFR[1,X,RT]=5", "VP002", "TR"), ("CTRANS(X,5)", "VP001", "$P_PFRAME=CTRANS"), ("$P_PFRAME=5", "VP001", "expected a frame"), ("$P_PFRAME=CTRANS(X)", "VP001", "','"), ("$P_PFRAME=CROT(A,5)", "VP001", "axis"), ("$P_PFRAME=CTRANS(X,1,X,2)", "VP004", "twice"), ("$P_PFRAME=CSCALE(X,0)", "VP007", "greater"), ("$P_UIFR[1]=CROT(X,5)", "VP002", "about Z"), ("$P_UIFR[1]=CSCALE(X,2)", "VP002", "about Z"), ("$P_IFRAME=CMIRROR(X)", "VP002", "about Z"), ("$P_UIFR[99]=CTRANS(X,1)", "VP025", "no such work offset"), ("$P_PFRAME=$P_UIFR[99]", "VP025", "no such work offset"), ("X=$AC_TIME", "VP025", "$AC_TIME"), ("X1 P3", "VP006", "P3"), ("R99999=1", "VP025", "R0"), ("DEF REAL X9X\nDEF REAL X9X", "VP004", "twice"),
-    ("DEF AXIS Q", "VP002", "AXIS"), ("X=R[1.5]", "VP007", "whole"), ("SUPA G91 X1", "VP017", "absolute"), ("SUPA G2 X1", "VP017", "G0 or G1"), ("AP=5", "VP005", "AP="), ("RP=5 AP=5 X3", "VP003", "one way"), ("CYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,5)", "VP007", "_DIR"),
+    ("DEF AXIS Q", "VP002", "AXIS"), ("X=R[1.5]", "VP007", "whole"), ("SUPA G91 X1", "VP017", "absolute"), ("SUPA X=DC(1)", "VP017", "DC"), ("SUPA C=IC(1)", "VP017", "IC"), ("SUPA G2 X1", "VP017", "G0 or G1"), ("AP=5", "VP005", "AP="), ("RP=5 AP=5 X3", "VP003", "one way"), ("CYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,5)", "VP007", "_DIR"),
     ("TRANS X1\nCYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,1)", "VP017", "TRANS"), ("CYCLE832(0.1,25)", "VP002", "_TOLM"), ("CYCLE832(0.1,5)", "VP002", "last digit"), ("CYCLE832(0.1,3000001)", "VP002", "_TOLM"), ("CYCLE832(0.1,112021)", "VP002", "_TOLM"), ("CUTMOD=2", "VP002", "CUTMOD=2"), ("CUTMOD", "VP001", "CUTMOD"), ("SPOS=IC(90)", "VP002", "DC()"), ("SPOS[2]=90", "VP002", "SPOS"), ("M40=1", "VP002", "spindle 40"), ("M41", "VP002", "gears"), ("CYCLE82(10)", "VP005", "RFP"), ("CYCLE82(10,10,1,,5)", "VP007", "same height"), ("CYCLE82(10,10,1,5,0,0,0,1,1)", "VP007", "same height"), ("CYCLE82(10,10,1,10)", "VP007", "wrong side"), ("CYCLE82(10,0,1,5)", "VP007", "wrong side"),
     ("Z-5\nCYCLE82(10,0,1,-9)", "VP017", "below"), ("CYCLE83(10,0,1,-9,,-20)", "VP007", "first depth"), ("CYCLE82(1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)", "VP005", "values"), ("CYCLE85(10,0,1,-5,,0)", "VP009", "FFR"), ("PROC X1", "VP001", "first block"), ("%", "VP001", "begins a program"),
     ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"), ("FGROUP(C)\nG1 X1 C9 F9", "VP002", "write G93"), ("FGROUP(A,C)", "VP002", "FGROUP(A,C)"), ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"), ("EXTCALL \"A\"", "VP023", "A.SPF"),
@@ -268,6 +268,19 @@ def test_work_offsets_and_places_of_the_machine(view):
         for end, frame in zip(moves.end, frames, strict=True)
     ]
     assert machine == [1.0, 101.0, 7.0, 0.0, 5.0, 4.0, 14.0]
+
+
+@pytest.mark.parametrize(
+    ("word", "end"), [("C0", 0.0), ("C=DC(0)", 360.0), ("C=ACP(10)", 370.0), ("C=ACN(10)", 10.0), ("C=AC(10)", 10.0)]
+)
+@pytest.mark.parametrize("shift", [0.0, 30.0])
+def test_ways_of_rotary_axes_in_machine_coordinates(view, word, end, shift):
+    """As posts end: SUPA A=DC(0) C=DC(0). The way counts from where the machine stands, not from the programmed angle."""
+    text = f"$P_UIFR[1,C,TR]={shift}\nG54 G0 X0 Y0 Z50 C{340 - shift}\nSUPA {word}\nM30"
+    moves, errors = view(text, dialect="siemens", wcs={})
+    assert errors == ()
+    frame = moves.frames[moves.frame[-1]]
+    assert moves.end[-1][5] + frame.origin[5] == pytest.approx(end)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from verne_post.gcode.siemens.auxiliary import SiemensAuxiliary
 from verne_post.gcode.siemens.corners import WORDS as CORNERS
 from verne_post.gcode.siemens.frame_words import SiemensFrameWords
 from verne_post.gcode.siemens.modes import ARC_FEEDS, Modes
-from verne_post.gcode.siemens.motion import SiemensMotion
+from verne_post.gcode.siemens.motion import DIRECTIONS, SiemensMotion
 from verne_post.gcode.siemens.places import SiemensPlaces
 from verne_post.gcode.siemens.splines import SiemensSplines
 from verne_post.gcode.siemens.words import Word, Words
@@ -268,16 +268,18 @@ class SiemensInterpreter:
     def _run_in_machine(self, words: Words, block: At, code: str) -> None:
         if self.modes.motion not in ("G0", "G1"):
             raise ProgramError("VP017", f"{code} needs G0 or G1", words.find_column("suppression"))
-        places = {}
+        places, directions = dict[int, float](), dict[int, str]()
         for axis, letter in enumerate(AXES):
             if (word := words.take(letter)) is None:
                 continue
-            if word.mode not in ("", "AC") or (not self.modes.absolute and not word.mode):
+            if word.mode in DIRECTIONS and letter in "ABC":
+                directions[axis] = word.mode
+            elif word.mode not in ("", "AC") or (not self.modes.absolute and not word.mode):
                 raise word.error("VP017", f"{code} is absolute; it cannot be used with G91 or {word.mode or 'IC'}")
             places[axis] = word.value * (1.0 if letter in "ABC" else self.modes.length)
         if places:
             kind = MoveKind.RAPID if self.modes.motion == "G0" else MoveKind.FEED
-            self.motion.run_machine_line(block, kind, places)
+            self.motion.run_machine_line(block, kind, places, directions)
 
     def _go_to_fixed_point(self, words: Words, block: At) -> None:
         """G75: the named axes go to a fixed point of the machine in rapid traverse; their values mean nothing."""
@@ -315,7 +317,7 @@ class SiemensInterpreter:
             point = []
             for axis, name in enumerate(("I1", "J1", "K1")):
                 word = words.take(name)
-                if word is not None and word.mode in ("DC", "ACP", "ACN"):
+                if word is not None and word.mode in DIRECTIONS:
                     raise word.error("VP017", f"{word.mode} is about rotary axes; {name} is a length")
                 here = self.motion.find_programmed(axis)
                 value = 0.0 if word is None else word.value * self.modes.length

@@ -1,7 +1,7 @@
 """Motion of Siemens programs: places in the frame chain, with and without TRAORI, lines, arcs, tool axes."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -26,6 +26,9 @@ from verne_post.gcode.siemens.modes import Modes
 from verne_post.model.control_keys import SiemensKeys, read_keys
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
 
+#: How a value of a rotary axis may be meant: the shortest way, upwards, downwards.
+DIRECTIONS: Final = ("DC", "ACP", "ACN")
+_NO_DIRECTIONS: Final[Mapping[int, str]] = {}
 #: A rotary axis that is sent nearer to where it stands than this (deg) does not turn.
 _STANDS: Final = 1e-9
 #: Scales of two axes that differ by less than this share are equal: circles stay circles.
@@ -336,8 +339,13 @@ class SiemensMotion:
 
     # --- machine coordinates --------------------------------------------------------------------------------
 
-    def run_machine_line(self, block: At, kind: MoveKind, places: dict[int, float]) -> None:
-        """G53, G153, SUPA: places of the machine; the tool length in force counts."""
+    def run_machine_line(
+        self, block: At, kind: MoveKind, places: dict[int, float], directions: Mapping[int, str] = _NO_DIRECTIONS
+    ) -> None:
+        """G53, G153, SUPA: places of the machine; the tool length in force counts.
+
+        ``directions`` are DC, ACP and ACN of rotary axes.
+        """
         state = self.state
         if kind == MoveKind.FEED:
             self.check_feed("G1")
@@ -351,12 +359,25 @@ class SiemensMotion:
         if self.core.end_tool_axis(block, list(places)):
             self.set_chain()
         targets = dict(places)
+        if directions:
+            here = self.setup.coordinates.map_to_machine(np.array(state.position), state.frame)
+            for axis, direction in directions.items():
+                if state.known_axes[axis]:
+                    targets[axis] = turn_to(float(here[axis]), places[axis], direction)
         if 2 in targets and self.modes.edge:
             targets[2] += state.frame.tool_length
         go_to_machine(self.core, block, kind, targets)
         if set(self.setup.rotary) & set(places):
             self.set_chain()
         self.heading = None
+
+
+def turn_to(here: float, value: float, direction: str) -> float:
+    """Where a rotary axis ends on the shortest way (DC), upwards (ACP) or downwards (ACN), degrees."""
+    motion = math.fmod(value - here, 360.0)
+    if direction == "DC":
+        return here + motion - 360.0 * round(motion / 360.0)
+    return here + motion % 360.0 if direction == "ACP" else here - (-motion) % 360.0
 
 
 def _number_axes(position: list[float], scale: Triple, rotary: Triple) -> list[float]:

@@ -12,7 +12,7 @@ from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.plane_geometry import find_center_of_sweep
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.motion import MAX_TURNS
-from verne_post.gcode.siemens.motion import SiemensMotion
+from verne_post.gcode.siemens.motion import DIRECTIONS, SiemensMotion, turn_to
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES
 
@@ -47,7 +47,7 @@ class SiemensPlaces:
     def _place(self, word: Word, axis: int, block: At) -> float:
         rotary = word.name in _ROTARY
         value = word.value if rotary else word.value * self.motion.modes.length
-        if word.mode in ("DC", "ACP", "ACN") and not rotary:
+        if word.mode in DIRECTIONS and not rotary:
             raise word.error("VP017", f"{word.mode} is for rotary axes; {word.name} is a linear one")
         if word.mode == "IC" or (not word.mode and not self.motion.modes.absolute):
             self.core.require_known(block, [axis], "an incremental value")
@@ -72,13 +72,8 @@ class SiemensPlaces:
     def _resolve_rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
         here = self.motion.find_programmed(axis)
-        motion = math.fmod(value - here, 360.0)
-        if word.mode == "DC":
-            return here + motion - 360.0 * round(motion / 360.0)
-        if word.mode == "ACP":
-            return here + motion % 360.0
-        if word.mode == "ACN":
-            return here - (-motion) % 360.0
+        if word.mode in DIRECTIONS:
+            return turn_to(here, value, word.mode)
         if word.name not in self.keys.modulo_axes:
             return value
         return 360.0 * math.floor(here / 360.0) + value % 360.0

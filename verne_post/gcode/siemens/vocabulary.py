@@ -65,7 +65,9 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
 #: How a value of an axis is meant, where G90 and G91 do not say.
 VALUE_MODES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("AC", "IC"), "one value absolute, incremental: X=AC(5)"),
-    **dict.fromkeys(("DC", "ACP", "ACN"), "rotary axes: the shortest way, up, down"),
+    **dict.fromkeys(
+        ("DC", "ACP", "ACN"), "rotary axes: the shortest way, up, down; in machine coordinates too, as in SUPA C=DC(0)"
+    ),
 }
 #: Words with a value that are executed.
 ADDRESSES: Final[Mapping[str, str]] = {
