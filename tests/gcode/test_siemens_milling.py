@@ -136,6 +136,30 @@ def test_circles_of_an_open_slot_worked_out_by_hand(mill):
     assert moves.arcs.sweep.tolist() == [180.0] * 10
 
 
+def test_a_hexagon_worked_out_by_hand(mill):
+    """30 over flats, tool 8: lines 15 + 4 from the middle, arcs of 4 about corners that are 15 tan 30 beside them."""
+    moves, findings = mill("CYCLE79", NUM=6, SWL=30, RC=0, AP1=40, MID=0, MIDA=0)
+    assert findings == ()
+    half, first = 15 * math.tan(math.radians(30)), np.flatnonzero(moves.kind == MoveKind.ARC)[0]
+    ends = [(29, 20), (29, 20 - half), (27, 20 - half - 4 * math.sin(math.radians(60)))]
+    assert moves.end[first : first + 3, :2] == pytest.approx(np.array(ends), abs=1e-9)
+    corner = moves.arcs.center[moves.arc[first + 2]]
+    assert (*corner[:2], moves.arcs.sweep[moves.arc[first + 2]]) == pytest.approx((25, 20 - half, -60), abs=1e-9)
+    assert (moves.kind[first + 1 :] == MoveKind.ARC).sum() == 7  # six corners, and away from the part
+
+
+def test_a_square_polygon_is_the_spigot_of_cycle_76(mill):
+    """Where the blanks of both let one path go round it: the same moves."""
+    both = {"AP1": 36, "MIDA": 0, "STA": 25, "FAL": 0.2}
+    one, found = mill("CYCLE79", NUM=4, SWL=30, RC=3, **both)
+    assert found == ()
+    two, found = mill("CYCLE76", LENG=30, WID=30, CRAD=3, AP2=36, **{**both, "FFD": 500})
+    assert found == ()
+    assert len(one) == len(two) > 20
+    assert one.end == pytest.approx(two.end, abs=1e-9)
+    assert one.arcs.sweep == pytest.approx(two.arcs.sweep, abs=1e-9)
+
+
 def test_a_polygon_worked_out_by_hand(mill):
     """A square of 30, turned by 45 degrees where STA is that of a corner: as CYCLE76 with STA 45 in a round blank."""
     moves, findings = mill("CYCLE79", NUM=4, RC=0, AP1=40, MID=0, MIDA=0)
