@@ -161,3 +161,15 @@ def test_strokes_in_all_holes_of_a_pattern_are_bounded(view):
     assert [item.code for item in findings] == ["VP007"]
     assert "more than 30000 strokes in the holes of one block" in findings[0].message
     assert moves is None or len(moves) < 10
+
+
+@pytest.mark.parametrize(
+    "call", ["CYCLE84(20,0,2,-10,,,5,,1.25,0,500,500,3,0,0,0,0,,{})", "CYCLE840(20,0,2,-10,,0,4,3,0,0,1.25,3,0,0,{})"]
+)
+def test_texts_of_the_editor_of_threads_have_no_effect(view, call):
+    """The row of a table of threads beside PIT, as an editor writes it; PIT alone counts."""
+    one, two = (
+        view(f"{HEAD}{call.format(texts)}", dialect="siemens", tapping="feed") for texts in ('"","ISO_METRIC","M8"', "")
+    )
+    assert (one[1], two[1]) == ((), ())
+    assert one[0].end.tolist() == two[0].end.tolist()

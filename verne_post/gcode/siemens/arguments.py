@@ -15,6 +15,8 @@ from verne_post.gcode.siemens.words import Call, read_argument_values
 #: _PITA of a pitch -> its unit, mm; 0 is that of the program.
 _PITCH_UNITS: Final = {0: 0.0, 1: 1.0, 2: MM_PER_INCH, 3: MM_PER_INCH}
 _TURNS_AN_INCH: Final = 2
+#: Values of threads that only an editor reads: the pitch as a text, and the row of a table of threads.
+OF_EDITOR: Final = ("_PITM", "_PTAB", "_PTABA")
 
 
 class Arguments(Struct):

@@ -8,7 +8,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.gcode.siemens.arguments import Arguments, read_cycle, read_pitch
+from verne_post.gcode.siemens.arguments import OF_EDITOR, Arguments, read_cycle, read_pitch
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
@@ -255,7 +255,7 @@ class _Hole:
         out, after = given.read_whole("SDR"), given.read_whole("SDAC", 3)
         pitch = read_pitch(given, self.unit)
         encoder = given.read_whole("ENC")
-        given.refuse_rest()
+        given.refuse_rest(OF_EDITOR)
         if encoder not in (0, 1):
             raise given.error("VP002", f"ENC {encoder}: 0 and 1 are executed (1: feed rate as programmed)", "ENC")
         backwards = to.state.spindle_reversed
@@ -292,7 +292,7 @@ class _Hole:
             abs(self._read_length("_VRT")) or _CHIP_MM,
         )
         angle = given.number("POSS")
-        given.refuse_rest(("_TECHNO",))
+        given.refuse_rest(("_TECHNO", *OF_EDITOR))
         if not pitch or min(speeds) <= 0 or after not in (3, 4, 5):
             raise ProgramError(
                 "VP005", "CYCLE84 needs a pitch (PIT or MPIT), SST greater than 0, and SDAC 3, 4 or 5", here

@@ -21,7 +21,7 @@ from verne_post.gcode.machining.pockets import (
 )
 from verne_post.gcode.machining.strokes import Placement, Stroke, list_stops, place_strokes, turn_about
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.gcode.siemens.arguments import read_cycle
+from verne_post.gcode.siemens.arguments import OF_EDITOR, read_cycle
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.milling_values import PARAMETERS, MillingValues
 from verne_post.gcode.siemens.thread_milling import list_thread_strokes
@@ -38,8 +38,6 @@ _FACES: Final = ("CYCLE61", "CYCLE71")
 _THREADS: Final = ("CYCLE70", "CYCLE90")
 #: More sides are a wrong number.
 _MOST_SIDES: Final = 1000
-#: What an editor of threads reads: the pitch as a text, and the row of a table of threads.
-_OF_EDITOR: Final = ("_PITM", "_PTAB", "_PTABA")
 #: Thousands of _GMODE: where PA and PO are, in halves of the sides from the middle.
 _CORNERS: Final = ((0.0, 0.0), (0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 
@@ -80,7 +78,7 @@ class SiemensMilling:
 def _find_harmless(name: str) -> tuple[str, ...]:
     """Values of a cycle that have no effect."""
     if name in _THREADS:
-        return _OF_EDITOR
+        return OF_EDITOR
     return _HARMLESS if name in (*_STUDS, *_FACES) else (*_HARMLESS, "AP1", "AP2")
 
 
