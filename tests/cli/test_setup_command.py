@@ -101,12 +101,16 @@ def test_the_first_own_program_runs_once_its_setup_is_filled_in(
     assert run("setup", program).code == 0
     written = Path(f"{program}.toml")
     assert tomllib.loads(written.read_text()) == expected
+    text = written.read_text()
+    assert text.partition("\n")[0].endswith(f"{name}: mm and degrees; write numbers where it says measure")
+    assert ("presets 1 to 9 (cycle 247) are G54 to G59.3" in text) == (source == KLARTEXT)  # it has no G54 of its own
     refused = run(program, "-o", tmp_path / "axes.csv")
     assert refused.code == 2
     assert not list(tmp_path.glob("axes*"))  # a mark is no value
     assert refused.err.count("VP012 error") == 1  # one cause
     fill(written)
     assert run(program, "-o", tmp_path / "axes.csv").code == 0
+    assert "where it says" not in run("setup", program, "-o", "-").out  # nothing is left to be written
     assert vp.convert(program, "verne").ok  # the Python API reads the same file
 
 

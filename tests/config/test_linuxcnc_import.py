@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from verne_post.config.linuxcnc import convert_linuxcnc
 from verne_post.config.load import build_machine
@@ -185,7 +186,7 @@ GOOD = write_ini("xyzac-trt-kins")
         (write_ini("xyzac-trt-kins", "net :y xyzac-trt-kins.y-offset probe.out"), "VP507", "comes from the signal :y, which no number is set to"),
         (write_ini("xyzac-trt-kins", "setp xyzac-trt-kins.y-offset [A]B"), "VP507", "[A]B: the INI has no such key"),
         (write_ini("xyzac-trt-kins", "setp xyzac-trt-kins.y-offset nan"), "VP507", "expected a number"),
-        (write_ini("genhexkins"), "VP508", "KINEMATICS = genhexkins: a hexapod"),
+        (write_ini("pentakins"), "VP508", "KINEMATICS = pentakins: five struts"),
         (write_ini("xyzacb_trsrn"), "VP508", "three rotary joints"),
         (write_ini("mykins"), "VP508", "no kinematics whose meaning is known here; imported are xyzac-trt-kins"),
     ],
@@ -215,8 +216,111 @@ def test_the_command_writes_a_sound_file_and_says_the_senses(tmp_path: Path, run
     assert "VP509 warning:" in answer.err
     assert run("machine", "validate", tmp_path / "mine.toml").code == 0
     assert "through = [0.0, 20.0, 0.0]" in (tmp_path / "mine.toml").read_text(encoding="utf-8")
-    (folder / "m.ini").write_text(write_ini("genhexkins"), encoding="utf-8")
+    (folder / "m.ini").write_text(write_ini("pentakins"), encoding="utf-8")
     refused = run("machine", "import", folder / "m.ini", "-o", tmp_path / "other.toml")
     assert refused.code == 2
     assert "VP508 error:" in refused.err + refused.out
     assert not (tmp_path / "other.toml").exists()
+
+
+#: Joints of the sample configuration that LinuxCNC ships for its genhexkins, inches.
+BASE = [(-22.95, 13.25), (22.95, 13.25), (22.95, 13.25), (0.0, -26.5), (0.0, -26.5), (-22.95, 13.25)]
+PLATFORM = [(-1.0, 11.5), (1.0, 11.5), (10.459, -4.884), (9.459, -6.616), (-9.459, -6.616), (-10.459, -4.884)]
+
+
+def write_hexapod(spindle: float = 0.0, home: str = "0 0 20 0 0 0", units: str = "inch", more: str = "") -> str:
+    hal = ""
+    for side, joints in (("base", BASE), ("platform", PLATFORM)):
+        for k, place in enumerate(joints):
+            hal += "".join(
+                f"setp genhexkins.{side}.{k}.{axis} {value}\n" for axis, value in zip("xyz", (*place, 0.0), strict=True)
+            )
+    hal += f"setp genhexkins.spindle-offset {spindle}\nnet :t genhexkins.tool-offset motion.tooloffset.z\n{more}"
+    return write_ini("genhexkins", hal, "xyzabc", units).replace("[TRAJ]\n", f"[TRAJ]\nHOME = {home}\n")
+
+
+def find_struts(pose: np.ndarray, turn: Rotation, shift: np.ndarray) -> np.ndarray:
+    """genhexkins, inverse: |pose + R a - b| with both ends higher by spindle-offset + tool-offset; inches (n, 6)."""
+    up = np.stack([0 * shift, 0 * shift, shift], axis=-1)
+    legs = [pose + turn.apply(up + [*end, 0.0]) - up - [*base, 0.0] for end, base in zip(PLATFORM, BASE, strict=True)]
+    return np.linalg.norm(np.stack(legs, axis=1), axis=2)
+
+
+def test_the_hexapod_of_genhexkins_stands_at_home_as_its_sample_says() -> None:
+    """29.7466: sqrt((22.95 - 1)^2 + (13.25 - 11.5)^2 + 20^2) = sqrt(884.865), which its HOME has rounded."""
+    machine, _made = convert(write_hexapod())
+    assert machine.five_axis.home[:6] == pytest.approx([25.4 * np.sqrt(884.865)] * 2 + [25.4 * 29.7466] * 4, abs=0.01)
+    assert [column.joint for column in machine.columns] == [*(f"joint{k}" for k in range(6)), "a", "c"]
+    assert machine.limits.lower[:6].tolist() == [0.0] * 6  # -100 of the file: a strut is not shorter than nothing
+    assert machine.limits.upper[:6] == pytest.approx([25.4 * (150 + k) for k in range(6)])
+    assert machine.limits.velocity[:6] == pytest.approx([25.4 * (20 + k) for k in range(6)])
+
+
+@pytest.mark.parametrize("spindle", [0.0, 3.5])
+def test_the_struts_are_those_of_genhexkins(spindle: float) -> None:
+    """Programs of tip and tool direction; LinuxCNC is given the roll, pitch and yaw of the platform's turn."""
+    machine, _made = convert(write_hexapod(spindle))
+    random, tool = np.random.default_rng(50), 2.25
+    tip = random.uniform([-4, -4, 10], [4, 4, 20], (400, 3))
+    tilt, about = random.uniform(0.0, np.radians(25), 400), random.uniform(-np.pi, np.pi, 400)
+    # the shortest turn of z is about a horizontal axis
+    turn = Rotation.from_rotvec(tilt[:, None] * np.stack([np.cos(about), np.sin(about), 0 * about], axis=1))
+    axis = turn.apply([0.0, 0.0, 1.0])
+    q, ok = machine.inverse(25.4 * tip, axis, 25.4 * tool)
+    assert ok.all()
+    roll, pitch, yaw = turn.as_euler("xyz").T
+    still = 0.0 * roll
+    said = (  # pmRpyMatConvert: about z by yaw, after y by pitch, after x by roll
+        Rotation.from_rotvec(np.stack([still, still, yaw], axis=1))
+        * Rotation.from_rotvec(np.stack([still, pitch, still], axis=1))
+        * Rotation.from_rotvec(np.stack([roll, still, still], axis=1))
+    )
+    pose = tip + [0.0, 0.0, tool]  # G43: the pose is the tip higher by the tool
+    wanted = find_struts(pose, said, np.full(400, spindle + tool))
+    assert np.abs(q[:, :6] - 25.4 * wanted).max() < 1e-9
+    back, leans, ok = machine.forward(q, 25.4 * tool)
+    assert ok.all()
+    assert np.abs(back - 25.4 * tip).max() < 1e-9
+    assert np.abs(leans - axis).max() < 1e-12
+
+
+def test_what_a_hexapod_leaves_open_is_said() -> None:
+    machine, made = convert(write_hexapod())
+    assert machine.clearance is None  # two struts share each joint on the base
+    said = " ".join(one.message for one in made.findings)
+    for text in (
+        "roll, pitch and yaw",
+        "count from the gauge point",
+        "smallest_singular_value = 0.05 is assumed",
+        "screw-lead",
+    ):
+        assert text in said
+    assert "HOME =" not in said
+    _machine, made = convert(write_hexapod(more="").replace("[JOINT_3]\n", "[JOINT_3]\nHOME = 29.9\n"))
+    assert any("[JOINT_3]HOME = 29.9" in one.message for one in made.findings)
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        (write_hexapod(more="setp genhexkins.screw-lead 0.2"), "VP508", "screw-lead = 0.2: struts whose value turns"),
+        (
+            write_hexapod().replace("HALCMD = setp genhexkins.base.4.y -26.5\n", ""),
+            "VP507",
+            "nothing sets genhexkins.base.4.y",
+        ),
+        (write_hexapod(home="0 0"), "VP507", "[TRAJ]HOME = '0 0': expected X Y Z"),
+        (write_hexapod(home="0 0 up"), "VP507", "[TRAJ]HOME = 'up': expected a number"),
+        (
+            write_hexapod().replace("MAX_LIMIT = 152\n", ""),
+            "VP507",
+            "[JOINT_2]: MIN_LIMIT and MAX_LIMIT do not bound the strut",
+        ),
+        (write_hexapod().replace("MAX_VELOCITY = 21\n", ""), "VP507", "[JOINT_1]MAX_VELOCITY of joint1 is missing"),
+    ],
+)
+def test_hexapods_that_cannot_be_read_are_refused(text: str, code: str, said: str) -> None:
+    with pytest.raises(InputError) as error:
+        convert(text)
+    assert error.value.findings[0].code == code
+    assert said in error.value.findings[0].message

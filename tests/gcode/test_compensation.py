@@ -190,3 +190,21 @@ def test_a_change_of_tool_after_a_contour_takes_the_position_of_the_tool(view, c
 def test_without_a_change_of_tool_the_next_move_goes_to_the_contour(view):
     moves, _ = view(f"{BESIDE}G0 Z5\nM2", dialect="rs274")
     assert moves.end[-1, :3].tolist() == [10.0, 10.0, 5.0]
+
+
+@pytest.mark.parametrize("end", [-20.0, 35.0, -75.0])
+@pytest.mark.parametrize(("word", "side"), [("G41.1", 1.0), ("G42.1", -1.0)])
+def test_an_arc_as_entry_ends_beside_its_end_in_its_direction(view, word, side, end):
+    """About X6 Y8 from X0 Y0, counter-clockwise; the tool's centre comes from where it stands, on an arc about another place."""
+    centre, inwards = np.array([6.0, 8.0]), -np.array([np.cos(np.radians(end)), np.sin(np.radians(end))])
+    last = centre - 10.0 * inwards
+    text = f"G21 G90 G94 F600\nG0 X0 Y0 Z5 A0 C0\n{word} D3 G3 X{last[0]:.9f} Y{last[1]:.9f} I6 J8\nM2"
+    moves, findings = view(text, dialect="rs274")
+    assert findings == ()
+    target = last + side * 1.5 * inwards  # left of an arc to the left is towards its middle
+    row = int(np.flatnonzero(moves.arc >= 0)[-1])
+    assert moves.end[row][:2] == pytest.approx(target, abs=1e-6)
+    middle = moves.arcs.center[moves.arc[row]][:2]
+    assert np.linalg.norm(middle) == pytest.approx(np.linalg.norm(middle - target), abs=1e-6)
+    assert float((middle - target) @ [-inwards[1], inwards[0]]) == pytest.approx(0.0, abs=1e-6)
+    assert float((middle - target) @ inwards) > 0.0

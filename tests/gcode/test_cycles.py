@@ -53,6 +53,14 @@ def test_a_hole_converts(machine):
     assert result.summary.n_stops > 10
 
 
+def test_the_tool_axis_is_named_where_it_is_not_along_the_hole(machine):
+    """A 20 C 30: sin 20 sin 30, sin 20 cos 30, cos 20."""
+    program = b"G49 F600 G0 X0 Y0 Z60 A20 C30\nG81 X5 Y5 Z20 R30\nM2"
+    (found,) = check(program, machine, Options(dialect="rs274")).findings
+    assert (found.code, found.line) == ("VP017", 2)
+    assert "G81 drills along Z, but the tool points along (0.1710, 0.2962, 0.9397)" in found.message
+
+
 @pytest.mark.parametrize(("line", "code"), [
     ("G81 X1 R2", "VP005"), ("G81 X1 Z-1", "VP005"), ("G81 Z-1 R-2", "VP007"), ("G82 Z-1 R2", "VP005"), ("G83 Z-1 R2", "VP005"),
     ("G83 Z-1 R2 Q0", "VP007"), ("G83 Z-1 R2 Q.000001", "VP007"), ("G73 Z-1 R2 Q-1", "VP007"), ("G81 Z-1 R2 L0", "VP007"),

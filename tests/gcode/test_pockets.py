@@ -9,6 +9,7 @@ import pytest
 
 from tests.gcode.conftest import make_tool
 from tests.gcode.pocket_judge import circle, curved_slot, judge, polygon, rectangle
+from verne_post.gcode.machining.pockets import Face, Milling, mill_face
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import MoveKind
 
@@ -191,6 +192,39 @@ def test_strokes_of_a_face_are_even(mill):
     ]
     lines = [place for kind, *place, _feed in shown(moves, 1) if kind == "L"]
     assert lines == [[*place, z] for z in (-3, -6) for place in way]
+
+
+@pytest.mark.parametrize("zigzag", [True, False])
+def test_a_face_is_left_between_strokes_only_where_all_go_one_way(zigzag):
+    """Four strokes on each of two levels: to and fro the tool stays down, else it goes back above the face."""
+    milling = Milling(radius=4.0, clear=2.0, levels=(-1.0, -2.0), bottom=-2.0, step=6.0)
+    strokes = list(mill_face(Face(30.0, 24.0, 5.0, zigzag), milling))
+    rows = [6.0 * number - 4.0 for number in range(1, 5)]
+    for level in milling.levels:
+        downs = [one.end for one in strokes if one.pace == "plunge" and one.height == level]
+        assert downs == [(-5.0, across) for across in (rows[:1] if zigzag else rows)]
+        ends = [one.end for one in strokes if one.pace == "mill" and one.height == level]
+        ways = [(-5.0, 35.0) if not zigzag or number % 2 == 0 else (35.0, -5.0) for number in range(4)]
+        assert ends == [(u, across) for way, across in zip(ways, rows, strict=True) for u in way]
+    # above the face it goes sideways where it has come up, and straight to where it goes down
+    rapids = [one.end for one in strokes if one.pace == "rapid"]
+    last = (-5.0 if zigzag else 35.0, rows[-1])
+    back = (
+        [] if zigzag else [place for number in range(3) for place in ((35.0, rows[number]), (-5.0, rows[number + 1]))]
+    )
+    assert rapids == 2 * [(-5.0, rows[0]), *back, last]
+    assert {one.height for one in strokes if one.pace == "rapid"} == {2.0}
+
+
+def test_a_helix_goes_down_to_its_level(mill):
+    """Half turns, equally high, the last one at the infeed."""
+    moves, findings = mill(251, {366: 1})
+    assert findings == ()
+    heights = [float(end[2]) for kind, end in zip(moves.kind, moves.end, strict=True) if kind == MoveKind.ARC]
+    falls = -np.diff([0.0, *heights])
+    turns = [fall for fall in falls if fall > 1e-6]
+    assert min(heights[: heights.index(-3.0) + 1]) == -3.0
+    assert np.ptp(turns[: len(turns) // 2]) < 0.3 * max(turns)
 
 
 def test_single_lip_drilling(mill):

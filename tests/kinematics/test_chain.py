@@ -13,6 +13,7 @@ from verne_post.config.load import build_machine
 from verne_post.kinematics.chain.senses import describe_senses
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
+from verne_post.toolpath.evaluate import turn_tip
 
 ROOT = Path(__file__).resolve().parents[2]
 CHAINS = ["ac_trunnion", "bc_trunnion", "b_head_c_table", "ca_fork_head", "ab_table", "nutating_table", "nutating_head"]
@@ -393,3 +394,34 @@ def test_refused_files(text: str, said: str) -> None:
         build(text)
     assert said in caught.value.findings[0].message
     assert caught.value.findings[0].code == "VP501"
+
+
+# --- without tool-centre-point control ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [name for name in CHAINS if not name.startswith("nutating")])
+def test_tips_are_carried_while_all_joints_go_straight(name: str) -> None:
+    """The curve of a tip between two poses, on which every joint stands where its own line has it."""
+    machine, pick = verne_post.load_machine(name), np.random.default_rng(5)
+    wide = np.array([60.0, 60.0, 40.0, 0.6, 1.5])
+    start, end = pick.uniform(-wide, wide, (2, 40, 5))
+    turns = machine.coordinates.carry_tips(start, end, np.full(40, 80.0))
+    poses = {}
+    for u in (0.0, 0.3, 0.8, 1.0):
+        tip = turn_tip(turns, np.arange(40), np.full(40, u))
+        poses[u] = machine.five_axis.solve(tip, (start + u * (end - start))[:, 3:], 80.0)[0]
+        if u in (0.0, 1.0):
+            assert np.abs(tip - (start if u == 0.0 else end)[:, :3]).max() < 1e-9
+    for u, q in poses.items():
+        assert np.abs(q - (poses[0.0] + u * (poses[1.0] - poses[0.0]))).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_only_a_tool_along_z_of_the_part_is_upright(name: str) -> None:
+    """The joints of a pair are at most two of A, B and C; a pair that leans by 10 degrees still points upwards."""
+    coordinates = verne_post.load_machine(name).coordinates
+    words = np.zeros((4, 9))
+    words[1:, 3:6] = 10.0 * np.eye(3)
+    upright = [coordinates.is_upright(one) for one in words]
+    assert upright[0]
+    assert not all(upright[1:3])

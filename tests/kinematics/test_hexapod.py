@@ -12,7 +12,7 @@ from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
 import verne_post
-from tests.kinematics.test_carrier_descriptions import build, read, turned
+from tests.kinematics.test_carrier_descriptions import build, find_part_frame, read, turned
 from tests.kinematics.test_chain import ROOT, random_axes
 from verne_post.config.load import build_machine
 from verne_post.kinematics.modules.six_legs import SixLegs
@@ -29,19 +29,30 @@ SINGULAR = {
 }
 
 
-def judge(values: np.ndarray, place: np.ndarray, turn: Rotation, data: dict[str, Any]) -> Any:
-    """Misfits of the legs (n, 6), tip and tool axis (n, 3) in the part frame, of actuators (n, 6), P (n, 3) and the platform's turn."""
-    carrier, chain = data["carrier"], data["chain"]
-    misfit = []
+def list_ends(values: np.ndarray, place: np.ndarray, turn: Rotation, data: dict[str, Any]) -> list[Any]:
+    """Ends (n, 3) of the legs at base and platform, in the order of the actuators (n, 6)."""
+    carrier, ends = data["carrier"], []
     for k, name in enumerate(carrier["actuators"]):
         if "struts" in carrier:
             (leg,) = [one for one in carrier["struts"] if one["length"] == name]
-            misfit.append(np.linalg.norm(turn.apply(leg["platform"]) + place - leg["base"], axis=1) - values[:, k])
+            foot = np.array(leg["base"])
         else:
             (leg,) = [one for one in carrier["rods"] if one["by"] == name]
             rail = np.array(leg["rail"]) / np.linalg.norm(leg["rail"])
             foot = np.array(leg["slider"]) + values[:, k, None] * rail
-            misfit.append(np.linalg.norm(turn.apply(leg["platform"]) + place - foot, axis=1) - leg["rod"])
+        ends.append((foot, turn.apply(leg["platform"]) + place))
+    return ends
+
+
+def judge(values: np.ndarray, place: np.ndarray, turn: Rotation, data: dict[str, Any]) -> Any:
+    """Misfits of the legs (n, 6), tip and tool axis (n, 3) in the part frame, of actuators (n, 6), P (n, 3) and the platform's turn."""
+    carrier, chain = data["carrier"], data["chain"]
+    ends = [np.linalg.norm(top - foot, axis=1) for foot, top in list_ends(values, place, turn, data)]
+    if "struts" in carrier:
+        misfit = [length - value for length, value in zip(ends, values.T, strict=True)]
+    else:
+        rods = {one["by"]: one["rod"] for one in carrier["rods"]}
+        misfit = [length - rods[name] for length, name in zip(ends, carrier["actuators"], strict=True)]
     up = np.diag([1.0, -1.0, -1.0])  # z of the part is -z of the base, x is x
     away = np.array(chain["gauge"]) - carrier["home"]
     top = turn.apply(away) + place
@@ -69,6 +80,9 @@ def test_inverse_and_forward_by_the_judge(name: str) -> None:
     assert closed.all()
     misfit, there, leans = judge(q[:, :6], place, Rotation.from_matrix(turn), data)
     assert np.abs(misfit).max() < 1e-9
+    feet, tops = machine.five_axis.legs.find_legs(place, turn, q[:, :6])
+    for k, (foot, top) in enumerate(list_ends(q[:, :6], place, Rotation.from_matrix(turn), data)):
+        assert max(np.abs(feet[:, k] - foot).max(), np.abs(tops[:, k] - top).max()) < 1e-9
     assert np.abs(there - tip).max() < 1e-9
     assert np.abs(leans - axis).max() < 1e-12
     back, points, reached = machine.forward(q, LENGTH)
@@ -112,14 +126,15 @@ def test_directions_of_the_base_and_order_of_legs_do_not_matter(name: str) -> No
     data = read(name)
     joints, ok = build(data).inverse(tip, axis, LENGTH)
     assert ok.all()
-    about_up = Rotation.from_rotvec([0.0, 0.0, 0.7]).as_matrix()  # x of the part stays that of the base
     data.pop("home")
     del data["provenance"]["home"]
-    other = turned(data, about_up)
-    back = np.diag([1.0, -1.0, -1.0]) @ about_up @ np.diag([1.0, -1.0, -1.0])
-    again, found = build(other).inverse(tip @ back.T, axis @ back.T, LENGTH)
-    assert found.all()
-    assert np.abs(joints[:, :6] - again[:, :6]).max() < 1e-9
+    for by in ([0.0, 0.0, 0.7], [0.3, -0.2, 0.7]):
+        turn = Rotation.from_rotvec(by).as_matrix()
+        other = turned(data, turn)
+        to_other = find_part_frame(other).T @ turn @ find_part_frame(data)
+        again, found = build(other).inverse(tip @ to_other.T, axis @ to_other.T, LENGTH)
+        assert found.all()
+        assert np.abs(joints[:, :6] - again[:, :6]).max() < 1e-6  # files give nine digits
     key = "struts" if "struts" in data["carrier"] else "rods"
     data["carrier"]["actuators"].reverse()
     data["carrier"][key].reverse()
@@ -254,6 +269,21 @@ def test_numbers_that_are_none_and_poses_out_of_reach() -> None:
         machine.forward(np.zeros(6), LENGTH)
 
 
+def test_rods_that_do_not_reach_have_no_drop() -> None:
+    """Beside the machine no rod closes: what is left of each along its rail is 0, not less, and not the least that one may have."""
+    five_axis = verne_post.load_machine("hexaglide").five_axis
+    q, platform, ok = five_axis.solve(np.array([[0.0, 0.0, -1200.0]]), np.zeros((1, 2)), LENGTH)
+    assert not ok.any()
+    assert five_axis.find_geometry_margins(q, np.zeros((1, 2)), platform)[0, 1:7].tolist() == [0.0] * 6
+
+
+@pytest.mark.parametrize("name", [*NAMES, "tricept", "george_v", "urane_sx"])
+def test_margins_warn_at_twice_of_what_is_refused(name: str) -> None:
+    margins = verne_post.load_machine(name).five_axis.name_margins(0.1, 0.2)
+    assert margins
+    assert [one.warn_below for one in margins] == [2 * one.error_below for one in margins]
+
+
 TEXT = (ROOT / "machine_configs/hexapod.toml").read_text(encoding="utf-8")
 
 
@@ -266,7 +296,6 @@ TEXT = (ROOT / "machine_configs/hexapod.toml").read_text(encoding="utf-8")
         ("axis = [0.0, 0.0, -1.0] ", "axis = [0.0, 0.6, -0.8] ", "chain.axis is not along chain.up"),
         ('length = "l2"', 'length = "l1"', "expected each once"),
         ('"l5", "l6"]', '"l5"]', "5 actuators"),
-        ("rod_diameter_mm = 50.0 ", "", "missing: rod_diameter_mm"),
         ("home = [0.0, 0.0, 900.0] ", "home = [0.0, 0.0, 0.0] ", "their Jacobian is singular"),
         ("spare_turn_deg = 0.0 ", "central = { base = [0, 0, 0], first_axis = [1, 0, 0] }", "too many: central"),
         ("[home] ", "[joints.c]\nturns = [0, 0, 1]\nthrough = [0, 0, 0]\nvelocity = 1.0\nacceleration = 1.0\n[home] ", "a rotary table under them is not executed yet"),

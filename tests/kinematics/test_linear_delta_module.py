@@ -239,6 +239,14 @@ def test_too_far_away_is_out_of_reach():
     assert MODULE.inverse_all(position[0]) == []
 
 
+def test_a_rod_that_almost_lies_flat_still_has_both_modes():
+    """Half a millimetre of drop: the first leg's slider is so far above the platform, or below."""
+    position = np.array([350.0 - np.sqrt(900.0**2 - 0.5**2), 0.0, 1200.0])
+    found = MODULE.inverse_all(position)
+    assert len(found) == 8
+    assert sorted({round(one.rho[0], 6) for one in found}) == [1199.5, 1200.5]
+
+
 def test_margins_are_the_drops_of_the_rods():
     position = points(200, size=300.0)
     rho, alpha, ok = SKEW.inverse(position)

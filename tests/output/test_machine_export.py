@@ -5,6 +5,7 @@ import ctypes
 import re
 import shutil
 import subprocess
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -13,10 +14,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 import verne_post
 from tests.benchmarks.linuxcnc_run import run_program, stream, why_not
 from tests.kinematics.six_rods import as_toml, random_table
+from tests.kinematics.test_chain import CHAINS
 from verne_post.config.load import build_machine
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.machine import Machine
@@ -327,7 +330,16 @@ def test_device_moves_as_the_machine_does(machine: Machine, device: ElementTree.
 
 
 @pytest.mark.parametrize(
-    ("kind", "lengths"), [("verne", [850, 850, 950, 950]), ("linear_delta", [900] * 3), ("serial", [])]
+    ("kind", "lengths"),
+    [
+        ("verne", [850, 850, 950, 950]),
+        ("linear_delta", [900] * 3),
+        ("serial", []),
+        ("quickstep", [800] * 6),
+        ("george_v", [750] * 6),
+        ("hexaglide", [1010, 1010, 950, 950, 880, 880]),
+        ("bc_trunnion", []),
+    ],
 )
 def test_device_has_the_rods_as_components(kind: str, lengths: list[float]):
     device = ElementTree.fromstring(write_device(verne_post.load_machine(kind))["device.xml"])
@@ -335,6 +347,105 @@ def test_device_has_the_rods_as_components(kind: str, lengths: list[float]):
     assert [float(one.find(".//d:Nominal", DEVICES).text) for one in links] == pytest.approx(lengths)
     identities = [one.get("id") for one in device.iter() if one.get("id")]
     assert len(identities) == len(set(identities))
+
+
+class Turn(NamedTuple):
+    """An axis of a device in machine coordinates, its parent, and whether it turns the part."""
+
+    origin: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    parent: str | None
+    of_part: bool
+
+    def carry(self, point: NDArray[np.float64], degrees: float, share: float = 1.0) -> NDArray[np.float64]:
+        return self.origin * share + Rotation.from_rotvec(np.radians(degrees) * self.axis).apply(
+            point - self.origin * share
+        )
+
+
+def read_turns(device: ElementTree.Element) -> dict[str, Turn]:
+    found = {}
+    for one in device.findall(".//d:Rotary", DEVICES):
+        motion = one.find(".//d:Motion", DEVICES)
+        origin, axis = (
+            np.array(motion.find(f"d:{tag}", DEVICES).text.split(), dtype=float) for tag in ("Origin", "Axis")
+        )
+        parent = (motion.get("parentIdRef") or "").removesuffix("-motion") or None
+        found[one.get("id")] = Turn(origin, axis, parent, "turns the part" in one.find("d:Description", DEVICES).text)
+    return found
+
+
+def place_by_device(
+    turns: dict[str, Turn], values: dict[str, float], tip: NDArray[np.float64], moved: NDArray[np.float64], share: float
+) -> NDArray[np.float64]:
+    """A point (or direction, share 0) of the tool on the part, machine coordinates: linear axes go by ``moved``."""
+    inner = [name for name, one in turns.items() if one.parent is not None]
+    order = [*inner, *(name for name in turns if name not in inner)]
+    for name in order:  # on the tool's side the carried joint first
+        if not turns[name].of_part:
+            tip = turns[name].carry(tip, values[name], share)
+    tip = tip + share * moved
+    for name in reversed(order):
+        if turns[name].of_part:
+            tip = turns[name].carry(tip, -values[name], share)
+    return tip
+
+
+@pytest.mark.parametrize("name", [*CHAINS, "tricept", "george_v", "hexapod", "hexaglide"])
+def test_axes_of_a_device_carry_the_tool_as_the_machine_does(name: str):
+    """By the device alone: what its axes do to tool and part, against the joints; carriers stand at home."""
+    machine = verne_post.load_machine(name)
+    device = ElementTree.fromstring(write_device(machine)["device.xml"])
+    turns, coordinates = read_turns(device), machine.coordinates
+    linear = np.array([
+        one.find(".//d:Axis", DEVICES).text.split() for one in device.findall(".//d:Linear", DEVICES)
+    ], dtype=float)  # fmt: skip
+    assert np.linalg.norm(linear, axis=1) == pytest.approx(np.ones(len(linear)))
+    factors = np.array([column.factor for column in machine.columns])
+    upright = coordinates.machine.axis @ coordinates.part_frame  # type: ignore[attr-defined]
+    random, zero, length = np.random.default_rng(31), coordinates.machine_zero, 90.0  # type: ignore[attr-defined]
+    checked = 0
+    for _ in range(40):
+        values = random.uniform([-40.0, -120.0], [40.0, 120.0])
+        joints = np.array([*random.uniform(-50.0, 50.0, 3), *values])
+        names = {column.joint: value for column, value in zip(machine.columns[-2:], values, strict=True)}
+        moved = joints[:3] @ linear if machine.kind == "chain" else np.zeros(3)
+        tip = place_by_device(turns, names, -length * upright, moved, 1.0) + zero
+        axis = place_by_device(turns, names, upright, moved, 0.0)
+        if name.startswith("hexa"):
+            q, ok = machine.inverse(tip, axis, length)
+            if ok and abs(values[0]) > 1.0:
+                seen = q[-2:] * factors[-2:]
+                assert np.abs(seen[0]) == pytest.approx(abs(values[0]), abs=1e-9)
+                turned = values[1] - seen[1] + (180.0 if seen[0] * values[0] < 0 else 0.0)
+                assert abs((turned + 180.0) % 360.0 - 180.0) < 1e-9
+                checked += 1
+            continue
+        q = joints / factors if machine.kind == "chain" else np.append(machine.five_axis.home[:3], values / factors[3:])  # type: ignore[attr-defined]
+        there, leans, ok = machine.forward(q, length)
+        assert ok
+        assert there == pytest.approx(tip, abs=1e-6)
+        assert leans == pytest.approx(axis, abs=1e-9)
+        checked += 1
+    assert checked > 10
+
+
+def test_struts_of_a_device_are_those_of_the_machine_file():
+    data = tomllib.loads((ROOT / "machine_configs/hexapod.toml").read_text(encoding="utf-8"))
+    device = ElementTree.fromstring(write_device(verne_post.load_machine("hexapod"))["device.xml"])
+    struts = {one["length"]: one for one in data["carrier"]["struts"]}
+    down = np.array([1.0, -1.0, -1.0])  # the file's base frame has z down, the part's z up
+    assert data["chain"]["up"] == [0, 0, -1]
+    for one in device.findall(".//d:Linear", DEVICES):
+        origin, axis = (np.array(one.find(f".//d:{tag}", DEVICES).text.split(), float) for tag in ("Origin", "Axis"))
+        strut = struts[one.get("id")]
+        leg = np.array(data["carrier"]["home"]) + strut["platform"] - strut["base"]
+        assert axis == pytest.approx(leg / np.linalg.norm(leg) * down, abs=1e-8)
+        assert origin == pytest.approx((np.array(strut["base"]) - data["chain"]["gauge"]) * down, abs=1e-6)
+        assert one.find(".//d:Motion", DEVICES).get("actuation") == "DIRECT"
+    for one in device.findall(".//d:Rotary", DEVICES):
+        assert one.find(".//d:Motion", DEVICES).get("actuation") == "VIRTUAL"
+        assert one.find(".//d:Specification", DEVICES) is None  # nothing drives it, so nothing limits it
 
 
 # --- LinuxCNC itself ------------------------------------------------------------------------------------------

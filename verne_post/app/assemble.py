@@ -64,33 +64,17 @@ _STOP_CODES: Final = {"program": "M0", "optional": "M1", "pallet": "M60"}
 
 
 class Program(Struct, frozen=True, eq=False):
-    """A program read and laid out on a machine.
-
-    Attributes
-    ----------
-    contour : Contour
-        The motion that will be made.
-    findings : tuple of Finding
-        What the assembly found (VP301, warnings of the interpreter).
-    free_turn : FreeTurn or None
-        What ``free_c`` chose.
-    stops : tuple of int
-        Moves at which the file is cut.
-    restored : tuple of Event
-        What a restart must find as the skipped blocks would have left it.
-    team : Team
-        The processes that work on it.
-    """
+    """A program read and laid out on a machine."""
 
     machine: Machine
     options: Options
     moves: Moves
-    contour: Contour
-    findings: tuple[Finding, ...] = ()
-    free_turn: FreeTurn | None = None
-    stops: tuple[int, ...] = ()
-    restored: tuple[Event, ...] = ()
-    team: Team = ALONE
+    contour: Contour  #: The motion that will be made.
+    findings: tuple[Finding, ...] = ()  #: What the assembly found (VP301, warnings of the interpreter).
+    free_turn: FreeTurn | None = None  #: What ``free_c`` chose.
+    stops: tuple[int, ...] = ()  #: Moves at which the file is cut.
+    restored: tuple[Event, ...] = ()  #: What a restart must find as the skipped blocks would have left it.
+    team: Team = ALONE  #: The processes that work on it.
 
     @property
     def path(self) -> ToolPath:

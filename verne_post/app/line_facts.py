@@ -10,27 +10,13 @@ from verne_post.trajectory.sample import RowSampler
 
 
 class LineFacts(Struct, frozen=True, eq=False):
-    """Facts of source lines (n,), which are in order.
+    """Facts of source lines (n,), which are in order."""
 
-    Attributes
-    ----------
-    line : ndarray of int, shape (n,)
-    seconds : ndarray, shape (n,)
-        Over all passes of a line.
-    speed : ndarray, shape (n,)
-        Of the tip over the part where it is fastest, mm/s.
-    margin : ndarray, shape (n,)
-        The smallest: 0 at a limit, 1 where there is plenty (:mod:`verne_post.toolpath.margins`).
-    nearest : ndarray of int, shape (n,)
-        Which limit that is, by its place in ``names``.
-    names : tuple of str
-    """
-
-    line: Ints
-    seconds: Array
-    speed: Array
-    margin: Array
-    nearest: Ints
+    line: Ints  #: (n,)
+    seconds: Array  #: (n,): Over all passes of a line.
+    speed: Array  #: (n,): Of the tip over the part where it is fastest, mm/s.
+    margin: Array  #: (n,): The smallest: 0 at a limit, 1 where there is plenty (:mod:`verne_post.toolpath.margins`).
+    nearest: Ints  #: (n,): Which limit that is, by its place in ``names``.
     names: tuple[str, ...]
 
     def find(self, line: int) -> int | None:

@@ -22,34 +22,17 @@ from verne_post.model.verdict import find_worst
 
 
 class Line(Struct, frozen=True, eq=False):
-    """One source line that has motion, and what is needed to speak about it.
+    """One source line that has motion, and what is needed to speak about it."""
 
-    Attributes
-    ----------
-    number : int
-        1-based; 0 is the approach of ``--from``.
-    text : str
-        As it stands in the source.
-    joints : JointPath
-        The elements of this line alone, as they will be driven: what the findings and remedies are about.
-    moves : Moves
-        Of the whole program.
-    state : State or None
-        Modal state after the line; None for the approach.
-    findings : tuple of Finding
-        Those of the line, by the check that ``check`` and ``convert`` make.
-    exact : JointPath
-        The line as programmed, without blended corners: what the words are about.
-    """
-
-    number: int
-    text: str
+    number: int  #: 1-based; 0 is the approach of ``--from``.
+    text: str  #: As it stands in the source.
+    #: The elements of this line alone, as they will be driven: what the findings and remedies are about.
     joints: JointPath
-    moves: Moves
-    state: State | None
+    moves: Moves  #: Of the whole program.
+    state: State | None  #: Modal state after the line; None for the approach.
     options: Options
-    findings: tuple[Finding, ...]
-    exact: JointPath
+    findings: tuple[Finding, ...]  #: Those of the line, by the check that ``check`` and ``convert`` make.
+    exact: JointPath  #: The line as programmed, without blended corners: what the words are about.
 
     @property
     def last(self) -> int:

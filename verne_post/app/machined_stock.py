@@ -32,28 +32,17 @@ AIR_MM3: Final = 1e-3
 
 
 class StockRun(Struct, frozen=True, eq=False):
-    """What was cut.
-
-    Attributes
-    ----------
-    left : Dexels
-    before : float
-        Volume of the stock, mm3.
-    by_line, by_tool : mapping
-        Volume that lines and tools cut, mm3.
-    feeding, in_air : float
-        Time in feed motion, and what of it nothing is cut in, s.
-    findings : tuple of Finding
-        VP216.
-    """
+    """What was cut."""
 
     left: Dexels
-    before: float
+    before: float  #: Volume of the stock, mm3.
+    #: by_line, by_tool: Volume that lines and tools cut, mm3.
     by_line: dict[int, float]
     by_tool: dict[int, float]
+    #: feeding, in_air: Time in feed motion, and what of it nothing is cut in, s.
     feeding: float
     in_air: float
-    findings: tuple[Finding, ...]
+    findings: tuple[Finding, ...]  #: VP216.
 
 
 def judge_blocks(

@@ -28,33 +28,18 @@ UNKNOWN: Final = (None, 0.0)
 
 
 class SetupDraft(Struct, frozen=True):
-    """What the set-up of a program must say.
+    """What the set-up of a program must say."""
 
-    Attributes
-    ----------
-    tools : mapping
-        Number or name -> length and diameter, mm; None for one that is needed and not known. An unneeded diameter is 0.
-    wcs : mapping
-        Name of a work system -> where it is on the table; None where nobody has said.
-    codes : mapping
-        User-defined code -> its meaning; None where nobody has said.
-    tool_length : float or None
-        Of the one tool, mm, in place of ``tools``.
-    split : bool
-        The setpoints are cut where the machine waits for a person.
-    taps : bool
-        It has rigid tapping, and nobody has said that the control couples the spindle.
-    others : tuple of Finding
-        Errors of the program that no set-up settles.
-    """
-
+    #: Number or name -> length and diameter, mm; None for one that is needed and not known. An unneeded diameter
+    #: is 0.
     tools: Mapping[str, tuple[float | None, float | None]]
+    #: Name of a work system -> where it is on the table; None where nobody has said.
     wcs: Mapping[str, WorkOffset | None]
-    codes: Mapping[str, str | None]
-    tool_length: float | None
-    split: bool
-    taps: bool
-    others: tuple[Finding, ...]
+    codes: Mapping[str, str | None]  #: User-defined code -> its meaning; None where nobody has said.
+    tool_length: float | None  #: Of the one tool, mm, in place of ``tools``.
+    split: bool  #: The setpoints are cut where the machine waits for a person.
+    taps: bool  #: It has rigid tapping, and nobody has said that the control couples the spindle.
+    others: tuple[Finding, ...]  #: Errors of the program that no set-up settles.
 
     @property
     def missing(self) -> dict[str, list[str]]:

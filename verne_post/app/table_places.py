@@ -69,8 +69,8 @@ def lay_out(
         moves = gcode.interpret_program(source, replace(setup, table_places=found))
     line = int(moves.line[max(wrong[0].before - 1, 0)])
     text = (
-        "after the tool axis of this line the program names machine coordinates, and the side of the "
-        "table depends on them in turn; name {} and {} in one rapid traverse before them"
+        "after the tool axis of this line the program names machine coordinates, and which of the two table "
+        "solutions is used depends on them; name {} and {} in one rapid traverse before them"
     ).format(*machine.rotary_letters)
     raise InputError(make_finding("VP013", text, line=line, last_line=line, worst_line=line))
 

@@ -124,28 +124,17 @@ _ROUNDINGS: Final = 8.0
 
 
 class EvenParts(Struct, frozen=True, eq=False):
-    """Parts of n curves, in order, on which the curve's parameter is a polynomial in the share of the arc length.
+    """Parts of n curves, in order, on which the curve's parameter is a polynomial in the share of the arc length."""
 
-    Attributes
-    ----------
-    length : ndarray, shape (n,)
-        Arc length of each curve.
-    regular : ndarray of bool, shape (n,)
-        False where the curve stops, turns back, or stands: such curves have one part, whose polynomial means nothing.
-    first : ndarray of int64, shape (n,)
-        The first part of each curve.
-    low, high : ndarray, shape (m,)
-        Shares of the arc length, 0 to 1, between which each part lies.
-    polynomial : ndarray, shape (m, 16)
-        Chebyshev coefficients of the parameter, by place on the part from -1 to 1.
-    """
-
-    length: Array
+    length: Array  #: (n,): Arc length of each curve.
+    #: (n,): False where the curve stops, turns back, or stands: such curves have one part, whose polynomial means
+    #: nothing.
     regular: Mask
-    first: NDArray[np.int64]
+    first: NDArray[np.int64]  #: (n,): The first part of each curve.
+    #: low, high (m,): Shares of the arc length, 0 to 1, between which each part lies.
     low: Array
     high: Array
-    polynomial: Array
+    polynomial: Array  #: (m, 16): Chebyshev coefficients of the parameter, by place on the part from -1 to 1.
 
 
 def split_bezier(controls: Array, t: float) -> tuple[Array, Array]:

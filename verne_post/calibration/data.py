@@ -8,24 +8,12 @@ from verne_post.base.arrays import Array, Ints
 
 
 class Readings(Struct, frozen=True, eq=False):
-    """Readings pairs.
+    """Readings pairs."""
 
-    Attributes
-    ----------
-    rho : ndarray, shape (n, m)
-        Actuators, mm.
-    pose : ndarray, shape (n, 4)
-        x, y, z of P in the base frame (mm) and alpha (rad), NaN where it was not measured.
-    setting : ndarray of int, shape (n,)
-        Rows of one setting share one reading of the actuators, and so its error.
-    line : ndarray of int, shape (n,)
-        Where the row stands in its file.
-    """
-
-    rho: Array
-    pose: Array
-    setting: Ints
-    line: Ints
+    rho: Array  #: (n, m): Actuators, mm.
+    pose: Array  #: (n, 4): x, y, z of P in the base frame (mm) and alpha (rad), NaN where it was not measured.
+    setting: Ints  #: (n,): Rows of one setting share one reading of the actuators, and so its error.
+    line: Ints  #: (n,): Where the row stands in its file.
 
 
 class Uncertainty(Struct, frozen=True):

@@ -64,10 +64,14 @@ def make_setup(
     """The file of a set-up, what is to be filled in, and errors that it does not settle."""
     from verne_post.app.setup_draft import draft_setup
     from verne_post.base.long_text import take_line
+    from verne_post.gcode.dialects import choose_dialect_name
     from verne_post.output.setup_text import HEAD_LINES, list_missing, write_setup
 
     draft = draft_setup(source, machine, options)
     lines = (take_line(source, number) for number in range(1, HEAD_LINES + 1))
     head = [line.decode("utf-8", errors="replace") for line in lines if line is not None]
-    text = write_setup(name, draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, draft.taps, head)
+    dialect = choose_dialect_name(options.dialect, source, name)
+    text = write_setup(
+        name, draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, draft.taps, head, dialect
+    )
     return text, list_missing(draft.missing), draft.others

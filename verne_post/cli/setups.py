@@ -24,24 +24,12 @@ KEYS_OF_FILES: Final = {
 
 
 class Offsets(Struct, frozen=True):
-    """Work offsets as one place gives them: a set-up, or the command line.
+    """Work offsets as one place gives them: a set-up, or the command line."""
 
-    Attributes
-    ----------
-    written : mapping
-        Number of a work system -> offset.
-    measured : Path or None
-        A file of measured ones.
-    place : str
-        Of the set-up, in messages; empty for the command line.
-    key : str
-        The option or key that names the file, in messages.
-    """
-
-    written: "Mapping[int, WorkOffset]"
-    measured: Path | None
-    place: str = ""
-    key: str = "--measured-offset"
+    written: "Mapping[int, WorkOffset]"  #: Number of a work system -> offset.
+    measured: Path | None  #: A file of measured ones.
+    place: str = ""  #: Of the set-up, in messages; empty for the command line.
+    key: str = "--measured-offset"  #: The option or key that names the file, in messages.
 
 
 class Placed(Struct, frozen=True):

@@ -89,7 +89,7 @@ class CarrierFile(Table, frozen=True, kw_only=True):
         wanted = {"struts"} if self.rods is None else of_rods
         other = of_rods - wanted if self.rods is None else {"struts"}
         if self.is_hexapod:
-            wanted, other = wanted | {"rod_diameter_mm"}, other | {"central"}
+            other = other | {"central"}
         else:
             wanted = wanted | {"central"} if self.rods is None else wanted
             other = (other | {"central", "rod_diameter_mm", "spare_turn_deg"}) - wanted
@@ -127,10 +127,10 @@ def describe_refused_carrier(carrier: object, schema: object) -> str | None:
     if schema == 2 and ("rods" in keys or "struts" in keys):
         return None
     return (
-        "carrier: what it describes is not executed; a carrier in a chain (schema 2) has three struts "
-        "of variable length and a central "
-        "leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; over "
-        "the tilting rotary table "
+        "carrier: a carrier of this kind is not executed; a carrier in a chain (schema 2) has three struts of "
+        "variable length and a central "
+        "leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; over the tilting "
+        "rotary table "
         "(schema 1) there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'"
     )
 
@@ -183,9 +183,10 @@ def _build_hexapod(file: CarrierFile, chain: ChainMachine, to_polar: Array, part
     )
 
 
-def build_leg_clearance(file: CarrierFile, machine: HexapodMachine) -> Clearance:
-    """Distances of the legs from each other: capsules of the diameter of the file."""
-    assert file.rod_diameter_mm is not None
+def build_leg_clearance(file: CarrierFile, machine: HexapodMachine) -> Clearance | None:
+    """Distances of the legs from each other, capsules of the diameter of the file; None where it has none."""
+    if file.rod_diameter_mm is None:
+        return None
     bodies = Bodies(
         minimum=0.0, rod_radius=np.full(6, 0.5 * file.rod_diameter_mm), spindle_radius=None, spindle_top=0.0, tool_radius=None,
         platform=None, platform_radius=0.0, slider_cone=None, platform_cone=None, cone_centre=None,

@@ -23,30 +23,16 @@ from verne_post.model.protocols import ParallelModule
 
 
 class Kind(Struct, frozen=True):
-    """What a kind needs.
+    """What a kind needs."""
 
-    Attributes
-    ----------
-    schema : type of Table
-        Of [module]; its fields are handed to ``build``.
-    build : callable
-        Makes the module.
-    group : str
-        What the actuators are called together, not "a" or "c": the keys of [limits] are ``{group}_mm``,
-        ``{group}_velocity``, ...
-    rods : bool
-        True where [limits] must say how close a rod may come to the horizontal (``serial_singularity_mm``).
-    bodies : type of RodsFile, or None
-        Schema of [rods]; None where the kind has no rods as bodies.
-    rod_places : type of RodPlaces, or None
-        What the places of [rods] become; None where there are none in it.
-    """
-
-    schema: type[Table]
-    build: Callable[..., ParallelModule]
+    schema: type[Table]  #: Of [module]; its fields are handed to ``build``.
+    build: Callable[..., ParallelModule]  #: Makes the module.
+    #: What the actuators are called together, not "a" or "c": the keys of [limits] are ``{group}_mm``,
+    #: ``{group}_velocity``, ...
     group: str
-    rods: bool
-    bodies: type[RodsFile] | None = None
+    rods: bool  #: True where [limits] must say how close a rod may come to the horizontal (``serial_singularity_mm``).
+    bodies: type[RodsFile] | None = None  #: or None: Schema of [rods]; None where the kind has no rods as bodies.
+    #: or None: What the places of [rods] become; None where there are none in it.
     rod_places: type[RodPlaces] | None = None
 
 

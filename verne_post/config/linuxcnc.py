@@ -4,6 +4,7 @@ Kinematics with their pins, units, travels and speeds of the joints, and the ser
 the meaning of the kinematics; findings (VP509) name what is left out.
 """
 
+import math
 import re
 from collections.abc import Callable, Iterator
 from typing import Final
@@ -11,7 +12,15 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.base.printable import escape_unprinted
-from verne_post.config.toml_text import ImportedMachine, quote, show_list, show_number, write_end
+from verne_post.config.toml_text import (
+    ImportedMachine,
+    list_jerkless,
+    quote,
+    show_list,
+    write_chain,
+    write_end,
+    write_joint,
+)
 from verne_post.model.findings import InputError, make_finding
 
 #: Reads a file that the INI names, relative to it; None where there is none.
@@ -23,6 +32,10 @@ _DEGREES: Final = ("deg", "degree")
 _NO_LIMIT: Final = 1e9
 #: Files include each other so deep at most.
 _DEEPEST: Final = 10
+#: The struts at home may miss [JOINT_n]HOME by this, mm: people round to a hundredth of a millimetre, or to 1e-4 inch.
+_HOME_APART_MM: Final = 0.05
+#: Of the Jacobian of a hexapod, which a configuration does not say: that of the shipped ones.
+_SMALLEST_MEASURE: Final = 0.05
 #: Nanoseconds of a second: SERVO_PERIOD is in them.
 _NANO: Final = 1e-9
 
@@ -32,24 +45,18 @@ _ARROWS: Final = ("<=", "=>", "<=>")
 
 
 class Kinematics(Struct, frozen=True):
-    """A kinematics that is executed: order of the joints, pins of lengths, rotary joints as in a machine file.
+    """A kinematics that is executed: order of the joints, pins of lengths, rotary joints as in a machine file."""
 
-    Attributes
-    ----------
-    coordinates : str
-        Letters of the joints where the INI names none.
-    pins : tuple of str
-        Lengths, 0 where nothing sets them.
-    tool : tuple of str
-        Pins that the tool length comes in by; one of them has to be connected.
-    """
-
-    coordinates: str
-    pins: tuple[str, ...]
-    tool: tuple[str, ...]
+    coordinates: str  #: Letters of the joints where the INI names none.
+    pins: tuple[str, ...]  #: Lengths, 0 where nothing sets them.
+    tool: tuple[str, ...]  #: Pins that the tool length comes in by; one of them has to be connected.
 
 
 _ROT_POINT: Final = ("x-rot-point", "y-rot-point", "z-rot-point")
+_HEXAPOD: Final = "genhexkins"
+#: Pins of the hexapod that may be left as they are.
+_HEXAPOD_PINS: Final = ("spindle-offset", "screw-lead")
+_STRUT_PINS: Final = tuple(f"{end}.{k}.{axis}" for end in ("base", "platform") for k in range(6) for axis in "xyz")
 #: By the name of the component.
 _KINEMATICS: Final = {
     "xyzac-trt-kins": Kinematics("xyzac", (*_ROT_POINT, "y-offset", "z-offset"), ("tool-offset",)),
@@ -57,15 +64,13 @@ _KINEMATICS: Final = {
     "xyzab_tdr_kins": Kinematics("xyzab", (*_ROT_POINT, "x-offset", "z-offset"), ("tool-offset-z",)),
     "5axiskins": Kinematics("xyzbcw", ("pivot-length",), ()),
     "maxkins": Kinematics("xyzabcuvw", ("pivot-length",), ()),
+    _HEXAPOD: Kinematics("xyzabc", (*_STRUT_PINS, *_HEXAPOD_PINS), ("tool-offset",)),
 }
 #: Lengths that a component has where nothing sets its pin, in units of the INI.
 _DEFAULTS: Final = {("5axiskins", "pivot-length"): 250.0, ("maxkins", "pivot-length"): 0.666}
 #: Why others are refused; the table of docs/machines.md in short.
 _REFUSED: Final = {
-    "genhexkins": "a hexapod whose words are roll, pitch and yaw of the platform: start from hexapod, whose words "
-    "say where the tool points",
-    "genhex": "a hexapod whose words are roll, pitch and yaw of the platform: start from hexapod, whose words "
-    "say where the tool points",
+    "genhex": "the name of an older version: expected genhexkins",
     "pentakins": "five struts on rings about the tool are not executed",
     "lineardeltakins": "three axes; kind = 'linear_delta' has this carrier over a tilting table: start from "
     "linear_delta",
@@ -238,21 +243,28 @@ def convert_linuxcnc(raw: bytes, name: str, read: Read) -> ImportedMachine:
     lengths = {}
     for pin in kinematics.pins:
         value = pins.find_number(f"{component}.{pin}")
+        if value is None and component == _HEXAPOD and pin not in _HEXAPOD_PINS:
+            raise _refuse(name, f"nothing sets {component}.{pin}: the joints of the struts are needed, and the defaults of the component "
+                          "are those of a demonstration")  # fmt: skip
         if value is None:
             value = _DEFAULTS.get((component, pin), 0.0)
             notes.append(f"nothing sets {component}.{pin}: taken as {value:g}, its default")
         lengths[pin] = unit * value
     sense = pins.find_number(f"{component}.conventional-directions") or 0.0
-    joints = [_write_joint(ini, letter, coordinates.index(letter), unit) for letter in "xyz"]
-    chain, rotary = _place_rotary(component, lengths, conventional=bool(sense))
-    joints += [_write_joint(ini, letter, coordinates.index(letter), unit, text) for letter, text in rotary]
+    if component == _HEXAPOD:
+        chain, joints = _place_hexapod(ini, lengths, unit, notes)
+    else:
+        joints = [_write_joint(ini, letter, coordinates.index(letter), unit) for letter in "xyz"]
+        chain, rotary = _place_rotary(component, lengths, conventional=bool(sense))
+        joints += [_write_joint(ini, letter, coordinates.index(letter), unit, text) for letter, text in rotary]
     notes.append("[home] and [table] are left out: the configuration does not say them")
-    if without := [joint.split("]", 1)[0][1:] for joint in joints if "\njerk = " not in joint]:
-        notes.append(f"{', '.join(without)}: no MAX_JERK; the setpoints jerk as far as the accelerations allow")
+    if without := list_jerkless(joints):
+        notes.append(f"{without}: no MAX_JERK; the setpoints jerk as far as the accelerations allow")
     period = ini.read_number("EMCMOT", "SERVO_PERIOD")
     cycle = 0.001 if period is None else period * _NANO
+    groups = ("carrier",) if component == _HEXAPOD else ()
     return ImportedMachine(
-        "\n".join([*_write_head(ini, component), *chain, "", *joints, *write_end(cycle, name)]),
+        "\n".join([*_write_head(ini, component), *chain, *joints, *write_end(cycle, name, *groups)]),
         tuple(make_finding("VP509", f"{name}: {text}") for text in notes),
     )
 
@@ -319,10 +331,6 @@ def _place_rotary(
     component: str, lengths: dict[str, float], *, conventional: bool
 ) -> tuple[list[str], list[tuple[str, str]]]:
     """[chain], and both rotary joints: trunnions turn the part right-handed, or as conventional directions do."""
-    head = [
-        "[chain]                             # all joints at 0; mm, base frame: that of the machine's coordinates, z up"
-    ]
-    tail = ["gauge = [0.0, 0.0, 0.0]", "axis = [0.0, 0.0, 1.0]", "part_zero = [0.0, 0.0, 0.0]"]
     point = [lengths.get(pin, 0.0) for pin in _ROT_POINT]
     through = [one + lengths.get(f"{axis}-offset", 0.0) for axis, one in zip("xyz", point, strict=True)]
     if component == "xyzab_tdr_kins":  # b carries a, and both turn the part left-handed
@@ -330,7 +338,7 @@ def _place_rotary(
             ("b", f'turns = [0.0, 1.0, 0.0]\nthrough = {show_list(point)}\npositive = "tool"'),
             ("a", f'turns = [1.0, 0.0, 0.0]\nthrough = {show_list(through)}\npositive = "tool"'),
         ]
-        return [*head, 'tool = ["x", "y", "z"]', 'part = ["b", "a"]', *tail], rotary
+        return write_chain([*"xyz"], ["b", "a"]), rotary
     if component.endswith("trt-kins"):
         tilt = component[3]
         positive = f'positive = "{"tool" if conventional else "part"}"'
@@ -339,20 +347,111 @@ def _place_rotary(
             (tilt, f"turns = {direction}\nthrough = {show_list(through)}\n{positive}"),
             ("c", f"turns = [0.0, 0.0, 1.0]\nthrough = {show_list(point)}\n{positive}"),
         ]
-        return [*head, 'tool = ["x", "y", "z"]', f'part = ["{tilt}", "c"]', *tail], rotary
+        return write_chain([*"xyz"], [tilt, "c"]), rotary
     pivot = show_list([0.0, 0.0, lengths["pivot-length"]])
     if component == "5axiskins":
         rotary = [
             ("c", "turns = [0.0, 0.0, 1.0]\nthrough = [0.0, 0.0, 0.0]"),
             ("b", f"turns = [0.0, -1.0, 0.0]\nthrough = {pivot}"),
         ]
-        return [*head, 'tool = ["x", "y", "z", "c", "b"]', "part = []", *tail], rotary
+        return write_chain([*"xyzcb"], []), rotary
     sense = 1.0 if conventional else -1.0
     rotary = [
         ("b", f"turns = [0.0, {sense}, 0.0]\nthrough = {pivot}"),
         ("c", 'turns = [0.0, 0.0, 1.0]\nthrough = [0.0, 0.0, 0.0]\npositive = "tool"'),
     ]
-    return [*head, 'tool = ["x", "y", "z", "b"]', 'part = ["c"]', *tail], rotary
+    return write_chain([*"xyzb"], ["c"]), rotary
+
+
+def _place_hexapod(
+    ini: IniFile, lengths: dict[str, float], unit: float, notes: list[str]
+) -> tuple[list[str], list[str]]:
+    """[chain] and [carrier] of genhexkins, and its struts as joints.
+
+    Its world is the base frame, and its pose that of the tool, with the platform's turn R about it: the platform's
+    origin is at ``pose + (R z - z) (spindle-offset + tool-offset)``. So upright the gauge point is spindle-offset below
+    the platform's origin, and program coordinates count from spindle-offset below the origin of the base.
+    """
+    if lengths["screw-lead"]:
+        raise InputError(make_finding("VP508", f"{ini.name}: {_HEXAPOD}.screw-lead = {lengths['screw-lead'] / unit:g}: struts whose value turns "
+                                      "with their joints (strut length correction) are not executed; expected 0"))  # fmt: skip
+    home = _read_home(ini, unit, notes)
+    shift = lengths["spindle-offset"]
+    lines = [
+        "[chain]                             # mm, base frame: the world of genhexkins, z up",
+        'tool = ["carrier"]',
+        "part = []",
+        'words = "AC"',
+        f"gauge = {show_list([*home[:2], home[2] - shift])}",
+        "axis = [0.0, 0.0, 1.0]",
+        f"part_zero = {show_list([0.0, 0.0, -shift])}",
+        "",
+        "[carrier]",
+        'kind = "rods"',
+        f"actuators = [{', '.join(quote(f'joint{k}') for k in range(6))}]",
+        f"home = {show_list(home)}",
+        "struts = [",
+    ]
+    joints = []
+    for k in range(6):
+        base, end = ([lengths[f"{side}.{k}.{axis}"] for axis in "xyz"] for side in ("base", "platform"))
+        lines.append(f"  {{ platform = {show_list(end)}, base = {show_list(base)}, length = {quote(f'joint{k}')} }},")
+        length = math.dist([h + e for h, e in zip(home, end, strict=True)], base)
+        stated = ini.read_number(f"JOINT_{k}", "HOME")
+        if stated is not None and abs(unit * stated - length) > _HOME_APART_MM:
+            notes.append(f"[JOINT_{k}]HOME = {stated:g}, and with the platform at [TRAJ]HOME the strut is {length / unit:.6g} long: one of them "
+                         "is wrong, or the machine homes elsewhere")  # fmt: skip
+        joints.append(_write_strut(ini, k, unit))
+    lines += ["]", f"smallest_singular_value = {_SMALLEST_MEASURE}         # assumed", ""]
+    notes.append("its words A, B, C are roll, pitch and yaw of the platform; here A and C say where the tool points, and the platform "
+                 "takes the shortest turn from home to there")  # fmt: skip
+    notes.append("machine coordinates (G53, G28) count from the gauge point at [TRAJ]HOME, those of LinuxCNC from the base; work offsets of "
+                 "--wcs are those of LinuxCNC")  # fmt: skip
+    notes.append(f"smallest_singular_value = {_SMALLEST_MEASURE} is assumed; rod_diameter_mm and the cones of the joints are left out, so that "
+                 "distances of the struts and their joints are not checked")  # fmt: skip
+    return lines, joints
+
+
+def _read_home(ini: IniFile, unit: float, notes: list[str]) -> list[float]:
+    """The place of the platform at home, mm."""
+    value, where = ini.find("TRAJ", "HOME") or ("", ini.name)
+    words = re.split(r"[#;]", value, maxsplit=1)[0].replace(",", " ").split()
+    if len(words) < 3:
+        raise _refuse(
+            where, f"[TRAJ]HOME = {value[:60]!r}: expected X Y Z of the platform at home, which chooses the assembly"
+        )
+    home = [_parse_number(word, where, "[TRAJ]HOME") for word in words]
+    if any(home[3:]):
+        notes.append(
+            "[TRAJ]HOME has the platform turned; the file has it at the same place with the directions of the base"
+        )
+    return [unit * one for one in home[:3]]
+
+
+def _write_strut(ini: IniFile, number: int, unit: float) -> str:
+    """[joints.jointN] of a strut, whose length is never below 0."""
+    low, high = (ini.read_number(f"JOINT_{number}", key) for key in ("MIN_LIMIT", "MAX_LIMIT"))
+    if high is None or not 0.0 < unit * high < _NO_LIMIT or (low is not None and low >= high):
+        raise _refuse(
+            ini.name,
+            f"[JOINT_{number}]: MIN_LIMIT and MAX_LIMIT do not bound the strut; expected both, the smaller first",
+        )
+    travel = f"travel_mm = {show_list([unit * max(low or 0.0, 0.0), unit * high])}"
+    return write_joint(f"joint{number}", "", travel, _read_speeds(ini, f"JOINT_{number}", f"joint{number}", unit))
+
+
+def _read_speeds(ini: IniFile, section: str, name: str, scale: float) -> dict[str, float | None]:
+    """velocity, acceleration and jerk of a joint; None for a jerk that is missing."""
+    speeds = dict[str, float | None]()
+    for key, kind in (("MAX_VELOCITY", "velocity"), ("MAX_ACCELERATION", "acceleration"), ("MAX_JERK", "jerk")):
+        value = ini.read_number(section, key)
+        if (value is None and kind != "jerk") or (value is not None and value <= 0):
+            raise _refuse(
+                ini.name,
+                f"[{section}]{key} of {name} is {'missing' if value is None else f'{value:g}'}; expected a number above 0",
+            )
+        speeds[kind] = None if value is None else scale * value
+    return speeds
 
 
 def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: str = "") -> str:
@@ -375,21 +474,9 @@ def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: st
             f"[{section}]: MIN_LIMIT and MAX_LIMIT of {letter} do not bound its travel; expected both, the "
             "smaller first",
         )
-    speeds = []
-    for key, name in (("MAX_VELOCITY", "velocity"), ("MAX_ACCELERATION", "acceleration"), ("MAX_JERK", "jerk")):
-        value = ini.read_number(section, key)
-        if value is None and name == "jerk":
-            continue
-        if value is None or value <= 0:
-            raise _refuse(
-                ini.name,
-                f"[{section}]{key} of {letter} is {'missing' if value is None else f'{value:g}'}; expected a "
-                "number above 0",
-            )
-        speeds.append(f"{name} = {show_number(scale * value)}")
-    unit_vector = [float(one == letter) for one in "xyz"]
-    travel = [] if endless else [f"{what} = {show_list(ends)}"]
-    return "\n".join([f"[joints.{letter}]", rotary or f"slides = {unit_vector}", *travel, *speeds, ""])
+    geometry = rotary or f"slides = {[float(one == letter) for one in 'xyz']}"
+    travel = "" if endless else f"{what} = {show_list(ends)}"
+    return write_joint(letter, geometry, travel, _read_speeds(ini, section, letter, scale))
 
 
 def _write_head(ini: IniFile, component: str) -> list[str]:

@@ -103,36 +103,18 @@ class SetupFile(Table, frozen=True, kw_only=True):
 
 
 class ProgramSetup(Struct, frozen=True):
-    """What a set-up gives.
+    """What a set-up gives."""
 
-    Attributes
-    ----------
-    name : str
-        Where it stands, for messages.
-    options : mapping
-        By their names in the model.
-    wcs : mapping
-        Number of a work system -> offset.
-    files : mapping
-        Key of :data:`FILE_KEYS`, "part.nominal", "stock.file", or "keep_out.NAME.file" -> path.
-    keep_out : mapping
-        By name.
-    stock : FixtureFile or None
-    part : PartFile or None
-    remap : mapping
-        Meaning of user-defined codes.
-    control : mapping
-        Keys by controller dialect, as the option ``control`` has them.
-    """
-
-    name: str
-    options: Mapping[str, Any] = field(default_factory=dict)
-    wcs: Mapping[int, WorkOffset] = field(default_factory=dict)
+    name: str  #: Where it stands, for messages.
+    options: Mapping[str, Any] = field(default_factory=dict)  #: By their names in the model.
+    wcs: Mapping[int, WorkOffset] = field(default_factory=dict)  #: Number of a work system -> offset.
+    #: Key of :data:`FILE_KEYS`, "part.nominal", "stock.file", or "keep_out.NAME.file" -> path.
     files: Mapping[str, Path] = field(default_factory=dict)
-    keep_out: Mapping[str, FixtureFile] = field(default_factory=dict)
+    keep_out: Mapping[str, FixtureFile] = field(default_factory=dict)  #: By name.
     stock: FixtureFile | None = None
     part: PartFile | None = None
-    remap: Mapping[str, str] = field(default_factory=dict)
+    remap: Mapping[str, str] = field(default_factory=dict)  #: Meaning of user-defined codes.
+    #: Keys by controller dialect, as the option ``control`` has them.
     control: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def place_of(self, key: str) -> str:

@@ -18,12 +18,7 @@ Checks = Mapping[str, Callable[[Any], None]]
 
 
 class Table(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table of a file: no unknown keys, no numbers in quotes.
-
-    Attributes
-    ----------
-    checks : Checks
-    """
+    """A table of a file: no unknown keys, no numbers in quotes."""
 
     checks: ClassVar[Checks] = {}
 

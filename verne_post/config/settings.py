@@ -56,29 +56,14 @@ class SettingsFile(Table, frozen=True, kw_only=True):
 
 
 class Settings(Struct, frozen=True):
-    """What a settings file gives.
-
-    Attributes
-    ----------
-    file : SettingsFile
-    folder : Path
-        Of the file: paths of programs in patterns count from it.
-    check : CheckFile
-        With the path of the baseline as the process finds it.
-    control : mapping
-        Keys by controller dialect, as the option ``control`` has them.
-    setups : mapping
-        [setup.GLOB]: set-ups of programs, by patterns of their paths.
-    machine : str
-        Its name, or its file as the process finds it.
-    """
+    """What a settings file gives."""
 
     file: SettingsFile
-    folder: Path
-    check: CheckFile
-    control: dict[str, dict[str, Any]]
-    setups: dict[str, ProgramSetup]
-    machine: str
+    folder: Path  #: Of the file: paths of programs in patterns count from it.
+    check: CheckFile  #: With the path of the baseline as the process finds it.
+    control: dict[str, dict[str, Any]]  #: Keys by controller dialect, as the option ``control`` has them.
+    setups: dict[str, ProgramSetup]  #: [setup.GLOB]: set-ups of programs, by patterns of their paths.
+    machine: str  #: Its name, or its file as the process finds it.
 
     def find_setups(self, program: Path) -> list[ProgramSetup]:
         """The set-ups whose pattern fits a program, in the order of the file."""

@@ -22,7 +22,15 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.printable import escape_unprinted
-from verne_post.config.toml_text import ImportedMachine, quote, show_list, show_number, write_end
+from verne_post.config.toml_text import (
+    ImportedMachine,
+    list_jerkless,
+    quote,
+    show_list,
+    write_chain,
+    write_end,
+    write_joint,
+)
 from verne_post.model.findings import InputError, make_finding
 
 _LINE: Final = re.compile(
@@ -151,14 +159,10 @@ def convert_sinumerik(raw: bytes, name: str) -> ImportedMachine:
     for axis, direction, through, side in zip(axes[3:], pair.axes, places, sides, strict=True):
         text = f'turns = {show_list(direction)}\nthrough = {show_list(through)}\npositive = "{side}"'
         joints.append(_write_joint(data, axis, text, rotary=True))
-    linear, one, other = '"x", "y", "z"', f'"{first.letter}"', f'"{second.letter}"'
-    tool, part = {
-        "T": (f"[{linear}, {one}, {other}]", "[]"),
-        "P": (f"[{linear}]", f"[{one}, {other}]"),
-        "M": (f"[{linear}, {one}]", f"[{other}]"),
-    }[pair.kind]
-    if without := [joint.split("]", 1)[0][1:] for joint in joints if "\njerk = " not in joint]:
-        notes.append(f"{', '.join(without)}: no $MA_MAX_AX_JERK; the setpoints jerk as far as the accelerations allow")
+    on_tool = {"T": 5, "P": 3, "M": 4}[pair.kind]
+    letters = [*"xyz", first.letter, second.letter]
+    if without := list_jerkless(joints):
+        notes.append(f"{without}: no $MA_MAX_AX_JERK; the setpoints jerk as far as the accelerations allow")
     cycle = _find_cycle(data)
     if cycle is None:
         notes.append(
@@ -167,9 +171,7 @@ def convert_sinumerik(raw: bytes, name: str) -> ImportedMachine:
     text = "\n".join([
         f"# From {escape_unprinted(name)}, machine data of a SINUMERIK: {pair.source}. Keys: docs/machine-file.md, schema 2.",
         "schema = 2", f"name = {quote(f'{name}: {pair.source}')}", "",
-        "[chain]                             # all joints at 0; mm, base frame: that of the machine's coordinates, z up",
-        f"tool = {tool}", f"part = {part}", "gauge = [0.0, 0.0, 0.0]", "axis = [0.0, 0.0, 1.0]", "part_zero = [0.0, 0.0, 0.0]", "",
-        *joints, *write_end(cycle or 0.001, name),
+        *write_chain(letters[:on_tool], letters[on_tool:]), *joints, *write_end(cycle or 0.001, name),
     ])  # fmt: skip
     return ImportedMachine(text, tuple(make_finding("VP509", f"{name}: {note}") for note in notes))
 
@@ -379,23 +381,21 @@ def _write_joint(data: MachineData, axis: Axis, geometry: str, *, rotary: bool) 
             f"$MA_POS_LIMIT_MINUS and _PLUS of {letter} do not bound its travel: expected both, the smaller first",
         )
     scale = _DEG_PER_TURN if rotary else _MM_PER_M
-    speeds = []
+    speeds = dict[str, float | None]()
     for name, key, factor in (
         ("MAX_AX_VELO", "velocity", (_DEG_PER_TURN if rotary else 1.0) / _S_PER_MIN),  # of turns or mm per minute
         ("MAX_AX_ACCEL", "acceleration", scale),
         ("MAX_AX_JERK", "jerk", scale),
     ):
         value = find(name)
-        if value is None and key == "jerk":
-            continue
-        if value is None or value <= 0:
+        if (value is None and key != "jerk") or (value is not None and value <= 0):
             raise _refuse(
                 data.name,
                 f"$MA_{name} of {letter} is {'missing' if value is None else f'{value:g}'}: expected a number above 0",
             )
-        speeds.append(f"{key} = {show_number(factor * value)}")
-    travel = [] if endless else [f"travel_{'deg' if rotary else 'mm'} = {show_list([low or 0.0, high or 0.0])}"]
-    return "\n".join([f"[joints.{axis.letter}]", geometry, *travel, *speeds, ""])
+        speeds[key] = None if value is None else factor * value
+    travel = "" if endless else f"travel_{'deg' if rotary else 'mm'} = {show_list([low or 0.0, high or 0.0])}"
+    return write_joint(axis.letter, geometry, travel, speeds)
 
 
 def _check_inches(data: MachineData) -> None:

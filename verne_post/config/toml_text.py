@@ -2,7 +2,7 @@
 
 import json
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from msgspec import Struct
@@ -47,11 +47,38 @@ def show_list(values: Iterable[float]) -> str:
     return f"[{', '.join(show_number(value) for value in values)}]"
 
 
-def write_end(cycle: float, name: str) -> list[str]:
-    """Lines of [control], cycle in s, and of the [provenance] of a machine that the file ``name`` specifies."""
+def write_chain(tool: Sequence[str], part: Sequence[str]) -> list[str]:
+    """Lines of the [chain] of a machine whose base frame is that of its coordinates, the tool upright at 0."""
+    return [
+        "[chain]                             # all joints at 0; mm, base frame: that of the machine's coordinates, z up",
+        f"tool = {json.dumps(tool)}",
+        f"part = {json.dumps(part)}",
+        "gauge = [0.0, 0.0, 0.0]",
+        "axis = [0.0, 0.0, 1.0]",
+        "part_zero = [0.0, 0.0, 0.0]",
+        "",
+    ]
+
+
+def write_joint(name: str, geometry: str, travel: str, speeds: Mapping[str, float | None]) -> str:
+    """[joints.NAME]: lines of its geometry, the line of its travel or "", and the speeds that there are."""
+    given = [f"{key} = {show_number(value)}" for key, value in speeds.items() if value is not None]
+    return "\n".join([f"[joints.{name}]", *(line for line in (geometry, travel) if line), *given, ""])
+
+
+def list_jerkless(joints: Sequence[str]) -> str:
+    """Keys of the joints whose text, of :func:`write_joint`, has no jerk; "" without one."""
+    return ", ".join(joint.split("]", 1)[0][1:] for joint in joints if "\njerk = " not in joint)
+
+
+def write_end(cycle: float, name: str, *groups: str) -> list[str]:
+    """Lines of [control], cycle in s, and of the [provenance] of a machine that the file ``name`` specifies.
+
+    ``groups`` are what it specifies beside chain, joints and control.
+    """
     source = quote(f"specified in {name}")
-    groups = [f"{group} = {source}" for group in ("chain", "joints", "control")]
-    return ["[control]", f"cycle_s = {show_number(cycle)}", "", "[provenance]", *groups, ""]
+    lines = [f"{group} = {source}" for group in ("chain", *groups, "joints", "control")]
+    return ["[control]", f"cycle_s = {show_number(cycle)}", "", "[provenance]", *lines, ""]
 
 
 def quote(text: str) -> str:

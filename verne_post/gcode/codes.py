@@ -22,22 +22,15 @@ TAKES_AXES: Final = (100, 280, 300, 520, 920, 120, 130, 700, 710, 720)
 
 
 class CodeTable(Struct, frozen=True, dict=True):
-    """The codes of a dialect.
+    """The codes of a dialect."""
 
-    Attributes
-    ----------
-    g_groups, m_groups : mapping
-        Modal group -> its codes -> what each does.
-    refused_g, refused_m : mapping
-        Codes that are known and not executed -> what they are.
-    words_of_g, words_of_m : mapping
-        Letters beside axes, F, S, T that a code uses.
-    """
-
+    #: g_groups, m_groups: Modal group -> its codes -> what each does.
     g_groups: Mapping[str, Mapping[int, str]]
     m_groups: Mapping[str, Mapping[int, str]]
+    #: refused_g, refused_m: Codes that are known and not executed -> what they are.
     refused_g: Mapping[int, str]
     refused_m: Mapping[int, str]
+    #: words_of_g, words_of_m: Letters beside axes, F, S, T that a code uses.
     words_of_g: Mapping[int, str]
     words_of_m: Mapping[int, str]
 

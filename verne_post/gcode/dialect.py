@@ -17,26 +17,16 @@ from verne_post.gcode.words import read_whole_lines
 
 
 class Dialect(Struct, frozen=True):
-    """One controller dialect.
+    """One controller dialect."""
 
-    Attributes
-    ----------
-    recognise : callable
-        True for a text that can only be of this dialect. At most one dialect may recognise a text.
-    initial_state : callable
-        The modal state at the start of a program.
-    execute : callable
-        Execute a text on a state until it ends or a stop condition is met.
-    names_axis : callable
-        (text, axis letter, setup) -> True when the text gives this axis a position.
-    endings : tuple of str
-        Of files whose text is of this dialect where no dialect recognises it, in lower case.
-    """
-
+    #: True for a text that can only be of this dialect. At most one dialect may recognise a text.
     recognise: Callable[[Text], bool]
-    initial_state: Callable[[Setup], State]
+    initial_state: Callable[[Setup], State]  #: The modal state at the start of a program.
+    #: Execute a text on a state until it ends or a stop condition is met.
     execute: Callable[[Text, Setup, State, StopConditions], Execution]
+    #: (text, axis letter, setup) -> True when the text gives this axis a position.
     names_axis: Callable[[Text, str, Setup], bool]
+    #: Of files whose text is of this dialect where no dialect recognises it, in lower case.
     endings: tuple[str, ...] = ()
 
 

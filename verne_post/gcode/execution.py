@@ -112,27 +112,13 @@ class LineTrace(Struct):
 
 
 class StopConditions(Struct, frozen=True):
-    """Where an execution ends before the program does, and whether it traces its lines.
+    """Where an execution ends before the program does, and whether it traces its lines."""
 
-    Attributes
-    ----------
-    all_known : bool
-        As soon as the position of every axis is known.
-    first_error : bool
-        At the first error, which is raised; without it all errors are collected.
-    after_line : int or None
-        After the first execution of a line.
-    before_line : int or None
-        When the program itself, outside of calls, comes to a line.
-    trace : LineTrace or None
-        Gets the executed lines.
-    """
-
-    all_known: bool = False
-    first_error: bool = False
-    after_line: int | None = None
-    before_line: int | None = None
-    trace: LineTrace | None = None
+    all_known: bool = False  #: As soon as the position of every axis is known.
+    first_error: bool = False  #: At the first error, which is raised; without it all errors are collected.
+    after_line: int | None = None  #: After the first execution of a line.
+    before_line: int | None = None  #: When the program itself, outside of calls, comes to a line.
+    trace: LineTrace | None = None  #: Gets the executed lines.
 
     def cut(self, line: int, last: int, *, in_main: bool) -> int:
         """The line before which a stretch from ``line`` to ``last`` (excluded) must end."""

@@ -23,32 +23,19 @@ class FirstPlaces(Struct):
     With ``waits`` that holds for X, Y and Z of several blocks too, as long as neither the table turns between them nor
     one of them is named again: on a table that stands upright, X and Y of the part and Z of the machine are no three
     directions.
-
-    Attributes
-    ----------
-    unnamed_axes : tuple of int
-        Axes that the program never names: they stand at 0 in the work system of the first move to a program's place.
-    start : Array
-        The place from which the program is executed, machine coordinates (9).
-    waits : bool
-        The first place after one of the machine is complete where X, Y and Z have been named, in whatever blocks.
-    misses : list of float
-        What is missing at each axis (9) from there to the start, mm and degrees; 0 while nothing has named it.
-    at_machine : set of int
-        Those of X, Y, Z whose last place was one of the machine.
-    waiting : set of int
-        Those that have been named, and wait until the place is complete.
-    is_open : bool
-        A place of the machine has been named, and no complete place of the program since.
     """
 
+    #: Axes that the program never names: they stand at 0 in the work system of the first move to a program's
+    #: place.
     unnamed_axes: tuple[int, ...]
-    start: Array
+    start: Array  #: The place from which the program is executed, machine coordinates (9).
+    #: The first place after one of the machine is complete where X, Y and Z have been named, in whatever blocks.
     waits: bool = False
+    #: What is missing at each axis (9) from there to the start, mm and degrees; 0 while nothing has named it.
     misses: list[float] = field(default_factory=lambda: [0.0] * len(AXES))
-    at_machine: set[int] = field(default_factory=set)
-    waiting: set[int] = field(default_factory=set)
-    is_open: bool = False
+    at_machine: set[int] = field(default_factory=set)  #: Those of X, Y, Z whose last place was one of the machine.
+    waiting: set[int] = field(default_factory=set)  #: Those that have been named, and wait until the place is complete.
+    is_open: bool = False  #: A place of the machine has been named, and no complete place of the program since.
 
     def is_named(self, axis: int) -> bool:
         """True where the position of an axis counts as known, though it is not settled."""

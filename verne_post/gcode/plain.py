@@ -192,26 +192,15 @@ def _find_named_words(bits: int) -> tuple[Mask, tuple[int, ...], bool, bool]:
 
 
 class PlainView(Struct):
-    """What the modes of a language make of plain lines.
+    """What the modes of a language make of plain lines."""
 
-    Attributes
-    ----------
-    motion : int or None
-        Code of motion, times ten, of lines that give none; afterwards that of the last line which has been executed.
-    inch : bool
-    arcs : bool
-        Words of arcs are nothing but an incremental centre or a radius.
-    has_tool_axes : bool
-        Every line gives the tool axis anew.
-    turning : bool
-        Lines that turn the table and name not all of X, Y and Z are nothing but moves.
-    """
-
+    #: Code of motion, times ten, of lines that give none; afterwards that of the last line which has been
+    #: executed.
     motion: int | None = None
     inch: bool = False
-    arcs: bool = True
-    has_tool_axes: bool = False
-    turning: bool = True
+    arcs: bool = True  #: Words of arcs are nothing but an incremental centre or a radius.
+    has_tool_axes: bool = False  #: Every line gives the tool axis anew.
+    turning: bool = True  #: Lines that turn the table and name not all of X, Y and Z are nothing but moves.
 
 
 def is_ready(state: State, view: PlainView, lines: PlainLines, row: int) -> bool:

@@ -30,24 +30,12 @@ _R = 3
 
 
 class PlainArcs(Struct, frozen=True, eq=False):
-    """Arcs of some lines of a stretch, in order.
+    """Arcs of some lines of a stretch, in order."""
 
-    Attributes
-    ----------
-    row : ndarray of int, shape (n,)
-        Their lines, counted from the first of the stretch.
-    center : ndarray, shape (n, 3)
-        Program coordinates, mm.
-    sweep : ndarray, shape (n,)
-        Degrees, counter-clockwise positive.
-    refused_rows : ndarray of bool, shape (n,)
-        The general interpreter has to say what is wrong; the other columns mean nothing there.
-    """
-
-    row: Ints
-    center: Array
-    sweep: Array
-    refused_rows: Mask
+    row: Ints  #: (n,): Their lines, counted from the first of the stretch.
+    center: Array  #: (n, 3): Program coordinates, mm.
+    sweep: Array  #: (n,): Degrees, counter-clockwise positive.
+    refused_rows: Mask  #: (n,): The general interpreter has to say what is wrong; the other columns mean nothing there.
 
     def select_before(self, last: int, plane: int) -> "ArcRows":
         """Those of the lines before ``last``, as they are recorded."""

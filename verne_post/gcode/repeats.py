@@ -12,18 +12,10 @@ MOVES_OF_BLOCK: Final = 1_000
 
 
 class Repeats(Struct):
-    """Counts blocks that are executed again.
+    """Counts blocks that are executed again."""
 
-    Attributes
-    ----------
-    most : int
-        So many may be repeated.
-    repeated_blocks : int
-        So far.
-    """
-
-    most: int
-    repeated_blocks: int = 0
+    most: int  #: So many may be repeated.
+    repeated_blocks: int = 0  #: So far.
     _counts: dict[Hashable, int] = field(default_factory=dict)
 
     def count(self, text: Hashable, first: int, last: int, moves: int) -> None:

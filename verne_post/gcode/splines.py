@@ -37,53 +37,28 @@ _ROTARY: Final = [3, 4, 5]
 
 
 class BSpline(Struct, frozen=True):
-    """A rational B-spline in program coordinates, n control points.
+    """A rational B-spline in program coordinates, n control points."""
 
-    Attributes
-    ----------
-    degree : int
-        1 and more: the order less one.
-    points : sequence of 9 floats each
-        mm and degrees; the first is where the tool is.
-    weights : sequence of float
-    knots : sequence of float
-        n + degree + 1, never falling; at both ends at least ``degree`` equal ones, besides the outermost.
-    lines : sequence of int
-        Source line of each control point.
-    axes : ndarray, shape (n, 3), or None
-        Tool axes of the control points, unit, program directions, where no A and C hold them.
-    """
-
-    degree: int
-    points: Sequence[Sequence[float]]
+    degree: int  #: 1 and more: the order less one.
+    points: Sequence[Sequence[float]]  #: mm and degrees; the first is where the tool is.
     weights: Sequence[float]
+    #: n + degree + 1, never falling; at both ends at least ``degree`` equal ones, besides the outermost.
     knots: Sequence[float]
-    lines: Sequence[int]
+    lines: Sequence[int]  #: Source line of each control point.
+    #: (n, 3), or None: Tool axes of the control points, unit, program directions, where no A and C hold them.
     axes: Array | None = None
 
 
 class SplineDraft(Struct):
-    """A spline whose control points are being read, block by block.
+    """A spline whose control points are being read, block by block."""
 
-    Attributes
-    ----------
-    code : int
-        The code that has begun it.
-    line : int
-    order : int
-    points : list of 9 floats each
-    weights, knots : list of float
-    lines : list of int
-        Of each control point.
-    """
-
-    code: int
+    code: int  #: The code that has begun it.
     line: int
     order: int
     points: list[list[float]] = field(default_factory=list)
     weights: list[float] = field(default_factory=list)
     knots: list[float] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)  #: Of each control point.
 
     def add(self, point: list[float], weight: float, line: int) -> None:
         """Add a control point.
@@ -108,27 +83,14 @@ def check_room(count: int) -> None:
 
 
 class CutSpline(Struct, frozen=True, eq=False):
-    """The motions (m,) that follow a B-spline.
-
-    Attributes
-    ----------
-    pieces : Splines
-    line : list of int
-    end : list of 9 floats each
-    straight : ndarray of bool, shape (m,)
-        The piece is a straight move, however its parameter runs.
-    length : ndarray, shape (m,)
-        Of the tip, mm.
-    axis : ndarray, shape (m, 3), or None
-        Tool axes at the ends, unit.
-    """
+    """The motions (m,) that follow a B-spline."""
 
     pieces: Splines
     line: list[int]
     end: list[list[float]]
-    straight: Mask
-    length: Array
-    axis: Array | None
+    straight: Mask  #: (m,): The piece is a straight move, however its parameter runs.
+    length: Array  #: (m,): Of the tip, mm.
+    axis: Array | None  #: (m, 3), or None: Tool axes at the ends, unit.
 
 
 def build_uniform_knots(count: int, degree: int) -> list[float]:

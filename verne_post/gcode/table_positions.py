@@ -17,24 +17,12 @@ _FULL_TURN: Final = 360.0
 
 
 class TablePosition(Struct, frozen=True, eq=False):
-    """One position.
+    """One position."""
 
-    Attributes
-    ----------
-    program : list of float
-        Nine-vector in the frame.
-    tilt : float
-        A of the machine, degrees; its sign tells the two sides apart.
-    motion : float
-        How far C is from where it stood, degrees.
-    beyond : str
-        Letters of the axes that would be beyond their travel.
-    """
-
-    program: list[float]
-    tilt: float
-    motion: float
-    beyond: str
+    program: list[float]  #: Nine-vector in the frame.
+    tilt: float  #: A of the machine, degrees; its sign tells the two sides apart.
+    motion: float  #: How far C is from where it stood, degrees.
+    beyond: str  #: Letters of the axes that would be beyond their travel.
 
 
 def find_positions(

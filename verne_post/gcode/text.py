@@ -97,30 +97,16 @@ class Chunk(Struct, frozen=True, dict=True):
 
 
 class Structure(Struct):
-    """Where O words lead, by line: everything that is known without executing.
+    """Where O words lead, by line: everything that is known without executing."""
 
-    Attributes
-    ----------
-    subs : dict
-        Label -> (line of sub, line of endsub).
-    programs : dict
-        Number -> line of an O number that stands alone.
-    branch : dict
-        Line of if or elseif -> line of the next elseif, else or endif.
-    end : dict
-        Line of if, elseif, else -> line of endif; of while, do, repeat -> the line that ends the loop.
-    begin : dict
-        Line that ends a loop -> line that begins it.
-    loop : dict
-        Line of break or continue -> line that begins its loop.
-    """
-
-    subs: dict[str, tuple[int, int]] = field(default_factory=dict)
-    programs: dict[str, int] = field(default_factory=dict)
+    subs: dict[str, tuple[int, int]] = field(default_factory=dict)  #: Label -> (line of sub, line of endsub).
+    programs: dict[str, int] = field(default_factory=dict)  #: Number -> line of an O number that stands alone.
+    #: Line of if or elseif -> line of the next elseif, else or endif.
     branch: dict[int, int] = field(default_factory=dict)
+    #: Line of if, elseif, else -> line of endif; of while, do, repeat -> the line that ends the loop.
     end: dict[int, int] = field(default_factory=dict)
-    begin: dict[int, int] = field(default_factory=dict)
-    loop: dict[int, int] = field(default_factory=dict)
+    begin: dict[int, int] = field(default_factory=dict)  #: Line that ends a loop -> line that begins it.
+    loop: dict[int, int] = field(default_factory=dict)  #: Line of break or continue -> line that begins its loop.
 
 
 class ChunkedText(ABC):

@@ -61,29 +61,16 @@ _EVEN_PAIRS: Final = np.uint64((10**4 << 32) + 1)
 
 
 class WordTable(Struct, frozen=True):
-    """Words of consecutive source lines.
+    """Words of consecutive source lines."""
 
-    Attributes
-    ----------
-    first_line : int
-        1-based number of the first line.
-    text : bytes
-        The lines themselves.
-    letter : ndarray of uint8, shape (w,)
-        Upper-case letter codes, in source order.
-    value : ndarray, shape (w,)
-    row : ndarray of intp, shape (w,)
-        Line of each word, from 0.
-    plain : ndarray of bool, shape (n_lines,)
-        False for lines that only the exact reader can read; what the table has of their words means nothing.
-    """
-
-    first_line: int
-    text: bytes
+    first_line: int  #: 1-based number of the first line.
+    text: bytes  #: The lines themselves.
     n_lines: int
-    letter: NDArray[np.uint8]
-    value: Array
-    row: NDArray[np.intp]
+    letter: NDArray[np.uint8]  #: (w,): Upper-case letter codes, in source order.
+    value: Array  #: (w,)
+    row: NDArray[np.intp]  #: (w,): Line of each word, from 0.
+    #: (n_lines,): False for lines that only the exact reader can read; what the table has of their words means
+    #: nothing.
     plain: Mask
 
 

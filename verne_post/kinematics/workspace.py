@@ -21,21 +21,12 @@ BELOW_TABLE: Final = "tip or nose below the table face"
 
 
 class Reach(Struct, frozen=True, eq=False):
-    """What limits n tips.
+    """What limits n tips."""
 
-    Attributes
-    ----------
-    limits : tuple of str
-        Names of all limits.
-    broken : ndarray of int, shape (n,)
-        The limit that is violated most, by its place in ``limits``; -1 where the tip is reached.
-    margin : ndarray, shape (n,)
-        Where reached, the smallest margin of a joint's travel or of a rod's drop; else minus the worst violation.
-        mm (a degree counts 10 mm); NaN out of reach.
-    """
-
-    limits: tuple[str, ...]
-    broken: Ints
+    limits: tuple[str, ...]  #: Names of all limits.
+    broken: Ints  #: (n,): The limit that is violated most, by its place in ``limits``; -1 where the tip is reached.
+    #: (n,): Where reached, the smallest margin of a joint's travel or of a rod's drop; else minus the worst
+    #: violation. mm (a degree counts 10 mm); NaN out of reach.
     margin: Array
 
     @property

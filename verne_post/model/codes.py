@@ -104,8 +104,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give --tool-length "
-        "or --tool-table; the program may say "
+        "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give --tool-length or "
+        "--tool-table; the program may set "
         "it too (G10 L1, $TC_DP3, TOOL DEF).",
     ),
     (
@@ -306,9 +306,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP038",
         "decimal points mixed",
         "warning",
-        "A Fanuc program has lengths, angles or dwells with a decimal point and others without. A "
-        "setting of the control "
-        "decides whether a number without a point has its face value, or counts least input increments (0.001 mm).",
+        "A Fanuc program has lengths, angles or dwells with a decimal point and others without. A setting of the "
+        "control "
+        "decides whether a number without a point is read as it stands, or counts least input increments (0.001 mm).",
         'Write the points, or give the setting of the control: [fanuc] decimal_point = "calculator" or '
         '"conventional" in the '
         "settings file.",
@@ -317,8 +317,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP039",
         "executed in another way by some controls",
         "note",
-        "Controls differ in how they execute a word or a cycle of this program, or count something "
-        "beside. The message says what "
+        "Controls differ in how they execute a word or a cycle of this program, or count something in addition. The "
+        "message says what "
         "is done here. Each case is reported once.",
         "No action is needed if this is what is meant.",
     ),
@@ -419,10 +419,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "near a serial singularity",
         "warning",
         "The vertical drop of a rod (the root of a radicand of equations 11 to 13) comes close to zero. "
-        "Error below the machine file's limits.serial_singularity_mm, warning up to twice that. Or a "
-        "great circle comes to the fold of a "
-        "nutating rotary pair, where both of its solutions meet, or the tool to the leg of a carrier, "
-        "where its wrist has a pole.",
+        "Error below the machine file's limits.serial_singularity_mm, warning up to twice that. Or a great circle "
+        "comes near the fold of a "
+        "nutating rotary pair, where its two solutions meet. Or the tool comes near the leg of a carrier, where its "
+        "wrist has a pole.",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (
@@ -620,7 +620,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP421",
         "not planned",
         "note",
-        "check --limits-only ends after the limits of joints and the obstacles: speeds, machining time and rows are not planned.",
+        "check --limits-only ends after the limits of joints and the obstacles: speeds, machining time and rows are "
+        "not planned.",
         "Leave out --limits-only before the program is run.",
     ),
     # --- VP5xx: machine file ----------------------------------------------------------------
@@ -678,9 +679,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP507",
         "unreadable configuration of another control",
         "error",
-        "A file given to `machine import`, or one that it names, has a line, a number, a unit or a "
-        "limit that cannot be read or is missing.",
-        "Mend the line or key that the message names; docs/machines.md says what is read.",
+        "A file given to `machine import`, or one that it names, has a line, a number, a unit or a limit that cannot "
+        "be read or is missing.",
+        "Correct the line or key that the message names; docs/machines.md says what is read.",
     ),
     (
         "VP508",

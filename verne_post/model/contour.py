@@ -22,106 +22,61 @@ EVERY: Final = slice(None)
 
 
 class Corners(Struct, frozen=True):
-    """Corner blends: see :mod:`verne_post.toolpath.corners`.
+    """Corner blends: see :mod:`verne_post.toolpath.corners`."""
 
-    Attributes
-    ----------
-    s : ndarray, shape (n + 1,)
-        Places of the corners of n segments, both ends of the path included, by metric length along the path, mm.
-    reach : ndarray, shape (n + 1,)
-        Half width of the corner blend, mm; 0 where a corner is not blended.
-    bend : ndarray, shape (n + 1, 5)
-        Jump of the derivatives of tip and nominal angles by s.
-    shape : ndarray of int, shape (n + 1,)
-        Row of the table of shapes in :mod:`verne_post.toolpath.corner_shapes`.
-    shift : int
-        Segment i of the contour begins at corner ``i + shift``. A contour may begin in the middle of a path, and with
-        segments that no corner blend reaches.
-    curved : ndarray of int, shape (m,)
-        Corners beside arcs, splines and great circles, in order. Their blends overlap with no others.
-    jump : ndarray, shape (m, 2, 5)
-        Jumps of the second and third derivative by s at those.
-    curve : ndarray of int, shape (m,)
-        Row of ``controls`` where a curve replaces the path within the reach, -1 elsewhere.
-    controls : ndarray, shape (k, 8, 5)
-        Control points of these curves of degree 7 over the reach: tip (mm) and nominal angles (rad).
-    """
-
+    #: (n + 1,): Places of the corners of n segments, both ends of the path included, by metric length along the
+    #: path, mm.
     s: Array
-    reach: Array
-    bend: Array
-    shape: NDArray[np.integer]
+    reach: Array  #: (n + 1,): Half width of the corner blend, mm; 0 where a corner is not blended.
+    bend: Array  #: (n + 1, 5): Jump of the derivatives of tip and nominal angles by s.
+    shape: NDArray[np.integer]  #: (n + 1,): Row of the table of shapes in :mod:`verne_post.toolpath.corner_shapes`.
+    #: Segment i of the contour begins at corner ``i + shift``. A contour may begin in the middle of a path, and
+    #: with segments that no corner blend reaches.
     shift: int = 0
+    #: (m,): Corners beside arcs, splines and great circles, in order. Their blends overlap with no others.
     curved: Ints = field(default_factory=lambda: np.empty(0, dtype=int))
+    #: (m, 2, 5): Jumps of the second and third derivative by s at those.
     jump: Array = field(default_factory=lambda: np.empty((0, 2, 5)))
+    #: (m,): Row of ``controls`` where a curve replaces the path within the reach, -1 elsewhere.
     curve: Ints = field(default_factory=lambda: np.empty(0, dtype=int))
+    #: (k, 8, 5): Control points of these curves of degree 7 over the reach: tip (mm) and nominal angles (rad).
     controls: Array = field(default_factory=lambda: np.empty((0, 8, 5)))
 
 
 class Feeds(Struct, frozen=True):
-    """The programmed feed rate of each segment, each shape (n,).
+    """The programmed feed rate of each segment, each shape (n,)."""
 
-    Attributes
-    ----------
-    rate : ndarray
-        mm/s of the tip, 0 where it stands still; infinite for rapids.
-    by_tip : ndarray of bool
-        The feed rate is a speed of the tip. Where it is a time (``timed`` of the path), ``cap`` holds throughout: a
-        corner blend leaves each segment its share of the path, however the tip moves.
-    cap : ndarray
-        ds/dt at the feed rate where tip and angles move evenly along the segment, mm/s; infinite for rapids.
-    """
-
-    rate: Array
+    rate: Array  #: mm/s of the tip, 0 where it stands still; infinite for rapids.
+    #: The feed rate is a speed of the tip. Where it is a time (``timed`` of the path), ``cap`` holds throughout:
+    #: a corner blend leaves each segment its share of the path, however the tip moves.
     by_tip: Mask
-    cap: Array
+    cap: Array  #: ds/dt at the feed rate where tip and angles move evenly along the segment, mm/s; infinite for rapids.
 
 
 class Contour(Struct, frozen=True):
-    """All motion of a program as it will be made: n elements on n_segments segments.
+    """All motion of a program as it will be made: n elements on n_segments segments."""
 
-    Attributes
-    ----------
-    path : ToolPath
-        The programmed segments.
-    shape : ToolPath
-        The segments that are followed: as programmed, or in their tolerance with moved vertices and chords for arcs.
-    segment : ndarray of int32, shape (n,)
-        The segment that an element belongs to: its source line, feed and tool length.
-    low, high : ndarray, shape (n,)
-        Where on its segment (u from 0 to 1) an element begins and ends.
-    length : ndarray, shape (n,)
-        Length by s, mm: the metric length, of tip and tool axis together.
-    rotation : ndarray, shape (n,)
-        Rotation of table and arc together over the element, rad.
-    section : ndarray of int32, shape (n,)
-        The section that an element belongs to, 0, 1, ...
-    corners : Corners or None
-        None where no corner is blended.
-    blended : ndarray of bool, shape (n,)
-        A corner blend reaches into the element.
-    tip_tolerance, axis_tolerance : ndarray, shape (n_segments,)
-        How far the contour may be from each programmed segment, mm and rad; 0 where it follows it exactly.
-    dwell_section : ndarray of int32, shape (d,)
-        A dwell stands before this section (the number of sections: after the last).
-    entry : int
-        A restart begins with this segment, maybe in the middle of a corner blend; -1 where the whole program is made.
-    """
-
-    path: ToolPath
+    path: ToolPath  #: The programmed segments.
+    #: The segments that are followed: as programmed, or in their tolerance with moved vertices and chords for
+    #: arcs.
     shape: ToolPath
-    segment: Ints
+    segment: Ints  #: (n,): The segment that an element belongs to: its source line, feed and tool length.
+    #: low, high (n,): Where on its segment (u from 0 to 1) an element begins and ends.
     low: Array
     high: Array
-    length: Array
-    rotation: Array
-    section: Ints
-    corners: Corners | None
-    blended: Mask
+    length: Array  #: (n,): Length by s, mm: the metric length, of tip and tool axis together.
+    rotation: Array  #: (n,): Rotation of table and arc together over the element, rad.
+    section: Ints  #: (n,): The section that an element belongs to, 0, 1, ...
+    corners: Corners | None  #: None where no corner is blended.
+    blended: Mask  #: (n,): A corner blend reaches into the element.
     feeds: Feeds
+    #: tip_tolerance, axis_tolerance (n_segments,): How far the contour may be from each programmed segment, mm
+    #: and rad; 0 where it follows it exactly.
     tip_tolerance: Array
     axis_tolerance: Array
-    dwell_section: Ints
+    dwell_section: Ints  #: (d,): A dwell stands before this section (the number of sections: after the last).
+    #: A restart begins with this segment, maybe in the middle of a corner blend; -1 where the whole program is
+    #: made.
     entry: int = -1
 
     def __len__(self) -> int:

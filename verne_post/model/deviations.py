@@ -43,33 +43,22 @@ class Deviations(Struct, frozen=True, eq=False):
 
     Rods are ordered as in :data:`RODS`, guides by leg. Directions are small: (x, y) stands for the unit vector along
     (x, y, 1), (y, z) of the tilt axis for the one along (1, y, z).
-
-    Attributes
-    ----------
-    platform_ends : ndarray, shape (6, 3)
-        Joint centres on the platform, platform frame (origin P, z down, turned with the platform).
-    slider_ends : ndarray, shape (6, 3)
-        Joint centres on the sliders at rho = 0, base frame.
-    rod_lengths : ndarray, shape (6,)
-    guides : ndarray, shape (3, 2)
-        x and y of the guide's direction: a joint centre moves by rho times the unit vector.
-    tilt_place, tilt_direction : ndarray, shape (2,)
-        y and z in the upright frame: the tilt axis runs through the pivot + (0, y, z) along (1, y, z).
-    rotary_place, rotary_direction : ndarray, shape (2,)
-        x and y in the tilt frame at A = 0: the rotary axis runs through rotary_offset + (x, y, 0) along (x, y, 1).
-    spindle : ndarray, shape (2,)
-        x and y in the platform frame: from P towards the tool's tip the direction is (x, y, 1).
     """
 
+    #: (6, 3): Joint centres on the platform, platform frame (origin P, z down, turned with the platform).
     platform_ends: Array
-    slider_ends: Array
-    rod_lengths: Array
-    guides: Array
+    slider_ends: Array  #: (6, 3): Joint centres on the sliders at rho = 0, base frame.
+    rod_lengths: Array  #: (6,)
+    guides: Array  #: (3, 2): x and y of the guide's direction: a joint centre moves by rho times the unit vector.
+    #: tilt_place, tilt_direction (2,): y and z in the upright frame: the tilt axis runs through the pivot + (0,
+    #: y, z) along (1, y, z).
     tilt_place: Array
     tilt_direction: Array
+    #: rotary_place, rotary_direction (2,): x and y in the tilt frame at A = 0: the rotary axis runs through
+    #: rotary_offset + (x, y, 0) along (x, y, 1).
     rotary_place: Array
     rotary_direction: Array
-    spindle: Array
+    spindle: Array  #: (2,): x and y in the platform frame: from P towards the tool's tip the direction is (x, y, 1).
 
     @classmethod
     def build_nominal(cls) -> "Deviations":

@@ -20,28 +20,14 @@ class Drive(Struct, frozen=True, eq=False):
 
     ``place = x + error(x)`` with ``x = zero + sign * number / scale``: commanded to x, the actuator truly stands at
     ``place``. Places in mm or degrees as the machine file has them.
-
-    Attributes
-    ----------
-    unit : str
-        What the numbers are called in a heading.
-    sign : float
-        -1 where the drive counts the other way.
-    zero : float
-        Where the drive reads 0, before the lead error.
-    scale : float
-        Numbers per mm or degree.
-    integer : bool
-        The drive takes whole numbers.
-    error : callable or None
-        Lead error (n,) at commanded places (n,); changes by less than ``STEEPEST_ERROR`` of the distance.
     """
 
-    unit: str
-    sign: float = 1.0
-    zero: float = 0.0
-    scale: float = 1.0
-    integer: bool = False
+    unit: str  #: What the numbers are called in a heading.
+    sign: float = 1.0  #: -1 where the drive counts the other way.
+    zero: float = 0.0  #: Where the drive reads 0, before the lead error.
+    scale: float = 1.0  #: Numbers per mm or degree.
+    integer: bool = False  #: The drive takes whole numbers.
+    #: Lead error (n,) at commanded places (n,); changes by less than ``STEEPEST_ERROR`` of the distance.
     error: Callable[[Array], Array] | None = None
 
     def find_numbers(self, places: Array) -> Array:

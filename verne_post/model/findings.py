@@ -13,27 +13,13 @@ _LONGEST_MESSAGE: Final = 1000
 
 @dataclass(frozen=True)
 class Remedy:
-    """What would make a program, or a line, legal: it was tried.
+    """What would make a program, or a line, legal: it was tried."""
 
-    Attributes
-    ----------
-    text : str
-        In a sentence.
-    value : str
-        What is to be written; empty where it stands in no file.
-    key : tuple of str
-        Of the set-up, where it is written there: ("wcs", "G54"), ("allow_rewind",).
-    line : int
-        Of the program, where it is written there, in place of the number of ``word``.
-    word : tuple of str and float
-        The letter, and the number that stands there.
-    """
-
-    text: str
-    value: str = ""
-    key: tuple[str, ...] = ()
-    line: int = 0
-    word: tuple[str, float] = ("", 0.0)
+    text: str  #: In a sentence.
+    value: str = ""  #: What is to be written; empty where it stands in no file.
+    key: tuple[str, ...] = ()  #: Of the set-up, where it is written there: ("wcs", "G54"), ("allow_rewind",).
+    line: int = 0  #: Of the program, where it is written there, in place of the number of ``word``.
+    word: tuple[str, float] = ("", 0.0)  #: The letter, and the number that stands there.
 
 
 @dataclass(frozen=True)

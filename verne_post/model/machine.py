@@ -84,36 +84,22 @@ class Home:
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """Sizes of the machine's bodies, mm and rad; None where the machine file says nothing.
+    """Sizes of the machine's bodies, mm and rad; None where the machine file says nothing."""
 
-    Attributes
-    ----------
-    minimum : float
-        Smallest allowed distance between bodies.
-    rod_radius : ndarray, shape (k,) or None
-        Of each rod, in the order of ``module.rods``.
-    spindle_radius, spindle_top : float or None
-        The spindle reaches from the gauge line to ``spindle_top`` above the platform point P.
-    tool_radius : float or None
-        Of the largest tool.
-    platform : tuple of 2 ndarrays, shape (3,), or None
-        Ends of the platform as a capsule, platform frame.
-    slider_cone, platform_cone : float or None
-        Half angle that the ball joints allow about the rod's direction at ``cone_centre``.
-    cone_centre : ndarray, shape (3,) or None
-        Platform position (base frame) at which the joints stand in the middle.
-    """
-
-    minimum: float
-    rod_radius: Array | None
+    minimum: float  #: Smallest allowed distance between bodies.
+    rod_radius: Array | None  #: (k,) or None: Of each rod, in the order of ``module.rods``.
+    #: spindle_radius, spindle_top: The spindle reaches from the gauge line to ``spindle_top`` above the platform
+    #: point P.
     spindle_radius: float | None
     spindle_top: float
-    tool_radius: float | None
-    platform: tuple[Array, Array] | None
+    tool_radius: float | None  #: Of the largest tool.
+    platform: tuple[Array, Array] | None  #: (3,), or None each: Ends of the platform as a capsule, platform frame.
     platform_radius: float
+    #: slider_cone, platform_cone: Half angle that the ball joints allow about the rod's direction at
+    #: ``cone_centre``.
     slider_cone: float | None
     platform_cone: float | None
-    cone_centre: Array | None
+    cone_centre: Array | None  #: (3,) or None: Platform position (base frame) at which the joints stand in the middle.
 
 
 @dataclass(frozen=True, repr=False)

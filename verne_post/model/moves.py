@@ -101,32 +101,15 @@ class Frame(Struct, frozen=True):
     """Everything that lies between program coordinates and machine coordinates.
 
     Lengths in mm, angles in degrees in the sense of the machine file (``part_turn``: workpiece sense).
-
-    Attributes
-    ----------
-    system : int
-        1 to 9 for G54 to G59.3, above :data:`ADDITIONAL_SYSTEMS` for G54.1 P1 and so on.
-    origin : Vector9
-        The system's origin in machine coordinates (parameters 5221 ...).
-    turn : float
-        R of G10 L2: turns X and Y only.
-    part_turn : float
-        c of ``--wcs``: how far the part is turned on the table.
-    g92 : Vector9
-        Offset of G92 or G52 in force.
-    tool : Vector9
-        Tool offset in force; the length is its third entry.
-    feature : Feature or None
-        The tilted work plane in force; G92 lies outside it.
     """
 
-    system: int = 1
-    origin: Vector9 = ZERO9
-    turn: float = 0.0
-    part_turn: float = 0.0
-    g92: Vector9 = ZERO9
-    tool: Vector9 = ZERO9
-    feature: Feature | None = None
+    system: int = 1  #: 1 to 9 for G54 to G59.3, above :data:`ADDITIONAL_SYSTEMS` for G54.1 P1 and so on.
+    origin: Vector9 = ZERO9  #: The system's origin in machine coordinates (parameters 5221 ...).
+    turn: float = 0.0  #: R of G10 L2: turns X and Y only.
+    part_turn: float = 0.0  #: c of ``--wcs``: how far the part is turned on the table.
+    g92: Vector9 = ZERO9  #: Offset of G92 or G52 in force.
+    tool: Vector9 = ZERO9  #: Tool offset in force; the length is its third entry.
+    feature: Feature | None = None  #: The tilted work plane in force; G92 lies outside it.
 
     @property
     def tool_length(self) -> float:
@@ -135,28 +118,15 @@ class Frame(Struct, frozen=True):
 
 
 class Stock(Struct, frozen=True):
-    """A box or a cylinder along Z, as controls draw it: it is shown, and nothing keeps out of it (``--stock`` does).
+    """A box or a cylinder along Z, as controls draw it: it is shown, and nothing keeps out of it (``--stock`` does)."""
 
-    Attributes
-    ----------
-    line : int
-        Where it is defined.
-    low, high : tuple of float
-        Corners of the box, or of the box around the cylinder, mm, program coordinates of ``frame``.
-    frame : Frame
-        The work system in force there, without tool and tilted plane.
-    round : bool
-        A cylinder.
-    bore : float
-        Inner diameter of a cylinder, mm.
-    """
-
-    line: int
+    line: int  #: Where it is defined.
+    #: low, high: Corners of the box, or of the box around the cylinder, mm, program coordinates of ``frame``.
     low: tuple[float, float, float]
     high: tuple[float, float, float]
-    frame: Frame
-    round: bool = False
-    bore: float = 0.0
+    frame: Frame  #: The work system in force there, without tool and tilted plane.
+    round: bool = False  #: A cylinder.
+    bore: float = 0.0  #: Inner diameter of a cylinder, mm.
 
     @property
     def size(self) -> tuple[float, float, float]:
@@ -201,63 +171,35 @@ def describe_tool(event: Event) -> str:
 
 
 class TablePlace(Struct, frozen=True):
-    """Where the program names a place of the machine: the branch of the table decides which place of the part that is.
+    """A named place of the machine: the branch of the table decides which place of the part that is."""
 
-    Attributes
-    ----------
-    before : int
-        Index of the move that follows.
-    machine : tuple of float
-        A and C at which the table was taken to stand, machine coordinates, degrees.
-    by_words : bool
-        A and C words hold: another branch needs ``allow_rewind``. Else a tool axis gives way to a place of the table.
-    """
-
-    before: int
-    machine: tuple[float, float]
+    before: int  #: Index of the move that follows.
+    machine: tuple[float, float]  #: A and C at which the table was taken to stand, machine coordinates, degrees.
+    #: A and C words hold: another branch needs ``allow_rewind``. Else a tool axis gives way to a place of the
+    #: table.
     by_words: bool = False
 
 
 class Arcs(Struct, frozen=True):
-    """The arcs among the moves, in order; row ``Moves.arc[i]`` belongs to move i.
+    """The arcs among the moves, in order; row ``Moves.arc[i]`` belongs to move i."""
 
-    Attributes
-    ----------
-    plane : ndarray of int8, shape (m,)
-        0 XY, 1 ZX, 2 YZ.
-    center : ndarray, shape (m, 3)
-        Program coordinates; the entry normal to the plane is that of the start.
-    turns : ndarray of int32, shape (m,)
-        Signed, counter-clockwise positive; 1 = up to one full turn.
-    sweep : ndarray, shape (m,)
-        Signed angle in degrees.
-    """
-
-    plane: NDArray[np.int8]
-    center: Array
-    turns: NDArray[np.int32]
-    sweep: Array
+    plane: NDArray[np.int8]  #: (m,): 0 XY, 1 ZX, 2 YZ.
+    center: Array  #: (m, 3): Program coordinates; the entry normal to the plane is that of the start.
+    turns: NDArray[np.int32]  #: (m,): Signed, counter-clockwise positive; 1 = up to one full turn.
+    sweep: Array  #: (m,): Signed angle in degrees.
 
 
 class ArcFeed(Struct, frozen=True):
     """Where F holds on arcs under cutter compensation: the feed rate of the tool's centre over F, between two bounds.
 
     On the contour it is the length of the centre's arc over that of the programmed one: below 1 inside, above outside.
-
-    Attributes
-    ----------
-    name : str
-        The word or key that says so; empty where F is that of the centre.
-    least, most : float
-        No arc is slower or faster than that, times F.
-    assumed : bool
-        The program does not say so: the control's reset state.
     """
 
-    name: str = ""
+    name: str = ""  #: The word or key that says so; empty where F is that of the centre.
+    #: least, most: No arc is slower or faster than that, times F.
     least: float = 1.0
     most: float = 1.0
-    assumed: bool = False
+    assumed: bool = False  #: The program does not say so: the control's reset state.
 
     def share(self, on_contour: float) -> float:
         """The centre's feed rate over F, on an arc where ``on_contour`` keeps F on the contour."""
@@ -285,87 +227,54 @@ class ArcFeedUse(Struct, frozen=True):
 
 
 class Moves(Struct, frozen=True):
-    """The program as a table, one row a move (a motion or a dwell), in order of execution.
+    """The program as a table, one row a move (a motion or a dwell), in order of execution."""
 
-    Attributes
-    ----------
-    line : ndarray of int32, shape (n,)
-    kind : ndarray of int8, shape (n,)
-        :class:`MoveKind`.
-    end : ndarray, shape (n, 9)
-        mm and degrees.
-    feed : ndarray, shape (n,)
-        mm/min, deg/min for rotary-only moves, TURN and SWING; the speed that results for inverse time; mm per
-        revolution for G95; NaN for rapids; seconds for dwells. Of the tool's centre where compensation leads it.
-    feed_mode : ndarray of int8, shape (n,)
-        :class:`FeedMode`.
-    spindle : ndarray, shape (n,)
-        Spindle speed (1/min) in force, 0 when it stands, or is not known (G96).
-    frame : ndarray of int32, shape (n,)
-        Index into ``frames``.
-    control : ndarray of int32, shape (n,)
-        Index into ``controls``.
-    arc : ndarray of int32, shape (n,)
-        Index into ``arcs``, -1 for other moves than arcs and SWING; of SWING only the standing centre counts.
-    spline : ndarray of int32, shape (n,)
-        Index into ``splines``, -1 for other moves. Neighbouring pieces of one B-spline are consecutive moves.
-    tool_axis : ndarray, shape (n, 3)
-        Tool axis that holds at the end, unit, program directions, from tip to spindle; NaN where A and C words hold.
-        A and C of ``end`` are then one of the pairs that give this axis.
-    seconds : ndarray, shape (n,)
-        Duration of the move if its feed rate is a time: inverse time, and F of all machine axes together. Else NaN.
-    fixes_c : int or None
-        First source line that names C, or sends X or Y to machine coordinates, where C decides what place of the part
-        that is; None where the program leaves C open.
-    start : ndarray, shape (9,)
-        Where the program starts, program coordinates of ``start_frame``.
-    placed_systems : frozenset of int
-        Work systems to which the program gives an origin.
-    parameters : mapping
-        What a parameter file would keep after the program.
-    table_places : tuple of TablePlace
-        Where a tool axis gave way to a place of the table.
-    findings : tuple of Finding
-        Warnings about the text.
-    stock : Stock or None
-        The stock that the program defines.
-    arc_feeds : tuple of ArcFeedUse
-        Arcs beside the contour whose feed rate is not F, by the word that says so.
-    tcp_changes : tuple of int
-        Numbers of the moves at which codes begin and cease, in turn, to say in which directions X Y Z count
-        (tool-centre-point control, a plane). Without such a code, a control would read X Y Z in its own directions
-        under a turned table. Languages other than RS274 say it from move 0 on.
-    splines : Splines
-        Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins where
-        the move before it ends, and each ends at its ``end``.
-    """
-
-    line: NDArray[np.int32]
-    kind: NDArray[np.int8]
-    end: Array
+    line: NDArray[np.int32]  #: (n,)
+    kind: NDArray[np.int8]  #: (n,): :class:`MoveKind`.
+    end: Array  #: (n, 9): mm and degrees.
+    #: (n,): mm/min, deg/min for rotary-only moves, TURN and SWING; the speed that results for inverse time; mm
+    #: per revolution for G95; NaN for rapids; seconds for dwells. Of the tool's centre where compensation leads
+    #: it.
     feed: Array
-    feed_mode: NDArray[np.int8]
-    spindle: Array
-    frame: NDArray[np.int32]
-    control: NDArray[np.int32]
+    feed_mode: NDArray[np.int8]  #: (n,): :class:`FeedMode`.
+    spindle: Array  #: (n,): Spindle speed (1/min) in force, 0 when it stands, or is not known (G96).
+    frame: NDArray[np.int32]  #: (n,): Index into ``frames``.
+    control: NDArray[np.int32]  #: (n,): Index into ``controls``.
+    #: (n,): Index into ``arcs``, -1 for other moves than arcs and SWING; of SWING only the standing centre
+    #: counts.
     arc: NDArray[np.int32]
+    #: (n,): Index into ``splines``, -1 for other moves. Neighbouring pieces of one B-spline are consecutive
+    #: moves.
     spline: NDArray[np.int32]
+    #: (n, 3): Tool axis that holds at the end, unit, program directions, from tip to spindle; NaN where A and C
+    #: words hold. A and C of ``end`` are then one of the pairs that give this axis.
     tool_axis: Array
+    #: (n,): Duration of the move if its feed rate is a time: inverse time, and F of all machine axes together.
+    #: Else NaN.
     seconds: Array
     arcs: Arcs
     frames: tuple[Frame, ...]
     controls: tuple[PathControl, ...]
     events: tuple[Event, ...]
-    start: Array
+    start: Array  #: (9,): Where the program starts, program coordinates of ``start_frame``.
     start_frame: Frame
+    #: First source line that names C, or sends X or Y to machine coordinates, where C decides what place of the
+    #: part that is; None where the program leaves C open.
     fixes_c: int | None = None
-    placed_systems: frozenset[int] = frozenset()
+    placed_systems: frozenset[int] = frozenset()  #: Work systems to which the program gives an origin.
+    #: What a parameter file would keep after the program.
     parameters: Mapping[int, float] = field(default_factory=dict)
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[Finding, ...] = ()  #: Warnings about the text.
+    #: Control points in program coordinates, all nine axes: mm and degrees. The first piece of a curve begins
+    #: where the move before it ends, and each ends at its ``end``.
     splines: Splines = field(default_factory=lambda: build_empty_splines(len(AXES)))
-    stock: Stock | None = None
+    stock: Stock | None = None  #: The stock that the program defines.
+    #: Arcs beside the contour whose feed rate is not F, by the word that says so.
     arc_feeds: tuple[ArcFeedUse, ...] = ()
-    table_places: tuple[TablePlace, ...] = ()
+    table_places: tuple[TablePlace, ...] = ()  #: Where a tool axis gave way to a place of the table.
+    #: Numbers of the moves at which codes begin and cease, in turn, to say in which directions X Y Z count (tool-
+    #: centre-point control, a plane). Without such a code, a control would read X Y Z in its own directions under
+    #: a turned table. Languages other than RS274 say it from move 0 on.
     tcp_changes: tuple[int, ...] = (0,)
 
     def __len__(self) -> int:

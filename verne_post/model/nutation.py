@@ -27,21 +27,11 @@ _AT_FOLD: Final = 1e-9
 
 
 class Nutation(Struct, frozen=True):
-    """Joint angles and nominal angles of a nutating pair.
+    """Joint angles and nominal angles of a nutating pair."""
 
-    Attributes
-    ----------
-    near : float
-        a: from z of the polar frame to the direction of the tilting joint.
-    far : float
-        b: from there to the tool axis; equal to a where the pair has a pole.
-    home : float
-        d with the tilting joint at 0.
-    """
-
-    near: float
-    far: float
-    home: float
+    near: float  #: a: from z of the polar frame to the direction of the tilting joint.
+    far: float  #: b: from there to the tool axis; equal to a where the pair has a pole.
+    home: float  #: d with the tilting joint at 0.
 
     @property
     def reach(self) -> tuple[float, float]:

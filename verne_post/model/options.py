@@ -76,36 +76,18 @@ class Changes(StrEnum):
 
 
 class About(Struct, frozen=True):
-    """How an option is shown.
-
-    Attributes
-    ----------
-    help : str
-    group : Group
-    changes : Changes
-    unit : str
-        Of its number: part of the key in records.
-    metavar : str
-        What the command line shows for its value.
-    flag : str
-        Its option on the command line, where that is not made from its name; "" for none of its own.
-    short : str
-        One letter for it, with its dash.
-    choices : callable or None
-        Names that it may have, where its type does not say so.
-    in_settings : bool
-        May stand in the ``[options]`` table of the settings file.
-    """
+    """How an option is shown."""
 
     help: str
     group: Group
     changes: Changes = Changes.MOTION
-    unit: str = ""
-    metavar: str = ""
+    unit: str = ""  #: Of its number: part of the key in records.
+    metavar: str = ""  #: What the command line shows for its value.
+    #: Its option on the command line, where that is not made from its name; "" for none of its own.
     flag: str | None = None
-    short: str = ""
-    choices: Callable[[], tuple[str, ...]] | None = None
-    in_settings: bool = True
+    short: str = ""  #: One letter for it, with its dash.
+    choices: Callable[[], tuple[str, ...]] | None = None  #: Names that it may have, where its type does not say so.
+    in_settings: bool = True  #: May stand in the ``[options]`` table of the settings file.
 
 
 def list_dialects() -> tuple[str, ...]:
@@ -168,7 +150,8 @@ class Options:
         "Settings of the machine builder, by controller dialect: [siemens], [heidenhain], [fanuc], [rs274] and [aptcl] of the settings file.", Group.PROGRAM, flag="",
         in_settings=False)] = field(default_factory=dict)
     tapping: Annotated[Literal["refuse", "feed"], About(
-        "Rigid tapping. feed: in and out at pitch times speed, for a control that couples the spindle; refuse: setpoints do not "
+        "Rigid tapping. feed: in and out at pitch times speed, for a control that couples the spindle; refuse: "
+        "setpoints do not "
         "turn it.", Group.PROGRAM)] = "refuse"
     max_repeats: Annotated[int, Meta(ge=0), About(
         "Blocks that loops and calls may repeat before the program is refused as endless.", Group.PROGRAM, metavar="N")] = 100_000
@@ -194,14 +177,16 @@ class Options:
         "G0 is a straight line of the tip, or linear in the joints: faster, but on another path of the tool.",
         Group.CONTOURING)] = "line"
     orientation: Annotated[Literal["auto", "vector", "angles"], About(
-        "Between two poses of a feed move the tool axis follows a great circle (vector), or A and C are linear (angles); "
+        "Between two poses of a feed move the tool axis follows a great circle (vector), or A and C are linear "
+        "(angles); "
         "auto: as the poses were programmed, I J K or A C.", Group.CONTOURING)] = "auto"
 
     # --- rotary table ---
     correct_axis: Annotated[bool, About(
         "On an as-built machine, C corrects the part of the tool axis error that A cannot: from 2 degrees of tilt on, fully from 6. Programs with tool vectors (I J K) always do this.", Group.TABLE)] = False
     allow_rewind: Annotated[bool, About(
-        "The table may rewind C or change to the other solution where a limit needs it, with a retract, between feed moves.",
+        "The table may rewind C or change to the other solution where a limit needs it, with a retract, between feed "
+        "moves.",
         Group.TABLE)] = False
     free_c: Annotated[bool, About(
         "For a tool that is always vertical: turn the part to the C with the largest smallest margin.", Group.TABLE)] = False
@@ -251,7 +236,8 @@ class Options:
 
     # --- advanced ---
     solver: Annotated[Literal["reachability", "toppra", "both"], About(
-        "Solver of the time-optimal problem without jerk limits, from which planning starts; both prints how far they differ.",
+        "Solver of the time-optimal problem without jerk limits, from which planning starts; both prints how far "
+        "they differ.",
         Group.ADVANCED, Changes.TIMING)] = "reachability"
     quality: Annotated[bool, About(
         "Plan the motion finely: practically the shortest time, at many times the computing time.", Group.ADVANCED,
@@ -293,8 +279,8 @@ class Options:
         if self.solver != "reachability" and importlib.util.find_spec("toppra") is None:
             raise UsageError(
                 "solver",
-                f"{self.solver} needs toppra, which is not installed; on Linux x86-64 pip install toppra has it "
-                "ready, elsewhere "
+                f"{self.solver} needs toppra, which is not installed; pip install toppra brings it; outside Linux "
+                "x86-64 "
                 "it is built from source and needs a C++ compiler. The solver reachability needs nothing",
             )
 
@@ -343,23 +329,12 @@ class Options:
 
 
 class Option(Struct, frozen=True):
-    """What :class:`Options` says of one option.
+    """What :class:`Options` says of one option."""
 
-    Attributes
-    ----------
-    kind : type
-        With bounds.
-    about : About
-    check : callable or None
-        Checks the value in place of the type.
-    default : callable
-        Makes the value where none is given.
-    """
-
-    kind: Any
+    kind: Any  #: With bounds.
     about: About
-    check: Callable[[Any], Any] | None
-    default: Callable[[], Any]
+    check: Callable[[Any], Any] | None  #: Checks the value in place of the type.
+    default: Callable[[], Any]  #: Makes the value where none is given.
 
 
 def _make_option(kind: Any, default: Callable[[], Any]) -> Option:

@@ -9,27 +9,15 @@ from verne_post.base.units import DEG_PER_RAD
 
 
 class Plausible(Struct, frozen=True):
-    """What is found in practice, generously.
+    """What is found in practice, generously."""
 
-    Attributes
-    ----------
-    low, high : float
-        In ``unit``.
-    unit : str
-    other_unit : str
-        A unit that such values are often given in by mistake.
-    factor : float
-        Of ``unit`` in one ``other_unit``.
-    whose : str
-        Who has none beyond.
-    """
-
+    #: low, high: In ``unit``.
     low: float
     high: float
     unit: str
-    other_unit: str
-    factor: float
-    whose: str = "machine tool"
+    other_unit: str  #: A unit that such values are often given in by mistake.
+    factor: float  #: Of ``unit`` in one ``other_unit``.
+    whose: str = "machine tool"  #: Who has none beyond.
 
 
 #: The bounds are at least ten times beyond anything built, and still tell m from mm, rad from degrees, ms from s.

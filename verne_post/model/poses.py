@@ -8,36 +8,19 @@ from verne_post.base.rotations import rotate_x, rotate_y, rotate_z
 
 
 class JointPoses(Struct, frozen=True, eq=False):
-    """Joints and poses of n rows.
+    """Joints and poses of n rows."""
 
-    Attributes
-    ----------
-    q : ndarray, shape (n, n_joints)
-        mm and rad.
-    tip : ndarray, shape (n, 3)
-        Table frame, mm.
-    angles : ndarray, shape (n, 2)
-        Nominal A and C, rad, workpiece sense.
-    """
-
-    q: Array
-    tip: Array
-    angles: Array
+    q: Array  #: (n, n_joints): mm and rad.
+    tip: Array  #: (n, 3): Table frame, mm.
+    angles: Array  #: (n, 2): Nominal A and C, rad, workpiece sense.
 
 
 class Platform(Struct, frozen=True, eq=False):
-    """Where the platform of solved poses is, in the base frame.
+    """Where the platform of solved poses is, in the base frame."""
 
-    Attributes
-    ----------
-    position : ndarray, shape (..., 3)
-        P, mm.
-    angles : ndarray, shape (..., 3)
-        alpha, beta, gamma (rad): the platform is turned by ``R = Rx(alpha) Ry(beta) Rz(gamma)``. A machine without
-        deviations has only the tilt alpha.
-    """
-
-    position: Array
+    position: Array  #: (..., 3): P, mm.
+    #: (..., 3): alpha, beta, gamma (rad): the platform is turned by ``R = Rx(alpha) Ry(beta) Rz(gamma)``. A
+    #: machine without deviations has only the tilt alpha.
     angles: Array
 
     @property

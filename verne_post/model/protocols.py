@@ -18,24 +18,13 @@ from verne_post.model.toolpath import TurnSegments
 
 
 class Margin(Struct, frozen=True):
-    """A geometric margin of a module: positive is good.
+    """A geometric margin of a module: positive is good."""
 
-    Attributes
-    ----------
-    name : str
-        What it measures.
-    code : str
-        Finding code when it is too small.
-    axis : str or None
-        The joint concerned.
-    error_below, warn_below : float
-        Thresholds.
-    """
-
-    name: str
-    code: str
-    axis: str | None
+    name: str  #: What it measures.
+    code: str  #: Finding code when it is too small.
+    axis: str | None  #: The joint concerned.
     unit: str
+    #: error_below, warn_below: Thresholds.
     error_below: float
     warn_below: float
 
@@ -201,30 +190,14 @@ class ClearanceModel(Protocol):
 
 
 class WholeSolution(Struct, frozen=True):
-    """One of several solutions of the whole machine.
+    """One of several solutions of the whole machine."""
 
-    Attributes
-    ----------
-    q : tuple of float
-        Joints, mm and rad; A is the table's, with the platform's tilt in it.
-    angles : tuple of float
-        Nominal A and C, rad.
-    alpha : float
-        Platform tilt, rad.
-    signs : tuple of int
-        Configuration indices of the module.
-    other_table : bool
-        The table solution with the tilt on the other side and C turned by half a turn.
-    refused : str or None
-        Reason by the module's geometry why it cannot be used; None where it can.
-    """
-
-    q: tuple[float, ...]
-    angles: tuple[float, float]
-    alpha: float
-    signs: tuple[int, ...]
-    other_table: bool
-    refused: str | None
+    q: tuple[float, ...]  #: Joints, mm and rad; A is the table's, with the platform's tilt in it.
+    angles: tuple[float, float]  #: Nominal A and C, rad.
+    alpha: float  #: Platform tilt, rad.
+    signs: tuple[int, ...]  #: Configuration indices of the module.
+    other_table: bool  #: The table solution with the tilt on the other side and C turned by half a turn.
+    refused: str | None  #: Reason by the module's geometry why it cannot be used; None where it can.
 
 
 @runtime_checkable

@@ -9,22 +9,12 @@ from verne_post.model.drives import Drive
 
 
 class SetpointFormat(Struct, frozen=True):
-    """Format of a setpoint file: the cycle, and how every column is rounded.
+    """Format of a setpoint file: the cycle, and how every column is rounded."""
 
-    Attributes
-    ----------
-    cycle : float
-        s.
-    decimals : tuple of int
-        Per joint column.
-    drives : tuple of Drive
-        How the numbers of each column count; empty where they are mm and degrees.
-    """
-
-    cycle: float
-    decimals: tuple[int, ...]
+    cycle: float  #: s.
+    decimals: tuple[int, ...]  #: Per joint column.
     time_decimals: int
-    drives: tuple[Drive, ...] = ()
+    drives: tuple[Drive, ...] = ()  #: How the numbers of each column count; empty where they are mm and degrees.
 
     @property
     def quanta(self) -> Array:
@@ -34,27 +24,18 @@ class SetpointFormat(Struct, frozen=True):
 
 
 class SetpointBlock(Struct, frozen=True):
-    """Consecutive rows of a setpoint file.
+    """Consecutive rows of a setpoint file."""
 
-    Attributes
-    ----------
-    first : int
-        Index of the first row; row k stands at ``t = k * cycle``.
-    values : ndarray, shape (n, n_joints)
-        Joint values in mm and degrees, in the sense of the machine file, as the written numbers stand for them.
-    line : ndarray of int32, shape (n,)
-        Source line of each row.
-    numbers : ndarray, shape (n, n_joints), or None
-        The numbers as written; None where they are ``values`` themselves.
-    segment : ndarray of int32, shape (n,), or None
-        The segment of the tool path that each row is on; None where the rows come from a file, which does not hold it.
-    """
-
-    first: int
+    first: int  #: Index of the first row; row k stands at ``t = k * cycle``.
+    #: (n, n_joints): Joint values in mm and degrees, in the sense of the machine file, as the written numbers
+    #: stand for them.
     values: Array
-    line: NDArray[np.int32]
+    line: NDArray[np.int32]  #: (n,): Source line of each row.
     format: SetpointFormat
+    #: (n, n_joints), or None: The numbers as written; None where they are ``values`` themselves.
     numbers: Array | None = None
+    #: (n,), or None: The segment of the tool path that each row is on; None where the rows come from a file,
+    #: which does not hold it.
     segment: Ints | None = None
 
     @property

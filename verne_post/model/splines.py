@@ -18,26 +18,15 @@ from verne_post.base.columns import GrowingTable
 
 
 class Splines(Struct, frozen=True, eq=False):
-    """Pieces of rational B-splines, m of them, in order.
+    """Pieces of rational B-splines, m of them, in order."""
 
-    Attributes
-    ----------
-    degree : ndarray of int32, shape (m,)
-    first_point, first_knot : ndarray of int64, shape (m,)
-        Rows of the first control point and of the first knot of each piece.
-    points : ndarray, shape (p, k)
-        Control points.
-    weights : ndarray, shape (p,)
-        Positive.
-    knots : ndarray, shape (q,)
-    """
-
-    degree: NDArray[np.int32]
+    degree: NDArray[np.int32]  #: (m,)
+    #: first_point, first_knot (m,): Rows of the first control point and of the first knot of each piece.
     first_point: NDArray[np.int64]
     first_knot: NDArray[np.int64]
-    points: Array
-    weights: Array
-    knots: Array
+    points: Array  #: (p, k): Control points.
+    weights: Array  #: (p,): Positive.
+    knots: Array  #: (q,)
 
     def __len__(self) -> int:
         return len(self.degree)

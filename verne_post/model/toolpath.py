@@ -33,24 +33,18 @@ class ArcSegments(Struct, frozen=True):
 
     ``tip(u) = center + r(u) (cos(u sweep) e1 + sin(u sweep) e2) + u rise``,
     ``r(u) = r0 + u (r1 - r0)``: radii differ by what the program's decimals leave open.
-
-    Attributes
-    ----------
-    center, e1, e2, rise : ndarray, shape (m, 3)
-        mm; e1 and e2 are orthogonal unit vectors, e1 points from the centre to the start.
-    r0, r1 : ndarray, shape (m,)
-        Radius at start and end, mm.
-    sweep : ndarray, shape (m,)
-        rad, positive from e1 to e2.
     """
 
+    #: center, e1, e2, rise (m, 3): mm; e1 and e2 are orthogonal unit vectors, e1 points from the centre to the
+    #: start.
     center: Array
     e1: Array
     e2: Array
     rise: Array
+    #: r0, r1 (m,): Radius at start and end, mm.
     r0: Array
     r1: Array
-    sweep: Array
+    sweep: Array  #: (m,): rad, positive from e1 to e2.
 
 
 class GreatCircles(Struct, frozen=True):
@@ -58,21 +52,14 @@ class GreatCircles(Struct, frozen=True):
 
     The nominal angles follow from the axis: the tilt on the side of the segment's own angles, C continuous from its
     start. Rows with ``joints`` are the other case in which A and C are not linear: the joints of a nutating pair are.
-
-    Attributes
-    ----------
-    first, side : ndarray, shape (m, 3)
-        Orthogonal unit vectors, table frame.
-    angle : ndarray, shape (m,)
-        rad, positive; of both joints together where these are linear.
-    joints : ndarray, shape (m, 6)
-        Joint angles d and t at both ends, and the angles a and b of the pair (:mod:`~verne_post.model.nutation`), rad;
-        NaN on great circles.
     """
 
+    #: first, side (m, 3): Orthogonal unit vectors, table frame.
     first: Array
     side: Array
-    angle: Array
+    angle: Array  #: (m,): rad, positive; of both joints together where these are linear.
+    #: (m, 6): Joint angles d and t at both ends, and the angles a and b of the pair
+    #: (:mod:`~verne_post.model.nutation`), rad; NaN on great circles.
     joints: Array
 
 
@@ -82,63 +69,43 @@ class TurnSegments(Struct, frozen=True):
     ``tip(u) = shift + u drift + Rz(-C) (Ry(-lean) Rx(-A) place - offset + u slide)``, where ``place`` (seen from the
     tilt axis, upright frame), A and C go linearly from u = 0 to 1. These A and C are those of the program; the table
     may stand on another branch. On a nutating pair they are its joint angles.
-
-    Attributes
-    ----------
-    first, last : ndarray, shape (m, 3)
-        ``place`` at both ends, mm.
-    angles, last_angles : ndarray, shape (m, 2)
-        A and C at both ends, rad.
-    offset, shift, slide, drift : ndarray, shape (m, 3)
-        mm. A table that tilts and turns needs no ``slide`` and ``drift``.
-    lean : ndarray, shape (m,)
-        Of the tilting joint's direction over x, rad: 0 at right angles.
     """
 
+    #: first, last (m, 3): ``place`` at both ends, mm.
     first: Array
     last: Array
+    #: angles, last_angles (m, 2): A and C at both ends, rad.
     angles: Array
     last_angles: Array
+    #: offset, shift, slide, drift (m, 3): mm. A table that tilts and turns needs no ``slide`` and ``drift``.
     offset: Array
     shift: Array
     slide: Array
     drift: Array
-    lean: Array
+    lean: Array  #: (m,): Of the tilting joint's direction over x, rad: 0 at right angles.
 
 
 class SplineSegments(Struct, frozen=True):
     """Geometry of spline segments in the table frame: m pieces of rational B-splines of tip and nominal angles.
 
     ``pieces`` define the curve; the rest is derived from them. Along a segment u is the share of the tip's arc length.
-
-    Attributes
-    ----------
-    pieces : Splines
-        Control points (p, 5): tip, mm, and how far the nominal angles have turned since the start of the segment, rad.
-    length : ndarray, shape (m,)
-        Arc length of the tip, mm.
-    turn : ndarray, shape (m,)
-        Rotation over the piece: of the direction of the tip, and of both table angles, rad.
-    controls : ndarray, shape (p, 6)
-        Bezier control points of each piece, seen from its first control point: coordinates times weights, and weights.
-    first_part : ndarray of int64, shape (m,)
-        First row of what follows, for each piece.
-    low, high : ndarray, shape (r,)
-        Parts of a piece by u, one after the other.
-    parameter : ndarray, shape (r, 16)
-        Chebyshev coefficients of the Bezier curve's parameter on each part.
-    bend : ndarray, shape (r,)
-        Largest curvature of tip and angles together on each part, by metric length, in rad per mm of the tip path.
     """
 
+    #: Control points (p, 5): tip, mm, and how far the nominal angles have turned since the start of the segment,
+    #: rad.
     pieces: Splines
-    length: Array
-    turn: Array
+    length: Array  #: (m,): Arc length of the tip, mm.
+    turn: Array  #: (m,): Rotation over the piece: of the direction of the tip, and of both table angles, rad.
+    #: (p, 6): Bezier control points of each piece, seen from its first control point: coordinates times weights,
+    #: and weights.
     controls: Array
-    first_part: NDArray[np.int64]
+    first_part: NDArray[np.int64]  #: (m,): First row of what follows, for each piece.
+    #: low, high (r,): Parts of a piece by u, one after the other.
     low: Array
     high: Array
-    parameter: Array
+    parameter: Array  #: (r, 16): Chebyshev coefficients of the Bezier curve's parameter on each part.
+    #: (r,): Largest curvature of tip and angles together on each part, by metric length, in rad per mm of the tip
+    #: path.
     bend: Array
 
     def __len__(self) -> int:
@@ -156,77 +123,37 @@ class SplineSegments(Struct, frozen=True):
 
 
 class ToolPath(Struct, frozen=True):
-    """All motion of a program.
+    """All motion of a program."""
 
-    Attributes
-    ----------
-    line : ndarray of int32, shape (n,)
-        Source line; 0 for approach and departure.
-    kind : ndarray of int8, shape (n,)
-        :class:`SegmentKind`.
-    start, end : ndarray, shape (n, 5)
-        Tip in the table frame (mm) and nominal angles A, C (rad, workpiece sense, unwrapped).
-        For JOINT segments these are the poses at both ends.
-    tool_length : ndarray, shape (n,)
-        Gauge line to tip, mm.
-    feed_time : ndarray, shape (n,)
-        Seconds that the segment takes at the programmed feed rate, 0 for rapids.
-    timed : ndarray of bool, shape (n,)
-        The feed rate is a time: inverse time, degrees per minute where the tip stands still, F of all machine axes
-        together. Then progress along the segment counts, otherwise the speed of the tip.
-    length : ndarray, shape (n,)
-        Metric length: tip path and rotation together, of splines the tip path alone, mm.
-    arc : ndarray of int32, shape (n,)
-        Row of ``arcs``, -1 for other segments.
-    spline : ndarray of int32, shape (n,)
-        Row of ``splines``, -1 for other segments.
-    turn : ndarray of int32, shape (n,)
-        Row of ``turns``, -1 for other segments.
-    circle : ndarray of int32, shape (n,)
-        Row of ``circles``, -1 where A and C are linear along the segment, or those of a spline.
-    free : ndarray of bool, shape (n,)
-        Programmed with a tool axis: the table may stand on either side.
-    joints : ndarray, shape (k, 2, n_joints)
-        Joint values at both ends of the JOINT segments, mm and rad.
-    joint : ndarray of int32, shape (n,)
-        Row of ``joints``, -1 for other segments.
-    move : ndarray of int32, shape (n,)
-        Row of the Moves table, -1 for approach and departure.
-    section : ndarray of int32, shape (n,)
-        The section that the segment belongs to, 0, 1, ...
-    dwell_section : ndarray of int32, shape (d,)
-        A dwell stands before this section (the number of sections: after the last).
-    dwell_seconds : ndarray, shape (d,)
-    dwell_line : ndarray of int32, shape (d,)
-    first_pose : ndarray, shape (5,)
-        Where the program starts, as ``start``.
-    """
-
-    line: Ints
-    kind: NDArray[np.int8]
+    line: Ints  #: (n,): Source line; 0 for approach and departure.
+    kind: NDArray[np.int8]  #: (n,): :class:`SegmentKind`.
+    #: start, end (n, 5): Tip in the table frame (mm) and nominal angles A, C (rad, workpiece sense, unwrapped).
+    #: For JOINT segments these are the poses at both ends.
     start: Array
     end: Array
-    tool_length: Array
-    feed_time: Array
+    tool_length: Array  #: (n,): Gauge line to tip, mm.
+    feed_time: Array  #: (n,): Seconds that the segment takes at the programmed feed rate, 0 for rapids.
+    #: (n,): The feed rate is a time: inverse time, degrees per minute where the tip stands still, F of all
+    #: machine axes together. Then progress along the segment counts, otherwise the speed of the tip.
     timed: Mask
-    length: Array
-    arc: Ints
+    length: Array  #: (n,): Metric length: tip path and rotation together, of splines the tip path alone, mm.
+    arc: Ints  #: (n,): Row of ``arcs``, -1 for other segments.
     arcs: ArcSegments
-    spline: Ints
+    spline: Ints  #: (n,): Row of ``splines``, -1 for other segments.
     splines: SplineSegments
-    turn: Ints
+    turn: Ints  #: (n,): Row of ``turns``, -1 for other segments.
     turns: TurnSegments
-    circle: Ints
+    circle: Ints  #: (n,): Row of ``circles``, -1 where A and C are linear along the segment, or those of a spline.
     circles: GreatCircles
-    free: Mask
-    joints: Array
-    joint: Ints
-    move: Ints
-    section: Ints
-    dwell_section: Ints
-    dwell_seconds: Array
-    dwell_line: Ints
-    first_pose: Array
+    free: Mask  #: (n,): Programmed with a tool axis: the table may stand on either side.
+    joints: Array  #: (k, 2, n_joints): Joint values at both ends of the JOINT segments, mm and rad.
+    joint: Ints  #: (n,): Row of ``joints``, -1 for other segments.
+    move: Ints  #: (n,): Row of the Moves table, -1 for approach and departure.
+    section: Ints  #: (n,): The section that the segment belongs to, 0, 1, ...
+    dwell_section: Ints  #: (d,): A dwell stands before this section (the number of sections: after the last).
+    dwell_seconds: Array  #: (d,)
+    dwell_line: Ints  #: (d,)
+    first_pose: Array  #: (5,): Where the program starts, as ``start``.
     first_tool_length: float
 
     def __len__(self) -> int:

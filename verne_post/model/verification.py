@@ -14,21 +14,13 @@ NO_LIMIT_NEAR: Final = "control cycle"
 
 
 class BlockTime(Struct, frozen=True):
-    """How long a block takes whose feed rate is a time.
-
-    Attributes
-    ----------
-    line : int
-    asked_s, spent_s : float
-        What the program asks for, and what the rows take, s.
-    reason : str
-        The limit that was nearest for most of what it takes longer, as in ``Verification.slow``.
-    """
+    """How long a block takes whose feed rate is a time."""
 
     line: int
+    #: asked_s, spent_s: What the program asks for, and what the rows take, s.
     asked_s: float
     spent_s: float
-    reason: str
+    reason: str  #: The limit that was nearest for most of what it takes longer, as in ``Verification.slow``.
 
 
 @dataclass(repr=False)

@@ -17,19 +17,11 @@ class Mode(Struct, frozen=True):
 
 
 class Shaped(Struct, frozen=True):
-    """What an input shaper does to a program.
-
-    Attributes
-    ----------
-    shaper : str
-    rest : float
-        Rest before and after every motion between two standstills, s.
-    left : tuple of (float, float)
-        Of every mode its frequency, Hz, and the share of its vibration that is left.
-    """
+    """What an input shaper does to a program."""
 
     shaper: Shaper
-    rest: float
+    rest: float  #: Rest before and after every motion between two standstills, s.
+    #: float): Of every mode its frequency, Hz, and the share of its vibration that is left.
     left: tuple[tuple[float, float], ...]
 
 

@@ -28,20 +28,12 @@ CHANGED: Final = "changed.toml"
 
 
 class Example(Struct, frozen=True):
-    """Files and commands that show a code.
+    """Files and commands that show a code."""
 
-    Attributes
-    ----------
-    files : mapping
-        Name -> text.
-    change : tuple of (str, str)
-        Texts of verne.toml, and what stands in their place in the copy ``CHANGED``.
-    commands : tuple of str
-        Commands of a shell, one after the other in the folder of the files; the last one reports the code.
-    """
-
-    files: Mapping[str, str]
+    files: Mapping[str, str]  #: Name -> text.
+    #: str): Texts of verne.toml, and what stands in their place in the copy ``CHANGED``.
     change: tuple[tuple[str, str], ...]
+    #: Commands of a shell, one after the other in the folder of the files; the last one reports the code.
     commands: tuple[str, ...]
 
 

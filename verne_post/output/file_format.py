@@ -18,26 +18,14 @@ Writer = Callable[["WrittenRows"], Iterator[bytes]]
 
 
 class FileFormat(Struct, frozen=True):
-    """One format of setpoint files.
+    """One format of setpoint files."""
 
-    Attributes
-    ----------
-    write : callable
-        Yield the bytes of a file of all rows.
-    suffix : str
-        Usual ending of the file's name; ``batch`` gives it.
-    needs : str or None
-        Package that is no dependency of this one.
-    variants : mapping
-        Writers for names with other endings: ".json" -> writer.
-    describe : callable or None
-        What the summary says about the rows: (key, text).
-    """
-
-    write: Writer
-    suffix: str
-    needs: str | None = None
+    write: Writer  #: Yield the bytes of a file of all rows.
+    suffix: str  #: Usual ending of the file's name; ``batch`` gives it.
+    needs: str | None = None  #: Package that is no dependency of this one.
+    #: Writers for names with other endings: ".json" -> writer.
     variants: Mapping[str, Writer] = field(default_factory=dict)
+    #: What the summary says about the rows: (key, text).
     describe: Callable[["WrittenRows"], tuple[str, str]] | None = None
 
     def choose_writer(self, suffix: str) -> Writer:
@@ -46,18 +34,10 @@ class FileFormat(Struct, frozen=True):
 
 
 class MachineFormat(Struct, frozen=True):
-    """One format of `machine export`.
+    """One format of `machine export`."""
 
-    Attributes
-    ----------
-    write : callable
-        Texts of the files of a machine, by their names.
-    how : callable
-        What the user does next, in one line, from the machine.
-    """
-
-    write: Callable[["Machine"], Mapping[str, str]]
-    how: Callable[["Machine"], str]
+    write: Callable[["Machine"], Mapping[str, str]]  #: Texts of the files of a machine, by their names.
+    how: Callable[["Machine"], str]  #: What the user does next, in one line, from the machine.
 
 
 class CannotExport(Exception):

@@ -16,29 +16,14 @@ if TYPE_CHECKING:
 
 
 class Report(Struct, frozen=True):
-    """Findings and facts of one program.
+    """Findings and facts of one program."""
 
-    Attributes
-    ----------
-    program : str
-        Its name.
-    findings : tuple of Finding
-    cycle_time_s : float or None
-        None where it was not planned.
-    source : Text
-        Its text, of which lines are quoted.
-    remarks : tuple of str
-        What a person must compare with the machine.
-    errors_not_counted : int
-        Errors that a policy took out of the findings, or weighed as less.
-    """
-
-    program: str
+    program: str  #: Its name.
     findings: tuple[Finding, ...]
-    cycle_time_s: float | None = None
-    source: "Text" = b""
-    remarks: tuple[str, ...] = ()
-    errors_not_counted: int = 0
+    cycle_time_s: float | None = None  #: None where it was not planned.
+    source: "Text" = b""  #: Its text, of which lines are quoted.
+    remarks: tuple[str, ...] = ()  #: What a person must compare with the machine.
+    errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
 
 
 def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:

@@ -20,22 +20,13 @@ from verne_post.output.findings import Report
 
 
 class Policy(Struct, frozen=True):
-    """What `check` reports and fails on; codes or their beginnings, as "VP2".
+    """What `check` reports and fails on; codes or their beginnings, as "VP2"."""
 
-    Attributes
-    ----------
-    select, ignore : tuple of str
-        Only these (empty: all); not these.
-    severity : mapping
-        Code -> severity in place of its own.
-    baseline : frozenset of str
-        Fingerprints of findings that are known and do not count.
-    """
-
+    #: select, ignore: Only these (empty: all); not these.
     select: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
-    severity: Mapping[str, Severity] = field(default_factory=dict)
-    baseline: frozenset[str] = frozenset()
+    severity: Mapping[str, Severity] = field(default_factory=dict)  #: Code -> severity in place of its own.
+    baseline: frozenset[str] = frozenset()  #: Fingerprints of findings that are known and do not count.
 
 
 def find_mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Mapping[str, str]) -> list[str]:

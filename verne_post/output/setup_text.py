@@ -19,7 +19,7 @@ _REMARK: Final = re.compile(
 
 def write_setup(
     program: str, tools: Mapping[str, tuple[float | None, float | None]], wcs: Mapping[str, WorkOffset | None],
-    codes: Mapping[str, str | None], tool_length: float | None, split: bool, taps: bool, head: Iterable[str],
+    codes: Mapping[str, str | None], tool_length: float | None, split: bool, taps: bool, head: Iterable[str], dialect: str,
 ) -> str:  # fmt: skip
     """The file as TOML text; arguments as in :class:`~verne_post.app.setup_draft.SetupDraft`.
 
@@ -29,8 +29,12 @@ def write_setup(
         Its name.
     head : iterable of str
         First lines of the program, whose remarks about tools are repeated.
+    dialect : str
+        Its language.
     """
-    lines = [f"# set-up of {make_printable(program)}: mm and degrees"]
+    open_marks = any(None in sizes for sizes in tools.values()) or None in wcs.values()
+    todo = "; write numbers where it says measure" if open_marks else ""
+    lines = [f"# set-up of {make_printable(program)}: mm and degrees{todo}"]
     if tool_length is not None:
         lines.append(f"tool_length = {tool_length:g}")
     if split:
@@ -44,7 +48,8 @@ def write_setup(
     if wcs:
         lines += [
             "",
-            "[wcs]  # part zero on the table: x, y from the axis of C, z above the table face; then the part's turn",
+            "[wcs]  # [x, y, z] of the part zero: x, y from the axis of C, z above the table face; a fourth number is the turn of the part",
+            *(["# presets 1 to 9 (cycle 247) are G54 to G59.3"] if dialect == "heidenhain" else []),
         ]
         lines += [f"{quote_key(name)} = {_show_place(offset)}" for name, offset in wcs.items()]
     if codes:

@@ -28,33 +28,19 @@ _STRAIGHT_MM2: Final = 1e-12
 
 
 class Piece(Struct, frozen=True, eq=False):
-    """A convex body of revolution; r is the distance from the tool axis, h the height above the tip along it, mm.
+    """A convex body of revolution; r is the distance from the tool axis, h the height above the tip along it, mm."""
 
-    Attributes
-    ----------
-    part : str
-        "cutter", "shank" or "holder".
-    core : ndarray, shape (m, 2)
-        r and h of the core's corners, from its lower to its upper end on the axis, counter-clockwise.
-    rounding : float
-    low, high : float
-        Where the piece begins and ends along the axis.
-    radius : float
-        The largest r.
-    plain : bool
-        A cylinder whose lower edge has the radius ``rounding``; its distance is also exact beside the upper rim.
-    inner : bool
-        It lies inside two others, and only says how deep a point between them is.
-    """
-
-    part: str
+    part: str  #: "cutter", "shank" or "holder".
+    #: (m, 2): r and h of the core's corners, from its lower to its upper end on the axis, counter-clockwise.
     core: Array
     rounding: float
+    #: low, high: Where the piece begins and ends along the axis.
     low: float
     high: float
-    radius: float
+    radius: float  #: The largest r.
+    #: A cylinder whose lower edge has the radius ``rounding``; its distance is also exact beside the upper rim.
     plain: bool = False
-    inner: bool = False
+    inner: bool = False  #: It lies inside two others, and only says how deep a point between them is.
 
     def list_edges(self) -> Array:
         """Edges (k, 7) of the core: start r, h, direction r, h over the squared length, outward normal, that square.

@@ -40,44 +40,22 @@ class Spot(Struct, frozen=True, eq=False):
 
 
 class Contact(Struct, frozen=True, eq=False):
-    """One body of one motion that comes too near.
-
-    Attributes
-    ----------
-    part : str
-    line : ndarray of int, shape (k,)
-        Every line in which it does.
-    value : ndarray, shape (k,)
-        How near it was seen there first, mm.
-    deepest : Spot
-        The least distance that was seen.
-    bound : float
-        No place of the mesh is nearer at any time, mm.
-    """
+    """One body of one motion that comes too near."""
 
     part: str
-    line: Ints
-    value: Array
-    deepest: Spot
-    bound: float
+    line: Ints  #: (k,): Every line in which it does.
+    value: Array  #: (k,): How near it was seen there first, mm.
+    deepest: Spot  #: The least distance that was seen.
+    bound: float  #: No place of the mesh is nearer at any time, mm.
 
 
 class Contacts(Struct, frozen=True, eq=False):
-    """Where tools come nearer to a mesh than allowed, or as near as no bound tells apart.
-
-    Attributes
-    ----------
-    mesh : Mesh
-    allowed : float
-        mm.
-    found : tuple of Contact
-    least : float
-        The least distance that was seen anywhere, mm; infinite where nothing moves, or it was not asked for.
-    """
+    """Where tools come nearer to a mesh than allowed, or as near as no bound tells apart."""
 
     mesh: Mesh
-    allowed: float
+    allowed: float  #: mm.
     found: tuple[Contact, ...]
+    #: The least distance that was seen anywhere, mm; infinite where nothing moves, or it was not asked for.
     least: float = np.inf
 
 

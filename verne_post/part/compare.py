@@ -103,31 +103,17 @@ class Gouges(Struct, frozen=True, eq=False):
 
 
 class Comparison(Struct, frozen=True, eq=False):
-    """What the tools left of a nominal surface.
-
-    Attributes
-    ----------
-    cells : Cells
-        Of the first division.
-    deviation : ndarray, shape (n,)
-        Along the normal, mm: above 0 material that stays, below 0 a cut into the part; where it is small, the distance.
-        NaN: no cutter comes within the search.
-    nearest : Nearest
-        Of the middles of the cells.
-    state : ndarray of int, shape (m,)
-        CLEAR, GOUGE or UNDECIDED for each facet.
-    deepest : ndarray, shape (m,)
-        A gouge of a facet that is not decided is no deeper than this, mm.
-    gouges : Gouges
-    """
+    """What the tools left of a nominal surface."""
 
     mesh: Mesh
     wanted: Wanted
-    cells: Cells
+    cells: Cells  #: Of the first division.
+    #: (n,): Along the normal, mm: above 0 material that stays, below 0 a cut into the part; where it is small,
+    #: the distance. NaN: no cutter comes within the search.
     deviation: Array
-    nearest: Nearest
-    state: Ints
-    deepest: Array
+    nearest: Nearest  #: Of the middles of the cells.
+    state: Ints  #: (m,): CLEAR, GOUGE or UNDECIDED for each facet.
+    deepest: Array  #: (m,): A gouge of a facet that is not decided is no deeper than this, mm.
     gouges: Gouges
 
 

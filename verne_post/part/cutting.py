@@ -71,23 +71,15 @@ def group_pieces(pieces: Sequence[Piece]) -> Tool:
 
 
 class Spans(Struct, frozen=True, eq=False):
-    """Motion in the order of time, n spans between two poses each; table frame.
+    """Motion in the order of time, n spans between two poses each; table frame."""
 
-    Attributes
-    ----------
-    tip, axis : ndarray, shape (n, 2, 3)
-        At the beginning and at the end; mm, unit.
-    line, tool : ndarray of int, shape (n,)
-        Source line; index of the tool.
-    rapid : ndarray of bool, shape (n,)
-        Rapid traverse.
-    """
-
+    #: tip, axis (n, 2, 3): At the beginning and at the end; mm, unit.
     tip: Array
     axis: Array
+    #: line, tool (n,): Source line; index of the tool.
     line: Ints
     tool: Ints
-    rapid: Mask
+    rapid: Mask  #: (n,): Rapid traverse.
 
 
 class Touch(Struct, frozen=True):

@@ -35,20 +35,13 @@ _FACET: Final = np.dtype([("normal", "<f4", 3), ("vertex", "<f4", (3, 3)), ("att
 
 
 class Sweeps(Struct, frozen=True, eq=False):
-    """Bodies that move straight with a vertical axis, or stand (at ``end``, with any axis).
+    """Bodies that move straight with a vertical axis, or stand (at ``end``, with any axis)."""
 
-    Attributes
-    ----------
-    start, end, axis : ndarray, shape (n, 3)
-        Tips, mm, and unit axis, in the frame of the stock.
-    owner : ndarray of int, shape (n,)
-        The span of motion that each belongs to.
-    """
-
+    #: start, end, axis (n, 3): Tips, mm, and unit axis, in the frame of the stock.
     start: Array
     end: Array
     axis: Array
-    owner: Ints
+    owner: Ints  #: (n,): The span of motion that each belongs to.
 
     def __len__(self) -> int:
         return len(self.owner)

@@ -20,55 +20,35 @@ BOW_SHARE: Final = 0.625
 
 
 class Level(Struct, frozen=True, eq=False):
-    """Nodes of equal length: node k covers the spans that begin in ``FAN`` to the power of its level rows from k on.
+    """Nodes of equal length: node k covers the spans that begin in ``FAN`` to the power of its level rows from k on."""
 
-    Attributes
-    ----------
-    middle : ndarray of int, shape (n,)
-        A row of the node.
-    tip, chord : ndarray, shape (n,)
-        Largest distance of its tips (mm) and of its axes (chord of unit vectors) from those of that row.
-    last : ndarray of int, shape (n,)
-        Its last row: the first of the next node.
-    tip_bend, chord_bend : ndarray, shape (n,)
-        The same distances from the straight motion between first and last row; infinite where the tool changes between.
-    """
-
-    middle: Ints
+    middle: Ints  #: (n,): A row of the node.
+    #: tip, chord (n,): Largest distance of its tips (mm) and of its axes (chord of unit vectors) from those of
+    #: that row.
     tip: Array
     chord: Array
-    last: Ints
+    last: Ints  #: (n,): Its last row: the first of the next node.
+    #: tip_bend, chord_bend (n,): The same distances from the straight motion between first and last row; infinite
+    #: where the tool changes between.
     tip_bend: Array
     chord_bend: Array
 
 
 class Motion(Struct, frozen=True, eq=False):
-    """One tool at the rows of its motion, in the order of time.
+    """One tool at the rows of its motion, in the order of time."""
 
-    Attributes
-    ----------
-    name : str
-        Of the tool, in messages.
-    pieces : tuple of Piece
-    tip, axis : ndarray, shape (n, 3)
-        mm and unit vectors, in the frame of the mesh.
-    line : ndarray of int, shape (n,)
-        Source lines.
-    linked : ndarray of bool, shape (n,)
-        The tool moves straight on to the next row; not where another tool comes between, nor after the last row.
-    levels : tuple of Level
-        From nodes of ``FAN`` spans to a few that cover all.
-    bow : float
-        How far the distance between two rows may be below what tangents at the rows say, mm: the relative path bows.
-    """
-
-    name: str
+    name: str  #: Of the tool, in messages.
     pieces: tuple[Piece, ...]
+    #: tip, axis (n, 3): mm and unit vectors, in the frame of the mesh.
     tip: Array
     axis: Array
-    line: Ints
+    line: Ints  #: (n,): Source lines.
+    #: (n,): The tool moves straight on to the next row; not where another tool comes between, nor after the last
+    #: row.
     linked: Mask
-    levels: tuple[Level, ...]
+    levels: tuple[Level, ...]  #: From nodes of ``FAN`` spans to a few that cover all.
+    #: How far the distance between two rows may be below what tangents at the rows say, mm: the relative path
+    #: bows.
     bow: float
 
 

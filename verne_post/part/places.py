@@ -25,35 +25,18 @@ GOLDEN: Final = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
 class Marks(Struct, frozen=True, eq=False):
-    """The lines (k,) of a motion of n rows, and what is known of them.
+    """The lines (k,) of a motion of n rows, and what is known of them."""
 
-    Attributes
-    ----------
-    line : ndarray of int, shape (k,)
-    group : ndarray of int, shape (n,)
-        Index of the line of each row.
-    order, begin : ndarray of int, shapes (n,) and (k + 1,)
-        The rows of each line, one line after the other.
-    touched : ndarray of bool, shape (k,)
-    value : ndarray, shape (k,)
-        A distance at which the line touches, mm: the first that was seen.
-    place : ndarray, shape (k, 3)
-        Where that is.
-    row : ndarray of int, shape (k,)
-        The row at or before.
-    left : ndarray of int
-        How many rows of each node of the tree belong to lines that are not known to touch; level by level.
-    """
-
-    line: Ints
-    group: Ints
+    line: Ints  #: (k,)
+    group: Ints  #: (n,): Index of the line of each row.
+    #: order, begin (n,) and (k + 1,): The rows of each line, one line after the other.
     order: Ints
     begin: Ints
-    touched: Mask
-    value: Array
-    place: Array
-    row: Ints
-    left: Ints
+    touched: Mask  #: (k,)
+    value: Array  #: (k,): A distance at which the line touches, mm: the first that was seen.
+    place: Array  #: (k, 3): Where that is.
+    row: Ints  #: (k,): The row at or before.
+    left: Ints  #: How many rows of each node of the tree belong to lines that are not known to touch; level by level.
 
     def note(self, row: Ints, value: Array, place: Array) -> None:
         """Lines of rows (m,) touch at places (m, 3)."""

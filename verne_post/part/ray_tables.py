@@ -27,20 +27,12 @@ BALL_MM: Final = 1e-9
 
 
 class RayTable(Struct, frozen=True, eq=False):
-    """A convex piece of revolution, mm.
+    """A convex piece of revolution, mm."""
 
-    Attributes
-    ----------
-    edges : ndarray, shape (n, 3)
-        Normal (r, h) and offset d: ``n_r r + n_h h <= d``.
-    corners : ndarray, shape (m, 7)
-        Circle of a rounded corner (r, h, radius), and the normals of the edges before and after it.
-    radius, low, high : float
-        Largest r, and the heights above the tip between which the piece is.
-    """
-
-    edges: Array
+    edges: Array  #: (n, 3): Normal (r, h) and offset d: ``n_r r + n_h h <= d``.
+    #: (m, 7): Circle of a rounded corner (r, h, radius), and the normals of the edges before and after it.
     corners: Array
+    #: radius, low, high: Largest r, and the heights above the tip between which the piece is.
     radius: float
     low: float
     high: float

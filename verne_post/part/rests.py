@@ -16,18 +16,10 @@ _LEAST_CELLS: Final = 4
 
 
 class Rest(Struct, frozen=True, eq=False):
-    """Stock that stays in one place.
+    """Stock that stays in one place."""
 
-    Attributes
-    ----------
-    volume : float
-        Farther from the part than was asked for, mm3.
-    place : ndarray, shape (3,)
-        The upper end of it where it is thickest along the rays, mm, in the frame of the part.
-    """
-
-    volume: float
-    place: Array
+    volume: float  #: Farther from the part than was asked for, mm3.
+    place: Array  #: (3,): The upper end of it where it is thickest along the rays, mm, in the frame of the part.
 
 
 def find_rests(stock: Dexels, mesh: Mesh, allowed: float) -> list[Rest]:

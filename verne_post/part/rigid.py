@@ -30,21 +30,13 @@ CORNERS: Final = np.array([[k & 1, k >> 1 & 1, k >> 2] for k in range(8)], dtype
 
 
 class Balls(Struct, frozen=True, eq=False):
-    """A tree of balls over the facets (m,) of a mesh, which are its first nodes.
+    """A tree of balls over the facets (m,) of a mesh, which are its first nodes."""
 
-    Attributes
-    ----------
-    corner : ndarray, shape (m, 3, 3)
-        mm.
-    middle, radius : ndarray, shapes (n, 3) and (n,)
-        mm; all corners of its facets are in a ball, and so are these.
-    child, count : ndarray of int, shape (n,)
-        First of the nodes below, and how many these are; 0 of a facet.
-    """
-
-    corner: Array
+    corner: Array  #: (m, 3, 3): mm.
+    #: middle, radius (n, 3) and (n,): mm; all corners of its facets are in a ball, and so are these.
     middle: Array
     radius: Array
+    #: child, count (n,): First of the nodes below, and how many these are; 0 of a facet.
     child: Ints
     count: Ints
 

@@ -26,33 +26,15 @@ _KEYWORD: Final = re.compile(rb"\b(vertex|endfacet)\b", re.IGNORECASE)
 
 
 class Mesh(Struct, frozen=True, eq=False):
-    """Triangles.
+    """Triangles."""
 
-    Attributes
-    ----------
-    name : str
-        Of the file.
-    vertices : ndarray, shape (n, 3)
-        mm.
-    facets : ndarray of int, shape (m, 3)
-        Vertices, counter-clockwise seen from outside.
-    open_edges : int
-        Edges that belong to one facet alone.
-    turned_edges : int
-        Edges which two facets run through in the same direction, or which belong to more than two.
-    volume : float
-        mm3, of a closed mesh; negative where it is inside out.
-    dropped : int
-        Facets of the file without an area.
-    """
-
-    name: str
-    vertices: Array
-    facets: Ints
-    open_edges: int
-    turned_edges: int
-    volume: float
-    dropped: int = 0
+    name: str  #: Of the file.
+    vertices: Array  #: (n, 3): mm.
+    facets: Ints  #: (m, 3): Vertices, counter-clockwise seen from outside.
+    open_edges: int  #: Edges that belong to one facet alone.
+    turned_edges: int  #: Edges which two facets run through in the same direction, or which belong to more than two.
+    volume: float  #: mm3, of a closed mesh; negative where it is inside out.
+    dropped: int  #: Facets of the file without an area.
 
     def list_corners(self) -> Array:
         """Corners (m, 3, 3) of the facets, mm."""

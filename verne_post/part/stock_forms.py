@@ -169,7 +169,7 @@ def cross_mesh(corner: Array, counts: tuple[int, int]) -> tuple[Ints, Array, Int
 
 
 def _find_rows(x: Array, y: Array, i: Ints, rows: int) -> tuple[Ints, Ints]:
-    """First and last rays (n,) of columns ``i`` that triangles (3, n) may meet, and one more on each side for rounding."""
+    """First and last rays (n,) of columns ``i`` that triangles (3, n) may meet, and one more each for rounding."""
     low, high = np.full(len(i), np.inf), np.full(len(i), -np.inf)
     for k in range(3):
         wide = x[k] - x[k - 1]

@@ -24,17 +24,11 @@ _TOGETHER: Final = 2048
 
 
 class Nearest(Struct, frozen=True, eq=False):
-    """Where the moving tools come nearest to points (n,).
+    """Where the moving tools come nearest to points (n,)."""
 
-    Attributes
-    ----------
-    distance : ndarray, shape (n,)
-        mm, negative inside a tool; the bound that was given where none comes nearer.
-    motion, piece, row : ndarray of int, shape (n,)
-        Index of the motion, of its piece, and the row at or before; -1 where none comes nearer.
-    """
-
-    distance: Array
+    distance: Array  #: (n,): mm, negative inside a tool; the bound that was given where none comes nearer.
+    #: motion, piece, row (n,): Index of the motion, of its piece, and the row at or before; -1 where none comes
+    #: nearer.
     motion: Ints
     piece: Ints
     row: Ints

@@ -26,40 +26,21 @@ MOST_FINDINGS: Final = 20
 
 
 class Judged(Struct, frozen=True, eq=False):
-    """One comparison: of rows on a machine, with the part where it stands or where it fits best.
+    """One comparison: of rows on a machine, with the part where it stands or where it fits best."""
 
-    Attributes
-    ----------
-    machine : {"as built", "nominal"}
-        Which kinematics took the rows to the part.
-    datum : {"table", "fit"}
-    shift : float
-        How far the fit moved the part at its farthest vertex, mm.
-    """
-
-    machine: str
-    datum: Datum
-    shift: float
+    machine: str  #: {"as built", "nominal"}: Which kinematics took the rows to the part.
+    datum: Datum  #: {"table", "fit"}
+    shift: float  #: How far the fit moved the part at its farthest vertex, mm.
     motions: tuple[Motion, ...]
     comparison: Comparison
 
 
 class Spot(Struct, frozen=True, eq=False):
-    """The worst place of a finding.
+    """The worst place of a finding."""
 
-    Attributes
-    ----------
-    finding : Finding
-        The object itself that stands among the findings.
-    place : ndarray, shape (3,)
-        On the surface, mm, in the frame of the part.
-    tip : ndarray, shape (3,)
-        Where the tool is then.
-    """
-
-    finding: Finding
-    place: Array
-    tip: Array
+    finding: Finding  #: The object itself that stands among the findings.
+    place: Array  #: (3,): On the surface, mm, in the frame of the part.
+    tip: Array  #: (3,): Where the tool is then.
 
 
 class Machined(Struct, frozen=True, eq=False):

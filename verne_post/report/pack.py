@@ -20,14 +20,9 @@ _LEVEL = 6
 
 
 class Pack(Struct):
-    """Collects arrays by name.
+    """Collects arrays by name."""
 
-    Attributes
-    ----------
-    contents : dict
-        Of each array: its type in a browser, where its bytes begin, and its shape.
-    """
-
+    #: Of each array: its type in a browser, where its bytes begin, and its shape.
     contents: dict[str, dict[str, Any]] = field(default_factory=dict)
     _bytes: bytearray = field(default_factory=bytearray)
 

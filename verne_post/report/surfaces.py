@@ -30,51 +30,24 @@ _OTHER_LINE: Final = 1e5
 
 
 class Deviation(Struct, frozen=True, eq=False):
-    """What is known of the triangles (m,) of a part.
+    """What is known of the triangles (m,) of a part."""
 
-    Attributes
-    ----------
-    colour : ndarray, shape (m, 3)
-        0 to 255.
-    value : ndarray, shape (m,)
-        mm, along the normal: below 0 a cut into the part; NaN: no cutter comes near.
-    line : ndarray of int, shape (m,)
-        Where the tool comes nearest; 0: nowhere.
-    tip : ndarray, shape (m, 3)
-        The tip there, table frame.
-    """
-
-    colour: Array
-    value: Array
-    line: Ints
-    tip: Array
+    colour: Array  #: (m, 3): 0 to 255.
+    value: Array  #: (m,): mm, along the normal: below 0 a cut into the part; NaN: no cutter comes near.
+    line: Ints  #: (m,): Where the tool comes nearest; 0: nowhere.
+    tip: Array  #: (m, 3): The tip there, table frame.
 
 
 class Surface(Struct, frozen=True, eq=False):
-    """Triangles on the table.
-
-    Attributes
-    ----------
-    name : str
-    kind : {"fixture", "stock", "part", "left"}
-    vertices : ndarray, shape (n, 3)
-        mm, about ``middle``.
-    facets : ndarray of int, shape (m, 3)
-    middle : ndarray, shape (3,)
-        mm, table frame.
-    turn : float
-        About the table's normal, rad.
-    deviation : Deviation or None
-        Of a part.
-    """
+    """Triangles on the table."""
 
     name: str
-    kind: str
-    vertices: Array
-    facets: Ints
-    middle: Array
-    turn: float
-    deviation: Deviation | None = None
+    kind: str  #: {"fixture", "stock", "part", "left"}
+    vertices: Array  #: (n, 3): mm, about ``middle``.
+    facets: Ints  #: (m, 3)
+    middle: Array  #: (3,): mm, table frame.
+    turn: float  #: About the table's normal, rad.
+    deviation: Deviation | None = None  #: Of a part.
 
     def turn_to_part(self, part: Array, turn: float) -> "Surface":
         """The same in directions of the part; ``part`` (3, 3) leads there from the table frame, ``turn`` is there."""

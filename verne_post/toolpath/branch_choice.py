@@ -111,8 +111,8 @@ def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
         what = (
             f"the tool stands along the axis of {letter} while {letter} turns by "
             f"{format_fixed(machine.columns[-1].factor * float(turn[segment, 1]), 3)} deg: the "
-            "joints follow from the tool axis, so none would move; lean the tool by 0.01 deg or more there, "
-            "or turn as it tilts or moves"
+            "joints follow from the tool axis, so none would move; tilt the tool by 0.01 deg or more there, or turn "
+            "while it tilts or moves"
         )
         findings.append(make_finding("VP202", what, severity="error", line=line, last_line=line, worst_line=line))
     return findings

@@ -59,25 +59,14 @@ class Change(Struct, frozen=True):
 
 
 class BranchPlan(Struct, frozen=True, eq=False):
-    """What was chosen.
+    """What was chosen."""
 
-    Attributes
-    ----------
-    start, end : ndarray, shape (n, 2)
-        Nominal angles at both ends of every segment.
-    changes : tuple of Change
-        Where the table must rewind or flip.
-    departs : ndarray of bool, shape (n,)
-        The segment has A and C words and is not on the branch that they name.
-    legal : bool
-        Every segment keeps the hard limits that were tried.
-    """
-
+    #: start, end (n, 2): Nominal angles at both ends of every segment.
     start: Array
     end: Array
-    changes: tuple[Change, ...]
-    departs: Mask
-    legal: bool
+    changes: tuple[Change, ...]  #: Where the table must rewind or flip.
+    departs: Mask  #: (n,): The segment has A and C words and is not on the branch that they name.
+    legal: bool  #: Every segment keeps the hard limits that were tried.
 
 
 def plan_branches(
@@ -122,23 +111,12 @@ def plan_branches(
 
 
 class _Choice(Struct, frozen=True, eq=False):
-    """What branches are chosen from.
+    """What branches are chosen from."""
 
-    Attributes
-    ----------
-    path : ToolPath
-        n segments on the provisional branch.
-    onward : ndarray of bool, shape (n,)
-        Rapids that begin wherever the table stands.
-    possible : tuple of ndarray of bool, shape (n,)
-        Whether each segment can be driven without and with the flip, C's travel aside.
-    c_range : tuple of float
-    nutation : Nutation or None
-    """
-
-    path: ToolPath
-    onward: Mask
+    path: ToolPath  #: n segments on the provisional branch.
+    onward: Mask  #: (n,): Rapids that begin wherever the table stands.
     states: list[Branch]
+    #: (n,) each: Whether each segment can be driven without and with the flip, C's travel aside.
     possible: tuple[Mask, ...]
     c_range: tuple[float, float]
     nutation: Nutation | None

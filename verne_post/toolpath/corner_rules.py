@@ -27,57 +27,28 @@ JerkLimit = Callable[[Array, Array, Array], Array]
 
 
 class Smoothing(Struct, frozen=True):
-    """What may be done to corners.
+    """What may be done to corners."""
 
-    Attributes
-    ----------
-    overlap : bool
-        Corner blends of finely divided curves may overlap.
-    tip, axis : float
-        Tolerances of a G64 without P, mm and rad.
-    jerk_limit : callable
-        What the joints allow.
-    keeps_travel : callable
-        Whether poses (n, 5) with tool lengths (n,) keep the travel of every joint.
-    cycle : float
-        Control cycle, s.
-    share : float
-        Of every tolerance, that corners may use.
-    nutation : Nutation or None
-        Of a rotary pair that is not at right angles.
-    """
-
-    overlap: bool
+    overlap: bool  #: Corner blends of finely divided curves may overlap.
+    #: tip, axis: Tolerances of a G64 without P, mm and rad.
     tip: float
     axis: float
-    jerk_limit: JerkLimit
+    jerk_limit: JerkLimit  #: What the joints allow.
+    #: Whether poses (n, 5) with tool lengths (n,) keep the travel of every joint.
     keeps_travel: Callable[[Array, Array], Mask]
-    cycle: float
-    share: float = 1.0
-    nutation: Nutation | None = None
+    cycle: float  #: Control cycle, s.
+    share: float = 1.0  #: Of every tolerance, that corners may use.
+    nutation: Nutation | None = None  #: Of a rotary pair that is not at right angles.
 
 
 class CornerRules(Struct, frozen=True):
-    """What may happen at the corners (n + 1,) of n segments; never anything at both ends.
+    """What may happen at the corners (n + 1,) of n segments; never anything at both ends."""
 
-    Attributes
-    ----------
-    allowed_corners : ndarray of bool
-        G64 holds, and the segments meet.
-    smooth : ndarray of bool
-        The segments continue each other without a corner.
-    straight : ndarray of bool
-        Both segments are straight: a corner is blended as in :mod:`verne_post.toolpath.corners`.
-    curved_corners : ndarray of bool
-        It may be blended as in :mod:`verne_post.toolpath.curved_corners`.
-    tip_tolerance, axis_tolerance : ndarray
-        mm and rad.
-    """
-
-    allowed_corners: Mask
-    smooth: Mask
-    straight: Mask
-    curved_corners: Mask
+    allowed_corners: Mask  #: G64 holds, and the segments meet.
+    smooth: Mask  #: The segments continue each other without a corner.
+    straight: Mask  #: Both segments are straight: a corner is blended as in :mod:`verne_post.toolpath.corners`.
+    curved_corners: Mask  #: It may be blended as in :mod:`verne_post.toolpath.curved_corners`.
+    #: tip_tolerance, axis_tolerance: mm and rad.
     tip_tolerance: Array
     axis_tolerance: Array
 

@@ -28,18 +28,10 @@ NEIGHBOURS: Final = (NARROWINGS + 4) * (2 * SEGMENTS + 1)
 
 
 class Chords(Struct, frozen=True):
-    """How far n straight segments are from the arcs for which they stand.
+    """How far n straight segments are from the arcs for which they stand."""
 
-    Attributes
-    ----------
-    sag : ndarray, shape (n, 3)
-        From the middle of the arc to that of its chord, mm; 0 for segments that stand for none.
-    cosine : ndarray, shape (n,)
-        Of half the angle of the arc, which is below pi; 1 for segments that stand for none.
-    """
-
-    sag: Array
-    cosine: Array
+    sag: Array  #: (n, 3): From the middle of the arc to that of its chord, mm; 0 for segments that stand for none.
+    cosine: Array  #: (n,): Of half the angle of the arc, which is below pi; 1 for segments that stand for none.
 
     def take(self, segment: Ints | slice) -> "Chords":
         """Those of some segments."""

@@ -25,31 +25,22 @@ _SWING_PLACES: Final = np.linspace(0.0, 1.0, 33)
 
 
 class RoundedSegments(Struct, frozen=True):
-    """Neighbouring segments (n,) with their corners (n + 1,) blended.
+    """Neighbouring segments (n,) with their corners (n + 1,) blended."""
 
-    Attributes
-    ----------
-    elements : dict
-        Columns of the elements of a Contour by name, but for the sections; segments are counted from 0.
-    reach, bend, shape : ndarray, shape (n + 1,), (n + 1, 5) and (n + 1,)
-        As in :class:`~verne_post.model.contour.Corners`.
-    stops : ndarray of bool, shape (n + 1,)
-        The motion stops at the corner.
-    curved, jump, curve, controls : ndarray, shape (m,), (m, 2, 5), (m,) and (k, 8, 5)
-        As there; corners and curves are counted from 0.
-    tip_tolerance, axis_tolerance : ndarray, shape (n,)
-        How far the contour may be from each segment, mm and rad.
-    """
-
+    #: Columns of the elements of a Contour by name, but for the sections; segments are counted from 0.
     elements: dict[str, Any]
+    #: reach, bend, shape (n + 1,), (n + 1, 5) and (n + 1,): As in :class:`~verne_post.model.contour.Corners`.
     reach: Array
     bend: Array
     shape: Ints
-    stops: Mask
+    stops: Mask  #: (n + 1,): The motion stops at the corner.
+    #: curved, jump, curve, controls (m,), (m, 2, 5), (m,) and (k, 8, 5): As there; corners and curves are counted
+    #: from 0.
     curved: Ints
     jump: Array
     curve: Ints
     controls: Array
+    #: tip_tolerance, axis_tolerance (n,): How far the contour may be from each segment, mm and rad.
     tip_tolerance: Array
     axis_tolerance: Array
 

@@ -35,20 +35,11 @@ _NORMALS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
 class PlacedMoves(Struct, frozen=True, eq=False):
-    """Moves that have a length, in the table frame.
+    """Moves that have a length, in the table frame."""
 
-    Attributes
-    ----------
-    moves : Moves
-        All moves of the program.
-    row : ndarray of int, shape (n,)
-        Numbers of the moves that have a length.
-    start, end : ndarray, shape (n, 5)
-        Their poses: tip (mm) and nominal angles (rad).
-    """
-
-    moves: Moves
-    row: Rows
+    moves: Moves  #: All moves of the program.
+    row: Rows  #: (n,): Numbers of the moves that have a length.
+    #: start, end (n, 5): Their poses: tip (mm) and nominal angles (rad).
     start: Array
     end: Array
 
@@ -66,24 +57,15 @@ class PlacedMoves(Struct, frozen=True, eq=False):
 
 
 class Segments(Struct, frozen=True):
-    """Neighbouring segments.
+    """Neighbouring segments."""
 
-    Attributes
-    ----------
-    columns : dict
-        Columns of a ToolPath (n,) by name, but for the sections.
-    arcs, splines, turns, circles : ArcSegments, SplineSegments, TurnSegments, GreatCircles
-        Those of these segments.
-    continues : ndarray of bool, shape (n,)
-        The segment continues the one before without a stop.
-    """
-
-    columns: dict[str, NDArray[Any]]
+    columns: dict[str, NDArray[Any]]  #: Columns of a ToolPath (n,) by name, but for the sections.
+    #: arcs, splines, turns, circles SplineSegments, TurnSegments, GreatCircles: Those of these segments.
     arcs: ArcSegments
     splines: SplineSegments
     turns: TurnSegments
     circles: GreatCircles
-    continues: Mask
+    continues: Mask  #: (n,): The segment continues the one before without a stop.
 
     def drop_first(self) -> "Segments":
         """All but the first; the table of splines keeps what only that one has."""

@@ -58,18 +58,10 @@ _PLACES: Final = (1 / 8, 2 / 8, 3 / 8, 4 / 8, 5 / 8, 6 / 8, 7 / 8)
 
 
 class Straightened(Struct, frozen=True):
-    """How far n straight segments are from the curves in whose place they are; 0 for the others.
+    """How far n straight segments are from the curves in whose place they are; 0 for the others."""
 
-    Attributes
-    ----------
-    chords : Chords
-        From arcs.
-    swing : ndarray, shape (n,)
-        Largest angle between the tool axes, rad.
-    """
-
-    chords: Chords
-    swing: Array
+    chords: Chords  #: From arcs.
+    swing: Array  #: (n,): Largest angle between the tool axes, rad.
 
     def take_part(self, first: int, last: int) -> "Straightened":
         """Segments ``first`` to ``last`` (excluded)."""

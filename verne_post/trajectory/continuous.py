@@ -35,18 +35,13 @@ ROUNDS_WITHOUT_JERK: Final = 2
 
 
 class ContinuousProfile(Struct, frozen=True, eq=False):
-    """The profile of one section.
+    """The profile of one section."""
 
-    Attributes
-    ----------
-    s : ndarray, shape (n,)
-        Path parameter at t = 0, cycle, 2 cycle, ..., from rest to rest; the first is 0, the last the section's length.
-    bound : float
-        Time of the second-order optimum of the same section, s. No profile inside the limits is faster, except for what
-        the feed and the limits allow between the points of the grid.
-    """
-
+    #: (n,): Path parameter at t = 0, cycle, 2 cycle, ..., from rest to rest; the first is 0, the last the
+    #: section's length.
     s: Array
+    #: Time of the second-order optimum of the same section, s. No profile inside the limits is faster, except for
+    #: what the feed and the limits allow between the points of the grid.
     bound: float
 
 

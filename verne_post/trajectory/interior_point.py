@@ -28,29 +28,14 @@ class Problem(Struct, frozen=True, eq=False):
 
     Point arrays are ordered by phase, then by interval: point p of interval i stands at
     ``(i + phases[p]) * knot`` and has index ``p * n + i``.
-
-    Attributes
-    ----------
-    knot : float
-        Knot spacing, s of pseudo-time.
-    phases : ndarray, shape (k,)
-        Positions of the points in an interval, 0 to 1.
-    cap : ndarray, shape (k n,)
-        Largest X, from speeds and feed.
-    acceleration : tuple of 2 ndarrays, shape (a, k n)
-        Rows g with ``g0 X + g1 X' <= 1``.
-    jerk : tuple of 3 ndarrays, shape (j, k n)
-        Rows g with ``g0 X + g1 X' + g2 X'' <= X^(-1/2)``.
-    held_coefficients : ndarray of bool, shape (n + 3,)
-        Coefficients that stay what they are at the start.
     """
 
-    knot: float
-    phases: Array
-    cap: Array
-    acceleration: tuple[Array, ...]
-    jerk: tuple[Array, ...]
-    held_coefficients: NDArray[np.bool_]
+    knot: float  #: Knot spacing, s of pseudo-time.
+    phases: Array  #: (k,): Positions of the points in an interval, 0 to 1.
+    cap: Array  #: (k n,): Largest X, from speeds and feed.
+    acceleration: tuple[Array, ...]  #: (a, k n) each: Rows g with ``g0 X + g1 X' <= 1``.
+    jerk: tuple[Array, ...]  #: (j, k n) each: Rows g with ``g0 X + g1 X' + g2 X'' <= X^(-1/2)``.
+    held_coefficients: NDArray[np.bool_]  #: (n + 3,): Coefficients that stay what they are at the start.
 
 
 def build_basis(knot: float, fraction: Array) -> Array:

@@ -26,17 +26,10 @@ _OVER: Final = 37.0
 
 
 class FeedOverride(Struct, frozen=True):
-    """The rate at which planned time passes.
+    """The rate at which planned time passes."""
 
-    Attributes
-    ----------
-    override : float
-        0 to 1.
-    ramp : float
-        Seconds from the beginning of the file in which the rate rises to the override; 0 for no slow start.
-    """
-
-    override: float = 1.0
+    override: float = 1.0  #: 0 to 1.
+    #: Seconds from the beginning of the file in which the rate rises to the override; 0 for no slow start.
     ramp: float = 0.0
 
     @property

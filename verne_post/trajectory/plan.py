@@ -33,60 +33,33 @@ LONG_SECTION: Final = 3000
 
 
 class MotionProfiles(Struct, frozen=True, eq=False):
-    """The profile of every section.
+    """The profile of every section."""
 
-    Attributes
-    ----------
-    profiles : StopToStopProfiles
-        From stop to stop; what it says of continuous sections is not used.
-    continuous_first : ndarray of int64, shape (n_sections,)
-        Where a continuous section's rows begin in ``continuous_s``, -1 for the others.
-    cycles : ndarray of int64, shape (n_sections,)
-        Control cycles that each section lasts, at the speed at which it is executed.
-    continuous_s : ndarray, shape (n,)
-        Path parameter of each row of the continuous sections, mm.
-    reached_segments : ndarray of bool, shape (n_segments,)
-        The segment's feed is reached somewhere on it.
-    second_order_bound_s : float
-        Sum of the second-order bounds of the continuous sections, s.
-    toppra_bound_s : float or None
-        The same by the other solver, where both were asked.
-    """
-
-    profiles: StopToStopProfiles
+    profiles: StopToStopProfiles  #: From stop to stop; what it says of continuous sections is not used.
+    #: (n_sections,): Where a continuous section's rows begin in ``continuous_s``, -1 for the others.
     continuous_first: NDArray[np.int64]
+    #: (n_sections,): Control cycles that each section lasts, at the speed at which it is executed.
     cycles: NDArray[np.int64]
-    continuous_s: Array
-    reached_segments: NDArray[np.bool_]
-    second_order_bound_s: float
-    toppra_bound_s: float | None
+    continuous_s: Array  #: (n,): Path parameter of each row of the continuous sections, mm.
+    reached_segments: NDArray[np.bool_]  #: (n_segments,): The segment's feed is reached somewhere on it.
+    second_order_bound_s: float  #: Sum of the second-order bounds of the continuous sections, s.
+    toppra_bound_s: float | None  #: The same by the other solver, where both were asked.
 
 
 class PlanningOptions(Struct, frozen=True):
-    """How to plan.
+    """How to plan."""
 
-    Attributes
-    ----------
-    cycle : float
-        Control cycle, s.
-    solver : {"reachability", "toppra", "both"}
-        Of the second-order problem; "both" plans with the reachability passes and lets toppra give the bound as well.
-    quality : bool
-        Plan finely and without margin: practically the third-order optimum, at many times the cost.
-    playback : FeedOverride
-        How fast what is planned is executed.
-    weights : ndarray, shape (2 h + 1,)
-        Of the input shaper that the rows are convolved with; every section has h cycles of rest before and after it.
-    team : Team
-        The processes that plan.
-    """
-
-    cycle: float
+    cycle: float  #: Control cycle, s.
+    #: {"reachability", "toppra", "both"}: Of the second-order problem; "both" plans with the reachability passes
+    #: and lets toppra give the bound as well.
     solver: str = "reachability"
+    #: Plan finely and without margin: practically the third-order optimum, at many times the cost.
     quality: bool = False
-    playback: FeedOverride = field(default_factory=FeedOverride)
+    playback: FeedOverride = field(default_factory=FeedOverride)  #: How fast what is planned is executed.
+    #: (2 h + 1,): Of the input shaper that the rows are convolved with; every section has h cycles of rest before
+    #: and after it.
     weights: Array = field(default_factory=lambda: UNSHAPED)
-    team: Team = ALONE
+    team: Team = ALONE  #: The processes that plan.
 
     @property
     def rest(self) -> int:

@@ -17,30 +17,14 @@ BLOCK_ROWS: Final = 8192
 
 
 class Timeline(Struct, frozen=True, eq=False):
-    """Sections and dwells in order, each a whole number of cycles.
+    """Sections and dwells in order, each a whole number of cycles."""
 
-    Attributes
-    ----------
-    section : ndarray of intp, shape (m,)
-        Section of each item, -1 for a dwell.
-    line : ndarray, shape (m,)
-        Source line of a dwell, 0 for a section.
-    first_row : ndarray, shape (m + 1,)
-        Row at which each item begins; the last entry is the last row of the file.
-    cycle : float
-        s.
-    playback : FeedOverride
-        How fast the profiles are executed.
-    weights : ndarray, shape (2 h + 1,)
-        Of the input shaper; each section has h cycles of rest before and after its motion.
-    """
-
-    section: Ints
-    line: Ints
-    first_row: Ints
-    cycle: float
-    playback: FeedOverride
-    weights: Array
+    section: Ints  #: (m,): Section of each item, -1 for a dwell.
+    line: Ints  #: (m,): Source line of a dwell, 0 for a section.
+    first_row: Ints  #: (m + 1,): Row at which each item begins; the last entry is the last row of the file.
+    cycle: float  #: s.
+    playback: FeedOverride  #: How fast the profiles are executed.
+    weights: Array  #: (2 h + 1,): Of the input shaper; each section has h cycles of rest before and after its motion.
 
     @property
     def n_rows(self) -> int:
@@ -67,28 +51,19 @@ def lay_out(contour: Contour, profiles: MotionProfiles, planning: PlanningOption
 
 
 class Rows(Struct, frozen=True, eq=False):
-    """Consecutive rows (n,): what the joints are solved at, and what each row shows.
+    """Consecutive rows (n,): what the joints are solved at, and what each row shows."""
 
-    Attributes
-    ----------
-    first : int
-        Number of the first row.
-    element, w : ndarray, shape (n + 2 h,)
-        Where the motion is before an input shaper of 2 h + 1 weights, from h rows before these to h rows after them.
-    shown, shown_w : ndarray, shape (n,)
-        The same after the shaper, which displaces the motion along the path and beside it; the latter is left out here.
-    at : ndarray, shape (n,)
-        Length of the path up to there, mm.
-    line, dwell : ndarray, shape (n,)
-        Source line, and dwell (-1 in a motion).
-    """
-
-    first: int
+    first: int  #: Number of the first row.
+    #: element, w (n + 2 h,): Where the motion is before an input shaper of 2 h + 1 weights, from h rows before
+    #: these to h rows after them.
     element: Ints
     w: Array
+    #: shown, shown_w (n,): The same after the shaper, which displaces the motion along the path and beside it;
+    #: the latter is left out here.
     shown: Ints
     shown_w: Array
-    at: Array
+    at: Array  #: (n,): Length of the path up to there, mm.
+    #: line, dwell (n,): Source line, and dwell (-1 in a motion).
     line: Ints
     dwell: Ints
 

@@ -46,48 +46,28 @@ class Section(Protocol):
 
 
 class SectionTask(Struct, frozen=True, eq=False):
-    """A section that is planned, and what it is planned with.
-
-    Attributes
-    ----------
-    section : Section
-    limits : Limits
-    cycle, unit : float
-        Control cycle, and the time scale of the profile, s.
-    cruise : ndarray, shape (k, 2)
-        Ranges of s in which the profile is known to be even, at the feed rate; see :mod:`cruise`.
-    feed_share : float
-        Rows may have this share of the feed rate: the override that they are executed with.
-    team : Team
-        The processes that plan it.
-    """
+    """A section that is planned, and what it is planned with."""
 
     section: Section
     limits: Limits
+    #: cycle, unit: Control cycle, and the time scale of the profile, s.
     cycle: float
     unit: float
+    #: (k, 2): Ranges of s in which the profile is known to be even, at the feed rate; see :mod:`cruise`.
     cruise: Array = field(default_factory=lambda: np.empty((0, 2)))
-    feed_share: float = 1.0
-    team: Team = ALONE
+    feed_share: float = 1.0  #: Rows may have this share of the feed rate: the override that they are executed with.
+    team: Team = ALONE  #: The processes that plan it.
 
 
 class Grid(Struct, frozen=True, eq=False):
-    """Points along a section, in order, with derivatives of the joints by s.
+    """Points along a section, in order, with derivatives of the joints by s."""
 
-    Attributes
-    ----------
-    s : ndarray, shape (n,)
-        mm; both ends included.
-    d1, d2, d3 : ndarray, shape (n, n_joints)
-    speed : ndarray, shape (n,)
-        Largest ds/dt by the feed, mm/s.
-    """
-
-    s: Array
+    s: Array  #: (n,): mm; both ends included.
+    #: d1, d2, d3 (n, n_joints)
     d1: Array
     d2: Array
     d3: Array
-    speed: Array
+    speed: Array  #: (n,): Largest ds/dt by the feed, mm/s.
 
 
 def build_grid_along(section: Section, first: int = 0, last: int | None = None) -> Grid:

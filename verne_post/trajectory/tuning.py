@@ -23,55 +23,32 @@ ALL_ROWS: Final = (0, 0)
 
 
 class PassSettings(Struct, frozen=True, kw_only=True):
-    """Settings of one pass of the interior point method.
+    """Settings of one pass of the interior point method."""
 
-    Attributes
-    ----------
-    knot_units, points_per_knot : int
-        Knot spacing, and points per knot at which the limits hold. Fewer are faster and leave more to repair.
-    tightest_rows : tuple of int
-        So many of the tightest acceleration and jerk rows count on each side of each point; 0: all.
-    largest_x : float
-        How much faster than the profile before a pass may become, squared.
-    start_gap, final_gap : float
-        Complementarity to start from and to end at, over the time. A smaller end is nearer the optimum.
-    iterations : int
-        At most so many.
-    shares : tuple of float
-        Of the velocity, acceleration and jerk limits.
-    """
-
+    #: knot_units, points_per_knot: Knot spacing, and points per knot at which the limits hold. Fewer are faster
+    #: and leave more to repair.
     knot_units: int
     points_per_knot: int
+    #: So many of the tightest acceleration and jerk rows count on each side of each point; 0: all.
     tightest_rows: tuple[int, int]
-    largest_x: float
+    largest_x: float  #: How much faster than the profile before a pass may become, squared.
+    #: start_gap, final_gap: Complementarity to start from and to end at, over the time. A smaller end is nearer
+    #: the optimum.
     start_gap: float
     final_gap: float
-    iterations: int
-    shares: tuple[float, float, float] = PLANNED_SHARES
+    iterations: int  #: At most so many.
+    shares: tuple[float, float, float] = PLANNED_SHARES  #: Of the velocity, acceleration and jerk limits.
 
 
 class Effort(Struct, frozen=True, kw_only=True):
-    """How finely a profile is planned.
+    """How finely a profile is planned."""
 
-    Attributes
-    ----------
-    passes : tuple of PassSettings
-        Coarse to fine.
-    last : PassSettings
-        The pass after them; with knots of one unit where jerk sets the time (``JERK_BOUND_RATIO``).
-    repeats : int
-        The last pass is repeated, with every row, at most so often.
-    near_bound : float
-        Passes before the last one stop when the profile takes less than so many times the second-order bound.
-    hopeless : float
-        A section is planned anew where many rows are still so far beyond a limit after a round of repair.
-    """
-
-    passes: tuple[PassSettings, ...]
-    last: PassSettings
-    repeats: int
+    passes: tuple[PassSettings, ...]  #: Coarse to fine.
+    last: PassSettings  #: The pass after them; with knots of one unit where jerk sets the time (``JERK_BOUND_RATIO``).
+    repeats: int  #: The last pass is repeated, with every row, at most so often.
+    #: Passes before the last one stop when the profile takes less than so many times the second-order bound.
     near_bound: float = 0.0
+    #: A section is planned anew where many rows are still so far beyond a limit after a round of repair.
     hopeless: float = np.inf
 
 

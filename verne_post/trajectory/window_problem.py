@@ -30,38 +30,23 @@ TIED: Final = 3
 
 
 class Window(Struct, frozen=True, eq=False):
-    """Part of a profile that one solution re-times.
+    """Part of a profile that one solution re-times."""
 
-    Attributes
-    ----------
-    begin, end : int
-        Knots, ``end`` excluded.
-    start : ndarray, shape (end - begin + 3,)
-        Coefficients to start from.
-    begin_tied, end_tied : bool
-        The first three, or the last three stay what they are. Where they do not, the section begins or ends.
-    """
-
+    #: begin, end: Knots, ``end`` excluded.
     begin: int
     end: int
-    start: Array
+    start: Array  #: (end - begin + 3,): Coefficients to start from.
+    #: begin_tied, end_tied: The first three, or the last three stay what they are. Where they do not, the section
+    #: begins or ends.
     begin_tied: bool
     end_tied: bool
 
 
 class Layout(Struct, frozen=True, eq=False):
-    """Windows laid end to end.
+    """Windows laid end to end."""
 
-    Attributes
-    ----------
-    windows : sequence of Window
-        Only the first may begin where the section does, and only the last one end there.
-    gap : int
-        Intervals between two windows: as many as coefficients and differences reach.
-    """
-
-    windows: Sequence[Window]
-    gap: int
+    windows: Sequence[Window]  #: Only the first may begin where the section does, and only the last one end there.
+    gap: int  #: Intervals between two windows: as many as coefficients and differences reach.
 
     @classmethod
     def build(cls, windows: Sequence[Window], task: SectionTask, settings: PassSettings) -> "Layout":
@@ -159,24 +144,12 @@ def build_window_problem(task: SectionTask, profile: Profile, settings: PassSett
 
 
 class _Samples(Struct, frozen=True, eq=False):
-    """Where the profile is sampled to take differences at the points of n intervals.
+    """Where the profile is sampled to take differences at the points of n intervals."""
 
-    Attributes
-    ----------
-    times : ndarray, shape (m,)
-        Pseudo-times of the samples.
-    first : ndarray, shape (k n,)
-        First of the four samples around each point, by phase and then by interval.
-    stride : int
-        From each of the four to the next.
-    phases : ndarray, shape (k,)
-        Positions of the points in an interval, 0 to 1.
-    """
-
-    times: Array
-    first: NDArray[np.int64]
-    stride: int
-    phases: Array
+    times: Array  #: (m,): Pseudo-times of the samples.
+    first: NDArray[np.int64]  #: (k n,): First of the four samples around each point, by phase and then by interval.
+    stride: int  #: From each of the four to the next.
+    phases: Array  #: (k,): Positions of the points in an interval, 0 to 1.
 
     @classmethod
     def build(cls, knots: Array, knot: float, k: int, cycle: float) -> "_Samples":

@@ -35,24 +35,16 @@ class BlockTimeCheck:
 
     A block is what one source line asks for, from its first row to the first row of the next line. That row may stand
     up to a cycle after its beginning. So a block, or several in a row together, may seem a cycle shorter.
-
-    Attributes
-    ----------
-    count, late : int
-        Blocks whose feed rate is a time, so far, and those of them that take longer.
-    latest : BlockTime or None
-        The one that takes longer by most seconds.
-    share, line : float and int
-        Largest time of a block over what it is certain to take at most, and its line.
-    slow_rows : ndarray of int, shape (k,)
-        Rows of late blocks that fall short of the feed rate, by the limit that was nearest.
     """
 
     def __init__(self, reference: Reference, findings: FindingCollector, limits: list[str]) -> None:
         self.reference, self.findings, self.limits = reference, findings, limits
+        #: count, late: Blocks whose feed rate is a time, so far, and those of them that take longer.
         self.count, self.late = 0, 0
-        self.latest: BlockTime | None = None
+        self.latest: BlockTime | None = None  #: The one that takes longer by most seconds.
+        #: share, line: Largest time of a block over what it is certain to take at most, and its line.
         self.share, self.line = 0.0, 0
+        #: (k,): Rows of late blocks that fall short of the feed rate, by the limit that was nearest.
         self.slow_rows = np.zeros(len(limits), dtype=np.int64)
         timed = reference.path.timed
         self._is_asked = any(timed[first:last].any() for first, last in iterate_blocks(len(timed)))

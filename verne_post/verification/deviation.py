@@ -9,17 +9,11 @@ from verne_post.verification.reference import Reference
 
 
 class Deviation(Struct, frozen=True, eq=False):
-    """Distances of n poses from their segments, and what is allowed; (n,) each.
+    """Distances of n poses from their segments, and what is allowed; (n,) each."""
 
-    Attributes
-    ----------
-    tip, tip_bound : ndarray
-        mm.
-    axis, rotary, angle_bound : ndarray
-        Of the tool axis and of the rotary angle, rad; the bound of both.
-    """
-
+    #: tip, tip_bound: mm.
     tip: Array
+    #: axis, rotary, angle_bound: Of the tool axis and of the rotary angle, rad; the bound of both.
     axis: Array
     rotary: Array
     tip_bound: Array

@@ -25,15 +25,11 @@ class DynamicsCheck:
     First, second and third differences of each column over the cycle stay within 1.001, 1.005 and 1.02 of the limits,
     plus the noise of coarse decimals. The machine stands before the first row and after the last one. Every row is
     inside the travel, within LIMIT_SLACK_MM or LIMIT_SLACK and one unit of the last decimal.
-
-    Attributes
-    ----------
-    worst : list of 3 ndarrays, shape (n_joints,)
-        Largest velocity, acceleration and jerk so far, in file units.
     """
 
     def __init__(self, reference: Reference, findings: FindingCollector) -> None:
         self.reference, self.findings = reference, findings
+        #: (n_joints,) each: Largest velocity, acceleration and jerk so far, in file units.
         self.worst = [np.zeros(len(reference.columns)) for _ in DERIVATIVES]
         self._tail = np.empty((0, len(reference.columns)))
 

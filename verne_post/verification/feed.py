@@ -30,24 +30,18 @@ class FeedCheck:
     vertex: beside them the step of the tip counts, at the fastest segment that it touches. Where the feed rate is a
     time, progress counts there too, as far as the tolerance leaves it known, and so do whole blocks
     (:class:`BlockTimeCheck`).
-
-    Attributes
-    ----------
-    ratio, line : float and int
-        Largest share of the programmed feed so far that is certain, and its source line.
-    slow_rows : ndarray of int, shape (3 * n_joints + 1,)
-        Rows of feed moves slower than the feed, by the limit that was nearest; the last number counts those near none.
-        Of timed blocks only the rows of late ones count.
-    blocks : BlockTimeCheck
     """
 
     def __init__(self, reference: Reference, findings: FindingCollector) -> None:
         self.reference, self.findings = reference, findings
+        #: ratio, line: Largest share of the programmed feed so far that is certain, and its source line.
         self.ratio, self.line = 0.0, 0
         joints = [column.joint for column in reference.columns]
         self.blocks = BlockTimeCheck(
             reference, findings, [*(f"{kind} of {joint}" for kind in DERIVATIVES for joint in joints), NO_LIMIT_NEAR]
         )
+        #: (3 * n_joints + 1,): Rows of feed moves slower than the feed, by the limit that was nearest; the
+        #: last number counts those near none. Of timed blocks only the rows of late ones count.
         self.slow_rows = np.zeros(len(self.blocks.limits), dtype=np.int64)
         # sums up to the last rows, as far back as the longest stretch
         self._totals, self._slacks = np.zeros(1), np.zeros(1)

@@ -23,33 +23,20 @@ CHUNK: Final = 4096
 
 
 class Following(Struct, frozen=True, eq=False):
-    """Following errors of a measured motion.
+    """Following errors of a measured motion."""
 
-    Attributes
-    ----------
-    delay : int
-        Rows by which the log is later than the setpoints, as it was compared.
-    rows : int
-        Rows that were compared.
-    joint_worst, joint_rms : ndarray, shape (n_joints,)
-        mm and rad.
-    tip_worst, axis_worst : float
-        Tip (mm) and axis (rad) against those of the same time.
-    tip_row, axis_row : int
-        Setpoint rows where they are.
-    path_worst : float
-        Tip against the nearest place of the commanded path, mm: what the part sees.
-    """
-
-    delay: int
-    rows: int
+    delay: int  #: Rows by which the log is later than the setpoints, as it was compared.
+    rows: int  #: Rows that were compared.
+    #: joint_worst, joint_rms (n_joints,): mm and rad.
     joint_worst: Array
     joint_rms: Array
+    #: tip_worst, axis_worst: Tip (mm) and axis (rad) against those of the same time.
     tip_worst: float
+    #: tip_row, axis_row: Setpoint rows where they are.
     tip_row: int
     axis_worst: float
     axis_row: int
-    path_worst: float
+    path_worst: float  #: Tip against the nearest place of the commanded path, mm: what the part sees.
     path_row: int
 
 

@@ -27,28 +27,15 @@ _TIGHT: Final = 4.0
 
 
 class SegmentMeasures(Struct, frozen=True, eq=False):
-    """What each segment (n,) is measured by.
+    """What each segment (n,) is measured by."""
 
-    Attributes
-    ----------
-    has_tolerance : ndarray of bool
-        The motion may leave the segment, near rounded corners.
-    metric_length : ndarray
-        See :func:`~verne_post.verification.projection.measure_metric_lengths`, mm.
-    motion_length : ndarray
-        Length of which the progress along the segment is a share, mm: the metric length; on splines that of the tip;
-        that of the path where the metric one is 0. Never below ZERO_LENGTH_MM.
-    blend_u : ndarray
-        What a corner within its tolerance may add to a projection, as a share of the segment.
-    tip_pace : ndarray
-        See :func:`~verne_post.verification.projection.find_tip_paces`.
-    """
-
-    has_tolerance: Mask
-    metric_length: Array
+    has_tolerance: Mask  #: The motion may leave the segment, near rounded corners.
+    metric_length: Array  #: See :func:`~verne_post.verification.projection.measure_metric_lengths`, mm.
+    #: Length of which the progress along the segment is a share, mm: the metric length; on splines that of the
+    #: tip; that of the path where the metric one is 0. Never below ZERO_LENGTH_MM.
     motion_length: Array
-    blend_u: Array
-    tip_pace: Array
+    blend_u: Array  #: What a corner within its tolerance may add to a projection, as a share of the segment.
+    tip_pace: Array  #: See :func:`~verne_post.verification.projection.find_tip_paces`.
 
 
 def measure_segments(contour: Contour, *, by_axis: bool = False) -> SegmentMeasures:
@@ -101,41 +88,23 @@ def _find_turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_toleran
 
 
 class Items(Struct, frozen=True, eq=False):
-    """Segments and dwells in order, m of them in g groups.
+    """Segments and dwells in order, m of them in g groups."""
 
-    Attributes
-    ----------
-    segment : ndarray of int32, shape (m,)
-        -1 for a dwell.
-    rest_segment : ndarray of int32, shape (m,)
-        The segment itself, or the next one after a dwell; the number of segments where there is none.
-    line : ndarray of int64, shape (m,)
-    dwell_cycles : ndarray of int64, shape (m,)
-        No fewer rows than these, 0 for a segment.
-    stop_before : ndarray of bool, shape (m,)
-        The machine stands still before the item.
-    stops_before : ndarray of int64, shape (m + 1,)
-        How many such there are before each item.
-    time_before, length_before : ndarray, shape (m + 1,)
-        Seconds at the programmed feed, and metric length (mm), of all before each item.
-    group_first : ndarray of int64, shape (g + 1,)
-        First item of each group, and m.
-    group_line : ndarray of int64, shape (g,)
-    next_group : ndarray of int64, shape (g,) or (0,)
-        The next group of the same line, where the machine does not stand still before it; else -1. Empty where no line
-        comes back.
-    """
-
-    segment: Ints
+    segment: Ints  #: (m,): -1 for a dwell.
+    #: (m,): The segment itself, or the next one after a dwell; the number of segments where there is none.
     rest_segment: Ints
-    line: Ints
-    dwell_cycles: Ints
-    stop_before: Mask
-    stops_before: Ints
+    line: Ints  #: (m,)
+    dwell_cycles: Ints  #: (m,): No fewer rows than these, 0 for a segment.
+    stop_before: Mask  #: (m,): The machine stands still before the item.
+    stops_before: Ints  #: (m + 1,): How many such there are before each item.
+    #: time_before, length_before (m + 1,): Seconds at the programmed feed, and metric length (mm), of all before
+    #: each item.
     time_before: Array
     length_before: Array
-    group_first: Ints
-    group_line: Ints
+    group_first: Ints  #: (g + 1,): First item of each group, and m.
+    group_line: Ints  #: (g,)
+    #: (g,) or (0,): The next group of the same line, where the machine does not stand still before it; else -1.
+    #: Empty where no line comes back.
     next_group: Ints
 
     def count_stops_between(self, old: Ints, new: Ints) -> Ints:

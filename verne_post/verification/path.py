@@ -18,15 +18,11 @@ class PathCheck:
     The tip is within PATH_TIP_MM, tool axis and rotary angle are within PATH_AXIS_DEG, or within the tolerance of the
     segment where its corners may be rounded. No rounded corner reaches a standstill: there the former bounds hold, from
     the one pose of the program. Rounding to coarse decimals is allowed for.
-
-    Attributes
-    ----------
-    tip_deviation, axis_deviation : float
-        The largest so far, mm and rad.
     """
 
     def __init__(self, reference: Reference, findings: FindingCollector) -> None:
         self.reference, self.findings = reference, findings
+        #: tip_deviation, axis_deviation: The largest so far, mm and rad.
         self.tip_deviation, self.axis_deviation = 0.0, 0.0
 
     def check(self, rows: MeasuredRows) -> None:

@@ -28,64 +28,35 @@ DERIVATIVES: Final = ("velocity", "acceleration", "jerk")
 
 
 class RoundingNoise(Struct, frozen=True, eq=False):
-    """What rounding to the decimals of the file may change.
+    """What rounding to the decimals of the file may change."""
 
-    Attributes
-    ----------
-    differences : tuple of 3 ndarrays, shape (n_joints,)
-        First, second and third differences over the cycle, file units; 0 where the acceptance ratio covers the noise.
-    joints : ndarray, shape (n_joints,)
-        One unit of the last decimal, mm and rad.
-    tip : float
-        Displacement of the tip, mm.
-    angle : float
-        Change of the nominal angles, rad.
-    coarse : bool
-        The decimals are so few that the noise is added to the tolerance of the path.
-    """
-
+    #: (n_joints,) each: First, second and third differences over the cycle, file units; 0 where the acceptance
+    #: ratio covers the noise.
     differences: tuple[Array, ...]
-    joints: Array
-    tip: float
-    angle: float
-    coarse: bool
+    joints: Array  #: (n_joints,): One unit of the last decimal, mm and rad.
+    tip: float  #: Displacement of the tip, mm.
+    angle: float  #: Change of the nominal angles, rad.
+    coarse: bool  #: The decimals are so few that the noise is added to the tolerance of the path.
 
 
 class Reference(Struct, frozen=True, eq=False):
-    """Everything that the checks of a file compare its rows with; none of it changes.
+    """Everything that the checks of a file compare its rows with; none of it changes."""
 
-    Attributes
-    ----------
-    path : ToolPath
-        The programmed segments.
-    tip_tolerance, axis_tolerance : ndarray, shape (n_segments,)
-        How far the motion may be from each segment, mm and rad.
-    entry : int
-        A restart begins with this segment; -1 for a whole program.
-    entry_aside : float
-        How far along that segment, or before it, the first pose of a restart may be, mm. This pose is the middle of a
-        corner, which is blended beside its vertex, the farther the sharper it is.
-    columns : tuple of Column
-    factor : ndarray, shape (n_joints,)
-        File value over inside value.
-    derivative_limits : tuple of 3 ndarrays, shape (n_joints,)
-        Velocity, acceleration and jerk in file units.
-    cycle : float
-        s.
-    """
-
-    path: ToolPath
+    path: ToolPath  #: The programmed segments.
+    #: tip_tolerance, axis_tolerance (n_segments,): How far the motion may be from each segment, mm and rad.
     tip_tolerance: Array
     axis_tolerance: Array
-    entry: int
+    entry: int  #: A restart begins with this segment; -1 for a whole program.
+    #: How far along that segment, or before it, the first pose of a restart may be, mm. This pose is the middle
+    #: of a corner, which is blended beside its vertex, the farther the sharper it is.
     entry_aside: float
     measures: SegmentMeasures
     items: Items
     columns: tuple[Column, ...]
-    factor: Array
+    factor: Array  #: (n_joints,): File value over inside value.
     limits: Limits
-    derivative_limits: tuple[Array, ...]
-    cycle: float
+    derivative_limits: tuple[Array, ...]  #: (n_joints,) each: Velocity, acceleration and jerk in file units.
+    cycle: float  #: s.
     noise: RoundingNoise
 
     def find_bounds(self, segment: Ints) -> tuple[Array, Array]:

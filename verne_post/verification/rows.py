@@ -40,61 +40,35 @@ _AFTER_CHANGE: Final = 64
 
 
 class Touched(Struct, frozen=True, eq=False):
-    """Segments that steps between two items touch, where a corner of one of them may be rounded; m in order.
+    """Segments that steps between two items touch, where a corner of one of them may be rounded; m in order."""
 
-    Attributes
-    ----------
-    row, segment : ndarray of int, shape (m,)
-    part : ndarray, shape (m, 2)
-        Between which u the step passes the segment, from 0 to 1.
-    """
-
+    #: row, segment (m,)
     row: Ints
     segment: Ints
-    part: Array
+    part: Array  #: (m, 2): Between which u the step passes the segment, from 0 to 1.
 
 
 class MeasuredRows(Struct, frozen=True, eq=False):
-    """Consecutive rows (n,), and the steps that lead to them. The first row of a file has a step of length 0.
+    """Consecutive rows (n,), and the steps that lead to them. The first row of a file has a step of length 0."""
 
-    Attributes
-    ----------
-    first : int
-        Index of the first row in the file.
-    line, item : ndarray of int, shape (n,)
-    dwell : ndarray of bool, shape (n,)
-        The item is a dwell.
-    segment : ndarray of int, shape (n,)
-        Of the item; where it is a dwell, the next segment (the last one, where none comes).
-    u : ndarray, shape (n,)
-        Where on its segment a row is, from 0 to 1; not limited.
-    item_before, u_before : ndarray, shape (n,)
-        Of the row before; -1 before the first row of a file.
-    origin, step : ndarray, shape (n, 5)
-        Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row. The tip is that of this
-        row's tool: where the tool length changes, the machine does not move.
-    entered_rows : ndarray of int, shape (c,)
-        Rows that are the first of their item.
-    rows_before : ndarray of int, shape (c,)
-        How many rows the item before those had.
-    touched : Touched
-        By the steps to ``entered_rows``.
-    """
-
-    first: int
+    first: int  #: Index of the first row in the file.
+    #: line, item (n,)
     line: Ints
     item: Ints
-    dwell: Mask
-    segment: Ints
-    u: Array
+    dwell: Mask  #: (n,): The item is a dwell.
+    segment: Ints  #: (n,): Of the item; where it is a dwell, the next segment (the last one, where none comes).
+    u: Array  #: (n,): Where on its segment a row is, from 0 to 1; not limited.
+    #: item_before, u_before (n,): Of the row before; -1 before the first row of a file.
     item_before: Ints
     u_before: Array
     pose: Measured
+    #: origin, step (n, 5): Tip (mm) and angles (times RADIAN_MM) of the row before, and their change to this row.
+    #: The tip is that of this row's tool: where the tool length changes, the machine does not move.
     origin: Array
     step: Array
-    entered_rows: Ints
-    rows_before: Ints
-    touched: Touched
+    entered_rows: Ints  #: (c,): Rows that are the first of their item.
+    rows_before: Ints  #: (c,): How many rows the item before those had.
+    touched: Touched  #: By the steps to ``entered_rows``.
 
 
 class LastRow(Struct, frozen=True, eq=False):
@@ -122,15 +96,10 @@ class LostPath(Struct, frozen=True):
 
 
 class RowMatcher:
-    """Matches a stream of rows with the items of a program, and measures them.
-
-    Attributes
-    ----------
-    forward : callable
-        (q, tool_length) -> tip, nominal angles, ok.
-    """
+    """Matches a stream of rows with the items of a program, and measures them."""
 
     def __init__(self, reference: Reference, forward: Forward, *, joints_by_axis: bool = False) -> None:
+        #: forward: (q, tool_length) -> tip, nominal angles, ok.
         self.reference, self.forward, self._joints_by_axis = reference, forward, joints_by_axis
         #: The largest angle between the true tool axis and that of the nominal angles so far, rad.
         self.axis_error = 0.0

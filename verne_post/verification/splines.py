@@ -35,27 +35,16 @@ _EQUALLY_FAR_MM: Final = 2e-3
 
 
 class MeasuredSplines(Struct, frozen=True, eq=False):
-    """Some pieces of B-splines (m,), measured along.
+    """Some pieces of B-splines (m,), measured along."""
 
-    Attributes
-    ----------
-    pieces : Splines
-        Tip (mm) and turn of the angles since the start (rad).
-    first : ndarray of int64, shape (m + 1,)
-        First row of each piece in what follows; a piece has one row more than panels.
-    at : ndarray, shape (r,)
-        Parameter of the B-spline.
-    length, metric : ndarray, shape (r,)
-        Length from the start of the piece to there: of the tip, and of tip and angles together, mm.
-    pose : ndarray, shape (r, 5)
-    """
-
-    pieces: Splines
-    first: Ints
-    at: Array
+    pieces: Splines  #: Tip (mm) and turn of the angles since the start (rad).
+    first: Ints  #: (m + 1,): First row of each piece in what follows; a piece has one row more than panels.
+    at: Array  #: (r,): Parameter of the B-spline.
+    #: length, metric (r,): Length from the start of the piece to there: of the tip, and of tip and angles
+    #: together, mm.
     length: Array
     metric: Array
-    pose: Array
+    pose: Array  #: (r, 5)
 
     def measure_lengths(self, piece: Ints) -> Array:
         """Length of the tip (n,) over pieces (n,), mm."""

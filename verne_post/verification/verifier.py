@@ -52,11 +52,6 @@ class Verifier:
         How far the true tool axis may be from that of the nominal angles, rad.
     joints_by_axis : bool
         The joints of the machine tell the tool axis, and not which words hold it.
-
-    Attributes
-    ----------
-    parts : tuple of VerifierPart
-        What checks the measured rows. They share no state: each may be left to a process of its own.
     """
 
     def __init__(
@@ -66,6 +61,7 @@ class Verifier:
         reference = build_reference(contour, limits, columns, fmt, by_axis=joints_by_axis)
         self._matcher = RowMatcher(reference, forward, joints_by_axis=joints_by_axis)
         self._lost = False
+        #: What checks the measured rows. They share no state: each may be left to a process of its own.
         self.parts: tuple[VerifierPart, ...] = (
             _PathPart(reference),
             _MotionPart(reference, self._matcher, axis_error_limit),

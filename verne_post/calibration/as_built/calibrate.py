@@ -31,38 +31,19 @@ NAMED: Final = 3
 
 
 class Calibration(Struct, frozen=True, eq=False):
-    """What the readings say.
-
-    Attributes
-    ----------
-    fit : Fit
-    kept : ndarray of bool, shape (n,)
-        Readings that were used, tools first, then lengths.
-    bad : tuple of BadReading
-    held : HeldOut or None
-    determined : int
-        Directions of the 58 deviations that the readings narrow down.
-    undetermined : tuple of Direction
-        The others, the simplest first, in tolerances of each parameter.
-    left : tuple of (str, float)
-        Parameters and their shares (tolerances) in the direction that still moves the tip most.
-    left_share : float
-        Its share of the mean square tip error that is left.
-    before : ToolErrors
-    after : ErrorsAfter
-        Over the workspace, see :mod:`verne_post.calibration.as_built.prediction`.
-    """
+    """What the readings say."""
 
     fit: Fit
-    kept: Mask
+    kept: Mask  #: (n,): Readings that were used, tools first, then lengths.
     bad: tuple[BadReading, ...]
     held: HeldOut | None
-    determined: int
-    undetermined: tuple[Direction, ...]
+    determined: int  #: Directions of the 58 deviations that the readings narrow down.
+    undetermined: tuple[Direction, ...]  #: The others, the simplest first, in tolerances of each parameter.
+    #: float): Parameters and their shares (tolerances) in the direction that still moves the tip most.
     left: tuple[tuple[str, float], ...]
-    left_share: float
+    left_share: float  #: Its share of the mean square tip error that is left.
     before: ToolErrors
-    after: ErrorsAfter
+    after: ErrorsAfter  #: Over the workspace, see :mod:`verne_post.calibration.as_built.prediction`.
 
     @property
     def contradicted(self) -> bool:

@@ -15,37 +15,20 @@ TOLERANCE_RAD: Final = 1e-4
 
 
 class ToolReadings(Struct, frozen=True, eq=False):
-    """Measured tools on the table, n rows.
+    """Measured tools on the table, n rows."""
 
-    Attributes
-    ----------
-    joints : ndarray, shape (n, 5)
-        As commanded: rho1, rho2, rho3 (mm), A and C (rad, workpiece sense).
-    length : ndarray, shape (n,)
-        Gauge line to tip, mm.
-    tip : ndarray, shape (n, 3)
-        In the table frame or as the row's station reads it, mm; NaN where a coordinate was not measured.
-    axis : ndarray, shape (n, 3)
-        Unit tool axis from tip to spindle, table frame; NaN where it was not measured.
-    sigma_tip, sigma_axis : ndarray, shape (n,)
-        Standard uncertainties: of each coordinate (mm), and of the axis about each of two directions (rad).
-    station : ndarray of int, shape (n,)
-        Which unknown place the tool is measured from; -1: the table frame.
-    turned : ndarray of bool, shape (n,)
-        True where the directions of the station are not known either.
-    line : ndarray of int, shape (n,)
-        Where the row stands in its file.
-    """
-
-    joints: Array
-    length: Array
+    joints: Array  #: (n, 5): As commanded: rho1, rho2, rho3 (mm), A and C (rad, workpiece sense).
+    length: Array  #: (n,): Gauge line to tip, mm.
+    #: (n, 3): In the table frame or as the row's station reads it, mm; NaN where a coordinate was not measured.
     tip: Array
-    axis: Array
+    axis: Array  #: (n, 3): Unit tool axis from tip to spindle, table frame; NaN where it was not measured.
+    #: sigma_tip, sigma_axis (n,): Standard uncertainties: of each coordinate (mm), and of the axis about each of
+    #: two directions (rad).
     sigma_tip: Array
     sigma_axis: Array
-    station: Ints
-    turned: Mask
-    line: Ints
+    station: Ints  #: (n,): Which unknown place the tool is measured from; -1: the table frame.
+    turned: Mask  #: (n,): True where the directions of the station are not known either.
+    line: Ints  #: (n,): Where the row stands in its file.
 
     def __len__(self) -> int:
         return len(self.line)
@@ -93,17 +76,10 @@ COMMANDED_EXACTLY: Final = JointUncertainty()
 
 
 class Prior(Struct, frozen=True, eq=False):
-    """What is known of the deviations before the readings: a normal distribution.
+    """What is known of the deviations before the readings: a normal distribution."""
 
-    Attributes
-    ----------
-    mean : ndarray, shape (58,)
-    factor : ndarray, shape (58, 58)
-        The covariance is ``factor @ factor.T``.
-    """
-
-    mean: Array
-    factor: Array
+    mean: Array  #: (58,)
+    factor: Array  #: (58, 58): The covariance is ``factor @ factor.T``.
 
 
 def build_tolerance_vector(lengths: float = TOLERANCE_MM, directions: float = TOLERANCE_RAD) -> Array:

@@ -23,25 +23,13 @@ ROWS: Final = 5
 
 
 class Blocks(Struct, frozen=True, eq=False):
-    """Equations in standard uncertainties, one block a reading; zero where an equation is not used.
+    """Equations in standard uncertainties, one block a reading; zero where an equation is not used."""
 
-    Attributes
-    ----------
-    residual : ndarray, shape (n, 5)
-        Measured minus predicted.
-    design : ndarray, shape (n, 5, p)
-        Derivatives of the predictions by the unknowns.
-    used : ndarray of bool, shape (n, 5)
-    off : ndarray, shape (n, 5)
-        Measured minus predicted, mm and rad; NaN where not measured.
-    spread : ndarray, shape (n, 5, 5)
-        From standard uncertainties to mm and rad: with its transpose the covariance of the readings.
-    """
-
-    residual: Array
-    design: Array
-    used: Mask
-    off: Array
+    residual: Array  #: (n, 5): Measured minus predicted.
+    design: Array  #: (n, 5, p): Derivatives of the predictions by the unknowns.
+    used: Mask  #: (n, 5)
+    off: Array  #: (n, 5): Measured minus predicted, mm and rad; NaN where not measured.
+    #: (n, 5, 5): From standard uncertainties to mm and rad: with its transpose the covariance of the readings.
     spread: Array
 
     def take(self, chosen: Ints | Mask) -> "Blocks":

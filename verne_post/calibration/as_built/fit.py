@@ -29,26 +29,12 @@ FOLDS: Final = 5
 
 
 class Fit(Struct, frozen=True, eq=False):
-    """Where a fit ends.
+    """Where a fit ends."""
 
-    Attributes
-    ----------
-    unknowns : ndarray, shape (p,)
-        58 deviations (mm, rad), and place (mm) and turn (rad) of each station.
-    factor : ndarray, shape (p, p)
-        Their covariance is ``factor @ factor.T``.
-    blocks : Blocks
-        Of all readings at the solution, those left out too.
-    chi_square : float
-        Of the readings used and the prior together.
-    freedom : int
-    converged : bool
-    """
-
-    unknowns: Array
-    factor: Array
-    blocks: Blocks
-    chi_square: float
+    unknowns: Array  #: (p,): 58 deviations (mm, rad), and place (mm) and turn (rad) of each station.
+    factor: Array  #: (p, p): Their covariance is ``factor @ factor.T``.
+    blocks: Blocks  #: Of all readings at the solution, those left out too.
+    chi_square: float  #: Of the readings used and the prior together.
     freedom: int
     converged: bool
 
@@ -214,24 +200,12 @@ def _judge_from_others(found: Fit, kept: Mask) -> tuple[Array, Array]:
 
 
 class HeldOut(Struct, frozen=True, eq=False):
-    """Readings predicted from the others, in :data:`FOLDS` parts.
+    """Readings predicted from the others, in :data:`FOLDS` parts."""
 
-    Attributes
-    ----------
-    tip : ndarray, shape (m,)
-        Distances of measured and predicted tips, mm.
-    axis : ndarray, shape (k,)
-        Angles of measured and predicted axes, rad.
-    expected_tip : float
-        Root mean square of the distances that the stated uncertainties make.
-    probability : float
-        The smallest of the parts' probabilities, times their number.
-    """
-
-    tip: Array
-    axis: Array
-    expected_tip: float
-    probability: float
+    tip: Array  #: (m,): Distances of measured and predicted tips, mm.
+    axis: Array  #: (k,): Angles of measured and predicted axes, rad.
+    expected_tip: float  #: Root mean square of the distances that the stated uncertainties make.
+    probability: float  #: The smallest of the parts' probabilities, times their number.
 
 
 def hold_out(measurement: Measurement, prior: Prior, kept: Mask) -> HeldOut | None:

@@ -28,23 +28,12 @@ ROUNDS: Final = 8
 
 
 class Plan(Struct, frozen=True, eq=False):
-    """Poses in the order in which they are visited.
-
-    Attributes
-    ----------
-    poses : WorkspacePoses
-    over : list of bool
-        Ways to each pose that go over the middle pose.
-    middle : ndarray, shape (3,)
-        Tip of the middle pose, upright, mm.
-    errors : ndarray, shape (m,)
-        Expected tip error over the workspace once they are measured, mm.
-    """
+    """Poses in the order in which they are visited."""
 
     poses: WorkspacePoses
-    over: list[bool]
-    middle: Array
-    errors: Array
+    over: list[bool]  #: Ways to each pose that go over the middle pose.
+    middle: Array  #: (3,): Tip of the middle pose, upright, mm.
+    errors: Array  #: (m,): Expected tip error over the workspace once they are measured, mm.
 
 
 def plan_poses(

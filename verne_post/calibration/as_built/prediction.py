@@ -43,21 +43,12 @@ def predict_errors_before(model: AsBuiltModel, found: Array, present: FiveAxis, 
 
 
 class ErrorsAfter(Struct, frozen=True, eq=False):
-    """Errors that are left after a calibration, of :data:`DRAWS` machines that the readings allow, each (n, DRAWS).
+    """Errors that are left after a calibration, of :data:`DRAWS` machines that the readings allow, each (n, DRAWS)."""
 
-    Attributes
-    ----------
-    errors : ToolErrors
-        The tip is off by what is not known; the axis also by what A cannot correct while C stays as programmed.
-    unknown_axis : ndarray
-        The part of the axis error that is not known, rad.
-    shape : ndarray
-        Tip errors without the shift and turn of the whole part that each machine makes, mm.
-    """
-
+    #: The tip is off by what is not known; the axis also by what A cannot correct while C stays as programmed.
     errors: ToolErrors
-    unknown_axis: Array
-    shape: Array
+    unknown_axis: Array  #: The part of the axis error that is not known, rad.
+    shape: Array  #: Tip errors without the shift and turn of the whole part that each machine makes, mm.
 
 
 def predict_errors_after(machine: AsBuiltMachine, found: Array, factor: Array, poses: WorkspacePoses) -> ErrorsAfter:

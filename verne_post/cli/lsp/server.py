@@ -103,13 +103,13 @@ class Session:
         for one in shown:
             one.range = self.server.workspace.position_codec.range_to_client_units(lines, one.range)
         self._send_diagnostics(uri, shown, version)
-        self._ask_for_lenses()
+        self._refresh_lenses()
         return found
 
     def _send_diagnostics(self, uri: str, shown: list[lsp.Diagnostic], version: int | None = None) -> None:
         self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown, version))
 
-    def _ask_for_lenses(self) -> None:
+    def _refresh_lenses(self) -> None:
         """Have an editor that can ask for the lenses again: a set-up changes them without a change of the text."""
         workspace = self.server.client_capabilities.workspace
         if workspace and workspace.code_lens and workspace.code_lens.refresh_support:

@@ -35,56 +35,30 @@ _LEVELS: Final = ("INIT", "CLEAR")
 
 
 class Tap(Struct, frozen=True):
-    """What CYCLE/TAP says of its thread.
+    """What CYCLE/TAP says of its thread."""
 
-    Attributes
-    ----------
-    pitch : float or None
-        Of PITCH, in the unit of the statements.
-    turns : float or None
-        An inch (TPI). Without both the feed rate of the cycle, or the set-up, says the pitch.
-    floats : bool
-        The holder follows the thread (FLOAT).
-    ratio : float
-        How many times as fast the tap goes out as in.
-    angle : float or None
-        To which the spindle turns before, degrees.
-    """
-
-    pitch: float | None = None
+    pitch: float | None = None  #: Of PITCH, in the unit of the statements.
+    #: An inch (TPI). Without both the feed rate of the cycle, or the set-up, says the pitch.
     turns: float | None = None
-    floats: bool = False
-    ratio: float = 1.0
-    angle: float | None = None
+    floats: bool = False  #: The holder follows the thread (FLOAT).
+    ratio: float = 1.0  #: How many times as fast the tap goes out as in.
+    angle: float | None = None  #: To which the spindle turns before, degrees.
 
 
 class Cycle(Struct, frozen=True):
-    """CYCLE: heights along the tool axis from the surface, in the unit of the statements.
-
-    Attributes
-    ----------
-    kind : str
-    depth, clear : float
-        Of the bottom, and where the feed begins.
-    retract : float or None
-        To where the tool goes after the hole; None: as high as it stood before the first one (RTRCTO,AUTO).
-    first, step : float or None
-        Of the steps down.
-    dwell : float or None
-        s.
-    feed : tuple or None
-        Value, feed mode, and whether in inches.
-    thread : Tap or None
-    """
+    """CYCLE: heights along the tool axis from the surface, in the unit of the statements."""
 
     kind: str
+    #: depth, clear: Of the bottom, and where the feed begins.
     depth: float
     clear: float
+    #: To where the tool goes after the hole; None: as high as it stood before the first one (RTRCTO,AUTO).
     retract: float | None
+    #: first, step: Of the steps down.
     first: float | None
     step: float | None
-    dwell: float | None
-    feed: tuple[float, int, bool | None] | None
+    dwell: float | None  #: s.
+    feed: tuple[float, int, bool | None] | None  #: Value, feed mode, and whether in inches.
     thread: Tap | None = None
 
 

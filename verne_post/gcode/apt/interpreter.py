@@ -31,26 +31,13 @@ def make_arc_block(block: Block, circle: Circle) -> ArcBlock:
 
 
 class TapBlock(Block):
-    """A block that taps from where the tool stands over the hole; its motion code is for what goes on after an error.
-
-    Attributes
-    ----------
-    thread : Thread
-    heights : sequence of float
-        Along the tool axis: in, out, in, ..., out.
-    go : callable
-        The block that moves to a height at the feed rate in force.
-    floats : bool
-        The holder follows the thread; nobody must allow it.
-    angle : float or None
-        To which the spindle turns before, degrees.
-    """
+    """A block that taps from where the tool stands; its motion code is for what goes on after an error."""
 
     thread: Thread | None = None
-    heights: Sequence[float] = ()
-    go: Callable[[float], Block] | None = None
-    floats: bool = False
-    angle: float | None = None
+    heights: Sequence[float] = ()  #: Along the tool axis: in, out, in, ..., out.
+    go: Callable[[float], Block] | None = None  #: The block that moves to a height at the feed rate in force.
+    floats: bool = False  #: The holder follows the thread; nobody must allow it.
+    angle: float | None = None  #: To which the spindle turns before, degrees.
 
 
 class _Motion(MotionCodes):

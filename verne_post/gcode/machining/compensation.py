@@ -46,37 +46,20 @@ class Offset(Struct, frozen=True):
 
 
 class Compensation(Struct):
-    """Compensation in force.
+    """Compensation in force."""
 
-    Attributes
-    ----------
-    code : int
-        410, 411, 420 or 421.
-    radius : float
-        mm, positive to the left of the contour; 0: on it.
-    segment : Offset or None
-        The path segment whose end may still be amended; None before the entry move.
-    rows : list of int
-        Rows of the recorder that end where it ends.
-    corner : list of float
-        End of the segment as programmed, nine axes.
-    line : int
-        Source line of the segment.
-    perpendicular : bool
-        The entry move ends beside the start of the first segment of the contour, however long it is; else beside its
-        own end.
-    at_once : bool
-        Such a compensation begins with its first block, even without motion in the plane; else with its first motion.
-    """
-
-    code: int
+    code: int  #: 410, 411, 420 or 421.
     plane: int
-    radius: float
-    segment: Offset | None = None
-    rows: list[int] = field(default_factory=list)
-    corner: list[float] = field(default_factory=list)
-    line: int = 0
+    radius: float  #: mm, positive to the left of the contour; 0: on it.
+    segment: Offset | None = None  #: The path segment whose end may still be amended; None before the entry move.
+    rows: list[int] = field(default_factory=list)  #: Rows of the recorder that end where it ends.
+    corner: list[float] = field(default_factory=list)  #: End of the segment as programmed, nine axes.
+    line: int = 0  #: Source line of the segment.
+    #: The entry move ends beside the start of the first segment of the contour, however long it is; else beside
+    #: its own end.
     perpendicular: bool = False
+    #: Such a compensation begins with its first block, even without motion in the plane; else with its first
+    #: motion.
     at_once: bool = True
 
     # --- the three things that may come ---------------------------------------------------------

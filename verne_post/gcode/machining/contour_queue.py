@@ -14,42 +14,21 @@ from verne_post.model.moves import MoveKind
 
 
 class Corner(Struct, frozen=True):
-    """A corner between two elements.
+    """A corner between two elements."""
 
-    Attributes
-    ----------
-    name : str
-        The word of the program, for messages.
-    size : float
-        mm: the radius of a rounding, or of a chamfer what ``chamfer`` says.
-    chamfer : {"legs", "edge"} or None
-        Whether each line loses ``size``, or the chamfer is ``size`` long; None for a rounding.
-    feed : float
-        Feed rate of the corner, 0: that of the element before it.
-    line : int
-        Source line, 0: that of the element before it.
-    """
-
-    name: str
-    size: float
+    name: str  #: The word of the program, for messages.
+    size: float  #: mm: the radius of a rounding, or of a chamfer what ``chamfer`` says.
+    #: {"legs", "edge"}: Whether each line loses ``size``, or the chamfer is ``size`` long; None for a rounding.
     chamfer: str | None = None
-    feed: float = 0.0
-    line: int = 0
+    feed: float = 0.0  #: Feed rate of the corner, 0: that of the element before it.
+    line: int = 0  #: Source line, 0: that of the element before it.
 
 
 class ContourQueue(Struct):
-    """An element that waits for the one that follows, and the corner between them.
+    """An element that waits for the one that follows, and the corner between them."""
 
-    Attributes
-    ----------
-    first : Element or None
-        The element that waits.
-    corner : Corner or None
-        The corner at its end; without one it is drawn as it is.
-    """
-
-    first: Element | None = None
-    corner: Corner | None = None
+    first: Element | None = None  #: The element that waits.
+    corner: Corner | None = None  #: The corner at its end; without one it is drawn as it is.
 
     def hold(self, element: Element, corner: Corner | None = None) -> None:
         """Let an element wait for the one that follows."""

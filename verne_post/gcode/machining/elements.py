@@ -24,36 +24,17 @@ _FULL_TURN: Final = 360.0
 
 
 class Element(Struct, frozen=True):
-    """One line or arc in coordinates of the frame, mm; nine axes.
+    """One line or arc in coordinates of the frame, mm; nine axes."""
 
-    Attributes
-    ----------
-    line : int
-        Source line.
-    start, end : list of float
-    kind : MoveKind
-        RAPID or FEED.
-    feed : float
-        Feed rate, as the feed mode has it.
-    axes : tuple of int
-        Axes that the block names.
-    arc : Arc or None
-        None for a line.
-    arc_feed : ArcFeed
-        Where F holds on an arc, as it was in its block.
-    absolute : bool
-        Whether its end was named in absolute coordinates.
-    """
-
-    line: int
+    line: int  #: Source line.
     start: list[float]
     end: list[float]
-    kind: MoveKind
-    feed: float
-    axes: tuple[int, ...] = (0, 1, 2)
-    arc: Arc | None = field(default=None)
-    arc_feed: ArcFeed = field(default_factory=ArcFeed)
-    absolute: bool = True
+    kind: MoveKind  #: RAPID or FEED.
+    feed: float  #: Feed rate, as the feed mode has it.
+    axes: tuple[int, ...]  #: Axes that the block names.
+    arc: Arc | None = field(default=None)  #: None for a line.
+    arc_feed: ArcFeed = field(default_factory=ArcFeed)  #: Where F holds on an arc, as it was in its block.
+    absolute: bool = True  #: Whether its end was named in absolute coordinates.
 
     def find_direction(self, *, at_end: bool) -> Point | None:
         """Direction of travel in the plane at one end; None for a line without length there."""

@@ -16,25 +16,14 @@ MAX_PECKS: Final = 30_000
 
 
 class Thread(Struct, frozen=True):
-    """A thread that a tap cuts.
+    """A thread that a tap cuts."""
 
-    Attributes
-    ----------
-    pitch : float
-        mm.
-    left_hand : bool
-        The spindle turns counter-clockwise on the way in.
-    speed_in, speed_out : float
-        Of the spindle, 1/min.
-    dwell : float
-        At the bottom, s.
-    """
-
-    pitch: float
-    left_hand: bool
+    pitch: float  #: mm.
+    left_hand: bool  #: The spindle turns counter-clockwise on the way in.
+    #: speed_in, speed_out: Of the spindle, 1/min.
     speed_in: float
     speed_out: float
-    dwell: float = 0.0
+    dwell: float = 0.0  #: At the bottom, s.
 
 
 #: Key of a set-up that settles rigid tapping.

@@ -214,8 +214,7 @@ class Machining:
             # Z was programmed for the tip; for the spindle's nose it would take the tool down by its length
             raise ProgramError(
                 "VP016",
-                "no tool length holds any more while the table is tilted: the programmed Z would take the tool "
-                "down by its "
+                "no tool length is in force any more while the table is tilted: the programmed Z would lower the tool by its "
                 "length; name Z in this motion, or retract in machine coordinates before",
             )
         begin = [p if math.isnan(h) else h for p, h in zip(state.position, values_before, strict=True)]

@@ -189,8 +189,8 @@ class CurvedSlot(Struct, frozen=True):
         half, zero = max(0.5 * self.width - inward, 0.0), (0.0, 0.0)
         outer, inner, place = self.radius + half, self.radius - half, self._place
         return _join(place(outer, 0.5), [
-            Leg(place(outer, 1.0), zero, 0.5 * self.sweep), Leg(place(inner, 1.0), place(self.radius, 1.0), _HALF if half > ZERO_LENGTH_MM else 0.0),
-            Leg(place(inner, 0.0), zero, -self.sweep), Leg(place(outer, 0.0), place(self.radius, 0.0), _HALF if half > ZERO_LENGTH_MM else 0.0),
+            Leg(place(outer, 1.0), zero, 0.5 * self.sweep), Leg(place(inner, 1.0), place(self.radius, 1.0), _HALF),
+            Leg(place(inner, 0.0), zero, -self.sweep), Leg(place(outer, 0.0), place(self.radius, 0.0), _HALF),
             Leg(place(outer, 0.5), zero, 0.5 * self.sweep),
         ])  # fmt: skip
 

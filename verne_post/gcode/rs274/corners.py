@@ -18,20 +18,12 @@ _DISTANCES: Final = (("G", 90.0), ("G", 91.0))
 
 
 class FanucCorners:
-    """Lines and arcs on their way to the core; those before a corner wait for the next.
-
-    Attributes
-    ----------
-    corner : Corner or None
-        The corner at the end of the block at hand.
-    queue : ContourQueue
-        What waits: its corner needs the next block.
-    """
+    """Lines and arcs on their way to the core; those before a corner wait for the next."""
 
     def __init__(self, core: Machining) -> None:
         self.core = core
-        self.corner: Corner | None = None
-        self.queue = ContourQueue()
+        self.corner: Corner | None = None  #: The corner at the end of the block at hand.
+        self.queue = ContourQueue()  #: What waits: its corner needs the next block.
 
     def add_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight, as :meth:`~verne_post.gcode.machining.machining.Machining.go_straight`."""

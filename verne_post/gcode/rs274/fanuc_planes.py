@@ -171,7 +171,7 @@ class FanucPlanes:
             return about_fixed if self.keys.roll_pitch_yaw == "fixed" else about_moving
         if np.abs(about_fixed - about_moving).max() > _PARALLEL:
             raise ProgramError(
-                "VP005", 'G68.2 P1 with several angles: give [fanuc] roll_pitch_yaw in the settings file, "fixed" if each turns about the axes of the part, "moving" if about those turned so far; or give Euler angles (P0)',
+                "VP005", 'G68.2 P1 with several angles: give [fanuc] roll_pitch_yaw in the settings file, "fixed" if each turns about the axes of the part, "moving" if about the axes as turned before; or give Euler angles (P0)',
             )  # fmt: skip
         return about_fixed
 

@@ -27,17 +27,11 @@ def _holds(o: OWord, line: int) -> bool:
 
 
 class Flow:
-    """The order in which the lines of a program are executed.
-
-    Attributes
-    ----------
-    calls : CallStack
-        The line that comes next, and where calls return to.
-    """
+    """The order in which the lines of a program are executed."""
 
     def __init__(self, text: ProgramText, interpreter: Rs274) -> None:
         self.interpreter = interpreter
-        self.calls = CallStack(text, text.first_line, Frame())
+        self.calls = CallStack(text, text.first_line, Frame())  #: The line that comes next, and where calls return to.
         self._called_labels: set[str] = set()
         self._files: dict[str, ProgramText] = {}
         self.repeats = Repeats(interpreter.setup.max_repeats)

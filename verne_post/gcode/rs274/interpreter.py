@@ -49,20 +49,13 @@ _PLAIN_MOTIONS: Final = {0.0: 0, 1.0: 10, 2.0: 20, 3.0: 30}
 
 
 class Call(Struct, frozen=True):
-    """M98: which subprogram, how often; label None: M99.
-
-    Attributes
-    ----------
-    number : int or None
-        The block (N) where M97 begins, or to which M99 goes back.
-    arguments : dict or None
-        Local variables of a macro (G65, G66); ``keeps``: they are kept from one call to the next (G66).
-    """
+    """M98: which subprogram, how often; label None: M99."""
 
     label: str | None
     column: int
     repeats: int = 1
-    number: int | None = None
+    number: int | None = None  #: The block (N) where M97 begins, or to which M99 goes back.
+    #: Local variables of a macro (G65, G66); ``keeps``: they are kept from one call to the next (G66).
     arguments: dict[int, float] | None = None
     keeps: bool = False
 

@@ -49,19 +49,11 @@ _MOST_SETS: Final = 10
 
 
 class Statement(Struct, frozen=True):
-    """A statement of a custom macro; its values are computed when they are asked for.
-
-    Attributes
-    ----------
-    kind : str
-    reader : ValueReader
-        At ``begin`` stands what follows the keyword.
-    begin, column : int
-        The column is that of the keyword.
-    """
+    """A statement of a custom macro; its values are computed when they are asked for."""
 
     kind: Kind
-    reader: ValueReader
+    reader: ValueReader  #: At ``begin`` stands what follows the keyword.
+    #: begin, column: The column is that of the keyword.
     begin: int
     column: int
 

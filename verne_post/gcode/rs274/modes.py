@@ -26,67 +26,37 @@ class Saved(Struct, frozen=True):
 
 
 class Cycle(Struct, frozen=True):
-    """What is kept while canned cycles follow each other. mm, s.
+    """What is kept while canned cycles follow each other. mm, s."""
 
-    Attributes
-    ----------
-    normal : int
-        The drill axis.
-    start : float
-        Its place before the first cycle.
-    start_inch : bool
-        G20 was active there.
-    clear, bottom : float
-        Heights of R and of the bottom.
-    numbers : tuple of float
-        The words R and bottom as they were given.
-    of_g90 : tuple of bool
-        For each of the two whether it was given in G90.
-    absolute, inch : bool
-        G90 and G20 in the last block.
-    step, dwell : float or None
-        Q and P.
-    shift : tuple of float or None
-        I J K of G87.
-    falling : tuple of float or None
-        I J K of pecks: the first, by how much each is smaller than the one before, and the least; None: all are of Q.
-    dwells : bool
-        P stood in a block of a pecking cycle, which then dwells at the bottom.
-    """
-
-    normal: int
-    start: float
-    start_inch: bool
+    normal: int  #: The drill axis.
+    start: float  #: Its place before the first cycle.
+    start_inch: bool  #: G20 was active there.
+    #: clear, bottom: Heights of R and of the bottom.
     clear: float
     bottom: float
-    numbers: tuple[float, float]
-    of_g90: tuple[bool, bool]
+    numbers: tuple[float, float]  #: The words R and bottom as they were given.
+    of_g90: tuple[bool, bool]  #: For each of the two whether it was given in G90.
+    #: absolute, inch: G90 and G20 in the last block.
     absolute: bool
     inch: bool
+    #: step, dwell: Q and P.
     step: float | None = None
     dwell: float | None = None
-    shift: tuple[float, ...] | None = None
+    shift: tuple[float, ...] | None = None  #: I J K of G87.
+    #: I J K of pecks: the first, by how much each is smaller than the one before, and the least; None: all are of
+    #: Q.
     falling: tuple[float, float, float] | None = None
-    dwells: bool = False
+    dwells: bool = False  #: P stood in a block of a pecking cycle, which then dwells at the bottom.
 
 
 class AxisMaps(Struct, frozen=True):
-    """Fanuc's scaling, mirror images and polar coordinates: where words of X, Y, Z lead. mm.
+    """Fanuc's scaling, mirror images and polar coordinates: where words of X, Y, Z lead. mm."""
 
-    Attributes
-    ----------
-    factors, centers : tuple of float
-        Of G51.
-    mirrors : tuple of float or None
-        Of G51.1: where each axis is mirrored; None where it is not.
-    polar : bool
-        G16 holds.
-    """
-
+    #: factors, centers: Of G51.
     factors: tuple[float, ...] = (1.0,) * 3
     centers: tuple[float, ...] = (0.0,) * 3
-    mirrors: tuple[float | None, ...] = (None,) * 3
-    polar: bool = False
+    mirrors: tuple[float | None, ...] = (None,) * 3  #: Of G51.1: where each axis is mirrored; None where it is not.
+    polar: bool = False  #: G16 holds.
 
     def find_map(self, axis: int) -> tuple[float, float]:
         """Factor and shift (mm) that make a word of an axis a place: the mirror image first, then the scaling."""

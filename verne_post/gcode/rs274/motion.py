@@ -221,7 +221,7 @@ class MotionCodes:
                 letter,
             )
         if not set(self.setup.rotary) <= set(rotary):
-            raise block.error("VP013", f"{letter} alone after tool vectors: the program has not said on which side the table is; "
+            raise block.error("VP013", f"{letter} alone after tool vectors: no word has chosen between the two table solutions; "
                 f"name {self.setup.both_rotary} together", letter)  # fmt: skip
         if not machine:
             self.core.hold_tool_axis(None)

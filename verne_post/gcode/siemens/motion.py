@@ -259,7 +259,7 @@ class SiemensMotion:
         if state.tool_axis is not None and not set(self.setup.rotary) <= set(places):
             raise ProgramError(
                 "VP013",
-                f"{self._name_rotary(places)} alone after tool vectors: the program has not said on which side the table is; "
+                f"{self._name_rotary(places)} alone after tool vectors: no word has chosen between the two table solutions; "
                 f"name {self.setup.both_rotary} together",
             )
         self.core.hold_tool_axis(None)

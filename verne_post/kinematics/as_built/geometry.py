@@ -33,41 +33,23 @@ class NominalTable(Struct, frozen=True):
 
 
 class AsBuiltGeometry(Struct, frozen=True, eq=False):
-    """The parts where they are. Rods in the order of :data:`verne_post.model.deviations.RODS`; mm.
+    """The parts where they are. Rods in the order of :data:`verne_post.model.deviations.RODS`; mm."""
 
-    Attributes
-    ----------
-    platform_ends : ndarray, shape (6, 3)
-        a_i, platform frame.
-    slider_ends : ndarray, shape (6, 3)
-        b_i at rho = 0, base frame.
-    rods : ndarray, shape (6,)
-        L_i.
-    guides : ndarray, shape (6, 3)
-        Unit direction u_j of the guide of each rod.
-    spindle : ndarray, shape (3,)
-        Unit vector from P towards the tip, platform frame.
-    pivot : ndarray, shape (3,)
-        Origin of the upright frame, base frame.
-    tilt_origin, tilt_axis : ndarray, shape (3,)
-        A point on the tilt axis (from the pivot) and its unit direction, upright frame.
-    rotary_origin, rotary_axis : ndarray, shape (3,)
-        The same of the rotary axis, tilt frame at A = 0; the origin of the table frame.
-    nose_offset : float
-        From P to the gauge line.
-    """
-
-    platform_ends: Array
-    slider_ends: Array
-    rods: Array
-    guides: Array
-    spindle: Array
-    pivot: Array
+    platform_ends: Array  #: (6, 3): a_i, platform frame.
+    slider_ends: Array  #: (6, 3): b_i at rho = 0, base frame.
+    rods: Array  #: (6,): L_i.
+    guides: Array  #: (6, 3): Unit direction u_j of the guide of each rod.
+    spindle: Array  #: (3,): Unit vector from P towards the tip, platform frame.
+    pivot: Array  #: (3,): Origin of the upright frame, base frame.
+    #: tilt_origin, tilt_axis (3,): A point on the tilt axis (from the pivot) and its unit direction, upright
+    #: frame.
     tilt_origin: Array
     tilt_axis: Array
+    #: rotary_origin, rotary_axis (3,): The same of the rotary axis, tilt frame at A = 0; the origin of the table
+    #: frame.
     rotary_origin: Array
     rotary_axis: Array
-    nose_offset: float
+    nose_offset: float  #: From P to the gauge line.
 
 
 def _normalise(x: float, y: float, z: float) -> Array:

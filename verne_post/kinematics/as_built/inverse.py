@@ -29,27 +29,14 @@ _ROUNDED_STEP: Final = 1e-7
 
 
 class PlatformSolution(Struct, frozen=True, eq=False):
-    """Solved poses; every column NaN where a pose has no solution.
+    """Solved poses; every column NaN where a pose has no solution."""
 
-    Attributes
-    ----------
-    rho : ndarray, shape (3, n)
-        mm.
-    tilt : ndarray, shape (n,)
-        Joint A minus the programmed A, rad.
-    position : ndarray, shape (3, n)
-        P in the base frame, mm.
-    rotation : ndarray, shape (3, 3, n)
-        R of the platform.
-    across : ndarray, shape (n,)
-        What the tilt axis cannot correct: the tool axis's component along the tilt axis minus that of the programmed
-        axis (an angle up to the second order), rad.
-    """
-
-    rho: Array
-    tilt: Array
-    position: Array
-    rotation: Array
+    rho: Array  #: (3, n): mm.
+    tilt: Array  #: (n,): Joint A minus the programmed A, rad.
+    position: Array  #: (3, n): P in the base frame, mm.
+    rotation: Array  #: (3, 3, n): R of the platform.
+    #: (n,): What the tilt axis cannot correct: the tool axis's component along the tilt axis minus that of the
+    #: programmed axis (an angle up to the second order), rad.
     across: Array
 
 

@@ -49,26 +49,14 @@ class _Flat(Struct, frozen=True, eq=False):
 
 
 class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
-    """The as-built machine. Table frame, mm, rad, workpiece sense.
+    """The as-built machine. Table frame, mm, rad, workpiece sense."""
 
-    Attributes
-    ----------
-    nominal_machine : HybridMachine
-        Where the iterations start, and what the other working modes continue.
-    places : RodPlaces
-        Where the rods are along x, nominally.
-    deviations : Deviations
-    axis_error_limit : float
-        Largest axis error before VP217, degrees; infinite where the machine file names none.
-    correction : AxisCorrection or None
-        None: C stays as programmed.
-    """
-
-    nominal_machine: HybridMachine
-    places: RodPlaces
+    nominal_machine: HybridMachine  #: Where the iterations start, and what the other working modes continue.
+    places: RodPlaces  #: Where the rods are along x, nominally.
     deviations: Deviations
+    #: Largest axis error before VP217, degrees; infinite where the machine file names none.
     axis_error_limit: float = np.inf
-    correction: AxisCorrection | None = None
+    correction: AxisCorrection | None = None  #: None: C stays as programmed.
 
     @cached_property
     def geometry(self) -> AsBuiltGeometry:

@@ -32,18 +32,12 @@ COUNT: Final = max(place.stop for place in PLACES.values())
 
 
 class ToolRates(Struct, frozen=True, eq=False):
-    """Tip (mm) and tool axis in the table frame: derivatives by the parts and by the joints.
+    """Tip (mm) and tool axis in the table frame: derivatives by the parts and by the joints."""
 
-    Attributes
-    ----------
-    tip, axis : ndarray, shape (n, 3, 58)
-        By the deviations of :data:`verne_post.model.deviations.PARAMETERS`, mm and rad.
-    tip_by_joint, axis_by_joint : ndarray, shape (n, 3, 5)
-        By rho1, rho2, rho3 (mm), A and C (rad).
-    """
-
+    #: tip, axis (n, 3, 58): By the deviations of :data:`verne_post.model.deviations.PARAMETERS`, mm and rad.
     tip: Array
     axis: Array
+    #: tip_by_joint, axis_by_joint (n, 3, 5): By rho1, rho2, rho3 (mm), A and C (rad).
     tip_by_joint: Array
     axis_by_joint: Array
 

@@ -249,7 +249,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
             for number, joint in enumerate((self.tilt, self.turn))
         )
         # F Rz(-C) Rx(-A) F = Rz(C) Rx(-A), as the product Rx Ry Rz that a platform has
-        beta = np.arcsin(np.clip(np.sin(c) * np.sin(-a), -1.0, 1.0))
+        beta = np.arcsin(np.sin(c) * np.sin(-a))
         alpha = np.arctan2(np.cos(c) * np.sin(-a), np.cos(a))
         gamma = np.arctan2(np.sin(c) * np.cos(a), np.cos(c))
         return Platform(point, np.stack([alpha, beta, gamma], axis=-1))

@@ -22,21 +22,13 @@ WORST_DEPTH: Final = 7
 
 
 class Spans(Struct, frozen=True, eq=False):
-    """Spans of elements.
+    """Spans of elements."""
 
-    Attributes
-    ----------
-    element : ndarray of int, shape (n,)
-    low, high : ndarray, shape (n,)
-        Parameters w of the element between which each span lies, 0 to 1.
-    depth : ndarray of int, shape (n,)
-        How often it was halved.
-    """
-
-    element: Ints
+    element: Ints  #: (n,)
+    #: low, high (n,): Parameters w of the element between which each span lies, 0 to 1.
     low: Array
     high: Array
-    depth: Ints
+    depth: Ints  #: (n,): How often it was halved.
 
     def __len__(self) -> int:
         return len(self.element)

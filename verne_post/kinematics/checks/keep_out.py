@@ -65,37 +65,17 @@ def _make_balls(mesh: Mesh) -> Balls:
 
 
 class Placed(Struct, frozen=True, eq=False):
-    """A box or a mesh in the table frame.
-
-    Attributes
-    ----------
-    middle : ndarray, shape (3,)
-        Of a box, or the zero of a mesh; mm, table frame.
-    half : ndarray, shape (3,)
-        Half sizes along the box's own edges, mm; 0 of a mesh.
-    turn : float
-        The box is turned by this about the table's normal, rad.
-    distance : float
-        mm.
-    stock : bool
-        Feeding cutters may be in it.
-    with_part : bool
-        It is given in a work system: it moves with the work offset.
-    mesh : Mesh or None
-        About its zero, not turned.
-    form : Dexels or None
-        Of a stock that is no box: the box is around it.
-    """
+    """A box or a mesh in the table frame."""
 
     name: str
-    middle: Array
-    half: Array
-    turn: float
-    distance: float
-    stock: bool
-    with_part: bool = False
-    mesh: Mesh | None = None
-    form: Dexels | None = None
+    middle: Array  #: (3,): Of a box, or the zero of a mesh; mm, table frame.
+    half: Array  #: (3,): Half sizes along the box's own edges, mm; 0 of a mesh.
+    turn: float  #: The box is turned by this about the table's normal, rad.
+    distance: float  #: mm.
+    stock: bool  #: Feeding cutters may be in it.
+    with_part: bool = False  #: It is given in a work system: it moves with the work offset.
+    mesh: Mesh | None = None  #: About its zero, not turned.
+    form: Dexels | None = None  #: Of a stock that is no box: the box is around it.
 
     def map_inside(self, point: Array) -> Array:
         """Points (n, 3) of the table frame in its own frame."""

@@ -33,28 +33,14 @@ SOUGHT_MM: Final = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
 
 
 class MoveProblem(Struct, frozen=True, eq=False):
-    """What is moved, and inside what.
-
-    Attributes
-    ----------
-    checks : list of Check
-        The limits to keep.
-    basis : ndarray, shape (k, 3)
-        Orthonormal directions in the table frame that the move may combine.
-    end_only : bool
-        The end of a straight line moves alone.
-    also_warnings : bool
-        Keep the weaker bounds too.
-    farthest : float
-        Longest move, mm.
-    """
+    """What is moved, and inside what."""
 
     line: JointPath
-    checks: list[Check]
-    basis: Array
-    end_only: bool
-    also_warnings: bool
-    farthest: float
+    checks: list[Check]  #: The limits to keep.
+    basis: Array  #: (k, 3): Orthonormal directions in the table frame that the move may combine.
+    end_only: bool  #: The end of a straight line moves alone.
+    also_warnings: bool  #: Keep the weaker bounds too.
+    farthest: float  #: Longest move, mm.
 
     def move_part(self, shift: Array) -> JointPath:
         """The line after a move (3,), mm."""

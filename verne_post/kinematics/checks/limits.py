@@ -45,18 +45,13 @@ class JointBounds(Struct, frozen=True, eq=False):
     """Largest derivatives of the joints by w over the elements of stop-to-stop sections, one section after the other.
 
     Stop-to-stop profiles need them; continuous profiles look at the joints themselves.
-
-    Attributes
-    ----------
-    first, second, third : ndarray, shape (n, n_joints)
-    axis_error_deg : float
-        Over all elements: the largest tool axis error that an as-built machine cannot correct.
     """
 
+    #: first, second, third (n, n_joints)
     first: Array
     second: Array
     third: Array
-    axis_error_deg: float
+    axis_error_deg: float  #: Over all elements: the largest tool axis error that an as-built machine cannot correct.
 
 
 def check_limits(

@@ -26,34 +26,19 @@ _UNREACHABLE: Final = {
 
 
 class Check(Struct, frozen=True):
-    """One bound on one quantity: ``sign * (value - limit)`` must not be below zero.
+    """One bound on one quantity: ``sign * (value - limit)`` must not be below zero."""
 
-    Attributes
-    ----------
-    code : str
-        Of the finding.
-    axis : str or None
-        The joint concerned.
-    quantity : int
-        Column of the quantities.
-    limit, warn : float
-        The bound, and a weaker one below which a warning is due.
-    slack : float
-        A value may be beyond the bound by this.
-    factor : float
-        From the inside unit to the one that is shown.
-    """
-
-    code: str
+    code: str  #: Of the finding.
     name: str
-    axis: str | None
-    quantity: int
+    axis: str | None  #: The joint concerned.
+    quantity: int  #: Column of the quantities.
     sign: float
+    #: limit, warn: The bound, and a weaker one below which a warning is due.
     limit: float
     warn: float
-    slack: float
+    slack: float  #: A value may be beyond the bound by this.
     unit: str
-    factor: float
+    factor: float  #: From the inside unit to the one that is shown.
 
 
 class Worst(Struct, frozen=True):

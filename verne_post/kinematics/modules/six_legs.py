@@ -118,7 +118,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         return np.array(self.feet, dtype=float)
 
     @cached_property
-    def _rails(self) -> Array:
+    def unit_rails(self) -> Array:
         """Unit vectors along the rails (6, 3); 0 for struts."""
         if self.rails is None:
             return np.zeros((6, 3))
@@ -128,7 +128,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
     @cached_property
     def _sides(self) -> Array:
         """1 where home has the platform's end ahead of the slider's along the rail, else -1; (6,)."""
-        along = ((np.array(self.home) + self._ends - self._feet) * self._rails).sum(axis=-1)
+        along = ((np.array(self.home) + self._ends - self._feet) * self.unit_rails).sum(axis=-1)
         return np.where(along >= np.array(self.home_mm or np.zeros(6)), 1.0, -1.0)
 
     @cached_property
@@ -158,7 +158,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         square = sum_squares(away)
         if self.rods is None:
             return np.sqrt(square), square
-        x, y, z = self._rails.T
+        x, y, z = self.unit_rails.T
         along = away[..., 0] * x + away[..., 1] * y + away[..., 2] * z
         drops2 = np.array(self.rods) ** 2 - square + along**2
         return along - self._sides * np.sqrt(np.maximum(drops2, 0.0)), drops2
@@ -171,18 +171,18 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
 
     def _shift_feet(self, away: Array, values: Array) -> Array:
         """Vectors along legs whose actuators stand at values (..., 6), of away (..., 6, 3)."""
-        return away if self.rods is None else away - values[..., None] * self._rails
+        return away if self.rods is None else away - values[..., None] * self.unit_rails
 
     def find_legs(self, position: Array, turn: Array, values: Array) -> tuple[Array, Array]:
         """Ends of the legs at base and platform, each (..., 6, 3), with the actuators at ``values`` (..., 6)."""
-        foot = self._feet + values[..., None] * self._rails
+        foot = self._feet + values[..., None] * self.unit_rails
         return foot, foot + self.find_vectors(position, turn, values)
 
     def find_rates(self, position: Array, turn: Array) -> Array:
         """Derivatives (..., 6, 6) of the actuators by the platform's motion: velocity of P, and of turning, rad."""
         unit, arms = self._find_units(position, turn)
         rows = np.concatenate([unit, np.cross(arms, unit)], axis=-1)
-        return rows if self.rods is None else rows / (unit * self._rails).sum(axis=-1, keepdims=True)
+        return rows if self.rods is None else rows / (unit * self.unit_rails).sum(axis=-1, keepdims=True)
 
     def _find_units(self, position: Array, turn: Array) -> tuple[Array, Array]:
         """Unit vectors along the legs, and arms R a_k, each (..., 6, 3)."""
@@ -228,7 +228,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         parallel = find_reciprocal_condition(self._scale_jacobian(position, turn))
         if self.rods is None:
             return parallel, np.ones_like(parallel)
-        shares = np.abs((self._find_units(position, turn)[0] * self._rails).sum(axis=-1))
+        shares = np.abs((self._find_units(position, turn)[0] * self.unit_rails).sum(axis=-1))
         return parallel, shares.min(axis=-1) / shares.max(axis=-1)
 
     def is_within(self, position: Array, turn: Array) -> Mask:
@@ -295,7 +295,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         if self.rods is None:
             return np.asarray(ok & (np.abs(own - values) <= CLOSED).all(axis=-1))
         vectors = self.find_vectors(position, turn, values)
-        on_side = ((vectors * self._rails).sum(axis=-1) * self._sides > 0).all(axis=-1)
+        on_side = ((vectors * self.unit_rails).sum(axis=-1) * self._sides > 0).all(axis=-1)
         misses = np.abs(np.sqrt(sum_squares(vectors)) - np.array(self.rods))
         return np.asarray(ok & on_side & (misses <= CLOSED).all(axis=-1))
 

@@ -25,23 +25,13 @@ _AXES: Final = (AXES.index("A"), AXES.index("C"))
 
 
 class TiltingTable(Struct, frozen=True, eq=False):
-    """Geometry and senses of the table; implements ``TableCoordinates``.
+    """Geometry and senses of the table; implements ``TableCoordinates``."""
 
-    Attributes
-    ----------
-    pivot : ndarray, shape (3,)
-        A point on the tilt axis, base frame.
-    rotary_offset : ndarray, shape (3,)
-        From there to the rotary centre, tilt frame at A = 0 (z up).
-    machine_zero : ndarray, shape (3,)
-        Origin of machine coordinates over the rotary centre, at A = 0 (z up).
-    a_sign, c_sign : float
-        +1 where the machine file names the workpiece's motion, -1 where it names the tool's (ISO 841).
-    """
-
-    pivot: Array
-    rotary_offset: Array
-    machine_zero: Array
+    pivot: Array  #: (3,): A point on the tilt axis, base frame.
+    rotary_offset: Array  #: (3,): From there to the rotary centre, tilt frame at A = 0 (z up).
+    machine_zero: Array  #: (3,): Origin of machine coordinates over the rotary centre, at A = 0 (z up).
+    #: a_sign, c_sign: +1 where the machine file names the workpiece's motion, -1 where it names the tool's (ISO
+    #: 841).
     a_sign: float
     c_sign: float
 

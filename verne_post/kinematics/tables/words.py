@@ -16,25 +16,17 @@ from verne_post.model.nutation import Nutation
 
 
 class RotaryWords(Struct, frozen=True):
-    """``A = home + a_sign word``, ``C = c_sign word``; on a nutating pair those are its joint angles.
+    """``A = home + a_sign word``, ``C = c_sign word``; on a nutating pair those are its joint angles."""
 
-    Attributes
-    ----------
-    axes : tuple of 2 int
-        Which of ``AXES`` the words are: of the joint that tilts the tool, and of the one that turns about its pole.
-    a_sign, c_sign : float
-        +1 where the machine file names the workpiece's motion, -1 where it names the tool's (ISO 841).
-    home : float
-        Nominal A where the tilting joint stands at 0, rad.
-    nutation : Nutation or None
-        Of a pair that is not at right angles.
-    """
-
+    #: Which of ``AXES`` the words are: of the joint that tilts the tool, and of the one that turns about its
+    #: pole.
     axes: tuple[int, int]
+    #: a_sign, c_sign: +1 where the machine file names the workpiece's motion, -1 where it names the tool's (ISO
+    #: 841).
     a_sign: float
     c_sign: float
-    home: float = 0.0
-    nutation: Nutation | None = None
+    home: float = 0.0  #: Nominal A where the tilting joint stands at 0, rad.
+    nutation: Nutation | None = None  #: Of a pair that is not at right angles.
 
     def find_angles(self, machine: Array, part_turn: float) -> Array:
         """Nominal angles (..., 2) of machine coordinates (..., 9); the part stands turned by ``part_turn`` degrees."""
