@@ -174,6 +174,16 @@ def test_markdown_is_a_table_in_which_no_program_writes_markup(run: Callable[...
     assert "@\u2060someone #\u206012 \\| \\<b\\>\\*x\\*\\</b\\> \\`y\\`" in shown
 
 
+def test_markdown_says_once_what_a_set_up_settles() -> None:
+    """Who reads a comment on a pull request has no terminal with the remedies beside it."""
+    lengths = [make_finding("VP012", f"tool {k}", line=k, settled_by=(("tools", f"{k}"),)) for k in (1, 2)]
+    rows = markdown.write([Report("my part.nc", (*lengths, make_finding("VP006", "Q", line=3)))]).splitlines()[-3:]
+    assert rows[0].endswith(
+        "which verne-post setup 'my part.nc' writes. Or give --tool-length or --tool-table; the program may set it too (G10 L1, \\$TC\\_DP3, TOOL DEF). |"
+    )
+    assert [row.count("<br>") for row in rows] == [1, 0, 0]
+
+
 def test_markdown_fits_into_a_comment() -> None:
     many = tuple(make_finding("VP006", "x" * 1000, line=k + 1) for k in range(100))
     shown = markdown.write([Report("a.nc", many), Report("b.nc", many[:1])])

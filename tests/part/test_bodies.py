@@ -22,6 +22,7 @@ SHAPES = {
     ),
     "dovetail": ((Cylinder("cutter", 20, 8, taper=-45), Cylinder("shank", 4, 30)), {4: 6, 9: 2, 40: 2}),
     "drill": ((Cylinder("cutter", 8, 30, point_angle=90),), {1: 1, 3: 3, 5: 4}),
+    "twist drill": ((Cylinder("cutter", 8, 30, point_angle=118),), {1: np.tan(np.radians(59)), 5: 4}),
     "chamfer": ((Cylinder("cutter", 10, 30, point_angle=90, tip_diameter=2),), {1: 2, 3: 4, 10: 5}),
     "lollipop": (
         (Cylinder("cutter", 8, 30, corner_radius=4, neck_diameter=4),),

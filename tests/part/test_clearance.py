@@ -67,6 +67,19 @@ def test_a_thin_post_between_two_rows_is_hit(accelerate):
 
 
 @pytest.mark.parametrize("accelerate", PATHS)
+@pytest.mark.parametrize("leaves", [False, True])
+def test_a_contact_on_the_first_way_is_found(leaves, accelerate):
+    """Two rows alone, and rows of which only the first is in the post; the post is tall and narrow, its facets are thin."""
+    x = np.array([0.0, 20.0, 40.0] if leaves else [-20.0, 20.0])
+    tip = np.stack([x, np.zeros(len(x)), np.zeros(len(x))], axis=1)
+    axis = np.tile([0.0, 0.0, 1.0], (len(x), 1))
+    motion = build_motion("tool 1", build_pieces(SHAPE, 80), tip, axis, np.arange(len(x)), np.ones(len(x), bool))
+    found = find_contacts(block((-2.0, -0.5, -30.0), (1.0, 0.5, 1.0)), (motion,), 0.0, accelerate=accelerate).found
+    assert [one.part for one in found] == ["cutter"]
+    assert 0 in found[0].line
+
+
+@pytest.mark.parametrize("accelerate", PATHS)
 def test_touching_is_no_contact(accelerate):
     mesh = block((-2, -4, 17), (2, 0, 24))
     assert len(find_contacts(mesh, (pass_by(20.0),), 0.0, accelerate=accelerate).found) == 0

@@ -7,7 +7,7 @@ from verne_post.model.findings import InputError
 from verne_post.model.part_setup import Cylinder, Wanted
 from verne_post.part.bodies import build_pieces, measure_phi
 from verne_post.part.bound import find_clear, find_limit
-from verne_post.part.compare import CLEAR, GOUGE, UNDECIDED, compare, divide, is_inside, move_mesh
+from verne_post.part.compare import CLEAR, GOUGE, UNDECIDED, Cells, compare, divide, is_inside, move_mesh
 from verne_post.part.motion import Motion, build_motion
 from verne_post.part.stl import Mesh, build_mesh
 from verne_post.part.sweep import find_nearest, load_accelerator
@@ -281,3 +281,15 @@ def test_a_tool_that_begins_inside_the_part():
 def test_a_grid_that_is_too_fine_is_refused_with_one_that_will_do():
     with pytest.raises(InputError, match=r"part.stl: a grid of 0.001 mm has too many places; give --grid 0.0"):
         divide(rectangle((0, 0), (15, 8)), 0.001)
+
+
+def test_circles_about_facets_are_the_least_ones():
+    """Obtuse and right triangles: about the longest side, wherever it stands; acute ones: through the three corners."""
+    wide = np.array([[0.0, 0, 0], [6, 0, 0], [2, 1, 0]])
+    right = np.array([[0.0, 0, 0], [0, 8, 0], [0, 0, 6]])
+    acute = np.array([[0.0, 0, 1], [4, 0, 1], [2, 3, 1]])
+    for corner, middle, radius in ((wide, (3, 0, 0), 3.0), (right, (0, 4, 3), 5.0), (acute, (2, 5 / 6, 1), 13 / 6)):
+        turned = np.stack([np.roll(corner, k, axis=0) for k in range(3)])
+        found = Cells(turned, np.arange(3)).find_circles()
+        assert found[0] == pytest.approx(np.tile(middle, (3, 1)), abs=1e-12)
+        assert found[1] == pytest.approx([radius] * 3, rel=1e-6)

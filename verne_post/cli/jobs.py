@@ -12,7 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import msgspec
 from msgspec import Struct
@@ -28,8 +28,6 @@ from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.verdict import ExitStatus, find_exit_status
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from verne_post.base.long_text import Text
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
@@ -203,18 +201,13 @@ def _make_outcome(job: Job) -> Outcome:
             job.claim_one(files, job.root / name)
         if done.status != ExitStatus.INTERNAL_ERROR:
             digests = {name: _compute_digest(path) for name, path in made.items()}
-            made_now = msgspec.to_builtins(Record(_LAYOUT, key, digests, done), enc_hook=_convert_number)
+            made_now = msgspec.to_builtins(Record(_LAYOUT, key, digests, done), enc_hook=float)
             text = format_json(made_now)
             job.record.parent.mkdir(parents=True, exist_ok=True)
             files.write(job.record, job.describe_file(job.record), [text + "\n"])
             for name, path in made.items():
                 files.place(path, job.root / name, job.describe_file(job.root / name))
     return replace(done, left=_find_unknown_files(job, record, made))
-
-
-def _convert_number(number: "np.floating[Any]") -> float:
-    """A number of numpy, as findings have them, as one of Python."""
-    return float(number)
 
 
 def _compute_key(job: Job, source: "Text", options: "Options") -> str:

@@ -120,9 +120,6 @@ class IniFile:
         """The value, and file and line; None where it is missing."""
         return self.values.get((section, key), [None])[0]
 
-    def find_all(self, section: str, key: str) -> list[tuple[str, str]]:
-        return self.values.get((section, key), [])
-
     def read_number(self, section: str, key: str) -> float | None:
         """A number, of which a comment may stand behind; None where the key is missing."""
         found = self.find(section, key)
@@ -158,7 +155,7 @@ class Pins:
         """Execute what the INI names, in its order: HAL files, commands, files of the face."""
         ini = self._ini
         for key in ("HALFILE", "HALCMD", "POSTGUI_HALFILE"):
-            for value, where in ini.find_all("HAL", key):
+            for value, where in ini.values.get(("HAL", key), []):
                 if key == "HALCMD":
                     self._execute(value, where)
                     continue

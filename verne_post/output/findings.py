@@ -86,7 +86,7 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     if item.column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
-        lines.append(f"  {blank} = {CODES[item.code].title}: {_name_program(_choose_remedy(item), program)}")
+        lines.append(f"  {blank} = {CODES[item.code].title}: {describe_remedy(item, program)}")
     else:
         lines += [f"  {blank} = tried: {make_printable(text)}" for text in item.remedies]
         lines.append(f"  {blank} = `verne-post explain {make_printable(program)}:{at}` says how much is needed")
@@ -97,6 +97,11 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
 _GIVE_MEANING: Final = (
     "Fill in its meaning in INPUT.toml, which verne-post setup INPUT writes, or post the program without it."
 )
+
+
+def describe_remedy(item: Finding, program: str) -> str:
+    """What to do about a finding, with the name of the program in commands, to be pasted."""
+    return _name_program(_choose_remedy(item), program)
 
 
 def _choose_remedy(item: Finding) -> str:

@@ -185,7 +185,7 @@ class Dexels:
         rows = self._find_near(sweeps, table)
         if kernels is None:
             for row in rows.tolist():
-                removed[row] = self._cut_one(sweeps, table, row)
+                removed[row] = self.take(*self._meet(sweeps, table, row))
             return removed
         near = sweeps.take(rows)
         volume, done = np.zeros(len(rows)), 0
@@ -241,10 +241,6 @@ class Dexels:
             low, high = meet_standing(table, x - end[0], y - end[1], axis)
             low, high = low + end[2], high + end[2]
         return window, low, high
-
-    def _cut_one(self, sweeps: Sweeps, table: RayTable, row: int) -> float:
-        """Take one body away; the volume."""
-        return self.take(*self._meet(sweeps, table, row))
 
     def take(self, window: tuple[slice, slice], a: Array, b: Array) -> float:
         """Take the intervals from ``a`` to ``b``, one for each ray of a window of cells, away; the volume, mm3."""

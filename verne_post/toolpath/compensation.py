@@ -135,7 +135,7 @@ def _compensate(
     chord = bend_share * shorter / 8.0
     common = np.stack([_average(column) for column in bend.T], axis=1)
     apart, whole = (_average(measure_rows(part * METRIC)) for part in (bend - common, bend))
-    chain = _are_all_near(soft & (apart <= MOST_ROUGH * whole) & (chord <= MOST_CHORD))
+    chain = ~_is_any_near(~(soft & (apart <= MOST_ROUGH * whole) & (chord <= MOST_CHORD)))  # and so are all near it
     every, shape = np.arange(n + 1), np.zeros(n + 1, dtype=np.int8)
     alone = find_widest(shape, bend_share)
     while chain.any():
@@ -169,11 +169,6 @@ def _find_needed(used: Array) -> Array:
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(used, 2 * WINDOW, mode="edge"), 2 * WINDOW + 1)
     share = np.clip((windows.max(axis=1) - NEEDED[0]) / (NEEDED[1] - NEEDED[0]), 0.0, 1.0)
     return np.asarray(np.lib.stride_tricks.sliding_window_view(share, 2 * WINDOW + 1).mean(axis=1))
-
-
-def _are_all_near(mask: Mask) -> Mask:
-    """Whether a mask is set at all vertices within ``SEGMENTS``."""
-    return np.asarray(~_is_any_near(~mask))
 
 
 def _is_any_near(mask: Mask) -> Mask:

@@ -96,7 +96,7 @@ def project_unwrapped(
     if len(joint):
         ends = path.joints[path.joint[segment[joint]]]
         span = ends[:, 1] - ends[:, 0]
-        scale = _make_joint_weight(span.shape[1])
+        scale = np.array([1.0] * (span.shape[1] - 2) + [RADIAN_MM, RADIAN_MM])
         away = (measured.q[joint] - ends[:, 0]) * scale
         u[joint] = np.sum(away * span * scale, axis=1) / np.sum((span * scale) ** 2, axis=1)
     return u
@@ -127,10 +127,6 @@ def project_onto_straight(path: ToolPath, segment: Ints, measured: Measured, rad
 def _find_first_rows(rows: Ints, fresh: Mask) -> Mask:
     """First rows of segments among a selection: marked, or after a gap in the selection."""
     return fresh[rows] | (np.diff(rows, prepend=rows[0]) > 1)
-
-
-def _make_joint_weight(n_joints: int) -> Array:
-    return np.array([1.0] * (n_joints - 2) + [RADIAN_MM, RADIAN_MM])
 
 
 def project_tips(

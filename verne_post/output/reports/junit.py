@@ -41,7 +41,10 @@ def _write_document(cases: list[ElementTree.Element]) -> str:
 
 def _make_case(report: Report) -> ElementTree.Element:
     case = ElementTree.Element(
-        "testcase", classname="verne-post", name=make_printable(report.program), time=_format_seconds(report)
+        "testcase",
+        classname="verne-post",
+        name=make_printable(report.program),
+        time=f"{report.cycle_time_s or 0.0:.3f}",
     )
     lines = []
     for item in report.findings:
@@ -54,11 +57,6 @@ def _make_case(report: Report) -> ElementTree.Element:
     elif text:
         ElementTree.SubElement(case, "system-out").text = text
     return case
-
-
-def _format_seconds(report: Report) -> str:
-    """The machining time of a program, 0 where it has none: what a server shows as the duration of its test case."""
-    return f"{report.cycle_time_s or 0.0:.3f}"
 
 
 def _clean(text: str) -> str:

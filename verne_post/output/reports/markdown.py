@@ -8,7 +8,7 @@ from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
-from verne_post.output.findings import Report, describe, format_outcome
+from verne_post.output.findings import Report, describe, describe_remedy, format_outcome
 
 #: A comment has room for 65,536 characters.
 MAX_CHARACTERS: Final = 60_000
@@ -25,7 +25,12 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
         lines.append(f"| {_escape(report.program)} | {result} | {time} |")
     room, left_out = MAX_CHARACTERS - sum(map(len, lines)), 0
     for report in reports:
-        rows = [_write_row(item) for item in report.findings]
+        rows, seen = [], set()
+        # a comment has no terminal beside it: what a set-up settles has its remedy, once for a code
+        for item in report.findings:
+            settled = item.settled_by and item.code not in seen
+            rows.append(_write_row(item, describe_remedy(item, report.program) if settled else ""))
+            seen.add(item.code)
         head = ["", f"**{_escape(report.program)}**", "", "| line | finding |", "|---|---|"]
         shown = _count_that_fit(rows, room - sum(map(len, head)))
         room -= sum(map(len, (head + rows[:shown]) if shown else []))
@@ -49,8 +54,9 @@ def _count_that_fit(rows: list[str], room: int) -> int:
     return shown
 
 
-def _write_row(item: Finding) -> str:
-    remedies = "".join(f"<br>tried: {_escape(remedy)}" for remedy in item.remedies)
+def _write_row(item: Finding, remedy: str) -> str:
+    remedies = "".join(f"<br>tried: {_escape(tried)}" for tried in item.remedies)
+    remedies += f"<br>{_escape(remedy)}" if remedy else ""
     return f"| {'' if item.line is None else item.line} | {_escape(describe(item))}{remedies} |"
 
 
