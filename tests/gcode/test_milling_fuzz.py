@@ -1,7 +1,7 @@
 """Milling cycles with values at random: no traceback, no hang, nothing passed over, and what runs is the pocket.
 
-``python -m tests.gcode.test_milling_fuzz N FIRST [NAME...]`` tries N programs from number FIRST on, of these languages or
-cycles if any are named.
+``python -m tests.gcode.test_milling_fuzz N FIRST [NAME...]`` tries N programs from number FIRST on: of a language (siemens,
+heidenhain), or all of these cycles of Siemens, if any are named.
 """
 
 import itertools
@@ -69,8 +69,6 @@ LIKELY = {
     200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 335: 20, 239: 1.5, 355: 1, 356: -9, 357: 0, 358: 0, 359: 2, 360: 0, 254: 90, 257: 0, 256: 0, 258: 1, 385: 400, 386: -6, 389: 0,
     227: 0, 253: 700, 424: 60, 425: 60, 437: 0, 439: 0, 571: 20, 572: 6, 573: 1, 220: 2, 368: 0, 369: 0, 338: 0, 347: 0, 348: 0, 349: 0,
 }  # fmt: skip
-#: Cycles of Klartext.
-NUMBERED = (*CYCLES, 241, *THREADS)
 #: Values of cycles in which the likely ones mean something else.
 OF_CYCLE = {"CYCLE899": {"VARI": 1001}, "CYCLE79": {"NUM": 6, "VARI": 1}}
 TOOL = 8.0
@@ -111,37 +109,36 @@ def make_contour(rng, value):
     return f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{call}\nG0 Z99\nM30\n{contour}\n"
 
 
-def make_program(seed):
-    """Language, cycle and text of a program with one cycle."""
+def make_program(seed, only=None):
+    """Language and text of a program with one cycle, of any kind or one of ``only``."""
     rng = random.Random(seed)
 
     def value(name):
         return LIKELY[name] if name in LIKELY and rng.random() < 0.95 else rng.choice(NUMBERS)
 
-    if rng.random() < 0.3:
-        return "siemens", "CYCLE72", make_contour(rng, value)
-    if rng.random() < 0.5:
-        name = rng.choice(sorted(PARAMETERS))
+    if only is None and rng.random() < 0.3:
+        return "siemens", make_contour(rng, value)
+    if only is not None or rng.random() < 0.5:
+        name = rng.choice(sorted(PARAMETERS) if only is None else only)
         special = OF_CYCLE.get(name, {})
         values = ",".join(
             "" if rng.random() < 0.05 else str(special[one] if one in special and rng.random() < 0.9 else value(one))
             for one in PARAMETERS[name][: rng.randint(8, 40) if rng.random() < 0.3 else None]
         )
-        return "siemens", name, f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{name}({values})\nG0 Z99\nM30\n"
-    number = rng.choice(NUMBERED)
+        return "siemens", f"T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n{name}({values})\nG0 Z99\nM30\n"
+    number = rng.choice([*CYCLES, 241, *THREADS])
     needs, defaults = MACHINING[number]
     names = [*needs, *(name for name in defaults if rng.random() < 0.3)]
     words = " ".join(f"Q{name}={value(name):.9f}" for name in names)
     return (
         "heidenhain",
-        str(number),
         f"BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X+10 Y+20 Z+40 R0 FMAX M3\nCYCL DEF {number} C {words}\nCYCL CALL\nL Z+99 FMAX\nEND PGM C MM\n",
     )
 
 
-def try_program(seed):
+def try_program(seed, only=None):
     """Execute a program; it ends in time, in findings of its lines or in moves that reach the part."""
-    dialect, _cycle, text = make_program(seed)
+    dialect, text = make_program(seed, only)
     begin = time.process_time()
     options = Options(
         dialect=dialect,
@@ -243,9 +240,10 @@ def test_pockets_at_random(first):
 
 
 if __name__ == "__main__":
-    count, first, names = int(sys.argv[1]), int(sys.argv[2]), set(sys.argv[3:])
-    if unknown := names - {"siemens", "heidenhain", "CYCLE72", *PARAMETERS, *map(str, NUMBERED)}:
-        sys.exit(f"no language or cycle: {', '.join(sorted(unknown))}")
-    seeds = (seed for seed in itertools.count(first) if not names or names.intersection(make_program(seed)[:2]))
-    good = sum(try_program(seed) for seed in itertools.islice(seeds, count))
+    count, first, names = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
+    if unknown := set(names) - {"siemens", "heidenhain", *PARAMETERS}:
+        sys.exit(f"no language, and no cycle with values at random: {', '.join(sorted(unknown))}")
+    cycles = [name for name in names if name in PARAMETERS] or None
+    seeds = (seed for seed in itertools.count(first) if cycles or not names or make_program(seed)[0] in names)
+    good = sum(try_program(seed, cycles) for seed in itertools.islice(seeds, count))
     sys.stdout.write(f"{count} programs from {first} on, {good} without an error\n")
