@@ -20,6 +20,11 @@ SHAPES = {
         (Cylinder("cutter", 6, 30, corner_radius=3, taper=5),),
         {1: np.sqrt(5), 15: 3 * np.cos(np.radians(5)) + (12 + 3 * np.sin(np.radians(5))) * np.tan(np.radians(5))},
     ),
+    # it has an edge where the cone ends; rounded by the corner radius, 0.02 mm would be missing there
+    "tapered end mill": (
+        (Cylinder("cutter", 10, 12, corner_radius=3, taper=15), Cylinder("shank", TOP := 2 * (5 - 3 * (1 - np.cos(np.radians(15))) + (9 + 3 * np.sin(np.radians(15))) * np.tan(np.radians(15))), 10)),
+        {11.9: TOP / 2 - 0.1 * np.tan(np.radians(15)), 12: TOP / 2, 12.1: TOP / 2, 20: TOP / 2},
+    ),
     "dovetail": ((Cylinder("cutter", 20, 8, taper=-45), Cylinder("shank", 4, 30)), {4: 6, 9: 2, 40: 2}),
     "drill": ((Cylinder("cutter", 8, 30, point_angle=90),), {1: 1, 3: 3, 5: 4}),
     "twist drill": ((Cylinder("cutter", 8, 30, point_angle=118),), {1: np.tan(np.radians(59)), 5: 4}),

@@ -218,7 +218,14 @@ def _build_tapered(one: Cylinder, low: float, high: float) -> list[Piece]:
     if one.taper > 0:
         top = 0.5 * one.top_diameter - corner
         side = [(top, nose + (top - inner) / slope), (top, high + corner), (0.0, high + corner)]
-        return [Piece(one.part, np.array([(0.0, nose), (inner, nose), *side]), corner, low, high, top + corner)]
+        pieces = [Piece(one.part, np.array([(0.0, nose), (inner, nose), *side]), corner, low, high, top + corner)]
+        if not corner:
+            return pieces
+        # that one is rounded where the cone ends, and the tool is not: from where the cone begins a piece with its edge
+        lean = one.taper * RAD_PER_DEG
+        begin = (inner + corner * np.cos(lean), nose - corner * np.sin(lean))
+        edge = [(0.5 * one.top_diameter, height) for height in sorted({end, high})]
+        return [*pieces, _build_convex(one.part, [begin, *edge])]
     top = min(end + corner, nose - inner / slope)
     core = [(0.0, nose), (inner, nose), (max(inner + (top - nose) * slope, 0.0), top), (0.0, top)]
     pieces = [Piece(one.part, np.array(core), corner, low, end, 0.5 * one.diameter)]
