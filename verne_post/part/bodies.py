@@ -221,11 +221,12 @@ def _build_tapered(one: Cylinder, low: float, high: float) -> list[Piece]:
         pieces = [Piece(one.part, np.array([(0.0, nose), (inner, nose), *side]), corner, low, high, top + corner)]
         if not corner:
             return pieces
-        # that one is rounded where the cone ends, and the tool is not: from where the cone begins a piece with its edge
-        lean = one.taper * RAD_PER_DEG
-        begin = (inner + corner * np.cos(lean), nose - corner * np.sin(lean))
-        edge = [(0.5 * one.top_diameter, height) for height in sorted({end, high})]
-        return [*pieces, _build_convex(one.part, [begin, *edge])]
+        # that one is rounded where the cone ends, and the tool is not: a piece as far as the rounding reaches has its edge
+        lean, edge = one.taper * RAD_PER_DEG, 0.5 * one.top_diameter
+        reach = min(corner * np.tan(0.5 * lean), (end - nose + corner * np.sin(lean)) / np.cos(lean))
+        begin = (edge - reach * np.sin(lean), end - reach * np.cos(lean))
+        ends = [(edge, height) for height in sorted({end, min(high, end + corner * np.tan(0.5 * lean))})]
+        return [*pieces, _build_convex(one.part, [begin, *ends])]
     top = min(end + corner, nose - inner / slope)
     core = [(0.0, nose), (inner, nose), (max(inner + (top - nose) * slope, 0.0), top), (0.0, top)]
     pieces = [Piece(one.part, np.array(core), corner, low, end, 0.5 * one.diameter)]
