@@ -23,162 +23,102 @@ MAX_SHIFT_MM: Final = 1e5
 
 
 class Rs274Keys(Struct, frozen=True):
-    """Keys of [rs274], with their defaults: which of the controls that speak it.
+    """Keys of [rs274], with their defaults: which of the controls that speak it."""
 
-    Attributes
-    ----------
-    flavour : str
-        How programs end, which comments speak, what M98 takes, what holds at the start. Empty: as "linuxcnc".
-    arc_centres : str
-        What I J K are before G90.1 or G91.1: "incremental", from the start of the arc, or "absolute".
-    dwell : str
-        What P of G4 and of cycles is: "seconds" or "milliseconds".
-    units : str
-        Of lengths before any G20 or G21: "mm" or "inch".
-    """
-
+    #: How programs end, which comments speak, what M98 takes, what holds at the start. Empty: as "linuxcnc".
     flavour: Literal["", "linuxcnc", "pathpilot", "mach3", "grbl"] = ""
+    #: What I J K are before G90.1 or G91.1: "incremental", from the start of the arc, or "absolute".
     arc_centres: Literal["incremental", "absolute"] = "incremental"
+    #: What P of G4 and of cycles is: "seconds" or "milliseconds".
     dwell: Literal["seconds", "milliseconds"] = "seconds"
-    units: Literal["", "mm", "inch"] = ""
+    units: Literal["", "mm", "inch"] = ""  #: Of lengths before any G20 or G21: "mm" or "inch".
 
 
 class SiemensKeys(Struct, frozen=True):
-    """Keys of [siemens], with their defaults.
+    """Keys of [siemens], with their defaults."""
 
-    Attributes
-    ----------
-    start : str
-        A block that is executed before the program: the reset state of the control.
-    rotation : str
-        Angles of ROT X Y Z: "rpy" (about Z, then the new Y, then the new X) or "euler" (Z, X, Z).
-    orientation : str
-        How the tool axis goes where no ORI word is programmed: "axes" linear in A and C; "vector" on a great circle;
-        "words" linear for A and C words, on a great circle for A3 B3 C3.
-    orientation_by_group : bool
-        ORIAXES and ORIVECT choose how it goes (else ORIMKS and ORIWKS do).
-    projected : str
-        The second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane's line in X Z or Y Z;
-        "axes", that of the projected axis of the plane. Empty: such calls are refused.
-    polygon_angle : str
-        STA of CYCLE79 is the direction of the middle of a side ("side") or of a corner ("corner") from the middle of
-        the polygon. Empty: such calls are refused.
-    offsets_in_g91 : str
-        Whether the first incremental value of an axis after a change of frame, work offset or tool length travels that
-        change: "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
-    d_numbers : str
-        The meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", the number of the
-        tool itself (a flat structure of D numbers).
-    modulo_axes : str
-        Rotary axes whose absolute values count within the present turn.
-    tools : mapping
-        T="name" -> number of the tool table.
-    """
-
+    #: A block that is executed before the program: the reset state of the control.
     start: str = "G1 G17 G40 G54 G60 G710 G90 G94"
+    #: Angles of ROT X Y Z: "rpy" (about Z, then the new Y, then the new X) or "euler" (Z, X, Z).
     rotation: Literal["rpy", "euler"] = "rpy"
+    #: How the tool axis goes where no ORI word is programmed: "axes" linear in A and C; "vector" on a great
+    #: circle; "words" linear for A and C words, on a great circle for A3 B3 C3.
     orientation: Literal["words", "axes", "vector"] = "words"
-    orientation_by_group: bool = False
+    orientation_by_group: bool = False  #: ORIAXES and ORIVECT choose how it goes (else ORIMKS and ORIWKS do).
+    #: The second angle of CYCLE800 in the mode "projected angles": "traces", that of the plane's line in X Z or Y
+    #: Z; "axes", that of the projected axis of the plane. Empty: such calls are refused.
     projected: Literal["", "traces", "axes"] = ""
+    #: STA of CYCLE79 is the direction of the middle of a side ("side") or of a corner ("corner") from the middle
+    #: of the polygon. Empty: such calls are refused.
     polygon_angle: Literal["", "side", "corner"] = ""
+    #: Whether the first incremental value of an axis after a change of frame, work offset or tool length travels
+    #: that change: "travelled" (SD42440 and SD42442 = 1), "kept" (0). Empty: such values are refused.
     offsets_in_g91: Literal["", "travelled", "kept"] = ""
+    #: The meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", the number of
+    #: the tool itself (a flat structure of D numbers).
     d_numbers: Literal["edges", "tools"] = "edges"
-    modulo_axes: str = ""
-    tools: Mapping[str, int] = field(default_factory=dict)
+    modulo_axes: str = ""  #: Rotary axes whose absolute values count within the present turn.
+    tools: Mapping[str, int] = field(default_factory=dict)  #: T="name" -> number of the tool table.
 
 
 class HeidenhainKeys(Struct, frozen=True):
-    """Keys of [heidenhain], with their defaults.
+    """Keys of [heidenhain], with their defaults."""
 
-    Attributes
-    ----------
-    tools : mapping
-        TOOL CALL "name" -> number of the tool table.
-    plunge_angle : float
-        ANGLE of the tools: how steeply a helix, or a way to and fro, goes down in milling cycles, degrees.
-    datums : mapping
-        Row of the datum table -> X, Y, Z of its shift, mm.
-    cycle_19 : str
-        "moves": cycle 19 positions the rotary axes at its F, with its set-up clearance. Empty: they stay.
-    """
-
-    tools: Mapping[str, int] = field(default_factory=dict)
+    tools: Mapping[str, int] = field(default_factory=dict)  #: TOOL CALL "name" -> number of the tool table.
+    #: ANGLE of the tools: how steeply a helix, or a way to and fro, goes down in milling cycles, degrees.
     plunge_angle: float = 3.0
+    #: Row of the datum table -> X, Y, Z of its shift, mm.
     datums: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    #: "moves": cycle 19 positions the rotary axes at its F, with its set-up clearance. Empty: they stay.
     cycle_19: Literal["", "moves"] = ""
 
 
 class FanucKeys(Struct, frozen=True):
-    """Keys of [fanuc], with their defaults.
+    """Keys of [fanuc], with their defaults."""
 
-    Attributes
-    ----------
-    inside_arc_percent : float
-        Parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many percent. 100: F
-        is that of the tool's centre.
-    decimal_point : str
-        The meaning of a word without a decimal point: "calculator", X20 is 20 mm; "conventional", X20 is 20 least input
-        increments, 0.02 mm. Empty: as calculator, with a warning where a program has both.
-    roll_pitch_yaw : str
-        G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns before have left
-        ("moving"). Empty: several angles are refused where that differs.
-    projection_angles : str
-        G68.2 P4: I above 0 turns X about Y of the part, so that it goes down ("turned"), or is the angle by which it
-        goes up ("rising"). Empty: I other than 0 is refused.
-    bore_shift : str
-        Direction in which the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y", "-Y".
-        Empty: Q is refused.
-    dwell : str
-        What P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it.
-    units : str
-        Of lengths before any G20 or G21: "mm" or "inch". Empty: mm, with a note where a program has neither.
-    motion : str
-        What holds before any code of motion (parameter 3402): "G0" or "G1". Empty: axes before one are refused.
-    """
-
+    #: Parameter 1710: under cutter compensation, F on inside arcs is reduced to no less than so many percent.
+    #: 100: F is that of the tool's centre.
     inside_arc_percent: float = 0.0
+    #: The meaning of a word without a decimal point: "calculator", X20 is 20 mm; "conventional", X20 is 20 least
+    #: input increments, 0.02 mm. Empty: as calculator, with a warning where a program has both.
     decimal_point: Literal["", "calculator", "conventional"] = ""
+    #: G68.2 P1: each angle turns about an axis of the part ("fixed"), or about the one that the turns before have
+    #: left ("moving"). Empty: several angles are refused where that differs.
     roll_pitch_yaw: Literal["", "fixed", "moving"] = ""
+    #: G68.2 P4: I above 0 turns X about Y of the part, so that it goes down ("turned"), or is the angle by which
+    #: it goes up ("rising"). Empty: I other than 0 is refused.
     projection_angles: Literal["", "turned", "rising"] = ""
+    #: Direction in which the oriented tool leaves the wall in G76 and G87 (parameter 5148): "+X", "-X", "+Y",
+    #: "-Y". Empty: Q is refused.
     bore_shift: Literal["", "+X", "-X", "+Y", "-Y"] = ""
+    #: What P of G4 and of cycles is: "milliseconds", or "seconds", as Centroid controls have it.
     dwell: Literal["milliseconds", "seconds"] = "milliseconds"
+    #: Of lengths before any G20 or G21: "mm" or "inch". Empty: mm, with a note where a program has neither.
     units: Literal["", "mm", "inch"] = ""
+    #: What holds before any code of motion (parameter 3402): "G0" or "G1". Empty: axes before one are refused.
     motion: Literal["", "G0", "G1"] = ""
 
 
 class AptKeys(Struct, frozen=True):
-    """Keys of [aptcl], with their defaults: what cutter location text does not say itself.
+    """Keys of [aptcl], with their defaults: what cutter location text does not say itself."""
 
-    Attributes
-    ----------
-    units : str
-        Of points before any UNITS: "mm" or "inch". Empty: mm, and a FEDRAT in inches is refused.
-    msys : str
-        "one clamping": every MSYS is in the clamping of the first, whose system is that of the work offset. Empty:
-        another MSYS is refused.
-    cutcom : str
-        "centre": points are those of the tool's centre, and CUTCOM has no effect. Empty: CUTCOM is refused.
-    insert : str
-        "message": texts of INSERT are remarks. Empty: INSERT is refused.
-    times : str
-        What TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; "whole", those
-        before the arc. Empty: n greater than 1 is refused.
-    lengths : str
-        "tools": the length is that of the tool, whichever register LOADTL names. Empty: it is that of the register,
-        where a word gives its number.
-    tools : mapping
-        Names of TOOL PATH -> number of the tool table, where no LOAD/TOOL stands.
-    pitches : mapping
-        Number of a tap -> pitch of its thread, mm, where CYCLE/TAP does not say it.
-    """
-
+    #: Of points before any UNITS: "mm" or "inch". Empty: mm, and a FEDRAT in inches is refused.
     units: Literal["", "mm", "inch"] = ""
+    #: "one clamping": every MSYS is in the clamping of the first, whose system is that of the work offset. Empty:
+    #: another MSYS is refused.
     msys: Literal["", "one clamping"] = ""
+    #: "centre": points are those of the tool's centre, and CUTCOM has no effect. Empty: CUTCOM is refused.
     cutcom: Literal["", "centre"] = ""
-    insert: Literal["", "message"] = ""
+    insert: Literal["", "message"] = ""  #: "message": texts of INSERT are remarks. Empty: INSERT is refused.
+    #: What TIMES,n of CIRCLE counts: "begun", turns that are begun, so that n = 1 is the arc alone; "whole",
+    #: those before the arc. Empty: n greater than 1 is refused.
     times: Literal["", "begun", "whole"] = ""
+    #: "tools": the length is that of the tool, whichever register LOADTL names. Empty: it is that of the
+    #: register, where a word gives its number.
     lengths: Literal["", "tools"] = ""
+    #: Names of TOOL PATH -> number of the tool table, where no LOAD/TOOL stands.
     tools: Mapping[str, int] = field(default_factory=dict)
+    #: Number of a tap -> pitch of its thread, mm, where CYCLE/TAP does not say it.
     pitches: Mapping[str, float] = field(default_factory=dict)
 
 

@@ -221,7 +221,7 @@ def _build_tapered(one: Cylinder, low: float, high: float) -> list[Piece]:
         pieces = [Piece(one.part, np.array([(0.0, nose), (inner, nose), *side]), corner, low, high, top + corner)]
         if not corner:
             return pieces
-        # that one is rounded where the cone ends, and the tool is not: a piece as far as the rounding reaches has its edge
+        # that one is rounded where the cone ends, and the tool is not: a small piece there has its edge
         lean, edge = one.taper * RAD_PER_DEG, 0.5 * one.top_diameter
         reach = min(corner * np.tan(0.5 * lean), (end - nose + corner * np.sin(lean)) / np.cos(lean))
         begin = (edge - reach * np.sin(lean), end - reach * np.cos(lean))

@@ -70,28 +70,15 @@ class Place(Struct, frozen=True):
 
 
 class PartPoints(Struct, frozen=True, eq=False):
-    """Points of a program on the part, in order.
+    """Points of a program on the part, in order."""
 
-    Attributes
-    ----------
-    tip, angles : ndarray, shape (n, 3) and (n, 2)
-        Tip (mm) and nominal A, C (rad) in the frame of the part.
-    tool : ndarray, shape (n,)
-        Tool length, mm.
-    line : ndarray of int32, shape (n,)
-        Source line.
-    seconds : ndarray, shape (n,)
-        From the point before at the programmed feed rate.
-    fresh : ndarray of bool, shape (n,)
-        The motion stops between the point before and this one.
-    """
-
+    #: tip, angles (n, 3) and (n, 2): Tip (mm) and nominal A, C (rad) in the frame of the part.
     tip: Array
     angles: Array
-    tool: Array
-    line: NDArray[np.int32]
-    seconds: Array
-    fresh: Mask
+    tool: Array  #: (n,): Tool length, mm.
+    line: NDArray[np.int32]  #: (n,): Source line.
+    seconds: Array  #: (n,): From the point before at the programmed feed rate.
+    fresh: Mask  #: (n,): The motion stops between the point before and this one.
 
     def select(self, rows: NDArray[np.intp]) -> "PartPoints":
         """Some of them."""
@@ -159,37 +146,21 @@ class Fit(Struct, frozen=True, eq=False):
 
 
 class Proposal(Struct, frozen=True, eq=False):
-    """Where the part stands now, a place for it, and the findings of the whole program there.
+    """Where the part stands now, a place for it, and the findings of the whole program there."""
 
-    Attributes
-    ----------
-    system : int
-        Number of the work system that moves.
-    aim : {"move", "margin", "time"}
-        What the place was chosen for: the smallest move, the largest margin, or the least time.
-    before, after : Fit
-    findings : tuple of Finding
-        Of the whole program at the place.
-    seconds_before, seconds : float or None
-        None where the program cannot run.
-    largest : Fit
-        The place with the largest smallest margin.
-    turns : bool
-        A joint of the machine turns the part about its z.
-    text : str
-        What ``fit`` says of it: what is printed.
-    """
-
-    system: int
+    system: int  #: Number of the work system that moves.
+    #: {"move", "margin", "time"}: What the place was chosen for: the smallest move, the largest margin, or the
+    #: least time.
     aim: Aim
     before: Fit
     after: Fit
-    findings: tuple[Finding, ...]
+    findings: tuple[Finding, ...]  #: Of the whole program at the place.
+    #: seconds_before, seconds: None where the program cannot run.
     seconds_before: float | None
     seconds: float | None
-    largest: Fit
-    turns: bool = True
-    text: str = ""
+    largest: Fit  #: The place with the largest smallest margin.
+    turns: bool = True  #: A joint of the machine turns the part about its z.
+    text: str = ""  #: What ``fit`` says of it: what is printed.
 
     def __repr__(self) -> str:
         return self.text or super().__repr__()

@@ -19,25 +19,15 @@ from verne_post.output.setup_text import quote_key
 
 
 class Fix(Struct, frozen=True):
-    """An edit of one file: what stands from ``begin`` to ``end`` in ``text`` becomes ``new``.
-
-    Attributes
-    ----------
-    title : str
-    path : Path
-    text : str or None
-        What the file holds; None where it is to be created.
-    settles : bool
-        No error stays.
-    """
+    """An edit of one file: what stands from ``begin`` to ``end`` in ``text`` becomes ``new``."""
 
     title: str
     path: Path
-    text: str | None
+    text: str | None  #: What the file holds; None where it is to be created.
     begin: int
     end: int
     new: str
-    settles: bool = False
+    settles: bool = False  #: No error stays.
 
 
 def find_fixes(

@@ -27,16 +27,7 @@ from verne_post.model.moves import MoveKind
 
 
 class KlartextFrames:
-    """The state of Klartext, and what its coordinates mean.
-
-    Attributes
-    ----------
-    q : QParameters
-    maps : Transformations
-    modes : Modes
-    wraps : dict
-        Whole turns, in degrees, that M94 has taken off the numbers of A and C.
-    """
+    """The state of Klartext, and what its coordinates mean."""
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         self.core = Machining(setup, state, recorder)
@@ -44,6 +35,7 @@ class KlartextFrames:
         self.q = QParameters()
         self.maps = Transformations()
         self.modes = state.modes = Modes()
+        #: Whole turns, in degrees, that M94 has taken off the numbers of A and C.
         self.wraps = dict.fromkeys(setup.rotary, 0.0)
         #: Scales of X, Y, Z in force, below 0 where they are mirrored.
         self.factors = (1.0, 1.0, 1.0)

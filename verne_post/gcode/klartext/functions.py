@@ -37,15 +37,7 @@ _ALIKE: Final = (_PLACES, set(ARC_FEEDS))
 
 
 class KlartextFunctions:
-    """The contour, and what happens beside it.
-
-    Attributes
-    ----------
-    spindle_angle : float
-        Cycle 13: where M19 orients the spindle.
-    calls : list of str
-        What a block asks for at its end: "cycle" (M99), "modal" (M89).
-    """
+    """The contour, and what happens beside it."""
 
     def __init__(self, frames: KlartextFrames, contour: KlartextContour) -> None:
         self.frames = frames
@@ -56,10 +48,10 @@ class KlartextFunctions:
         self.q = frames.q
         self.modes = frames.modes
         self.waiting = frames.waiting
-        self.calls: list[str] = []
+        self.calls: list[str] = []  #: What a block asks for at its end: "cycle" (M99), "modal" (M89).
         self.has_ended = False
         self.delta_length = 0.0
-        self.spindle_angle = 0.0
+        self.spindle_angle = 0.0  #: Cycle 13: where M19 orients the spindle.
 
     # --- tools ---------------------------------------------------------------------------------------------
 

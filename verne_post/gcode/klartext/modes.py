@@ -14,24 +14,12 @@ _FEEDS: Final = {
 
 
 class Modes(Struct):
-    """Modes.
+    """Modes."""
 
-    Attributes
-    ----------
-    inch : bool
-        Unit of BEGIN PGM.
-    tcp : bool
-        M128 or FUNCTION TCPM: the tool centre point is controlled.
-    as_spatial : bool
-        AXIS SPAT: A, B, C are spatial angles.
-    along_vectors : bool
-        PATHCTRL VECTOR: the tool axis goes along the great circle.
-    """
-
-    inch: bool = False
-    tcp: bool = False
-    as_spatial: bool = False
-    along_vectors: bool = False
+    inch: bool = False  #: Unit of BEGIN PGM.
+    tcp: bool = False  #: M128 or FUNCTION TCPM: the tool centre point is controlled.
+    as_spatial: bool = False  #: AXIS SPAT: A, B, C are spatial angles.
+    along_vectors: bool = False  #: PATHCTRL VECTOR: the tool axis goes along the great circle.
 
     def show(self, feed: FeedMode, path: PathMode) -> list[str]:
         """Every statement says itself how it moves; this is what holds beside it."""

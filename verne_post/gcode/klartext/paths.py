@@ -38,17 +38,7 @@ class Target(Struct):
 
 
 class KlartextPaths:
-    """Frames, and what path functions mean in them.
-
-    Attributes
-    ----------
-    pole : dict
-        CC: index of each of its two axes -> input coordinate.
-    direction : tuple or None
-        Direction in XY in which the last element ended, for tangential arcs.
-    shortest : bool
-        M126.
-    """
+    """Frames, and what path functions mean in them."""
 
     def __init__(self, frames: KlartextFrames) -> None:
         self.frames = frames
@@ -57,9 +47,10 @@ class KlartextPaths:
         self.state = frames.state
         self.modes = frames.modes
         self.waiting = frames.waiting
-        self.pole: dict[int, float] = {}
+        self.pole: dict[int, float] = {}  #: CC: index of each of its two axes -> input coordinate.
+        #: Direction in XY in which the last element ended, for tangential arcs.
         self.direction: tuple[float, float] | None = None
-        self.shortest = False
+        self.shortest = False  #: M126.
 
     # --- positions -------------------------------------------------------------------------------------
 

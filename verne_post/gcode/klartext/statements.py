@@ -51,27 +51,13 @@ _SPLIT_NUMBER: Final = re.compile(rb"[ \t](?=[\d.])")
 
 
 class Statement(Struct, frozen=True):
-    """One statement.
+    """One statement."""
 
-    Attributes
-    ----------
-    line : int
-        Its first line.
-    keyword : str
-        "" for a comment, a structure line or a blank line.
-    rest : str
-        What follows the keyword, in upper case but for what stands in quotes.
-    begin : int
-        Column (from 0) at which ``rest`` begins, of the first line.
-    is_deleted : bool
-        A slash stands before it.
-    """
-
-    line: int
-    keyword: str
-    rest: str
-    begin: int = 0
-    is_deleted: bool = False
+    line: int  #: Its first line.
+    keyword: str  #: "" for a comment, a structure line or a blank line.
+    rest: str  #: What follows the keyword, in upper case but for what stands in quotes.
+    begin: int = 0  #: Column (from 0) at which ``rest`` begins, of the first line.
+    is_deleted: bool = False  #: A slash stands before it.
 
     def error(self, code: str, message: str, at: int | None = None) -> ProgramError:
         """An error of this statement, at a place of ``rest``."""

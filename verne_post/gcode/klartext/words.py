@@ -35,29 +35,16 @@ class MWord(Struct, frozen=True):
 
 
 class Words(Struct):
-    """The words of one statement.
+    """The words of one statement."""
 
-    Attributes
-    ----------
-    values : dict
-        Letter (``X``, ``IX``, ``PR`` ...) -> value, in the unit of the program.
-    columns : dict
-        Their places in the statement.
-    compensation : str or None
-        R0, RL, RR.
-    rapid, automatic : bool
-        FMAX; F AUTO, the feed rate of TOOL CALL.
-    rotation : int or None
-        DR+ is 1, DR- is -1.
-    functions : list of MWord
-    """
-
+    #: Letter (``X``, ``IX``, ``PR`` ...) -> value, in the unit of the program.
     values: dict[str, float] = field(default_factory=dict)
-    columns: dict[str, int] = field(default_factory=dict)
-    compensation: str | None = None
+    columns: dict[str, int] = field(default_factory=dict)  #: Their places in the statement.
+    compensation: str | None = None  #: R0, RL, RR.
+    #: rapid, automatic: FMAX; F AUTO, the feed rate of TOOL CALL.
     rapid: bool = False
     automatic: bool = False
-    rotation: int | None = None
+    rotation: int | None = None  #: DR+ is 1, DR- is -1.
     functions: list[MWord] = field(default_factory=list)
 
     def take(self, name: str) -> float | None:

@@ -30,54 +30,25 @@ Entry = Literal["straight", "helix", "swing"]
 
 
 class Milling(Struct, frozen=True):
-    """How an outline is milled. Heights along the normal of the plane, mm, upwards.
+    """How an outline is milled. Heights along the normal of the plane, mm, upwards."""
 
-    Attributes
-    ----------
-    radius : float
-        Of the tool.
-    clear : float
-        Where rapid traverse towards the part ends.
-    levels : sequence of float
-        Heights at which the roughing clears, downwards; empty: no roughing.
-    bottom : float
-        The finished floor.
-    step : float
-        The most that two paths beside each other are apart.
-    sense : int
-        1: counter-clockwise, which is climb milling in a pocket with a spindle that turns clockwise; -1 the other way.
-    side : float
-        Allowance that the roughing leaves on the wall.
-    walls : sequence of float
-        Heights of the finishing passes along the wall, downwards; empty: none.
-    floor : bool
-        The floor is finished.
-    entry : str
-        How the tool plunges: "straight" down, "helix" and "swing" (to and fro along the middle line).
-    slope : float
-        Mm down in a mm of the way of a helix or swing.
-    pitch : float
-        Mm down in a turn of the helix; 0: as ``slope`` has it.
-    helix : float
-        Radius of the helix, mm; less where the pocket has no room for it.
-    near : float
-        Rapid traverse into what is milled already ends so far above it.
-    """
-
-    radius: float
-    clear: float
-    levels: Sequence[float]
-    bottom: float
-    step: float
+    radius: float  #: Of the tool.
+    clear: float  #: Where rapid traverse towards the part ends.
+    levels: Sequence[float]  #: Heights at which the roughing clears, downwards; empty: no roughing.
+    bottom: float  #: The finished floor.
+    step: float  #: The most that two paths beside each other are apart.
+    #: 1: counter-clockwise, which is climb milling in a pocket with a spindle that turns clockwise; -1 the other
+    #: way.
     sense: int = 1
-    side: float = 0.0
-    walls: Sequence[float] = ()
-    floor: bool = False
+    side: float = 0.0  #: Allowance that the roughing leaves on the wall.
+    walls: Sequence[float] = ()  #: Heights of the finishing passes along the wall, downwards; empty: none.
+    floor: bool = False  #: The floor is finished.
+    #: How the tool plunges: "straight" down, "helix" and "swing" (to and fro along the middle line).
     entry: Entry = "straight"
-    slope: float = 0.0
-    pitch: float = 0.0
-    helix: float = math.inf
-    near: float = 0.0
+    slope: float = 0.0  #: Mm down in a mm of the way of a helix or swing.
+    pitch: float = 0.0  #: Mm down in a turn of the helix; 0: as ``slope`` has it.
+    helix: float = math.inf  #: Radius of the helix, mm; less where the pocket has no room for it.
+    near: float = 0.0  #: Rapid traverse into what is milled already ends so far above it.
 
     def lead_in(self, height: float) -> float:
         """The height above a milled one at which rapid traverse ends."""

@@ -19,34 +19,20 @@ _HALF_TURN = 180.0
 
 
 class MilledThread(Struct, frozen=True):
-    """A thread and how a mill goes round.
+    """A thread and how a mill goes round."""
 
-    Attributes
-    ----------
-    radius : float
-        Of the path of the tool's middle about the axis, mm.
-    away : float
-        Distance from the axis from which a half circle leads onto the helix, and to which one leads back, mm: 0 in a
-        hole, more than ``radius`` beside a stud.
-    lead : float
-        Mm upwards in a turn; below 0 the tool goes down.
-    sense : int
-        1: counter-clockwise, -1: clockwise.
-    goes_deeper : bool
-        A tool that goes down leaves its helix on the way to the side, below its end. If not, it leaves at that height.
-    first : float
-        Angle at which each helix begins, degrees.
-    overrun : float or None
-        How far the tool goes along the axis on a half circle, mm, as the control has it; None: at the slope of the
-        helix.
-    """
-
-    radius: float
+    radius: float  #: Of the path of the tool's middle about the axis, mm.
+    #: Distance from the axis from which a half circle leads onto the helix, and to which one leads back, mm: 0 in
+    #: a hole, more than ``radius`` beside a stud.
     away: float
-    lead: float
-    sense: int
+    lead: float  #: Mm upwards in a turn; below 0 the tool goes down.
+    sense: int  #: 1: counter-clockwise, -1: clockwise.
+    #: A tool that goes down leaves its helix on the way to the side, below its end. If not, it leaves at that
+    #: height.
     goes_deeper: bool = True
-    first: float = 0.0
+    first: float = 0.0  #: Angle at which each helix begins, degrees.
+    #: How far the tool goes along the axis on a half circle, mm, as the control has it; None: at the slope of the
+    #: helix.
     overrun: float | None = None
 
     @property

@@ -45,16 +45,7 @@ _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])"
 
 
 class Executor:
-    """Reads and executes blocks on one interpreter.
-
-    Attributes
-    ----------
-    interpreter : SiemensInterpreter
-    variables : Variables
-    words : WordReader
-    modal : Call or None
-        The cycle of MCALL.
-    """
+    """Reads and executes blocks on one interpreter."""
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         self.setup = setup
@@ -64,7 +55,7 @@ class Executor:
         self.drilling = Drilling(self.interpreter, self.variables)
         self.milling = SiemensMilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)
-        self.modal: Call | None = None
+        self.modal: Call | None = None  #: The cycle of MCALL.
         #: A line that was not executed has named axes.
         self.uncertain = False
         self.interpreter.set_path_control()

@@ -22,62 +22,32 @@ FEED_CODES: Final = {FeedMode.PER_MINUTE: "G94", FeedMode.INVERSE: "G93", FeedMo
 
 
 class Modes(Struct):
-    """Modal G functions and values. mm and degrees.
+    """Modal G functions and values. mm and degrees."""
 
-    Attributes
-    ----------
-    motion : str
-        G0, G1, G2, G3, CIP or CT.
-    absolute : bool
-    units : str
-        G70, G71, G700, G710.
-    exact : str
-        G60, G64, G641 to G645.
-    adis, ctol, otol : float or None
-        Tolerances of corners: mm, mm, degrees.
-    pole : tuple
-        Of polar words, in the plane.
-    radius, angle : float or None
-        RP and AP.
-    reference, path : str or None
-        ORIWKS or ORIMKS; ORIAXES, ORIVECT or ORIPLANE. None: not programmed.
-    tcp : bool
-        TRAORI is active.
-    frames : Frames
-    system : int
-        Number of the work offset; 0: G500.
-    edge : bool
-        D1: the tool length counts in places of the machine.
-    plane : int
-        0 XY, 1 ZX, 2 YZ, as the interpreter of all dialects has it too.
-    offset : Frame or None
-        The work offset as it was when its G54 was executed; None before the first change of an offset.
-    feed_mode : FeedMode
-        Likewise.
-    arc_feed : ArcFeed
-        CFC, CFTCP, CFIN; likewise.
-    """
-
-    motion: str = "G1"
+    motion: str = "G1"  #: G0, G1, G2, G3, CIP or CT.
     absolute: bool = True
-    units: str = "G710"
-    exact: str = "G60"
+    units: str = "G710"  #: G70, G71, G700, G710.
+    exact: str = "G60"  #: G60, G64, G641 to G645.
+    #: adis, ctol, otol: Tolerances of corners: mm, mm, degrees.
     adis: float | None = None
     ctol: float | None = None
     otol: float | None = None
-    pole: tuple[float, float] = (0.0, 0.0)
+    pole: tuple[float, float] = (0.0, 0.0)  #: Of polar words, in the plane.
+    #: radius, angle: RP and AP.
     radius: float | None = None
     angle: float | None = None
+    #: reference, path: ORIWKS or ORIMKS; ORIAXES, ORIVECT or ORIPLANE. None: not programmed.
     reference: str | None = None
     path: str | None = None
-    tcp: bool = False
+    tcp: bool = False  #: TRAORI is active.
     frames: Frames = field(default_factory=Frames)
-    system: int = 1
+    system: int = 1  #: Number of the work offset; 0: G500.
+    #: The work offset as it was when its G54 was executed; None before the first change of an offset.
     offset: Frame | None = None
-    edge: bool = True
-    plane: int = 0
-    feed_mode: FeedMode = FeedMode.PER_MINUTE
-    arc_feed: ArcFeed = ArcFeed("CFC", 0.0, math.inf, assumed=True)
+    edge: bool = True  #: D1: the tool length counts in places of the machine.
+    plane: int = 0  #: 0 XY, 1 ZX, 2 YZ, as the interpreter of all dialects has it too.
+    feed_mode: FeedMode = FeedMode.PER_MINUTE  #: Likewise.
+    arc_feed: ArcFeed = ArcFeed("CFC", 0.0, math.inf, assumed=True)  #: CFC, CFTCP, CFIN; likewise.
 
     @property
     def inch(self) -> bool:

@@ -52,19 +52,12 @@ Triple = tuple[float, float, float]
 
 
 class SiemensMotion:
-    """Motion of Siemens programs on the machining core.
-
-    Attributes
-    ----------
-    core : Machining
-    has_feed : bool
-        The block has an F of its own.
-    """
+    """Motion of Siemens programs on the machining core."""
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         self.core = Machining(setup, state, recorder, "A3= B3= C3=")
         self.setup, self.state, self.recorder = setup, state, recorder
-        self.has_feed = False
+        self.has_feed = False  #: The block has an F of its own.
         self.keys: SiemensKeys = read_keys(SiemensKeys, setup.control.get("siemens", {}))
         state.modes = Modes()
         self.core.set_arc_feed(self.modes.arc_feed)

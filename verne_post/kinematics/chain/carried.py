@@ -34,32 +34,19 @@ POLE_DEG: Final = 0.5
 
 
 class CarriedMachine(Struct, frozen=True, eq=False):
-    """Implements the ``FiveAxis`` protocol; joints are the struts, the tilt and the turn of the wrist.
+    """Implements the ``FiveAxis`` protocol; joints are the struts, the tilt and the turn of the wrist."""
 
-    Attributes
-    ----------
-    nominal_chain : ChainMachine
-        The wrist on three linear axes along those of the part: what words and machine coordinates mean.
-    leg : CentralLeg
-    to_polar : ndarray, shape (3, 3)
-        Turns directions of the base frame into the polar frame.
-    part_zero : ndarray, shape (3,)
-        Origin of the polar frame, base frame.
-    reach, nose : float
-        h, from P along the leg to the wrist's centre, and g, from there along the tool to the gauge point.
-    actuators : tuple of str
-        Names of the struts.
-    base_cone, platform_cone : float or None
-        How far struts may turn in their joints from home, degrees.
-    """
-
+    #: The wrist on three linear axes along those of the part: what words and machine coordinates mean.
     nominal_chain: ChainMachine
     leg: CentralLeg
-    to_polar: Array
-    part_zero: Array
+    to_polar: Array  #: (3, 3): Turns directions of the base frame into the polar frame.
+    part_zero: Array  #: (3,): Origin of the polar frame, base frame.
+    #: reach, nose: h, from P along the leg to the wrist's centre, and g, from there along the tool to the gauge
+    #: point.
     reach: float
     nose: float
-    actuators: tuple[str, ...]
+    actuators: tuple[str, ...]  #: Names of the struts.
+    #: base_cone, platform_cone: How far struts may turn in their joints from home, degrees.
     base_cone: float | None = None
     platform_cone: float | None = None
 

@@ -21,21 +21,12 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
 
     Machine coordinates are the values of the joints, degrees in the sense of the machine file. Work offsets count from
     the gauge point with all joints at 0, in directions of the part frame. "Table" is the pair's polar frame.
-
-    Attributes
-    ----------
-    machine : ChainMachine
-    words : RotaryWords
-        The words of the rotary joints.
-    machine_zero : ndarray, shape (3,)
-        The gauge point with all joints at 0, part frame, mm.
-    joints_by_axis : bool
-        The chain is a wrist on a carrier that turns: words are those of the nominal one, on linear axes.
     """
 
     machine: ChainMachine
-    words: RotaryWords
-    machine_zero: Array
+    words: RotaryWords  #: The words of the rotary joints.
+    machine_zero: Array  #: (3,): The gauge point with all joints at 0, part frame, mm.
+    #: The chain is a wrist on a carrier that turns: words are those of the nominal one, on linear axes.
     joints_by_axis: bool = False
 
     @property

@@ -33,31 +33,15 @@ from verne_post.model.protocols import Margin, WholeSolution
 
 
 class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
-    """Implements ``FiveAxis`` and ``RodModule``; joints are six actuators, and the angles of the two words.
+    """Implements ``FiveAxis`` and ``RodModule``; joints are six actuators, and the angles of the two words."""
 
-    Attributes
-    ----------
-    nominal_chain : ChainMachine
-        The head that words and machine coordinates mean.
-    legs : SixLegs
-    to_polar : ndarray, shape (3, 3)
-        Turns directions of the base frame into the polar frame.
-    part_zero : ndarray, shape (3,)
-        Origin of the polar frame, base frame.
-    spare_turn : float
-        s, rad.
-    actuators : tuple of str
-        Names of the six.
-    base_cone, platform_cone : float or None
-        How far legs may turn in their joints from home, degrees.
-    """
-
-    nominal_chain: ChainMachine
+    nominal_chain: ChainMachine  #: The head that words and machine coordinates mean.
     legs: SixLegs
-    to_polar: Array
-    part_zero: Array
-    spare_turn: float
-    actuators: tuple[str, ...]
+    to_polar: Array  #: (3, 3): Turns directions of the base frame into the polar frame.
+    part_zero: Array  #: (3,): Origin of the polar frame, base frame.
+    spare_turn: float  #: s, rad.
+    actuators: tuple[str, ...]  #: Names of the six.
+    #: base_cone, platform_cone: How far legs may turn in their joints from home, degrees.
     base_cone: float | None = None
     platform_cone: float | None = None
 

@@ -41,27 +41,16 @@ class Rotary(Struct, frozen=True, eq=False):
 
 
 class ChainMachine(Struct, frozen=True, eq=False):
-    """Implements the ``FiveAxis`` protocol; joints are x, y, z, the tilt and the turn of the pair.
-
-    Attributes
-    ----------
-    pair : PolarPair
-    gauge, axis : ndarray, shape (3,)
-        Gauge point, and tool axis from tip to spindle, with all joints at 0.
-    linear : ndarray, shape (3, 3)
-        M: columns are the motions of the tool against the part by the linear joints.
-    tilt, turn : Rotary
-    solver : ndarray, shape (3, 3)
-        The inverse of M.
-    """
+    """Implements the ``FiveAxis`` protocol; joints are x, y, z, the tilt and the turn of the pair."""
 
     pair: PolarPair
+    #: gauge, axis (3,): Gauge point, and tool axis from tip to spindle, with all joints at 0.
     gauge: Array
     axis: Array
-    linear: Array
+    linear: Array  #: (3, 3): M: columns are the motions of the tool against the part by the linear joints.
     tilt: Rotary
     turn: Rotary
-    solver: Array
+    solver: Array  #: (3, 3): The inverse of M.
 
     @property
     def nose_offset(self) -> float:

@@ -26,26 +26,15 @@ PARALLEL: Final = 1e-9
 
 
 class PolarPair(Struct, frozen=True, eq=False):
-    """The polar frame of a rotary pair.
+    """The polar frame of a rotary pair."""
 
-    Attributes
-    ----------
-    directions : ndarray, shape (3, 3)
-        Rows: x, y, z of the polar frame, in the part frame at home.
-    tilt_sign, turn_sign : float
-        Signs of joint values against the tool's motion about u2, u1: ``q = sign * phi``. At right angles A = A0 + q, C
-        = q.
-    home_tilt : float
-        A0: nominal A of the tool axis with both joints at 0, rad.
-    nutation : Nutation or None
-        What A and C have to do with the joints where the pair is not at right angles.
-    """
-
-    directions: Array
+    directions: Array  #: (3, 3): Rows: x, y, z of the polar frame, in the part frame at home.
+    #: tilt_sign, turn_sign: Signs of joint values against the tool's motion about u2, u1: ``q = sign * phi``. At
+    #: right angles A = A0 + q, C = q.
     tilt_sign: float
     turn_sign: float
-    home_tilt: float
-    nutation: Nutation | None = None
+    home_tilt: float  #: A0: nominal A of the tool axis with both joints at 0, rad.
+    nutation: Nutation | None = None  #: What A and C have to do with the joints where the pair is not at right angles.
 
     @property
     def lean(self) -> float:

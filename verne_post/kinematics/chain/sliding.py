@@ -20,27 +20,13 @@ from verne_post.model.protocols import Margin, WholeSolution
 
 
 class SlidingMachine(Struct, frozen=True, eq=False):
-    """Implements the ``FiveAxis`` protocol; joints are the sliders, the tilt and the turn of the pair.
+    """Implements the ``FiveAxis`` protocol; joints are the sliders, the tilt and the turn of the pair."""
 
-    Attributes
-    ----------
-    chain : ChainMachine
-        The pair on linear axes: what words and machine coordinates mean.
-    module : RodsModule
-        The rods; their platform never tilts.
-    to_polar : ndarray, shape (3, 3)
-        Turns directions of the base frame into the polar frame.
-    part_zero : ndarray, shape (3,)
-        Origin of the polar frame, base frame.
-    cone : float or None
-        How far rods may turn in their joints from home, degrees.
-    """
-
-    chain: ChainMachine
-    module: RodsModule
-    to_polar: Array
-    part_zero: Array
-    cone: float | None = None
+    chain: ChainMachine  #: The pair on linear axes: what words and machine coordinates mean.
+    module: RodsModule  #: The rods; their platform never tilts.
+    to_polar: Array  #: (3, 3): Turns directions of the base frame into the polar frame.
+    part_zero: Array  #: (3,): Origin of the polar frame, base frame.
+    cone: float | None = None  #: How far rods may turn in their joints from home, degrees.
 
     @property
     def nose_offset(self) -> float:

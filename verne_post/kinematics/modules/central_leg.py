@@ -44,19 +44,6 @@ TRIED: Final = (-0.1, 0.0, 0.1)
 class CentralLeg(Struct, frozen=True, dict=True, eq=False):
     """Three struts and a central leg.
 
-    Attributes
-    ----------
-    home : sequence of float
-        P (3,) where the platform has the directions of the base.
-    base : sequence of float
-        o (3,), the middle of the leg's universal joint.
-    first_axis : sequence of float
-        e (3,), of any length.
-    ends, feet : sequence of sequence of float
-        Joints of the struts on the platform and on the base, (3, 3).
-    largest_turn_deg : float
-        Assemblies whose leg is turned farther from home are not the machine's.
-
     Raises
     ------
     ValueError
@@ -64,12 +51,13 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
         way to a place around home leads to another pose.
     """
 
-    home: Sequence[float]
-    base: Sequence[float]
-    first_axis: Sequence[float]
+    home: Sequence[float]  #: P (3,) where the platform has the directions of the base.
+    base: Sequence[float]  #: o (3,), the middle of the leg's universal joint.
+    first_axis: Sequence[float]  #: e (3,), of any length.
+    #: ends, feet: Joints of the struts on the platform and on the base, (3, 3).
     ends: Sequence[Sequence[float]]
     feet: Sequence[Sequence[float]]
-    largest_turn_deg: float
+    largest_turn_deg: float  #: Assemblies whose leg is turned farther from home are not the machine's.
 
     def __post_init__(self) -> None:
         if not self.leg > 0:

@@ -25,27 +25,13 @@ class Rod(Struct, frozen=True):
 
 
 class RodGeometry(Struct, frozen=True, dict=True, eq=False):
-    """Six rods on three sliders.
+    """Six rods on three sliders."""
 
-    Attributes
-    ----------
-    home : sequence of float
-        P (3,) with the platform upright.
-    home_mm : sequence of float
-        About where the three sliders are then: they choose the side of each rod on its rail.
-    rod : sequence of Rod
-        Six.
-    largest_tilt_deg : float
-        Assemblies that tilt more are not the machine's.
-    actuators : tuple of str
-        Names of the three sliders.
-    """
-
-    home: Sequence[float]
-    home_mm: Sequence[float]
-    rod: Sequence[Rod]
-    largest_tilt_deg: float
-    actuators: tuple[str, ...] = ("rho1", "rho2", "rho3")
+    home: Sequence[float]  #: P (3,) with the platform upright.
+    home_mm: Sequence[float]  #: About where the three sliders are then: they choose the side of each rod on its rail.
+    rod: Sequence[Rod]  #: Six.
+    largest_tilt_deg: float  #: Assemblies that tilt more are not the machine's.
+    actuators: tuple[str, ...] = ("rho1", "rho2", "rho3")  #: Names of the three sliders.
 
     @cached_property
     def ends(self) -> Array:

@@ -43,21 +43,6 @@ TRIED: Final = (-0.1, 0.0, 0.1)
 class SixLegs(Struct, frozen=True, dict=True, eq=False):
     """Six legs.
 
-    Attributes
-    ----------
-    home : sequence of float
-        P (3,) where the platform has the directions of the base.
-    ends, feet : sequence of sequence of float
-        Joints on the platform, and on the base or on the sliders at 0, (6, 3).
-    largest_turn_deg : float
-        Assemblies that are turned farther from home are not the machine's.
-    rails : sequence of sequence of float or None
-        Directions of the rails (6, 3), of any length; None for struts.
-    rods : sequence of float or None
-        Lengths of the rods (6,); None for struts.
-    home_mm : sequence of float or None
-        About where the sliders are at home (6,): they choose the side of each rod on its rail.
-
     Raises
     ------
     ValueError
@@ -65,12 +50,14 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         pose.
     """
 
-    home: Sequence[float]
+    home: Sequence[float]  #: P (3,) where the platform has the directions of the base.
+    #: ends, feet: Joints on the platform, and on the base or on the sliders at 0, (6, 3).
     ends: Sequence[Sequence[float]]
     feet: Sequence[Sequence[float]]
-    largest_turn_deg: float
-    rails: Sequence[Sequence[float]] | None = None
-    rods: Sequence[float] | None = None
+    largest_turn_deg: float  #: Assemblies that are turned farther from home are not the machine's.
+    rails: Sequence[Sequence[float]] | None = None  #: Directions of the rails (6, 3), of any length; None for struts.
+    rods: Sequence[float] | None = None  #: Lengths of the rods (6,); None for struts.
+    #: About where the sliders are at home (6,): they choose the side of each rod on its rail.
     home_mm: Sequence[float] | None = None
 
     def __post_init__(self) -> None:

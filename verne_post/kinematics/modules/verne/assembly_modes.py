@@ -38,21 +38,11 @@ CHUNK: Final = 1024
 
 
 class ForwardModes(Struct, frozen=True, eq=False):
-    """All real assembly modes of many slider coordinates; k is the largest count, the rest is NaN and False.
+    """All real assembly modes of many slider coordinates; k is the largest count, the rest is NaN and False."""
 
-    Attributes
-    ----------
-    position : ndarray, shape (n, k, 3)
-        P in the base frame, mm.
-    alpha : ndarray, shape (n, k)
-        rad, ascending.
-    working : ndarray of bool, shape (n, k)
-        In the working mode.
-    """
-
-    position: Array
-    alpha: Array
-    working: Mask
+    position: Array  #: (n, k, 3): P in the base frame, mm.
+    alpha: Array  #: (n, k): rad, ascending.
+    working: Mask  #: (n, k): In the working mode.
 
     @property
     def count(self) -> Ints:
