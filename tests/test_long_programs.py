@@ -201,8 +201,8 @@ def test_memory_does_not_grow_with_the_program(machine: Machine, monkeypatch: py
     gc.collect()
     gc.freeze()  # else what other tests have loaded (numba) delays the collection of cycles, and counts here
     try:
-        # where blocks happen to end moves the peak by a megabyte, whatever the length
-        few, many = max(peak(6_000), peak(10_000)), peak(16_000)
+        # where blocks happen to end adds up to a megabyte to the peak, whatever the length: the lower one of two counts
+        few, many = max(peak(6_000), peak(10_000)), min(peak(16_000), peak(20_000))
     finally:
         gc.unfreeze()
     assert (many - few) / 6_000 < 40  # bytes a line; the path alone has 400
