@@ -127,8 +127,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP015",
         "machine coordinates unknown",
         "error",
-        "A motion to a reference position (G28, G30, G75, M92, a retract of CYCLE800, GOHOME) needs a "
-        "[home] position in the machine file, or its words do not fit the state.",
+        "A motion to a reference position needs a [home] position in the machine file, or its words do not fit "
+        "the state. Such motions are G28, G30, G75, M92, a retract of CYCLE800, and GOHOME.",
         "Add [home] to the machine file, or go to machine coordinates: G53, SUPA, M91.",
     ),
     (
@@ -175,8 +175,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "O words do not match",
         "error",
         "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be.",
-        "Close what is open, in reverse order, with the same label; define a subroutine before the "
-        "program calls it, or put its file beside the program or into a folder of --subroutine-path.",
+        "Close what is open, in reverse order, with the same label. Define a subroutine before the program calls it, "
+        "or put its file beside the program or into a folder of --subroutine-path.",
     ),
     (
         "VP024",
@@ -217,7 +217,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP029",
         "no restart (block search) at this line",
         "error",
-        "--from-line names a line that the program does not execute exactly once by itself, or one inside cutter "
+        "The program does not execute the line of --from-line exactly once by itself. Or the line is inside cutter "
         "compensation, a canned cycle or the control points of a spline.",
         "Use the line that the message names.",
     ),
@@ -234,11 +234,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP031",
         "impossible spline",
         "error",
-        "The control points, weights and knots of a spline do not make a curve that can be followed: "
-        "their numbers do not fit, "
-        "knots fall, a weight is not positive, the curve does not begin at the tool, or it stops or "
-        "turns back at a point of "
-        "its own (a cusp).",
+        "The control points, weights and knots of a spline do not make a curve that can be followed. Their numbers "
+        "do not fit, knots fall, or a weight is not positive. Or the curve does not begin at the tool, or it stops "
+        "or turns back at a point of its own (a cusp).",
         "Post the curve again from its source, or write straight moves or arcs where the message says.",
     ),
     (
@@ -253,9 +251,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP033",
         "no work offset",
         "warning",
-        "The program uses a work system that neither --wcs nor the program has placed: its origin is "
-        "the rotary centre on the "
-        "table face.",
+        "The program uses a work system that neither --wcs nor the program has placed. Its origin is then "
+        "the rotary centre on the table face. In Klartext it is a preset: 1 to 9 are G54 to G59.3 of --wcs, "
+        "10 to 48 G54.1P10 to P48.",
         "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
     ),
@@ -527,8 +525,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP221",
         "stock left around the part",
         "warning",
-        "Stock stays beside or over the nominal part, farther from it than --excess or excess_mm, where "
-        "no cutter has been: a ridge between strips, or what this set-up does not machine.",
+        "Stock stays beside or over the nominal part where no cutter has been. It reaches farther from the part than "
+        "--excess or excess_mm. It is a ridge between strips, or what this set-up does not machine.",
         "The message has volume, height and place: bring the strips nearer together, or leave it to the next set-up.",
     ),
     # --- VP3xx: branches ------------------------------------------------------------------------
@@ -659,9 +657,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP505",
         "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the "
-        "command line, of the "
-        "set-up or of the program is legal, but hardly intended: most often it is in another unit.",
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance is legal, but hardly intended. Most often it "
+        "is in another unit. It stands in the machine file, the command line, the set-up or the program.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or "
         "docs/setpoints.md; `verne-post machine "
         "validate` prints how long moves take.",
