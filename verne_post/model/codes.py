@@ -96,7 +96,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "axis that the machine lacks",
         "error",
         "The program names an axis that this machine does not have.",
-        "Post the program for the rotary axes of the machine, A and C on a tilting table, or with tool "
+        "Post the program for the rotary axes of the machine, A and C on a tilting table. Or post it with tool "
         "axes (G43.5, APT), which name no rotary axis.",
     ),
     (
@@ -354,9 +354,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest "
         "and full speed, and at an "
         "override, the axis is slower than that: only a spindle that follows the axis cuts the thread.",
-        "Let the control couple the spindle to the axis, from the event at the beginning of the first "
-        "move to the event at the "
-        "end of the last.",
+        "Let the control couple the spindle to the axis. The coupling begins with the event at the beginning of the "
+        "first move. It ends with the event at the end of the last.",
     ),
     (
         "VP048",
@@ -480,20 +479,17 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP216",
         "in the stock",
         "error",
-        "In rapid traverse the cutter reaches into the stock, or at any time shank, holder or spindle "
-        "do, or the platform "
-        "reaches into the box of the stock. The stock is the one that is left at that time. A warning "
-        "means that the distance "
-        "is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm.",
+        "In rapid traverse the cutter reaches into the stock. Or shank, holder or spindle do so at any time, or the "
+        "platform reaches into the box of the stock. The stock is the one that is left at that time. A warning "
+        "means that the distance is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm.",
         "Move the rapid traverse above the stock, or cut the place first; use a longer or thinner tool.",
     ),
     (
         "VP217",
         "uncorrected tool axis error",
         "error",
-        "On the as-built machine the tool axis is off by more than the machine file's "
-        "accuracy.uncorrected_axis_deg: the "
-        "table's tilt cannot correct this component, and C stays as programmed.",
+        "On the as-built machine the tool axis is off by more than accuracy.uncorrected_axis_deg of the machine file. "
+        "The table's tilt cannot correct this component, and C stays as programmed.",
         "Let C correct its share (--correct-axis), or accept a larger error in the machine file.",
     ),
     (
@@ -536,11 +532,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave "
         "the programmed A and C."
-        " It is a warning where C turns under a standing, vertical tool, or by more than half a turn in "
-        "a feed move with a "
-        "tilted tool. With --allow-rewind a change between feed moves is a warning too: a retract, a "
-        "turn and a return are "
-        "added.",
+        " It is a warning where C turns under a standing, vertical tool. So it is where C turns by more than half a "
+        "turn in a feed move with a tilted tool. With --allow-rewind a change between feed "
+        "moves is a warning too: a retract, a turn and a return are added.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------
@@ -667,17 +661,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP506",
         "unusable mesh",
         "error",
-        "A mesh is no STL file, has an implausible size for its unit, or is not the surface of a body: "
-        "open, flipped or inside "
-        "out.",
+        "A mesh is no STL file, or has an implausible size for its unit. Or it is not the surface of a body: it is "
+        "open, flipped or inside out.",
         "Export the body again as a closed STL, and give its unit. The message says what is wrong.",
     ),
     (
         "VP507",
         "unreadable configuration of another control",
         "error",
-        "A file given to `machine import`, or one that it names, has a line, a number, a unit or a limit that cannot "
-        "be read or is missing.",
+        "A line, a number, a unit or a limit cannot be read, or is missing. It belongs to a file given to `machine "
+        "import`, or to one that this file names.",
         "Correct the line or key that the message names; docs/machines.md says what is read.",
     ),
     (
