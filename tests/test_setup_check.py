@@ -78,6 +78,21 @@ def test_a_name_that_begins_like_another_is_a_system_of_its_own():
     assert "--wcs G59=" in texts
 
 
+@pytest.mark.parametrize(
+    ("number", "name"), [("", "G54"), ("2", "G55"), ("9", "G59.3"), ("10", "G54.1P10"), ("48", "G54.1P48")]
+)
+def test_klartext_calls_a_work_system_a_preset(number, name):
+    """A person at a Heidenhain control has never seen G54."""
+    chosen = f"CYCL DEF 247 DATUM SETTING Q339={number}\n" if number else ""
+    program = f"BEGIN PGM P MM\n{chosen}L X+0 Y+0 Z+80 A+0 C+0 R0 FMAX\nL X+5 F500\nEND PGM P MM\n"
+    result = vp.check(program, "verne", vp.Options(tool_length=80.0, dialect="heidenhain"))
+    preset = f"preset {number or 1}"
+    assert [item.message for item in result.findings if item.code == "VP033"] == [
+        f"no datum was given: {preset} is on the table face, at the rotary centre; "
+        f"give --wcs {name}=X,Y,Z, the name of {preset} here"
+    ]
+
+
 def test_each_system_once_and_with_its_option():
     source = BODY.format(length="", more="G55 X0\nG54 X0\nG55 X5\n")
     result = vp.check(source, "verne", vp.Options(tool_length=80.0))

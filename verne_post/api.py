@@ -109,8 +109,8 @@ def check(
 ) -> Result:  # fmt: skip
     """Check a program against every limit, without making setpoints; arguments and result as of :func:`convert`.
 
-    With ``limits_only`` the limits of joints and the obstacles are checked, and nothing is planned: no summary, no
-    machining time, a note VP421, and about a third of the time that a conversion takes.
+    With ``limits_only`` the limits of joints and the obstacles are checked, and nothing is planned. The result has no
+    summary and no machining time, but a note VP421. It takes about a third of the time of a conversion.
 
     Examples
     --------
@@ -261,8 +261,8 @@ def fit(
     source, machine, options, setup
         As for :func:`convert`; ``wcs`` says where the part is now.
     free : str, optional
-        Letters of what may change: x, y, z (mm) and c (the part's turn, where a joint of the machine turns it); else
-        all of them.
+        Letters of what may change: x, y, z (mm) and c (the part's turn, where a joint of the machine turns it).
+        Without it all of them may.
     ranges : mapping, optional
         (low, high) by letter, mm and degrees.
     aim : {"move", "margin", "time"}

@@ -38,7 +38,10 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         frame = moves.frames[index]
         if find_placer(frame, machine, options, moves.placed_systems) == "nobody":
             unplaced.setdefault(frame.system, at)
-    found = [report_missing_offset(system, int(moves.line[at])) for system, at in unplaced.items()]
+    found = [
+        report_missing_offset(system, int(moves.line[at]), calls_presets=moves.calls_presets)
+        for system, at in unplaced.items()
+    ]
     if bare >= 0 and options.tool_length is None:
         text, line = _describe_bare_tool(moves, bare, options), int(moves.line[bare])
         found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))

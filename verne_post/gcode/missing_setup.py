@@ -11,7 +11,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import ZERO9, Moves
-from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, describe_tool_number
+from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, describe_tool_number
 
 #: What else may be done about the length of a tool; nothing where the program uses several.
 ONE_TOOL: Final = ", or --tool-length MM where the program has one tool"
@@ -76,10 +76,18 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     return number
 
 
-def report_missing_offset(system: int, line: int) -> Finding:
-    """VP033: a work system that a program uses from a line on, and that nobody has placed on the table."""
+def report_missing_offset(system: int, line: int, *, calls_presets: bool) -> Finding:
+    """VP033: a work system that a program uses from a line on, and that nobody has placed on the table.
+
+    Where the program calls work systems presets, the message does so too, and says which --wcs the preset is.
+    """
     name = SYSTEM_NAMES[system]
-    text = f"no work offset was given: {name} is on the table face, at the rotary centre; give --wcs {name}=X,Y,Z"
+    if calls_presets:
+        preset = f"preset {system % ADDITIONAL_SYSTEMS}"
+        what, called = f"no datum was given: {preset}", f", the name of {preset} here"
+    else:
+        what, called = f"no work offset was given: {name}", ""
+    text = f"{what} is on the table face, at the rotary centre; give --wcs {name}=X,Y,Z{called}"
     return make_finding("VP033", text, line=line, last_line=line, worst_line=line, settled_by=(("wcs", name),))
 
 
@@ -93,5 +101,6 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
             frame.system in setup.given_systems | moves.placed_systems or given is None or frame.origin != given.origin
         )
         if setup.machine and not given_systems:
-            found.setdefault(frame.system, report_missing_offset(frame.system, int(moves.line[at])))
+            line = int(moves.line[at])
+            found.setdefault(frame.system, report_missing_offset(frame.system, line, calls_presets=moves.calls_presets))
     return list(found.values())

@@ -140,6 +140,7 @@ class Recorder(Struct):
     fixes_c: int | None = None
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
+    calls_presets: bool = False
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
     #: Where tool axes gave way to places of the table.
@@ -377,6 +378,6 @@ class Recorder(Struct):
             start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
             placed_systems=frozenset(self.placed_systems), arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
-            tcp_changes=tuple(self.tcp_changes),
+            tcp_changes=tuple(self.tcp_changes), calls_presets=self.calls_presets,
             findings=tuple(self.warnings.values()), **table,
         )  # fmt: skip

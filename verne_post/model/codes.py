@@ -96,7 +96,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "axis that the machine lacks",
         "error",
         "The program names an axis that this machine does not have.",
-        "Post the program for the rotary axes of the machine, A and C on a tilting table, or with tool "
+        "Post the program for the rotary axes of the machine, A and C on a tilting table. Or post it with tool "
         "axes (G43.5, APT), which name no rotary axis.",
     ),
     (
@@ -127,8 +127,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP015",
         "machine coordinates unknown",
         "error",
-        "A motion to a reference position (G28, G30, G75, M92, a retract of CYCLE800, GOHOME) needs a "
-        "[home] position in the machine file, or its words do not fit the state.",
+        "A motion to a reference position needs a [home] position in the machine file, or its words do not fit "
+        "the state. Such motions are G28, G30, G75, M92, a retract of CYCLE800, and GOHOME.",
         "Add [home] to the machine file, or go to machine coordinates: G53, SUPA, M91.",
     ),
     (
@@ -175,8 +175,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "O words do not match",
         "error",
         "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be.",
-        "Close what is open, in reverse order, with the same label; define a subroutine before the "
-        "program calls it, or put its file beside the program or into a folder of --subroutine-path.",
+        "Close what is open, in reverse order, with the same label. Define a subroutine before the program calls it, "
+        "or put its file beside the program or into a folder of --subroutine-path.",
     ),
     (
         "VP024",
@@ -217,7 +217,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP029",
         "no restart (block search) at this line",
         "error",
-        "--from-line names a line that the program does not execute exactly once by itself, or one inside cutter "
+        "The program does not execute the line of --from-line exactly once by itself. Or the line is inside cutter "
         "compensation, a canned cycle or the control points of a spline.",
         "Use the line that the message names.",
     ),
@@ -234,11 +234,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP031",
         "impossible spline",
         "error",
-        "The control points, weights and knots of a spline do not make a curve that can be followed: "
-        "their numbers do not fit, "
-        "knots fall, a weight is not positive, the curve does not begin at the tool, or it stops or "
-        "turns back at a point of "
-        "its own (a cusp).",
+        "The control points, weights and knots of a spline do not make a curve that can be followed. Their numbers "
+        "do not fit, knots fall, or a weight is not positive. Or the curve does not begin at the tool, or it stops "
+        "or turns back at a point of its own (a cusp).",
         "Post the curve again from its source, or write straight moves or arcs where the message says.",
     ),
     (
@@ -253,9 +251,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP033",
         "no work offset",
         "warning",
-        "The program uses a work system that neither --wcs nor the program has placed: its origin is "
-        "the rotary centre on the "
-        "table face.",
+        "The program uses a work system that neither --wcs nor the program has placed. Its origin is then "
+        "the rotary centre on the table face. In Klartext it is a preset: 1 to 9 are G54 to G59.3 of --wcs, "
+        "10 to 48 G54.1P10 to P48.",
         "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
     ),
@@ -356,9 +354,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest "
         "and full speed, and at an "
         "override, the axis is slower than that: only a spindle that follows the axis cuts the thread.",
-        "Let the control couple the spindle to the axis, from the event at the beginning of the first "
-        "move to the event at the "
-        "end of the last.",
+        "Let the control couple the spindle to the axis. The coupling begins with the event at the beginning of the "
+        "first move. It ends with the event at the end of the last.",
     ),
     (
         "VP048",
@@ -482,20 +479,17 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP216",
         "in the stock",
         "error",
-        "In rapid traverse the cutter reaches into the stock, or at any time shank, holder or spindle "
-        "do, or the platform "
-        "reaches into the box of the stock. The stock is the one that is left at that time. A warning "
-        "means that the distance "
-        "is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm.",
+        "In rapid traverse the cutter reaches into the stock. Or shank, holder or spindle do so at any time, or the "
+        "platform reaches into the box of the stock. The stock is the one that is left at that time. A warning "
+        "means that the distance is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm.",
         "Move the rapid traverse above the stock, or cut the place first; use a longer or thinner tool.",
     ),
     (
         "VP217",
         "uncorrected tool axis error",
         "error",
-        "On the as-built machine the tool axis is off by more than the machine file's "
-        "accuracy.uncorrected_axis_deg: the "
-        "table's tilt cannot correct this component, and C stays as programmed.",
+        "On the as-built machine the tool axis is off by more than accuracy.uncorrected_axis_deg of the machine file. "
+        "The table's tilt cannot correct this component, and C stays as programmed.",
         "Let C correct its share (--correct-axis), or accept a larger error in the machine file.",
     ),
     (
@@ -527,8 +521,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP221",
         "stock left around the part",
         "warning",
-        "Stock stays beside or over the nominal part, farther from it than --excess or excess_mm, where "
-        "no cutter has been: a ridge between strips, or what this set-up does not machine.",
+        "Stock stays beside or over the nominal part where no cutter has been. It reaches farther from the part than "
+        "--excess or excess_mm. It is a ridge between strips, or what this set-up does not machine.",
         "The message has volume, height and place: bring the strips nearer together, or leave it to the next set-up.",
     ),
     # --- VP3xx: branches ------------------------------------------------------------------------
@@ -538,11 +532,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave "
         "the programmed A and C."
-        " It is a warning where C turns under a standing, vertical tool, or by more than half a turn in "
-        "a feed move with a "
-        "tilted tool. With --allow-rewind a change between feed moves is a warning too: a retract, a "
-        "turn and a return are "
-        "added.",
+        " It is a warning where C turns under a standing, vertical tool. So it is where C turns by more than half a "
+        "turn in a feed move with a tilted tool. With --allow-rewind a change between feed "
+        "moves is a warning too: a retract, a turn and a return are added.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------
@@ -659,9 +651,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP505",
         "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel, length, cycle or tolerance of the machine file, of the "
-        "command line, of the "
-        "set-up or of the program is legal, but hardly intended: most often it is in another unit.",
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance is legal, but hardly intended. Most often it "
+        "is in another unit. It stands in the machine file, the command line, the set-up or the program.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or "
         "docs/setpoints.md; `verne-post machine "
         "validate` prints how long moves take.",
@@ -670,17 +661,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP506",
         "unusable mesh",
         "error",
-        "A mesh is no STL file, has an implausible size for its unit, or is not the surface of a body: "
-        "open, flipped or inside "
-        "out.",
+        "A mesh is no STL file, or has an implausible size for its unit. Or it is not the surface of a body: it is "
+        "open, flipped or inside out.",
         "Export the body again as a closed STL, and give its unit. The message says what is wrong.",
     ),
     (
         "VP507",
         "unreadable configuration of another control",
         "error",
-        "A file given to `machine import`, or one that it names, has a line, a number, a unit or a limit that cannot "
-        "be read or is missing.",
+        "A line, a number, a unit or a limit cannot be read, or is missing. It belongs to a file given to `machine "
+        "import`, or to one that this file names.",
         "Correct the line or key that the message names; docs/machines.md says what is read.",
     ),
     (

@@ -276,6 +276,7 @@ class Moves(Struct, frozen=True):
     #: centre-point control, a plane). Without such a code, a control would read X Y Z in its own directions under
     #: a turned table. Languages other than RS274 say it from move 0 on.
     tcp_changes: tuple[int, ...] = (0,)
+    calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
 
     def __len__(self) -> int:
         return len(self.line)
