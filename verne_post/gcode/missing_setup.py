@@ -84,10 +84,10 @@ def report_missing_offset(system: int, line: int, *, calls_presets: bool) -> Fin
     name = SYSTEM_NAMES[system]
     if calls_presets:
         preset = f"preset {system % ADDITIONAL_SYSTEMS}"
-        what, called = f"no datum was given: {preset}", f", the name of {preset} here"
+        what, meaning = f"no datum was given: {preset}", f", the name of {preset} here"
     else:
-        what, called = f"no work offset was given: {name}", ""
-    text = f"{what} is on the table face, at the rotary centre; give --wcs {name}=X,Y,Z{called}"
+        what, meaning = f"no work offset was given: {name}", ""
+    text = f"{what} is on the table face, at the rotary centre; give --wcs {name}=X,Y,Z{meaning}"
     return make_finding("VP033", text, line=line, last_line=line, worst_line=line, settled_by=(("wcs", name),))
 
 

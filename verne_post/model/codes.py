@@ -333,9 +333,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP046",
         "unnamed axes move",
         "warning",
-        "A block moves axes that it does not name. First case: no tool length is in force (before G43, "
-        "after G49), or a retract"
-        " in machine coordinates came before, and the block turns the table. The spindle then moves "
+        "A block moves axes that it does not name. First case: the block turns the table. No tool length is in force "
+        "(before G43, after G49), or a retract in machine coordinates came before. The spindle then moves "
         "along to keep the tip at "
         "its place of the part; a control without tool-centre-point control keeps these axes still. "
         "Second case: the tool "
@@ -398,9 +397,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP110",
         "out of reach",
         "error",
-        "The inverse kinematics has no real solution: the rods are too short for this pose, or the "
-        "joints of a nutating pair do not point the "
-        "tool there.",
+        "The inverse kinematics has no real solution. The rods are too short for this pose, or the joints of a "
+        "nutating pair do not point the tool there.",
         "Move the part towards the middle of the workspace (--wcs), or use a shorter tool.",
     ),
     # --- VP2xx: singularity, rod crossing, clearance ----------------------------------------
