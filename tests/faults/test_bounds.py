@@ -144,7 +144,7 @@ def test_a_conversion_loads_no_more_than_it_needs(ground: Ground, program: tuple
         "from verne_post.cli.main import main\n"
         "assert main(sys.argv[1:]) == 0\n"
         "print(*sorted({name.split('.')[1] for name in sys.modules if name.startswith('scipy.')}))\n"
-        "print(*sorted(name for name in sys.modules if name.startswith(('verne_post.gcode.siemens', 'verne_post.gcode.klartext', 'verne_post.kinematics.as_built', 'verne_post.app.tried', 'jsonschema'))))\n"
+        "print(*sorted(name for name in sys.modules if name.startswith(('verne_post.gcode.siemens', 'verne_post.gcode.klartext', 'verne_post.kinematics.as_built', 'verne_post.part', 'verne_post.app.tried', 'jsonschema'))))\n"
     )
     run = ground.run_python(script, *program, "-o", "loaded.csv")
     assert run.status == 0, run.err

@@ -8,9 +8,7 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.app.result import Progress
-from verne_post.app.stock_check import settle_stock
 from verne_post.kinematics.checks.clearance import check_constraints
-from verne_post.kinematics.checks.keep_out import build_keep_out
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
@@ -32,7 +30,10 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
     report = None if progress is None else lambda done: progress("checking", done, total)
     joints = guard_joints(program)
     bounds, found = check_constraints(joints, report, program.team)
-    found = settle_stock(program, joints, found)
+    if joints.keep_out is not None:
+        from verne_post.app.stock_check import settle_stock  # for programs with bodies around them alone
+
+        found = settle_stock(program, joints, found)
     return bounds, sort_findings([*program.machine.warnings, *program.findings, *found])
 
 
@@ -41,6 +42,8 @@ def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     own = [item for item in program.findings if item.line == line]
     found = check_constraints(joints)[1]
     if any(item.code == "VP216" for item in found):
+        from verne_post.app.stock_check import settle_stock
+
         whole = settle_stock(program, guard_joints(program), found)
         found = [item for item in whole if (item.line or 0) <= line <= (item.last_line or 0)]
     return sort_findings([*own, *found])
@@ -48,6 +51,11 @@ def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
 
 def guard_joints(program: Program) -> JointPath:
     """The joints along the contour, with the fixtures and the stock that the motion has to keep out of."""
+    options = program.options
+    if not options.keep_out and options.stock is None:
+        return program.build_joint_path()
+    from verne_post.kinematics.checks.keep_out import build_keep_out
+
     frames = build_interpreter_setup(program.machine, program.options).frames
     keep_out = build_keep_out(program.machine, program.path, program.moves, program.options, frames)
     return replace(program.build_joint_path(), keep_out=keep_out)

@@ -9,14 +9,13 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.machined import load_part
-from verne_post.app.machined_stock import judge_blocks
 from verne_post.app.plan import Plan, check_or_refuse, plan_or_refuse
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import format_of
@@ -36,6 +35,10 @@ from verne_post.output.setpoints import name_columns
 from verne_post.trajectory.sample import EventRows, RowSampler
 from verne_post.trajectory.shaper import shape_rows
 from verne_post.verification.verifier import MeasuredBlock, VerifierPart, join_verdicts
+
+if TYPE_CHECKING:
+    from verne_post.app.machined import Body
+    from verne_post.part.verdict import Machined
 
 
 def convert_source(
@@ -90,7 +93,7 @@ def convert_program(
     take = collected.append if sink is None else sink
     try:
         fmt = format_of(machine, options, program.cycle)
-        body = load_part(program)
+        body = _load_part(program)
         plan = plan_or_refuse(source, program, progress)
     except InputError as error:
         return refuse_program(error)
@@ -98,13 +101,33 @@ def convert_program(
         take = _keep_too(collected, take)
     verification, timed = _write(plan, fmt, take, progress)
     try:
-        part = judge_blocks(program, body, collected, progress)
+        part = _judge_rows(program, body, collected, progress)
     except InputError as error:
         return refuse_program(error)
     summary = replace(summarise(source, plan, fmt, verification, part), timed=timed)
     findings = (*plan.findings, *_find_own_faults(verification, options), *(() if part is None else part.findings))
     result = Result(findings, summary, None, part)
     return result if sink is not None or not result.ok else replace(result, setpoints=_collect(collected, machine, fmt))
+
+
+def _load_part(program: Program) -> "Body | None":
+    """The nominal part. What compares rows with it is loaded for programs that have one."""
+    if program.options.part is None:
+        return None
+    from verne_post.app.machined import load_part
+
+    return load_part(program)
+
+
+def _judge_rows(
+    program: Program, body: "Body | None", blocks: list[SetpointBlock], progress: Progress | None
+) -> "Machined | None":
+    """Compare rows, as written, with the nominal part, where there is one."""
+    if body is None:
+        return None
+    from verne_post.app.machined_stock import judge_blocks
+
+    return judge_blocks(program, body, blocks, progress)
 
 
 def _keep_too(blocks: list[SetpointBlock], take: Sink) -> Sink:
@@ -238,7 +261,7 @@ def _check_limits(source: Text, program: Program, progress: Progress | None) -> 
     """Check an assembled program against the limits of joints and the obstacles."""
     try:
         format_of(program.machine, program.options, program.cycle)
-        if load_part(program) is not None:
+        if _load_part(program) is not None:
             text = "--limits-only plans no rows, and the nominal part is compared with rows: leave out one of the two"
             raise InputError(make_finding("VP018", text))
         findings = check_or_refuse(source, program, progress if program.team.leads else None)
@@ -263,10 +286,10 @@ def _check(source: Text, program: Program, progress: Progress | None, made: Insp
     report = progress if program.team.leads else None
     try:
         fmt = format_of(program.machine, program.options, program.cycle)
-        body = load_part(program)
+        body = _load_part(program)
         made.plan = plan = plan_or_refuse(source, program, report)
         blocks = [] if body is None else [block for block, _move in make_setpoint_blocks(plan, fmt)]
-        part = judge_blocks(program, body, blocks, report)
+        part = _judge_rows(program, body, blocks, report)
     except InputError as error:
         return refuse_program(error)
     findings = (*plan.findings, *(() if part is None else part.findings))

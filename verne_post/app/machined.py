@@ -14,10 +14,10 @@ from verne_post.app.assemble import Program, build_interpreter_setup
 from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_z
-from verne_post.kinematics.checks.keep_out import find_length_by_itself, find_tool_of_moves, place_body
+from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_body
 from verne_post.kinematics.checks.moving import build_spindle
 from verne_post.model.findings import Finding, InputError, make_finding
-from verne_post.model.moves import name_tools
+from verne_post.model.moves import find_tool_of_moves, name_tools
 from verne_post.model.part_setup import Wanted, describe_tool_number
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.part.bodies import Piece, build_pieces, check_tool

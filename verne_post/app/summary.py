@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import structs
@@ -10,19 +11,19 @@ from verne_post.app.assemble import Program, choose_shaper
 from verne_post.app.plan import Plan
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
-from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.contour import Contour
-from verne_post.model.moves import Event
+from verne_post.model.moves import Event, find_tool_of_moves
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.summary import Part, StopsWithin, Summary
 from verne_post.model.verification import NO_LIMIT_NEAR, Verification
 from verne_post.model.vibration import Shaped
-from verne_post.output.machined import describe_judged
 from verne_post.output.rounding import round_setpoints
 from verne_post.output.summary import format_summary, format_verdict
-from verne_post.part.verdict import Machined
 from verne_post.trajectory.shaper import predict_vibration
+
+if TYPE_CHECKING:
+    from verne_post.part.verdict import Machined
 
 
 def _list_parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
@@ -106,7 +107,7 @@ def list_tool_lengths(program: Program) -> tuple[tuple[tuple[int, float], ...], 
 
 
 def summarise(
-    source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None, part: Machined | None = None
+    source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None, part: "Machined | None" = None
 ) -> Summary:
     """The facts of a conversion, for the paragraph and the side-car file."""
     program = plan.program
@@ -160,7 +161,14 @@ def summarise(
         tools=tools,
         has_bare_rapids=has_bare_rapids,
         stock=moves.stock,
-        compared=() if part is None else (*part.notes, *describe_judged(part)),
+        compared=() if part is None else _describe_part(part),
         shaped=shaped,
         axis_error_deg=plan.axis_error_deg if isinstance(program.machine.five_axis, AxisCorrecting) else None,
     )
+
+
+def _describe_part(part: "Machined") -> tuple[str, ...]:
+    """What the comparison with the nominal part came to, line by line."""
+    from verne_post.output.machined import describe_judged  # for programs with a part alone
+
+    return (*part.notes, *describe_judged(part))

@@ -314,3 +314,11 @@ MOVE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "frame": (np.int32,), "control": (np.int32,), "arc": (np.int32,), "spline": (np.int32,),
     "tool_axis": (float, 3), "seconds": (float,),
 }  # fmt: skip
+
+
+def find_tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
+    """Number of the tool in the spindle at moves (n,), 0 if none is named; before ``first``, the tool of that move."""
+    changes = [event for event in moves.events if event.kind in ("tool", "tool number")]
+    before = np.array([event.before for event in changes], dtype=np.int64)
+    numbers = np.array([0, *(event.data["number"] for event in changes)], dtype=np.int64)
+    return np.asarray(numbers[np.searchsorted(before, np.maximum(move, first), side="right")])

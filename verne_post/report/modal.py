@@ -4,8 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.kinematics.checks.keep_out import find_tool_of_moves
-from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode, name_tools
+from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
 
 #: A state: what, and its value.

@@ -10,8 +10,7 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import list_heads
-from verne_post.kinematics.checks.keep_out import find_tool_of_moves
-from verne_post.model.moves import Moves
+from verne_post.model.moves import Moves, find_tool_of_moves
 from verne_post.report.governing import Spent
 from verne_post.report.table import LineTimes, Operation
 

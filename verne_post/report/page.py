@@ -17,9 +17,9 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.numbers import format_fixed
-from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
+from verne_post.model.moves import find_tool_of_moves
 from verne_post.report.modal import collect_modal_states
 from verne_post.report.pack import Pack
 from verne_post.report.scene import describe_scene, list_surfaces

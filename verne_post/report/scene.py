@@ -10,10 +10,11 @@ from verne_post.base.arrays import Array
 from verne_post.kinematics.chain.carried import CarriedMachine
 from verne_post.kinematics.chain.hexapod import HexapodMachine
 from verne_post.kinematics.chain.sliding import SlidingMachine
-from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, find_tool_of_moves, measure_own_stock
+from verne_post.kinematics.checks.keep_out import Placed, build_keep_out, measure_own_stock
 from verne_post.kinematics.rod_sketch import sketch_rods
 from verne_post.model.findings import InputError
 from verne_post.model.machine import Machine
+from verne_post.model.moves import find_tool_of_moves
 from verne_post.report.left import RAYS, draw_skin, make_left
 from verne_post.report.surfaces import FIXTURE_VERTICES, Surface, make_part, thin_surface
 from verne_post.report.table import Study

@@ -16,9 +16,8 @@ from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import make_printable
 from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
-from verne_post.kinematics.checks.keep_out import find_tool_of_moves
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, MoveKind, describe_tool, name_tools
+from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.findings import describe

@@ -6,7 +6,7 @@ sample is certain, every other one is halved.
 """
 
 from collections.abc import Callable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -14,14 +14,15 @@ from verne_post.base import spans
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.team import ALONE, Team
 from verne_post.kinematics.checks.cover import WORST_DEPTH, Spans, cover_elements, split_elements
-from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.checks.limits import JointBounds, check_limits
-from verne_post.kinematics.checks.mesh_contacts import check_meshes, check_rigid
 from verne_post.kinematics.checks.violations import Check, Worst, report_limit
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 from verne_post.model.protocols import ClearanceModel
 from verne_post.model.toolpath import SegmentKind
+
+if TYPE_CHECKING:
+    from verne_post.kinematics.checks.keep_out import KeepOut
 
 #: A span is halved at most this often: then its points move by a nanometre or less, and what is seen is what is.
 MAX_DEPTH: Final = 24
@@ -38,16 +39,28 @@ def check_constraints(
     bounds, findings = check_limits(joints, progress, team)
     for model in list_clearances(joints):
         findings += check_clearance(joints, model)
-    if isinstance(joints.keep_out, KeepOut):
-        meshes, rigid = joints.keep_out.select("mesh"), joints.keep_out.select("rigid")
+    bodies = _find_bodies(joints)
+    if bodies is not None:
+        from verne_post.kinematics.checks.mesh_contacts import check_meshes, check_rigid
+
+        meshes, rigid = bodies.select("mesh"), bodies.select("rigid")
         for check, pairs in ((check_meshes, meshes), (check_rigid, rigid)):
             findings += check(joints, pairs, build_clearance_checks(pairs, 0)) if pairs.pairs else []
     return bounds, sorted(findings, key=lambda item: (item.line or 0, item.code))
 
 
+def _find_bodies(joints: JointPath) -> "KeepOut | None":
+    """Bodies around the motion; most programs have none, and load nothing for them."""
+    if joints.keep_out is None:
+        return None
+    from verne_post.kinematics.checks.keep_out import KeepOut
+
+    return joints.keep_out if isinstance(joints.keep_out, KeepOut) else None
+
+
 def list_clearances(joints: JointPath, *, meshes: bool = False) -> list[ClearanceModel]:
     """The models of distances in single poses: between bodies of the machine, from boxes (or meshes) on the table."""
-    bodies = joints.keep_out if isinstance(joints.keep_out, KeepOut) else None
+    bodies = _find_bodies(joints)
     if bodies is not None and not meshes:
         bodies = bodies.select("box")
     return [model for model in (joints.machine.clearance, bodies) if model is not None and model.names]
@@ -76,7 +89,8 @@ def check_clearance(joints: JointPath, clearance: ClearanceModel) -> list[Findin
                 halves = part.halve(check.check(part))
                 if len(halves):
                     waiting.append(halves)
-    tool = clearance.moving.tool[contour.segment] if isinstance(clearance, KeepOut) else None
+    bodies = _find_bodies(joints)
+    tool = None if bodies is None or clearance is joints.machine.clearance else bodies.moving.tool[contour.segment]
     checks = build_clearance_checks(clearance, len(joints.machine.columns))
     return [
         item

@@ -21,7 +21,7 @@ from verne_post.kinematics.checks.moving import FAR_MM, Bar, Moving
 from verne_post.kinematics.checks.separation import bound_distance, measure_cylinder_to_box
 from verne_post.model.findings import InputError, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Frame, Moves, Stock
+from verne_post.model.moves import Frame, Moves, Stock, find_tool_of_moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, FixtureMesh, OwnStock, ToolShape
 from verne_post.model.poses import Pose
@@ -342,14 +342,6 @@ def place_body(
     direction = machine.coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), given)
     on_table = machine.coordinates.map_to_table(np.concatenate([point, np.zeros(6)]), given)[0]
     return on_table, float(np.arctan2(direction[1], direction[0]))
-
-
-def find_tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
-    """Number of the tool in the spindle at moves (n,), 0 if none is named; before ``first``, the tool of that move."""
-    changes = [event for event in moves.events if event.kind in ("tool", "tool number")]
-    before = np.array([event.before for event in changes], dtype=np.int64)
-    numbers = np.array([0, *(event.data["number"] for event in changes)], dtype=np.int64)
-    return np.asarray(numbers[np.searchsorted(before, np.maximum(move, first), side="right")])
 
 
 def _shape_of(number: int, options: Options) -> ToolShape:
