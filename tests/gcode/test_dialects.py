@@ -28,7 +28,10 @@ PACKAGE = Path(verne_post.__file__).parent
 #: A dialect whose programs begin with HELLO.
 DUMMY = '''
 """Only a test has this dialect."""
-from verne_post.gcode.dialect import build_dialect_of_blocks
+from functools import partial
+from verne_post.gcode.dialect import Dialect, names_axis_in_blocks
+from verne_post.gcode.initial_state import make_initial_state
+from verne_post.gcode.rs274.run import execute_blocks
 from verne_post.gcode.rs274.interpreter import Rs274
 
 
@@ -41,7 +44,7 @@ class _Hello(Rs274):
         return super().read(self.prepare(text), line)
 
 
-DIALECT = build_dialect_of_blocks(_Hello, lambda source: source[:5] == b"HELLO")
+DIALECT = Dialect(lambda source: source[:5] == b"HELLO", make_initial_state, partial(execute_blocks, language=_Hello), names_axis_in_blocks)
 '''
 SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 

@@ -2,16 +2,12 @@
 
 import re
 from collections.abc import Callable
-from functools import partial
 
 from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.execution import Execution, StopConditions
-from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.rs274.interpreter import Rs274
-from verne_post.gcode.rs274.run import execute_blocks
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
 
@@ -30,17 +26,8 @@ class Dialect(Struct, frozen=True):
     endings: tuple[str, ...] = ()
 
 
-def build_dialect_of_blocks(
-    language: type[Rs274],
-    recognise: Callable[[Text], bool],
-    initial_state: Callable[[Setup], State] = make_initial_state,
-) -> Dialect:
-    """A dialect that consists of blocks, which ``language`` reads and executes."""
-    return Dialect(recognise, initial_state, partial(execute_blocks, language=language), _names_axis)
-
-
-def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
-    """True when the letter stands anywhere outside comments: it may give the axis a position."""
+def names_axis_in_blocks(source: Text, letter: str, setup: Setup) -> bool:
+    """Of RS274 blocks: true when the letter stands anywhere outside comments: it may give the axis a position."""
     pattern = letter.encode()
     if letter in setup.rotary_letters:  # tool axes name them
         pattern += rb"|G0*43\.50*(?![0-9])|G0*53\.10*(?![0-9])"
