@@ -450,15 +450,18 @@ def test_struts_of_a_device_are_those_of_the_machine_file():
 
 # --- LinuxCNC itself ------------------------------------------------------------------------------------------
 
+#: It rests at each place: on a busy machine the sampler misses rows, and a stop has few.
 PROGRAM: Final = """
 G21 G90 G94 G64 P0.01
 G10 L2 P1 X0 Y0 Z-550
 G43.1 Z100
 G0 X10 Y5 Z60 A0 C0
 G1 F6000 X20 Y15 Z50 A10 C20
+G4 P0.2
 M68 E3 Q1 (joints)
 M66 E0 L0
 G53 G1 X{0:.6f} Y{1:.6f} Z{2:.6f} A{3:.6f} C{4:.6f} F6000
+G4 P0.2
 M68 E3 Q0 (tool centre point)
 M66 E0 L0
 G1 X0 Y0 Z50 A0 C0
