@@ -29,6 +29,7 @@ from verne_post.model.moves import Event
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import TimedEvent
+from verne_post.model.verdict import NOT_PLANNED
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import round_setpoints
 from verne_post.output.setpoints import name_columns
@@ -116,18 +117,19 @@ def _load_part(program: Program) -> "Body | None":
         return None
     from verne_post.app.machined import load_part
 
-    return load_part(program)
+    return load_part(program.options.part)
 
 
 def _judge_rows(
     program: Program, body: "Body | None", blocks: list[SetpointBlock], progress: Progress | None
 ) -> "Machined | None":
-    """Compare rows, as written, with the nominal part, where there is one."""
-    if body is None:
+    """Compare rows, as written, with the nominal part; None without one, or in a process not leading."""
+    asked = program.options.part
+    if asked is None or body is None or not program.team.leads:
         return None
     from verne_post.app.machined_stock import judge_blocks
 
-    return judge_blocks(program, body, blocks, progress)
+    return judge_blocks(program, body, asked.wanted, blocks, progress)
 
 
 def _keep_too(blocks: list[SetpointBlock], take: Sink) -> Sink:
@@ -261,14 +263,14 @@ def _check_limits(source: Text, program: Program, progress: Progress | None) -> 
     """Check an assembled program against the limits of joints and the obstacles."""
     try:
         format_of(program.machine, program.options, program.cycle)
-        if _load_part(program) is not None:
+        if program.options.part is not None:
             text = "--limits-only plans no rows, and the nominal part is compared with rows: leave out one of the two"
             raise InputError(make_finding("VP018", text))
         findings = check_or_refuse(source, program, progress if program.team.leads else None)
     except InputError as error:
         return refuse_program(error)
     text = "limits and obstacles were checked at every point; speeds, machining time and rows were not planned"
-    return Result((*findings, make_finding("VP421", text)))
+    return Result((*findings, make_finding(NOT_PLANNED, text)))
 
 
 def check_and_keep(

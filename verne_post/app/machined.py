@@ -18,7 +18,7 @@ from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_b
 from verne_post.kinematics.checks.moving import build_spindle
 from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.moves import find_tool_of_moves, name_tools
-from verne_post.model.part_setup import Wanted, describe_tool_number
+from verne_post.model.part_setup import NominalPart, Wanted, describe_tool_number
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.part.bodies import Piece, build_pieces, check_tool
 from verne_post.part.clearance import Contacts, find_contacts
@@ -39,16 +39,15 @@ class Body(Struct, frozen=True, eq=False):
     system: int | None
 
 
-def load_part(program: Program) -> Body | None:
-    """The nominal part of the options of a program.
+def load_part(part: NominalPart) -> Body:
+    """The mesh of a nominal part.
 
     Raises
     ------
     InputError
         VP506.
     """
-    part = program.options.part
-    return None if part is None else Body(read_stl(part.raw, part.name, part.unit), part.system)
+    return Body(read_stl(part.raw, part.name, part.unit), part.system)
 
 
 def judge_rows(

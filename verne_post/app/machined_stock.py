@@ -16,7 +16,7 @@ from verne_post.app.stock_check import build_tool, report_touches
 from verne_post.base.arrays import Array, Ints
 from verne_post.kinematics.checks.keep_out import place_own_stock
 from verne_post.model.findings import Finding, InputError, make_finding
-from verne_post.model.part_setup import Box, FixtureMesh
+from verne_post.model.part_setup import Box, FixtureMesh, Wanted
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.cutting import Spans, cut_stock
 from verne_post.part.dexels import MOST_RAYS, Dexels
@@ -46,21 +46,18 @@ class StockRun(Struct, frozen=True, eq=False):
 
 
 def judge_blocks(
-    program: Program, part: Body | None, blocks: Sequence[SetpointBlock], progress: Progress | None = None
-) -> Machined | None:
-    """Compare the rows of a program, as written, with its nominal part; None without one, or in a process not leading.
+    program: Program, part: Body, wanted: Wanted, blocks: Sequence[SetpointBlock], progress: Progress | None = None
+) -> Machined:
+    """Compare the rows of a program, as written, with its nominal part.
 
     Raises
     ------
     InputError
         As :func:`judge_rows`.
     """
-    asked = program.options.part
-    if part is None or asked is None or not program.team.leads:
-        return None
     factor = np.array([column.factor for column in program.machine.columns])
     q, line = np.concatenate([one.values for one in blocks]) / factor, np.concatenate([one.line for one in blocks])
-    machined = judge_rows(program, q, line, part, (), asked.wanted, progress=progress)
+    machined = judge_rows(program, q, line, part, (), wanted, progress=progress)
     if part.mesh.open_edges or not (program.options.stock or program.moves.stock):
         return machined
     return add_stock(program, machined, part, cut_rows(program, q, line, make_stock(program)).left)

@@ -102,6 +102,8 @@ def is_about_text(code: str) -> bool:
 
 #: Codes of the comparison with the nominal part, which ``explain`` does not make.
 OF_THE_PART: Final = ("VP218", "VP219", "VP220", "VP221")
+#: Says that the limits were checked, and nothing was planned.
+NOT_PLANNED: Final = "VP421"
 
 
 def is_about_pose(code: str) -> bool:

@@ -8,7 +8,7 @@ from msgspec import Struct
 from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import OF_THE_PART, count_findings, is_about_pose, is_about_text
+from verne_post.model.verdict import NOT_PLANNED, OF_THE_PART, count_findings, is_about_pose, is_about_text
 from verne_post.output.setup_text import quote_key
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_count
     errors, warnings = count_findings(findings)
     hidden = errors_not_counted
     not_counted = f"not refused, {_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
-    within = any(item.code == "VP421" for item in findings)
+    within = any(item.code == NOT_PLANNED for item in findings)
     verdict = "refused" if errors else not_counted if hidden else "within limits" if within else "can run"
     return f"{make_printable(program)}: {verdict}: {_count(errors, 'error')}, {_count(warnings, 'warning')}"
 
